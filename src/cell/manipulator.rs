@@ -1,0 +1,78 @@
+//! The robot, as far as the procedure needs it.
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+/// Why the robot did not do as told.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum ManipulatorError {
+    /// The connection is gone; nothing can be said about the arm.
+    #[error("the robot is lost: {detail}")]
+    Lost {
+        /// What was seen.
+        detail: String,
+    },
+    /// The controller refused the motion.
+    #[error("the robot refuses the motion: {reason}")]
+    Refused {
+        /// As it says.
+        reason: String,
+    },
+    /// The target is outside a joint's limits.
+    #[error("joint {joint} would leave its limits")]
+    JointLimit {
+        /// Counted from 1.
+        joint: usize,
+    },
+    /// No joint angles reach the target.
+    #[error("the target cannot be reached")]
+    Unreachable,
+    /// The emergency stop is pressed or the operating mode is wrong.
+    #[error("the robot is stopped: {reason}")]
+    Stopped {
+        /// As it says.
+        reason: String,
+    },
+}
+
+/// A robot that moves when told and says where its joints are.
+pub trait Manipulator {
+    /// Joint angles as the encoders report them, rad (N).
+    ///
+    /// # Errors
+    /// When the robot does not answer.
+    fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError>;
+
+    /// Moves all joints to `target` (rad, N) and waits until the arm is at rest.
+    ///
+    /// # Errors
+    /// When the motion is refused, or the robot is lost.
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError>;
+
+    /// Moves the TCP by `offset` (m) along the axes of the tool frame, keeping its orientation, by the controller's own model (RelTool).
+    ///
+    /// # Errors
+    /// When the motion is refused, or the robot is lost.
+    fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError>;
+
+    /// Seconds on the cell's clock since the session began.
+    fn clock_s(&mut self) -> f64;
+}
+
+impl<T: Manipulator + ?Sized> Manipulator for &mut T {
+    fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {
+        (**self).joints()
+    }
+
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        (**self).move_joints(target)
+    }
+
+    fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
+        (**self).move_in_tool(offset)
+    }
+
+    fn clock_s(&mut self) -> f64 {
+        (**self).clock_s()
+    }
+}

@@ -1,0 +1,10 @@
+//! What stands in the cell, behind traits: the robot, the indicators, the artifact, the TriCal.
+//!
+//! Goal: the controller that centres a real robot is the one that centres the simulated one. Non-goals: opening, addressing
+//! and configuring devices, which belong to the implementation.
+
+mod indicator;
+mod manipulator;
+
+pub use indicator::{Indicator, IndicatorError};
+pub use manipulator::{Manipulator, ManipulatorError};

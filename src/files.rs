@@ -1,0 +1,67 @@
+//! Files are written whole or not at all, and errors in them name the file, the line, the field and the remedy.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// What is wrong with a file, where, and what to do about it.
+#[derive(Debug, Error)]
+#[error("{}{}{}: {problem}; {remedy}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(), if field.is_empty() { String::new() } else { format!(": {field}") })]
+pub struct FileError {
+    /// The file.
+    pub path: PathBuf,
+    /// Line, counted from 1, where one is to blame.
+    pub line: Option<usize>,
+    /// Key or column.
+    pub field: String,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl FileError {
+    /// An error of the whole file.
+    pub fn whole(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        FileError { path: path.into(), line: None, field: String::new(), problem: problem.into(), remedy: remedy.into() }
+    }
+}
+
+/// Reads a text file.
+///
+/// # Errors
+/// When it cannot be read, is a directory, is empty, or is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, FileError> {
+    if path.is_dir() {
+        return Err(FileError::whole(path, "is a directory", "name a file"));
+    }
+    let bytes = std::fs::read(path).map_err(|e| FileError::whole(path, e.to_string(), "check the path and its permissions"))?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        FileError { line: Some(line), ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8") }
+    })?;
+    if text.trim().is_empty() {
+        return Err(FileError::whole(path, "is empty", "give a file with content"));
+    }
+    Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
+}
+
+/// Writes a file whole: to a temporary name in the same folder, synced, then renamed.
+///
+/// # Errors
+/// When the folder cannot be written.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
+    let fail = |e: std::io::Error| FileError::whole(path, format!("cannot be written: {e}"), "check the folder, its permissions and free space");
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(fail)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
+    file.write_all(content).and_then(|()| file.as_file().sync_all()).map_err(fail)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
+    }
+    file.persist(path).map_err(|e| fail(e.error))?;
+    Ok(())
+}

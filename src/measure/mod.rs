@@ -1,0 +1,5 @@
+//! Taking the data: mastering, the centring controller, the pool of poses, their selection, the campaign, the dataset.
+
+mod dataset;
+
+pub use dataset::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Measured, Noise, Sample, SampleSet};

@@ -1,0 +1,264 @@
+//! Forward kinematics of a deviating arm, and the exact columns of its position Jacobian.
+//!
+//! `T_world_tool = T(base) * prod_i [ flex_{i-1} Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d) ] * flex_n * tool` (paper Eq. 1, 2, 5, 6).
+//! Every site of deviation is a screw, so its column is either an axis, or `axis x (tcp - point)`: exact, with no differences taken.
+
+use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
+
+use super::{Axis6, FramePose, MdhEntry, Pose, Robot, Site, SiteIndex};
+
+/// A frame as its three axes and its origin, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Unit vector of the x axis.
+    pub x: Vector3<f64>,
+    /// Unit vector of the y axis.
+    pub y: Vector3<f64>,
+    /// Unit vector of the z axis.
+    pub z: Vector3<f64>,
+    /// Origin, m.
+    pub o: Vector3<f64>,
+}
+
+impl Frame {
+    /// The world frame.
+    pub fn identity() -> Self {
+        Frame { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), o: Vector3::zeros() }
+    }
+
+    /// Axes and origin of a transform.
+    pub fn from_pose(pose: &Pose) -> Self {
+        let r = pose.rotation.matrix();
+        Frame {
+            x: r.column(0).into_owned(),
+            y: r.column(1).into_owned(),
+            z: r.column(2).into_owned(),
+            o: pose.translation.vector,
+        }
+    }
+
+    /// The transform from this frame to the world.
+    pub fn pose(&self) -> Pose {
+        let r = Matrix3::from_columns(&[self.x, self.y, self.z]);
+        Pose::from_parts(Translation3::from(self.o), Rotation3::from_matrix_unchecked(r))
+    }
+
+    /// World coordinates of a point given in this frame.
+    #[inline]
+    pub fn point(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        self.o + self.direction(p)
+    }
+
+    /// World components of a vector given in this frame.
+    #[inline]
+    pub fn direction(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+
+    /// Components in this frame of a vector given in the world.
+    #[inline]
+    pub fn components(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+
+    /// This frame displaced by `Tr(x, y, z) Rz Ry Rx` along its own axes.
+    fn displaced(&self, v: &[f64]) -> Frame {
+        let d = FramePose { xyz: [v[0], v[1], v[2]], rz_ry_rx: [v[3], v[4], v[5]] }.pose();
+        Frame::from_pose(&(self.pose() * d))
+    }
+}
+
+/// Sine and cosine of an angle, kept from the last evaluation: twists hardly ever change between samples.
+#[derive(Debug, Clone, Copy)]
+struct Trig {
+    angle: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl Trig {
+    const ZERO: Trig = Trig { angle: 0.0, sin: 0.0, cos: 1.0 };
+
+    #[inline]
+    fn at(&mut self, angle: f64) -> (f64, f64) {
+        if angle != self.angle {
+            let (sin, cos) = angle.sin_cos();
+            *self = Trig { angle, sin, cos };
+        }
+        (self.sin, self.cos)
+    }
+}
+
+/// The arm in one posture: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
+#[derive(Debug, Clone)]
+pub struct Posture {
+    sites: SiteIndex,
+    base: Frame,
+    base_angles: [f64; 2],
+    /// Frame k before its flex displacement; 0 is the base.
+    rigid: Vec<Frame>,
+    /// Frame k after it.
+    frames: Vec<Frame>,
+    flex: Vec<[f64; 6]>,
+    flexible: bool,
+    alpha: Vec<Trig>,
+    beta: Vec<Trig>,
+    lengths: Vec<f64>,
+    tcp: Vector3<f64>,
+    tool: Frame,
+}
+
+impl Posture {
+    /// A workspace for this arm.
+    pub fn new(robot: &Robot) -> Self {
+        let n = robot.joints();
+        Posture {
+            sites: SiteIndex::new(n),
+            base: Frame::identity(),
+            base_angles: [f64::NAN; 2],
+            rigid: vec![Frame::identity(); n + 1],
+            frames: vec![Frame::identity(); n + 1],
+            flex: vec![[0.0; 6]; n + 1],
+            flexible: false,
+            alpha: vec![Trig::ZERO; n],
+            beta: vec![Trig::ZERO; n],
+            lengths: vec![0.0; n],
+            tcp: Vector3::zeros(),
+            tool: Frame::identity(),
+        }
+    }
+
+    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI number a site, see [`SiteIndex`]).
+    pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
+        let n = robot.joints();
+        debug_assert_eq!(deviations.len(), self.sites.len());
+        debug_assert_eq!(q.len(), n);
+        let mut chi = base.to_array();
+        for (c, d) in chi.iter_mut().zip(deviations) {
+            *c += d;
+        }
+        self.base = Frame::from_pose(&FramePose::from_array(chi).pose());
+        self.base_angles = [chi[3], chi[4]];
+        self.flexible = false;
+        let mut frame = self.base;
+        self.bend(0, &mut frame, deviations);
+        for i in 0..n {
+            let dev = &deviations[self.sites.link(i)..][..5];
+            let mdh = &robot.links[i].mdh;
+            let (sa, ca) = self.alpha[i].at(mdh.alpha + dev[0]);
+            let (sb, cb) = self.beta[i].at(mdh.beta + dev[2]);
+            let (st, ct) = (q[i] + mdh.theta + dev[3]).sin_cos();
+            let (a, d) = (mdh.a + dev[1], mdh.d + dev[4]);
+            self.lengths[i] = a;
+            let y = frame.y * ca + frame.z * sa;
+            let z_twisted = frame.z * ca - frame.y * sa;
+            let x_skewed = frame.x * cb - z_twisted * sb;
+            let z = frame.x * sb + z_twisted * cb;
+            frame = Frame { x: x_skewed * ct + y * st, y: y * ct - x_skewed * st, z, o: frame.o + frame.x * a + z * d };
+            self.bend(i + 1, &mut frame, deviations);
+        }
+        let t = &deviations[self.sites.tool()..][..3];
+        let offset = Vector3::new(tool.xyz[0] + t[0], tool.xyz[1] + t[1], tool.xyz[2] + t[2]);
+        self.tcp = frame.point(&offset);
+        self.tool = Frame { o: self.tcp, ..frame };
+    }
+
+    #[inline]
+    fn bend(&mut self, k: usize, frame: &mut Frame, deviations: &[f64]) {
+        self.rigid[k] = *frame;
+        let v = &deviations[self.sites.flex(k)..][..6];
+        if v.iter().any(|&x| x != 0.0) {
+            self.flexible = true;
+            *frame = frame.displaced(v);
+        }
+        self.flex[k] = [v[0], v[1], v[2], v[3], v[4], v[5]];
+        self.frames[k] = *frame;
+    }
+
+    /// World position of the TCP, m.
+    pub fn tcp(&self) -> Vector3<f64> {
+        self.tcp
+    }
+
+    /// `world_from_frame` k: 0 is the base, k the frame of link k (counted from 1).
+    pub fn frame(&self, k: usize) -> &Frame {
+        &self.frames[k]
+    }
+
+    /// The last frame, that carries the flange and the tool.
+    pub fn flange(&self) -> &Frame {
+        &self.frames[self.frames.len() - 1]
+    }
+
+    /// `world_from_tool`, the tool's axes turned in the flange as `tool` says.
+    pub fn world_from_tool(&self, tool: &FramePose) -> Pose {
+        let turned = FramePose { xyz: [0.0; 3], ..*tool }.pose();
+        self.tool.pose() * turned
+    }
+
+    /// Axis and origin of joint `i` (counted from 0) in the world.
+    pub fn joint_axis(&self, i: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let f = &self.rigid[i + 1];
+        (f.z, f.o)
+    }
+
+    /// d(TCP)/d(site), m per SI unit of the site; for a target site, d(target)/d(site) with the sign that makes it a column of the model's side.
+    ///
+    /// The residual is `target - tcp`, so a target site counts negatively here.
+    #[inline]
+    pub fn column(&self, site: Site) -> Vector3<f64> {
+        match site {
+            Site::Base(axis) => displacement_column(&Frame { o: self.base.o, ..Frame::identity() }, axis, self.base_angles, &self.tcp),
+            Site::Mdh(i, entry) => {
+                let previous = &self.frames[i];
+                let next = &self.rigid[i + 1];
+                match entry {
+                    MdhEntry::Alpha => previous.x.cross(&(self.tcp - previous.o)),
+                    MdhEntry::A => previous.x,
+                    MdhEntry::Beta => {
+                        let Trig { sin, cos, .. } = self.alpha[i];
+                        let y = previous.y * cos + previous.z * sin;
+                        y.cross(&(self.tcp - previous.o - previous.x * self.lengths[i]))
+                    }
+                    MdhEntry::Theta => next.z.cross(&(self.tcp - next.o)),
+                    MdhEntry::D => next.z,
+                }
+            }
+            Site::Flex(k, axis) => {
+                let v = &self.flex[k];
+                let origin = Frame { o: self.frames[k].o, ..self.rigid[k] };
+                displacement_column(&origin, axis, [v[3], v[4]], &self.tcp)
+            }
+            Site::Tool(k) => {
+                let f = self.flange();
+                [f.x, f.y, f.z][k]
+            }
+            Site::Target(k) => -Vector3::ith(k, 1.0),
+        }
+    }
+}
+
+/// Column of one number of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the translation).
+#[inline]
+fn displacement_column(frame: &Frame, axis: Axis6, [rz, ry]: [f64; 2], tcp: &Vector3<f64>) -> Vector3<f64> {
+    let arm = tcp - frame.o;
+    match axis {
+        Axis6::X => frame.x,
+        Axis6::Y => frame.y,
+        Axis6::Z => frame.z,
+        Axis6::Rz => frame.z.cross(&arm),
+        Axis6::Ry => {
+            let (s, c) = rz.sin_cos();
+            (frame.y * c - frame.x * s).cross(&arm)
+        }
+        Axis6::Rx => {
+            let ((sz, cz), (sy, cy)) = (rz.sin_cos(), ry.sin_cos());
+            ((frame.x * cz + frame.y * sz) * cy - frame.z * sy).cross(&arm)
+        }
+    }
+}
+
+/// World position and orientation of the tool of a nominal arm.
+pub fn world_from_tool(robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64]) -> Pose {
+    robot.links.iter().zip(q).fold(base.pose(), |pose, (link, &q)| pose * link.mdh.transform(q)) * tool.pose()
+}

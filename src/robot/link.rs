@@ -1,0 +1,84 @@
+//! One link of the arm: its modified Denavit-Hartenberg line, its limits and its mass.
+
+use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
+
+/// A rigid transform; `world_from_tool` maps tool coordinates to world coordinates.
+pub type Pose = IsometryMatrix3<f64>;
+
+/// Modified DH line with Hayati's beta, `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)` (paper Eq. 1).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MdhLink {
+    /// Twist about the previous x axis, rad. Written alpha_{i-1}.
+    pub alpha: f64,
+    /// Length along the previous x axis, m. Written a_{i-1}.
+    pub a: f64,
+    /// Hayati's skew about the y axis, rad; for axes that are nominally parallel. Written beta_{i-1}.
+    pub beta: f64,
+    /// Joint offset, rad.
+    pub theta: f64,
+    /// Offset along the joint's own z axis, m.
+    pub d: f64,
+}
+
+impl MdhLink {
+    /// The transform of this line at joint angle `q` (rad).
+    pub fn transform(&self, q: f64) -> Pose {
+        let rx = Rotation3::from_axis_angle(&Vector3::x_axis(), self.alpha);
+        let ry = Rotation3::from_axis_angle(&Vector3::y_axis(), self.beta);
+        let rz = Rotation3::from_axis_angle(&Vector3::z_axis(), self.theta + q);
+        let rotation = rx * ry * rz;
+        let translation = rx * Vector3::new(self.a, 0.0, 0.0) + rotation * Vector3::new(0.0, 0.0, self.d);
+        Pose::from_parts(Translation3::from(translation), rotation)
+    }
+}
+
+/// A link: geometry, joint limits (rad), and mass with its centre in the link's own frame (kg, m).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Geometry.
+    pub mdh: MdhLink,
+    /// Smallest and largest joint angle, rad.
+    pub limits: [f64; 2],
+    /// Mass, kg; zero where unknown.
+    pub mass: f64,
+    /// Centre of mass in the link's MDH frame, m.
+    pub com: Vector3<f64>,
+}
+
+/// Position and Rz·Ry·Rx angles of a frame, `T = Tr(x, y, z) Rz(rz) Ry(ry) Rx(rx)` (paper Eq. 2).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FramePose {
+    /// Position, m.
+    pub xyz: [f64; 3],
+    /// Angles about z, then y, then x (KUKA's A, B, C), rad.
+    pub rz_ry_rx: [f64; 3],
+}
+
+impl FramePose {
+    /// The six numbers in the order x, y, z, rz, ry, rx.
+    pub fn to_array(self) -> [f64; 6] {
+        let ([x, y, z], [rz, ry, rx]) = (self.xyz, self.rz_ry_rx);
+        [x, y, z, rz, ry, rx]
+    }
+
+    /// From six numbers in the order x, y, z, rz, ry, rx.
+    pub fn from_array(v: [f64; 6]) -> Self {
+        FramePose { xyz: [v[0], v[1], v[2]], rz_ry_rx: [v[3], v[4], v[5]] }
+    }
+
+    /// The transform.
+    pub fn pose(&self) -> Pose {
+        let [rz, ry, rx] = self.rz_ry_rx;
+        Pose::from_parts(
+            Translation3::new(self.xyz[0], self.xyz[1], self.xyz[2]),
+            Rotation3::from_euler_angles(rx, ry, rz),
+        )
+    }
+
+    /// The frame of a transform; at gimbal lock rx is zero.
+    pub fn from_pose(pose: &Pose) -> Self {
+        let (rx, ry, rz) = pose.rotation.euler_angles();
+        let t = pose.translation.vector;
+        FramePose { xyz: [t.x, t.y, t.z], rz_ry_rx: [rz, ry, rx] }
+    }
+}

@@ -1,0 +1,45 @@
+//! What the arm is: a chain of revolute joints in modified DH with Hayati's beta, its masses, limits and solids.
+
+mod kinematics;
+mod link;
+mod sites;
+pub mod solids;
+mod statics;
+
+pub use kinematics::{Frame, Posture, world_from_tool};
+pub use link::{FramePose, Link, MdhLink, Pose};
+pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
+pub use solids::Solid;
+pub use statics::{Loads, Payload};
+
+/// A robot as its maker drew it: the nominal model and the facts that no calibration changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// Short name, e.g. `kr6_r700`.
+    pub name: String,
+    /// Where its numbers come from.
+    pub source: String,
+    /// Links from the base to the flange.
+    pub links: Vec<Link>,
+    /// Motor turns per turn of the joint; empty where unknown.
+    pub gear_ratios: Vec<f64>,
+    /// Bodies used for clearance.
+    pub solids: Vec<Solid>,
+}
+
+impl Robot {
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.links.len()
+    }
+
+    /// Whether link masses are known, without which no gravity torque can be computed.
+    pub fn has_masses(&self) -> bool {
+        self.links.iter().any(|l| l.mass > 0.0)
+    }
+
+    /// The first joint (counted from 0) outside its limits by more than `margin` (rad), if any.
+    pub fn outside_limits(&self, q: &[f64], margin: f64) -> Option<usize> {
+        self.links.iter().zip(q).position(|(l, &q)| !(l.limits[0] - margin..=l.limits[1] + margin).contains(&q))
+    }
+}

@@ -1,0 +1,129 @@
+//! The places where an arm can deviate from its drawing. Each is a screw: it turns the TCP about a line or slides it along one.
+
+use std::fmt;
+
+/// A rigid-body axis of a frame: three translations, then three rotations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum Axis6 {
+    X,
+    Y,
+    Z,
+    Rz,
+    Ry,
+    Rx,
+}
+
+impl Axis6 {
+    /// In the order x, y, z, rz, ry, rx.
+    pub const ALL: [Axis6; 6] = [Axis6::X, Axis6::Y, Axis6::Z, Axis6::Rz, Axis6::Ry, Axis6::Rx];
+
+    /// As written in names: `x` ... `rx`.
+    pub fn name(self) -> &'static str {
+        ["x", "y", "z", "rz", "ry", "rx"][self as usize]
+    }
+}
+
+/// One of the five entries of a modified DH line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum MdhEntry {
+    Alpha,
+    A,
+    Beta,
+    Theta,
+    D,
+}
+
+impl MdhEntry {
+    /// In the order of the transform.
+    pub const ALL: [MdhEntry; 5] = [MdhEntry::Alpha, MdhEntry::A, MdhEntry::Beta, MdhEntry::Theta, MdhEntry::D];
+}
+
+/// A place of deviation. Joints and links are counted from 0 here, from 1 in names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Site {
+    /// Robot base in the world, `T(chi) = Tr Rz Ry Rx`; added to the nominal six numbers.
+    Base(Axis6),
+    /// An MDH entry of a link; added to the nominal entry. `Theta` is the joint's angle.
+    Mdh(usize, MdhEntry),
+    /// A small rigid displacement after frame k (0 is the base frame, k the frame of link k), in that frame's axes.
+    Flex(usize, Axis6),
+    /// TCP in the last frame (0 x, 1 y, 2 z).
+    Tool(usize),
+    /// The ball, or the measured point, in the world (0 x, 1 y, 2 z).
+    Target(usize),
+}
+
+/// Numbers the sites of an arm with `joints` joints, so that deviations are one flat vector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SiteIndex {
+    joints: usize,
+}
+
+const PER_LINK: usize = 11; // five MDH entries, six flex axes
+
+impl SiteIndex {
+    /// For an arm with that many joints.
+    pub fn new(joints: usize) -> Self {
+        SiteIndex { joints }
+    }
+
+    /// Number of sites.
+    pub fn len(&self) -> usize {
+        18 + PER_LINK * self.joints
+    }
+
+    /// Never empty: base and tool always exist.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// First site of link `i`.
+    pub(crate) fn link(&self, i: usize) -> usize {
+        12 + PER_LINK * i
+    }
+
+    /// First flex site of frame `k`.
+    pub(crate) fn flex(&self, k: usize) -> usize {
+        if k == 0 { 6 } else { self.link(k - 1) + 5 }
+    }
+
+    /// First tool site.
+    pub(crate) fn tool(&self) -> usize {
+        12 + PER_LINK * self.joints
+    }
+
+    /// First target site.
+    pub(crate) fn target(&self) -> usize {
+        self.tool() + 3
+    }
+
+    /// Place of a site in the flat vector.
+    pub fn of(&self, site: Site) -> usize {
+        match site {
+            Site::Base(axis) => axis as usize,
+            Site::Mdh(i, entry) => self.link(i) + entry as usize,
+            Site::Flex(k, axis) => self.flex(k) + axis as usize,
+            Site::Tool(k) => self.tool() + k,
+            Site::Target(k) => self.target() + k,
+        }
+    }
+}
+
+impl fmt::Display for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let xyz = |k: &usize| ["x", "y", "z"][*k];
+        match self {
+            Site::Base(axis) => write!(f, "base:{}", axis.name()),
+            Site::Mdh(i, MdhEntry::Alpha) => write!(f, "alpha:{i}"),
+            Site::Mdh(i, MdhEntry::A) => write!(f, "a:{i}"),
+            Site::Mdh(i, MdhEntry::Beta) => write!(f, "beta:{i}"),
+            Site::Mdh(i, MdhEntry::Theta) => write!(f, "theta:{}", i + 1),
+            Site::Mdh(i, MdhEntry::D) => write!(f, "d:{}", i + 1),
+            Site::Flex(k, axis) => write!(f, "flex:{k}:{}", axis.name()),
+            Site::Tool(k) => write!(f, "tool:{}", xyz(k)),
+            Site::Target(k) => write!(f, "ball:{}", xyz(k)),
+        }
+    }
+}

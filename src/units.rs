@@ -1,0 +1,58 @@
+//! Conversions between the SI units used inside and the workshop units used in files and tables.
+//!
+//! Multiply to enter (`35.0 * MM` is 0.035 m), divide to leave (`x / MM`).
+
+use std::f64::consts::PI;
+
+/// One millimetre in metres.
+pub const MM: f64 = 1e-3;
+/// One micrometre in metres.
+pub const UM: f64 = 1e-6;
+/// One degree in radians.
+pub const DEG: f64 = PI / 180.0;
+/// One arc second in radians.
+pub const ARCSEC: f64 = PI / 648_000.0;
+/// One milliradian in radians.
+pub const MRAD: f64 = 1e-3;
+/// One microradian in radians.
+pub const URAD: f64 = 1e-6;
+
+/// The unit of a parameter as people read it: how it is written, and what one of it is in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// As printed in tables and JSON, e.g. `mdeg/(N·m)`.
+    pub symbol: &'static str,
+    /// As it ends a key in a file, e.g. `mdeg_per_nm`.
+    pub suffix: &'static str,
+    /// The SI value of one such unit.
+    pub si: f64,
+}
+
+impl Unit {
+    /// Millimetre.
+    pub const MM: Unit = Unit { symbol: "mm", suffix: "mm", si: MM };
+    /// Micrometre.
+    pub const UM: Unit = Unit { symbol: "um", suffix: "um", si: UM };
+    /// Degree.
+    pub const DEG: Unit = Unit { symbol: "deg", suffix: "deg", si: DEG };
+    /// Microradian.
+    pub const URAD: Unit = Unit { symbol: "urad", suffix: "urad", si: URAD };
+    /// Thousandth of a degree per newton metre, the paper's unit of joint compliance.
+    pub const MDEG_PER_NM: Unit = Unit { symbol: "mdeg/(N·m)", suffix: "mdeg_per_nm", si: 1e-3 * DEG };
+    /// Microradian per newton metre.
+    pub const URAD_PER_NM: Unit = Unit { symbol: "urad/(N·m)", suffix: "urad_per_nm", si: URAD };
+    /// Inverse bending or torsional stiffness of a beam, 1e-6 / (N·m²).
+    pub const PER_MN_M2: Unit = Unit { symbol: "1/(MN·m²)", suffix: "per_mn_m2", si: 1e-6 };
+    /// A ratio.
+    pub const RATIO: Unit = Unit { symbol: "1", suffix: "ratio", si: 1.0 };
+
+    /// The value in this unit of a quantity given in SI.
+    pub fn from_si(&self, si: f64) -> f64 {
+        si / self.si
+    }
+
+    /// The SI value of a quantity given in this unit.
+    pub fn to_si(&self, value: f64) -> f64 {
+        value * self.si
+    }
+}
