@@ -10,7 +10,6 @@ mod joint_compliance;
 mod mdh;
 mod tool_frame;
 
-use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::robot::{Loads, Payload, Posture, Robot, Site};
@@ -201,9 +200,4 @@ impl Id<'_> {
             _ => Err(self.wrong(format!("names a joint from 1 to {n} after the colon"))),
         }
     }
-}
-
-/// The torque-free direction helper of effects that act on one vector: its three components.
-pub(crate) fn components(v: &Vector3<f64>) -> [f64; 3] {
-    [v.x, v.y, v.z]
 }
