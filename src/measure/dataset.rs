@@ -143,6 +143,8 @@ pub struct Dataset {
     pub anchors: Vec<Anchor>,
     /// What is known of the noise.
     pub noise: Noise,
+    /// Whether the controller's own absolute-accuracy option was on; `None` when not said.
+    pub absolute_accuracy: Option<bool>,
     /// Names of the free columns, with their `extra_` prefix.
     pub extra_columns: Vec<String>,
     /// The measurements.
