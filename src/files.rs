@@ -27,13 +27,7 @@ pub struct FileError {
 impl FileError {
     /// An error of the whole file.
     pub fn whole(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        FileError {
-            path: path.into(),
-            line: None,
-            field: String::new(),
-            problem: problem.into(),
-            remedy: remedy.into(),
-        }
+        FileError { path: path.into(), line: None, field: String::new(), problem: problem.into(), remedy: remedy.into() }
     }
 }
 
@@ -47,14 +41,8 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     }
     let bytes = std::fs::read(path).map_err(|e| FileError::whole(path, e.to_string(), "check the path and its permissions"))?;
     let text = String::from_utf8(bytes).map_err(|e| {
-        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count();
-        FileError {
-            line: Some(line),
-            ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8")
-        }
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        FileError { line: Some(line), ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8") }
     })?;
     if text.trim().is_empty() {
         return Err(FileError::whole(path, "is empty", "give a file with content"));
@@ -68,24 +56,16 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
 /// When the folder cannot be written.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
     let fail = |e: std::io::Error| {
-        FileError::whole(
-            path,
-            format!("cannot be written: {e}"),
-            "check the folder, its permissions and free space",
-        )
+        FileError::whole(path, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
     };
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(fail)?;
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(content)
-        .and_then(|()| file.as_file().sync_all())
-        .map_err(fail)?;
+    file.write_all(content).and_then(|()| file.as_file().sync_all()).map_err(fail)?;
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        file.as_file()
-            .set_permissions(std::fs::Permissions::from_mode(0o644))
-            .map_err(fail)?;
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
     }
     file.persist(path).map_err(|e| fail(e.error))?;
     Ok(())
@@ -101,11 +81,7 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Fil
         let message = e.message().replace('\n', ", ");
         let mut field = offset.and_then(|at| key_at(text, at)).unwrap_or_default();
         let remedy = if let Some(missing) = message.strip_prefix("missing field `").and_then(|m| m.strip_suffix('`')) {
-            field = if field.is_empty() {
-                missing.to_owned()
-            } else {
-                format!("{field}.{missing}")
-            };
+            field = if field.is_empty() { missing.to_owned() } else { format!("{field}.{missing}") };
             format!("add the key `{missing}`")
         } else if message.starts_with("unknown field") {
             "correct the spelling of the key or remove it".to_owned()
@@ -114,13 +90,7 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Fil
         } else {
             "correct the TOML syntax here".to_owned()
         };
-        FileError {
-            path: path.into(),
-            line: offset.map(|at| line_of(text, at)),
-            field,
-            problem: message,
-            remedy,
-        }
+        FileError { path: path.into(), line: offset.map(|at| line_of(text, at)), field, problem: message, remedy }
     })
 }
 
@@ -160,10 +130,7 @@ fn offset_of(text: &str, key_path: &str) -> Option<usize> {
         };
         found = Some(key.span().start);
         let mut value = value;
-        for place in places
-            .split('[')
-            .filter_map(|p| p.trim_end_matches(']').parse::<usize>().ok())
-        {
+        for place in places.split('[').filter_map(|p| p.trim_end_matches(']').parse::<usize>().ok()) {
             let Some(element) = value.get_ref().as_array().and_then(|a| a.get(place)) else {
                 return found;
             };
@@ -179,20 +146,10 @@ fn offset_of(text: &str, key_path: &str) -> Option<usize> {
 /// The path of the innermost key or element that holds a byte of the text.
 fn key_at(text: &str, offset: usize) -> Option<String> {
     fn within_table(table: &DeTable<'_>, offset: usize) -> Option<String> {
-        let hit = table
-            .iter()
-            .find(|(key, value)| key.span().contains(&offset) || value.span().contains(&offset));
+        let hit = table.iter().find(|(key, value)| key.span().contains(&offset) || value.span().contains(&offset));
         // The span of `[[link]]` covers its header only: what follows belongs to it all the same.
-        let (key, value) = hit.or_else(|| {
-            table
-                .iter()
-                .find(|(_, value)| within_value(value.get_ref(), offset).is_some())
-        })?;
-        Some(format!(
-            "{}{}",
-            key.get_ref(),
-            within_value(value.get_ref(), offset).unwrap_or_default()
-        ))
+        let (key, value) = hit.or_else(|| table.iter().find(|(_, value)| within_value(value.get_ref(), offset).is_some()))?;
+        Some(format!("{}{}", key.get_ref(), within_value(value.get_ref(), offset).unwrap_or_default()))
     }
     fn within_value(value: &DeValue<'_>, offset: usize) -> Option<String> {
         if let Some(table) = value.as_table() {
@@ -237,23 +194,11 @@ mod tests {
     #[test]
     fn a_wrong_key_is_named_with_its_line() {
         let text = "name = 'x'\n[[link]]\nmass_kg = 1.0\n\n[[link]]\n";
-        assert_eq!(
-            error(&format!("{text}mass_kg = 'heavy'\n")),
-            (Some(6), "link[1].mass_kg".into())
-        );
-        assert_eq!(
-            error(&format!("{text}mass_kg = 1.0\nmas = 2.0\n")),
-            (Some(7), "link[1].mas".into())
-        );
-        assert_eq!(
-            error(&format!("{text}mass_kg = 1.0\ncom_mm = [1.0, 2.0]\n")),
-            (Some(7), "link[1].com_mm".into())
-        );
+        assert_eq!(error(&format!("{text}mass_kg = 'heavy'\n")), (Some(6), "link[1].mass_kg".into()));
+        assert_eq!(error(&format!("{text}mass_kg = 1.0\nmas = 2.0\n")), (Some(7), "link[1].mas".into()));
+        assert_eq!(error(&format!("{text}mass_kg = 1.0\ncom_mm = [1.0, 2.0]\n")), (Some(7), "link[1].com_mm".into()));
         assert_eq!(error(text), (Some(5), "link[1].mass_kg".into()));
-        assert_eq!(
-            error("name = 'x'\nlink = [{mass_kg = 1.0}, {mass_kg = true}]\n"),
-            (Some(2), "link[1].mass_kg".into())
-        );
+        assert_eq!(error("name = 'x'\nlink = [{mass_kg = 1.0}, {mass_kg = true}]\n"), (Some(2), "link[1].mass_kg".into()));
         assert_eq!(error("name = 'x\nlink = []\n").0, Some(1));
     }
 
