@@ -509,7 +509,11 @@ impl<'a> Assembly<'a> {
                 let setup = &problem.setups[s];
                 let payload = dataset.payloads.get(sample.payload).unwrap_or(&none);
                 posture.set(&self.robot, &setup.start, &setup.tool, &sample.q, &zero);
-                loads.weigh(&self.robot, &posture, payload, &setup.gravity, &Vector3::zeros());
+                let force = match sample.measured {
+                    Measured::Ball { .. } => posture.flange().direction(&(tool_turn * dataset.contact_force)),
+                    _ => Vector3::zeros(),
+                };
+                loads.weigh(&self.robot, &posture, payload, &setup.gravity, &force);
                 if self.measured_torques && let Some(tau) = &sample.tau {
                     loads.tau.copy_from_slice(tau);
                 }
