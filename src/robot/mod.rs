@@ -1,11 +1,17 @@
 //! What the arm is: a chain of revolute joints in modified DH with Hayati's beta, its masses, limits and solids.
 
+mod builtin;
 mod kinematics;
+mod kr6_r700;
 mod link;
+mod panda;
 mod sites;
 pub mod solids;
 mod statics;
+mod ur10;
+mod ur5;
 
+pub use builtin::{BUILT_IN, built_in};
 pub use kinematics::{Frame, Posture, world_from_tool};
 pub use link::{FramePose, Link, MdhLink, Pose};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
