@@ -1,9 +1,13 @@
 //! Files are written whole or not at all, and errors in them name the file, the line, the field and the remedy.
 
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
+
+mod toml_document;
+
+pub use toml_document::{field_error, parse_toml};
 
 /// What is wrong with a file, where, and what to do about it.
 #[derive(Debug, Error)]
@@ -24,22 +28,47 @@ pub struct FileError {
 impl FileError {
     /// An error of the whole file.
     pub fn whole(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        FileError { path: path.into(), line: None, field: String::new(), problem: problem.into(), remedy: remedy.into() }
+        FileError {
+            path: path.into(),
+            line: None,
+            field: String::new(),
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
     }
 }
+
+/// Longest text file read whole, bytes: scenario, robot and calibration files are a thousand times shorter.
+const LONGEST_TEXT: u64 = 64 << 20;
 
 /// Reads a text file.
 ///
 /// # Errors
-/// When it cannot be read, is a directory, is empty, or is not UTF-8.
+/// When it cannot be read, is a directory, is empty, is longer than 64 MiB, or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
-    let bytes = std::fs::read(path).map_err(|e| FileError::whole(path, e.to_string(), "check the path and its permissions"))?;
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(LONGEST_TEXT + 1).read_to_end(&mut bytes))
+        .map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions"))?;
+    if bytes.len() as u64 > LONGEST_TEXT {
+        return Err(FileError::whole(
+            path,
+            "is longer than 64 MiB",
+            "check that it is the file you meant",
+        ));
+    }
     let text = String::from_utf8(bytes).map_err(|e| {
-        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-        FileError { line: Some(line), ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8") }
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
+            .iter()
+            .filter(|&&b| b == b'\n')
+            .count();
+        FileError {
+            line: Some(line),
+            ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8")
+        }
     })?;
     if text.trim().is_empty() {
         return Err(FileError::whole(path, "is empty", "give a file with content"));
@@ -52,16 +81,59 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
 /// # Errors
 /// When the folder cannot be written.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
-    let fail = |e: std::io::Error| FileError::whole(path, format!("cannot be written: {e}"), "check the folder, its permissions and free space");
+    let fail = |e: std::io::Error| {
+        FileError::whole(
+            path,
+            format!("cannot be written: {e}"),
+            "check the folder, its permissions and free space",
+        )
+    };
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(fail)?;
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(content).and_then(|()| file.as_file().sync_all()).map_err(fail)?;
+    file.write_all(content)
+        .and_then(|()| file.as_file().sync_all())
+        .map_err(fail)?;
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
+        file.as_file()
+            .set_permissions(std::fs::Permissions::from_mode(0o644))
+            .map_err(fail)?;
     }
     file.persist(path).map_err(|e| fail(e.error))?;
     Ok(())
+}
+
+/// The known name that `given` most likely meant: the same without its unit, or a slip of the hand away.
+pub fn nearest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = given.to_lowercase();
+    let mut nearest: Option<(usize, &str)> = None;
+    for name in known {
+        let lacks_unit = name.strip_prefix(lower.as_str()).is_some_and(|rest| rest.starts_with('_'));
+        let distance = if lacks_unit {
+            0
+        } else {
+            strsim::damerau_levenshtein(&lower, name)
+        };
+        if nearest.is_none_or(|(least, _)| distance < least) {
+            nearest = Some((distance, name));
+        }
+    }
+    // A third of the letters wrong is a different word.
+    nearest
+        .filter(|(distance, name)| 3 * distance <= name.len().max(3))
+        .map(|(_, name)| name)
+}
+
+/// What to do about a name that is not known: the unit it lacks, the name it is near to, or all there are.
+pub fn name_remedy(given: &str, known: &[&str]) -> String {
+    match nearest_name(given, known.iter().copied()) {
+        Some(name) if name.starts_with(&format!("{}_", given.to_lowercase())) => {
+            format!("write `{name}`: the unit is part of the name")
+        }
+        Some(name) => format!("did you mean `{name}`?"),
+        None if known.is_empty() => "remove it".into(),
+        None => format!("known here: {}", known.join(", ")),
+    }
 }
