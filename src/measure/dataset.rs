@@ -145,6 +145,8 @@ pub struct Dataset {
     pub noise: Noise,
     /// Names of the free columns, with their `extra_` prefix.
     pub extra_columns: Vec<String>,
+    /// Where it comes from, in the words of whoever took it: free keys, kept and carried through.
+    pub provenance: toml::Table,
     /// The measurements.
     pub samples: Vec<Sample>,
     /// SHA-256 of the two files, hexadecimal; empty until written or read.
