@@ -79,6 +79,8 @@ impl Generator {
             tool: self.frame(),
             tool_sigma: self.sometimes(|g| g.positive(UM)).unwrap_or(0.0),
             tool_free: self.0.random(),
+            contact_force: self.vector(1.0),
+            absolute_accuracy: self.sometimes(|g| g.0.random()),
             payloads: (0..payloads)
                 .map(|k| Payload { name: format!("{}{k}", self.text()), mass: self.positive(9.0), com: self.vector(0.1) })
                 .collect(),
@@ -195,8 +197,8 @@ fn any_dataset_reads_back_as_written() {
             assert_eq!(numberless(w), numberless(r), "case {case}");
         }
         assert_eq!(
-            (&dataset.provenance, dataset.ball_ids(), &dataset.extra_columns, dataset.tool_free, dataset.gravity),
-            (&first.provenance, first.ball_ids(), &first.extra_columns, first.tool_free, first.gravity)
+            (dataset.contact_force, dataset.absolute_accuracy, &dataset.provenance, dataset.ball_ids(), &dataset.extra_columns, dataset.tool_free, dataset.gravity),
+            (first.contact_force, first.absolute_accuracy, &first.provenance, first.ball_ids(), &first.extra_columns, first.tool_free, first.gravity)
         );
     }
 }

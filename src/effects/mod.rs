@@ -6,8 +6,14 @@
 
 mod ball;
 mod base_frame;
+mod bearing_tilt;
+mod gravity_backlash;
+mod harmonic;
 mod joint_compliance;
 mod mdh;
+mod pedestal;
+mod reference_torque;
+mod stiffening;
 mod tool_frame;
 
 use thiserror::Error;
@@ -151,8 +157,20 @@ pub struct Family {
 }
 
 /// Every effect that plant, model and diagnosis know.
-pub const CATALOGUE: &[Family] =
-    &[base_frame::FAMILY, mdh::FAMILY, joint_compliance::FAMILY, tool_frame::FAMILY, ball::FAMILY];
+pub const CATALOGUE: &[Family] = &[
+    base_frame::FAMILY,
+    mdh::FAMILY,
+    joint_compliance::FAMILY,
+    tool_frame::FAMILY,
+    ball::FAMILY,
+    harmonic::ONCE,
+    harmonic::TWICE,
+    harmonic::ANY,
+    stiffening::FAMILY,
+    gravity_backlash::FAMILY,
+    bearing_tilt::FAMILY,
+    pedestal::FAMILY,
+];
 
 /// Builds the effect of that id for that robot and artifact.
 ///

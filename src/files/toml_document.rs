@@ -255,4 +255,48 @@ mod tests {
         }
         assert_eq!(field_error(Path::new("f"), text, "noise.ball_um", "p", "r").line, None);
     }
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code)]
+    struct Link {
+        mass_kg: f64,
+        com_mm: Option<[f64; 3]>,
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code)]
+    struct Arm {
+        name: String,
+        link: Vec<Link>,
+    }
+
+    fn place(text: &str) -> (Option<usize>, String) {
+        let e = parse_toml::<Arm>(Path::new("arm.toml"), text).unwrap_err();
+        assert!(!e.problem.is_empty() && !e.remedy.is_empty());
+        (e.line, e.field)
+    }
+
+    #[test]
+    fn a_wrong_key_is_named_with_its_line() {
+        let text = "name = 'x'\n[[link]]\nmass_kg = 1.0\n\n[[link]]\n";
+        assert_eq!(place(&format!("{text}mass_kg = 'heavy'\n")), (Some(6), "link[1].mass_kg".into()));
+        assert_eq!(place(&format!("{text}mass_kg = 1.0\nmas = 2.0\n")), (Some(7), "link[1].mas".into()));
+        assert_eq!(place(&format!("{text}mass_kg = 1.0\ncom_mm = [1.0, 2.0]\n")), (Some(7), "link[1].com_mm".into()));
+        assert_eq!(place(text), (Some(5), "link[1].mass_kg".into()));
+        assert_eq!(place("name = 'x'\nlink = [{mass_kg = 1.0}, {mass_kg = true}]\n"), (Some(2), "link[1].mass_kg".into()));
+        assert_eq!(place("name = 'x\nlink = []\n").0, Some(1));
+    }
+
+    #[test]
+    fn the_line_of_a_key_is_found() {
+        let text = "name = 'x'\n[[link]]\nmass_kg = 1.0\n\n[[link]]\nmass_kg = 2.0\n[tool.inner]\nx = [1,\n 2]\n";
+        let line = |key: &str| field_error(Path::new("a"), text, key, "p", "r").line;
+        assert_eq!(line("name"), Some(1));
+        assert_eq!(line("link[1].mass_kg"), Some(6));
+        assert_eq!(line("link[1].com_mm"), Some(5), "an absent key is reported at its table");
+        assert_eq!(line("tool.inner.x[1]"), Some(9));
+        assert_eq!(line("nowhere"), None);
+    }
 }

@@ -1,1 +1,14 @@
-//! To come.
+//! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
+
+mod calibration;
+mod fit;
+mod linalg;
+mod model;
+mod observability;
+mod problem;
+
+pub use calibration::{Calibration, Estimate, identify};
+pub use fit::{Fit, FitError, Stop, Unresolved, fit};
+pub use model::Model;
+pub use observability::Observability;
+pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};

@@ -133,6 +133,8 @@ pub struct Dataset {
     pub tool_sigma: f64,
     /// TCP unknown, to be estimated.
     pub tool_free: bool,
+    /// Force of the three plungers on the tool when a ball is centred, tool axes, N; zero where not stated.
+    pub contact_force: Vector3<f64>,
     /// Payloads; the first is the default.
     pub payloads: Vec<Payload>,
     /// Balls of the artifact.
@@ -143,6 +145,8 @@ pub struct Dataset {
     pub anchors: Vec<Anchor>,
     /// What is known of the noise.
     pub noise: Noise,
+    /// Whether the controller's own absolute-accuracy option was on; `None` when not said.
+    pub absolute_accuracy: Option<bool>,
     /// Names of the free columns, with their `extra_` prefix.
     pub extra_columns: Vec<String>,
     /// Where it comes from, in the words of whoever took it: free keys, kept and carried through.
@@ -155,6 +159,32 @@ pub struct Dataset {
 
 /// Standard gravity as formats.md's default, m/s².
 pub const DEFAULT_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+impl Default for Dataset {
+    /// No robot, nothing measured; standard gravity.
+    fn default() -> Self {
+        Dataset {
+            robot: Arc::new(Robot { name: String::new(), source: String::new(), links: Vec::new(), gear_ratios: Vec::new(), solids: Vec::new() }),
+            robot_reference: String::new(),
+            gravity: DEFAULT_GRAVITY,
+            base: FramePose::default(),
+            tool: FramePose::default(),
+            tool_sigma: 0.0,
+            tool_free: false,
+            contact_force: Vector3::zeros(),
+            payloads: Vec::new(),
+            balls: Vec::new(),
+            ball_distances: Vec::new(),
+            anchors: Vec::new(),
+            noise: Noise::default(),
+            absolute_accuracy: None,
+            extra_columns: Vec::new(),
+            provenance: toml::Table::new(),
+            samples: Vec::new(),
+            hash: String::new(),
+        }
+    }
+}
 
 impl Dataset {
     /// Names of the balls, in order.

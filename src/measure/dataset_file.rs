@@ -35,6 +35,9 @@ struct DatasetToml {
     robot: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     gravity_m_s2: Option<[f64; 3]>,
+    /// Whether the controller's own absolute-accuracy option was on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    absolute_accuracy: Option<bool>,
     base: FrameToml,
     tool: ToolToml,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -81,6 +84,9 @@ struct ToolToml {
     sigma_um: Option<f64>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     free: bool,
+    /// Force of the three plungers on the tool when a ball is centred, tool axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contact_force_n: Option<[f64; 3]>,
 }
 
 #[derive(Deserialize, Serialize)]
@@ -207,6 +213,8 @@ impl Reading<'_> {
             tool: frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg]),
             tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
             tool_free: t.free,
+            contact_force: t.contact_force_n.map_or(Vector3::zeros(), Vector3::from),
+            absolute_accuracy: file.absolute_accuracy,
             ball_distances: self.ball_distances(&file.ball_distance, &balls)?,
             anchors: self.anchors(&file.anchor)?,
             noise: self.noise(&file.noise, &robot)?,
@@ -340,7 +348,17 @@ fn describe(dataset: &Dataset) -> DatasetToml {
     let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.base);
     let base = FrameToml { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg };
     let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.tool);
-    let tool = ToolToml { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg, sigma_um: sigma(dataset.tool_sigma), free: dataset.tool_free };
+    let tool = ToolToml {
+        x_mm,
+        y_mm,
+        z_mm,
+        a_deg,
+        b_deg,
+        c_deg,
+        sigma_um: sigma(dataset.tool_sigma),
+        free: dataset.tool_free,
+        contact_force_n: (dataset.contact_force != Vector3::zeros()).then(|| dataset.contact_force.into()),
+    };
     let payload = |p: &Payload| PayloadToml { name: p.name.clone(), mass_kg: p.mass, com_mm: p.com.map(mm).into() };
     let ball = |b: &Ball| BallToml {
         id: b.id.clone(),
@@ -357,6 +375,7 @@ fn describe(dataset: &Dataset) -> DatasetToml {
         format: FORMAT.into(),
         robot: dataset.robot_reference.clone(),
         gravity_m_s2: Some(dataset.gravity.into()),
+        absolute_accuracy: dataset.absolute_accuracy,
         base,
         tool,
         payload: if dataset.payloads == [Payload::none()] {

@@ -262,3 +262,73 @@ fn displacement_column(frame: &Frame, axis: Axis6, [rz, ry]: [f64; 2], tcp: &Vec
 pub fn world_from_tool(robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64]) -> Pose {
     robot.links.iter().zip(q).fold(base.pose(), |pose, (link, &q)| pose * link.mdh.transform(q)) * tool.pose()
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::robot::{Link, MdhLink};
+
+    /// Step of the central difference; its truncation (1e-10 relative) and rounding (1e-11) are both under the tolerance.
+    const STEP: f64 = 1e-5;
+    const TOLERANCE: f64 = 1e-8;
+
+    fn arm(joints: usize, random: &mut ChaCha8Rng) -> Robot {
+        let mut between = |low: f64, high: f64| random.random_range(low..high);
+        let links = (0..joints)
+            .map(|_| Link {
+                mdh: MdhLink {
+                    alpha: between(-3.0, 3.0),
+                    a: between(-0.5, 0.5),
+                    beta: between(-0.4, 0.4),
+                    theta: between(-3.0, 3.0),
+                    d: between(-0.5, 0.5),
+                },
+                limits: [-3.0, 3.0],
+                mass: 1.0,
+                com: Vector3::zeros(),
+            })
+            .collect();
+        Robot { name: "random".into(), source: String::new(), links, gear_ratios: Vec::new(), solids: Vec::new() }
+    }
+
+    #[test]
+    fn every_column_is_the_derivative_of_its_site() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        for joints in [6, 7] {
+            let robot = arm(joints, &mut random);
+            let index = SiteIndex::new(joints);
+            let mut posture = Posture::new(&robot);
+            let mut number = |scale: f64| random.random_range(-scale..scale);
+            let base = FramePose::from_array(std::array::from_fn(|_| number(1.0)));
+            let tool = FramePose::from_array(std::array::from_fn(|_| number(0.2)));
+            let q: Vec<f64> = (0..joints).map(|_| number(3.0)).collect();
+            let mut deviations: Vec<f64> = (0..index.len()).map(|_| number(0.3)).collect();
+            let mut sites: Vec<Site> = Axis6::ALL.into_iter().map(Site::Base).collect();
+            for k in 0..=joints {
+                sites.extend(Axis6::ALL.into_iter().map(|axis| Site::Flex(k, axis)));
+            }
+            for i in 0..joints {
+                sites.extend(MdhEntry::ALL.into_iter().map(|entry| Site::Mdh(i, entry)));
+            }
+            sites.extend((0..3).map(Site::Tool));
+            assert_eq!(sites.len() + 3, index.len(), "all sites but the target's");
+            for site in sites {
+                let place = index.of(site);
+                let at = deviations[place];
+                let mut tcp = |value: f64| {
+                    deviations[place] = value;
+                    posture.set(&robot, &base, &tool, &q, &deviations);
+                    posture.tcp()
+                };
+                let difference = (tcp(at + STEP) - tcp(at - STEP)) / (2.0 * STEP);
+                tcp(at);
+                let column = posture.column(site);
+                assert!((column - difference).norm() < TOLERANCE, "{site}: {column:?} against {difference:?}");
+            }
+        }
+    }
+}

@@ -2,14 +2,16 @@
 
 mod kinematics;
 mod link;
+mod rigid_fit;
 mod sites;
 pub mod solids;
 mod statics;
 
 pub use kinematics::{Frame, Posture, world_from_tool};
+pub use rigid_fit::rigid_fit;
 pub use link::{FramePose, Link, MdhLink, Pose};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
-pub use solids::Solid;
+pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use statics::{Loads, Payload};
 
 /// A robot as its maker drew it: the nominal model and the facts that no calibration changes.

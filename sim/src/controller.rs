@@ -1,0 +1,109 @@
+//! The robot's own controller: it knows only the drawing, its encoders have steps, and its gears lose motion.
+
+use calibench::robot::Robot;
+use calibench::units::{ARCSEC, DEG};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde::Deserialize;
+
+/// How well the joints go where they are told. All sizes are one-sigma, per joint where a list is given.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerSpec {
+    /// Step of the joint angle that the encoders report.
+    pub encoder_resolution_deg: f64,
+    /// What the servos leave after a large motion; the encoders see it.
+    pub servo_error_arcsec: Vec<f64>,
+    /// What the gears lose after a large motion; the encoders do not see it.
+    pub lost_motion_arcsec: Vec<f64>,
+    /// Half-width of the play that small motions must take up first; the encoders do not see it.
+    pub small_move_play_arcsec: Vec<f64>,
+    /// Typical joint speed.
+    pub speed_deg_per_s: f64,
+    /// Time to come to rest after each motion.
+    pub settle_s: f64,
+}
+
+/// Where the joints are: as the encoders say, and as the links stand.
+#[derive(Debug, Clone)]
+pub struct Joints {
+    spec: ControllerSpec,
+    motor: Vec<f64>,
+    lost: Vec<f64>,
+    play: Vec<f64>,
+}
+
+impl Joints {
+    /// Joints at zero.
+    pub fn new(robot: &Robot, spec: &ControllerSpec) -> Self {
+        let zero = vec![0.0; robot.joints()];
+        Joints { spec: spec.clone(), motor: zero.clone(), lost: zero.clone(), play: zero }
+    }
+
+    /// Joint angles as reported, rad.
+    pub fn reported(&self) -> &[f64] {
+        &self.motor
+    }
+
+    /// Joint angles at which the links stand, rad.
+    pub fn links(&self) -> Vec<f64> {
+        (0..self.motor.len()).map(|i| self.motor[i] + self.lost[i] + self.play[i]).collect()
+    }
+
+    fn step(&self, angle: f64) -> f64 {
+        let resolution = self.spec.encoder_resolution_deg * DEG;
+        if resolution > 0.0 { (angle / resolution).round() * resolution } else { angle }
+    }
+
+    /// A large motion: servo error and lost motion are drawn anew. Returns its duration, s.
+    pub fn move_large(&mut self, target: &[f64], rng: &mut ChaCha8Rng) -> f64 {
+        let mut longest = 0.0f64;
+        for i in 0..target.len() {
+            let mut normal = |sigma: f64| sigma * ARCSEC * Distribution::<f64>::sample(&StandardNormal, rng);
+            let servo = normal(self.spec.servo_error_arcsec[i]);
+            self.lost[i] = normal(self.spec.lost_motion_arcsec[i]);
+            longest = longest.max((target[i] - self.motor[i]).abs());
+            self.motor[i] = self.step(target[i] + servo);
+            self.play[i] = 0.0;
+        }
+        longest / (self.spec.speed_deg_per_s * DEG) + self.spec.settle_s
+    }
+
+    /// A small motion: the motors go to the nearest step, the links follow once the play is taken up. Returns its duration, s.
+    pub fn move_small(&mut self, target: &[f64]) -> f64 {
+        for i in 0..target.len() {
+            let half = self.spec.small_move_play_arcsec[i] * ARCSEC;
+            let moved = self.step(target[i]) - self.motor[i];
+            self.motor[i] += moved;
+            self.play[i] = (self.play[i] - moved).clamp(-half, half);
+        }
+        self.spec.settle_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn links_follow_a_small_motion_only_after_the_play() {
+        let spec = ControllerSpec {
+            encoder_resolution_deg: 0.0,
+            servo_error_arcsec: vec![0.0],
+            lost_motion_arcsec: vec![0.0],
+            small_move_play_arcsec: vec![1.0],
+            speed_deg_per_s: 100.0,
+            settle_s: 0.5,
+        };
+        let mut joints = Joints { spec, motor: vec![0.0], lost: vec![0.0], play: vec![0.0] };
+        joints.move_large(&[0.1], &mut ChaCha8Rng::seed_from_u64(1));
+        assert_eq!(joints.links(), [0.1]);
+        joints.move_small(&[0.1 + 0.5 * ARCSEC]);
+        assert!((joints.links()[0] - 0.1).abs() < 1e-15, "inside the play the link stands still");
+        joints.move_small(&[0.1 + 3.0 * ARCSEC]);
+        assert!((joints.links()[0] - 0.1 - 2.0 * ARCSEC).abs() < 1e-15, "beyond it the link follows, short by the play");
+        joints.move_small(&[0.1 + 1.0 * ARCSEC]);
+        assert!((joints.links()[0] - 0.1 - 2.0 * ARCSEC).abs() < 1e-15, "on the way back the play must be crossed first");
+    }
+}

@@ -1,0 +1,45 @@
+//! The torque by which load-dependent effects are scaled: the largest that gravity exerts on each joint of the bare arm with a
+//! load of a tenth of its mass at the flange.
+
+use nalgebra::Vector3;
+
+use crate::measure::DEFAULT_GRAVITY;
+use crate::robot::{FramePose, Loads, Payload, Posture, Robot, SiteIndex};
+
+/// Postures tried; the largest of 512 is within a few per cent of the supremum, and only a scale is wanted.
+const POSTURES: usize = 512;
+
+/// Distance of the load from the flange, m.
+const LOAD_DISTANCE: f64 = 0.1;
+
+/// No joint is scaled by less than this, N·m: a vertical axis carries no torque at all.
+const LEAST: f64 = 1.0;
+
+/// Largest gravity torque of each joint over evenly spread postures, N·m (N).
+pub(super) fn reference_torque(robot: &Robot) -> Vec<f64> {
+    let n = robot.joints();
+    let mass = 0.1 * robot.links.iter().map(|l| l.mass).sum::<f64>();
+    let com = Vector3::new(0.0, 0.0, LOAD_DISTANCE);
+    let payload = Payload { name: String::new(), mass, com };
+    let zero = vec![0.0; SiteIndex::new(n).len()];
+    let (mut posture, mut loads) = (Posture::new(robot), Loads::new(n));
+    let mut largest = vec![LEAST; n];
+    let mut q = vec![0.0; n];
+    for k in 0..POSTURES {
+        for (i, link) in robot.links.iter().enumerate() {
+            q[i] = link.limits[0] + (link.limits[1] - link.limits[0]) * additive_sequence(k, i);
+        }
+        posture.set(robot, &FramePose::default(), &FramePose::default(), &q, &zero);
+        loads.weigh(robot, &posture, &payload, &DEFAULT_GRAVITY, &Vector3::zeros());
+        for (most, tau) in largest.iter_mut().zip(&loads.tau) {
+            *most = most.max(tau.abs());
+        }
+    }
+    largest
+}
+
+/// Evenly spread numbers in [0, 1): multiples of the square roots of primes (Weyl).
+fn additive_sequence(k: usize, dimension: usize) -> f64 {
+    const PRIMES: [f64; 12] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0];
+    ((k as f64 + 0.5) * PRIMES[dimension % PRIMES.len()].sqrt()).fract()
+}

@@ -1,0 +1,28 @@
+//! Which effects the identifier may use.
+
+/// The model: a list of effect ids, and where joint torques come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Model {
+    /// Effect ids, in the order in which their parameters are preferred.
+    pub effects: Vec<String>,
+    /// Use the dataset's `tau1_nm` ... columns in place of link masses. Their sign is that of the load about +z.
+    pub measured_torques: bool,
+}
+
+impl Model {
+    /// A model of these effects.
+    pub fn of(effects: &[&str]) -> Self {
+        Model { effects: effects.iter().map(|e| (*e).into()).collect(), measured_torques: false }
+    }
+
+    /// The paper's model: base, links, joint compliance. On the KR6 with a known tool it has 31 independent parameters.
+    pub fn paper() -> Self {
+        Model::of(&["base_frame", "mdh", "joint_compliance"])
+    }
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Model::paper()
+    }
+}
