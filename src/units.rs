@@ -17,6 +17,17 @@ pub const MRAD: f64 = 1e-3;
 /// One microradian in radians.
 pub const URAD: f64 = 1e-6;
 
+/// The number to write for a quantity of `si` in `unit`: the shortest that, read back, is the same to the last bit, where there is one.
+pub fn readable(si: f64, unit: f64) -> f64 {
+    let plain = si / unit;
+    // 15 digits are always kept by a double, 17 always tell it apart.
+    (15..=17)
+        .filter_map(|digits| format!("{plain:.*e}", digits - 1).parse::<f64>().ok())
+        .chain([plain.next_down(), plain.next_up()])
+        .find(|value| value * unit == si)
+        .unwrap_or(plain)
+}
+
 /// The unit of a parameter as people read it: how it is written, and what one of it is in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
@@ -54,5 +65,23 @@ impl Unit {
     /// The SI value of a quantity given in this unit.
     pub fn to_si(&self, value: f64) -> f64 {
         value * self.si
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_as_they_were_written() {
+        for unit in [MM, UM, DEG, ARCSEC, 1.0] {
+            for k in 1..20_000 {
+                let written = f64::from(k) * 0.001 - 3.3;
+                let text = format!("{written}");
+                let si = text.parse::<f64>().expect("a number") * unit;
+                assert_eq!(readable(si, unit) * unit, si, "{text} in units of {unit}");
+                assert!(format!("{}", readable(si, unit)).len() <= text.len(), "{text} in units of {unit}");
+            }
+        }
     }
 }

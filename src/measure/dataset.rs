@@ -149,6 +149,8 @@ pub struct Dataset {
     pub absolute_accuracy: Option<bool>,
     /// Names of the free columns, with their `extra_` prefix.
     pub extra_columns: Vec<String>,
+    /// Where it comes from, in the words of whoever took it: free keys, kept and carried through.
+    pub provenance: toml::Table,
     /// The measurements.
     pub samples: Vec<Sample>,
     /// SHA-256 of the two files, hexadecimal; empty until written or read.
@@ -177,6 +179,7 @@ impl Default for Dataset {
             noise: Noise::default(),
             absolute_accuracy: None,
             extra_columns: Vec::new(),
+            provenance: toml::Table::new(),
             samples: Vec::new(),
             hash: String::new(),
         }

@@ -1,0 +1,92 @@
+//! The columns of `samples.csv`: one list, from which the file is read, written and corrected.
+
+/// A column that this version knows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Column {
+    Id,
+    Kind,
+    Joint(usize),
+    Ball,
+    Reading(usize),
+    World(usize),
+    Anchor,
+    Distance,
+    Set,
+    Payload,
+    Time,
+    Temperature,
+    Approach(usize),
+    Plunger(usize),
+    Repeat,
+    Session,
+    Commanded(usize),
+    Torque(usize),
+    Sigma,
+}
+
+/// Columns that make one quantity: all of them are there, or none.
+pub(super) struct Quantity {
+    pub component: fn(usize) -> Column,
+    pub count: usize,
+}
+
+impl Column {
+    /// The quantities of several columns, of an arm of `joints` joints.
+    pub fn quantities(joints: usize) -> [Quantity; 7] {
+        [
+            Quantity { component: Column::Joint, count: joints },
+            Quantity { component: Column::Reading, count: 3 },
+            Quantity { component: Column::World, count: 3 },
+            Quantity { component: Column::Approach, count: joints },
+            Quantity { component: Column::Plunger, count: 3 },
+            Quantity { component: Column::Commanded, count: joints },
+            Quantity { component: Column::Torque, count: joints },
+        ]
+    }
+
+    /// Every column of an arm of `joints` joints, in the order they are written.
+    pub fn all(joints: usize) -> Vec<Column> {
+        use Column::*;
+        let each = |component: fn(usize) -> Column, count: usize| (0..count).map(component).collect::<Vec<_>>();
+        [
+            vec![Id, Kind, Set, Session],
+            each(Joint, joints),
+            vec![Ball],
+            each(Reading, 3),
+            each(World, 3),
+            vec![Anchor, Distance, Payload, Time, Temperature],
+            each(Approach, joints),
+            each(Plunger, 3),
+            vec![Repeat],
+            each(Commanded, joints),
+            each(Torque, joints),
+            vec![Sigma],
+        ]
+        .concat()
+    }
+
+    /// Its name in the header; components counted from 1.
+    pub fn name(self) -> String {
+        match self {
+            Column::Id => "id".into(),
+            Column::Kind => "kind".into(),
+            Column::Joint(i) => format!("q{}_deg", i + 1),
+            Column::Ball => "ball".into(),
+            Column::Reading(i) => format!("r{}_um", i + 1),
+            Column::World(i) => format!("{}_mm", ["x", "y", "z"][i]),
+            Column::Anchor => "anchor".into(),
+            Column::Distance => "d_mm".into(),
+            Column::Set => "set".into(),
+            Column::Payload => "payload".into(),
+            Column::Time => "time_s".into(),
+            Column::Temperature => "temp_c".into(),
+            Column::Approach(i) => format!("approach{}", i + 1),
+            Column::Plunger(i) => format!("plunger{}", i + 1),
+            Column::Repeat => "repeat".into(),
+            Column::Session => "session".into(),
+            Column::Commanded(i) => format!("qcmd{}_deg", i + 1),
+            Column::Torque(i) => format!("tau{}_nm", i + 1),
+            Column::Sigma => "sigma_um".into(),
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! A dataset on disk: a folder with `dataset.toml` and `samples.csv`.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::dataset_folder::replace_folder;
+use super::robot_reference::resolve_robot;
+use super::samples_file::{read_samples, samples_text};
+use super::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Noise};
+use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use crate::robot::{FramePose, Payload, Robot};
+use crate::units::{ARCSEC, DEG, MM, UM, readable};
+
+/// The format this version reads and writes.
+const FORMAT: &str = "calibench-dataset/1";
+/// What the measurements were made with.
+pub(super) const DATASET_TOML: &str = "dataset.toml";
+/// The measurements.
+pub(super) const SAMPLES_CSV: &str = "samples.csv";
+/// Two balls nearer than this cannot both be there, m: the smallest precision balls in use are larger.
+const APART: f64 = 1.0 * MM;
+
+#[derive(Deserialize)]
+struct FormatKey {
+    format: String,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct DatasetToml {
+    format: String,
+    robot: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gravity_m_s2: Option<[f64; 3]>,
+    /// Whether the controller's own absolute-accuracy option was on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    absolute_accuracy: Option<bool>,
+    base: FrameToml,
+    tool: ToolToml,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    payload: Vec<PayloadToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    ball: Vec<BallToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    ball_distance: Vec<BallDistanceToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    anchor: Vec<AnchorToml>,
+    #[serde(default)]
+    noise: NoiseToml,
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    provenance: toml::Table,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct FrameToml {
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+    #[serde(default)]
+    a_deg: f64,
+    #[serde(default)]
+    b_deg: f64,
+    #[serde(default)]
+    c_deg: f64,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct ToolToml {
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+    #[serde(default)]
+    a_deg: f64,
+    #[serde(default)]
+    b_deg: f64,
+    #[serde(default)]
+    c_deg: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sigma_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    free: bool,
+    /// Force of the three plungers on the tool when a ball is centred, tool axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contact_force_n: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct PayloadToml {
+    name: String,
+    mass_kg: f64,
+    com_mm: [f64; 3],
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct BallToml {
+    id: String,
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sigma_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    free: bool,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct BallDistanceToml {
+    between: [String; 2],
+    d_mm: f64,
+    sigma_um: f64,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct AnchorToml {
+    id: String,
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+}
+
+#[derive(Deserialize, Serialize, Default)]
+#[serde(deny_unknown_fields)]
+struct NoiseToml {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ball_um: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    point_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    joint_arcsec: Vec<f64>,
+}
+
+/// Reads a dataset: the folder with `dataset.toml` and `samples.csv`.
+///
+/// # Errors
+/// The first mistake, with its file, line, key or column, and remedy.
+pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
+    if folder.is_file() {
+        return Err(FileError::whole(folder, "is a file", "name the folder that holds dataset.toml and samples.csv"));
+    }
+    let path = folder.join(DATASET_TOML);
+    if !path.exists() {
+        return Err(FileError::whole(&path, "is not there", "a dataset is a folder with dataset.toml and samples.csv"));
+    }
+    let text = read_text(&path)?;
+    let mut dataset = Reading { path: &path, text: &text }.dataset(folder)?;
+    let mut hash = Sha256::new();
+    // As the bytes stand, byte-order mark included: `cat dataset.toml samples.csv | sha256sum` gives the same.
+    let bytes = std::fs::read(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
+    hash.update(bytes);
+    read_samples(&folder.join(SAMPLES_CSV), &mut dataset, &mut hash)?;
+    dataset.hash = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+    Ok(dataset)
+}
+
+/// Writes a dataset: the folder appears whole or not at all, and only if it can be read back.
+///
+/// A dataset that is there is replaced; whatever else lies in its folder is kept. [`Dataset::hash`] is that of the files read
+/// back, not of `dataset`.
+///
+/// # Errors
+/// When the folder holds something that is not a dataset, cannot be written, or when `dataset` contradicts itself.
+pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> {
+    let fail = |e: String| FileError::whole(folder, format!("cannot be written: {e}"), "correct the dataset");
+    let description = toml::to_string(&describe(dataset)).map_err(|e| fail(e.to_string()))?;
+    let samples = samples_text(dataset).map_err(|e| fail(e.to_string()))?;
+    replace_folder(folder, |new| {
+        write_whole(&new.join(DATASET_TOML), description.as_bytes())?;
+        write_whole(&new.join(SAMPLES_CSV), &samples)?;
+        read_dataset(new).map(drop)
+    })
+}
+
+/// A `dataset.toml` being read.
+struct Reading<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Reading<'_> {
+    fn wrong(&self, key: impl AsRef<str>, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
+        field_error(self.path, self.text, key.as_ref(), problem, remedy)
+    }
+
+    fn dataset(&self, folder: &Path) -> Result<Dataset, FileError> {
+        // The format first: a later one may have keys that are unknown here.
+        if let Ok(FormatKey { format }) = toml::from_str(self.text)
+            && format != FORMAT
+        {
+            return Err(self.wrong("format", format!("`{format}` is not read by this version"), format!("write `{FORMAT}`")));
+        }
+        let file: DatasetToml = parse_toml(self.path, self.text)?;
+        let robot = resolve_robot(&file.robot, folder).map_err(|problem| {
+            self.wrong(
+                "robot",
+                problem,
+                "name a built-in (`calibench robots` lists them) or a robot file, relative to this one",
+            )
+        })?;
+        let payloads = self.payloads(&file.payload)?;
+        let balls = self.balls(&file.ball)?;
+        let t = &file.tool;
+        Ok(Dataset {
+            base: frame([file.base.x_mm, file.base.y_mm, file.base.z_mm], [file.base.a_deg, file.base.b_deg, file.base.c_deg]),
+            tool: frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg]),
+            tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
+            tool_free: t.free,
+            contact_force: t.contact_force_n.map_or(Vector3::zeros(), Vector3::from),
+            absolute_accuracy: file.absolute_accuracy,
+            ball_distances: self.ball_distances(&file.ball_distance, &balls)?,
+            anchors: self.anchors(&file.anchor)?,
+            noise: self.noise(&file.noise, &robot)?,
+            robot,
+            robot_reference: file.robot,
+            gravity: file.gravity_m_s2.map_or(DEFAULT_GRAVITY, Vector3::from),
+            payloads,
+            balls,
+            extra_columns: Vec::new(),
+            provenance: file.provenance,
+            samples: Vec::new(),
+            hash: String::new(),
+        })
+    }
+
+    fn not_negative(&self, key: &str, value: f64) -> Result<f64, FileError> {
+        if value < 0.0 { Err(self.wrong(key, format!("{value} is negative"), "give zero or more")) } else { Ok(value) }
+    }
+
+    fn positive(&self, key: &str, value: f64) -> Result<f64, FileError> {
+        if value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.wrong(key, format!("{value} is not greater than zero"), "give a positive number, or leave the key out"))
+        }
+    }
+
+    /// That a name can stand in a CSV field and is the only one of its kind.
+    fn names<'a>(&self, table: &str, key: &str, names: impl Iterator<Item = &'a str>) -> Result<(), FileError> {
+        let mut seen: Vec<&str> = Vec::new();
+        for (k, name) in names.enumerate() {
+            let at = format!("{table}[{k}].{key}");
+            if name.is_empty() || name.trim() != name || name.contains(['\n', '\r']) {
+                return Err(self.wrong(at, format!("`{name}` is empty, or has spaces around it"), "give a plain name"));
+            }
+            if seen.contains(&name) {
+                return Err(self.wrong(at, format!("`{name}` stands twice"), "give every one its own name"));
+            }
+            seen.push(name);
+        }
+        Ok(())
+    }
+
+    fn payloads(&self, tables: &[PayloadToml]) -> Result<Vec<Payload>, FileError> {
+        self.names("payload", "name", tables.iter().map(|p| p.name.as_str()))?;
+        if tables.is_empty() {
+            return Ok(vec![Payload::none()]);
+        }
+        let payload = |(k, p): (usize, &PayloadToml)| {
+            let mass = self.not_negative(&format!("payload[{k}].mass_kg"), p.mass_kg)?;
+            Ok(Payload { name: p.name.clone(), mass, com: Vector3::from(p.com_mm) * MM })
+        };
+        tables.iter().enumerate().map(payload).collect()
+    }
+
+    fn balls(&self, tables: &[BallToml]) -> Result<Vec<Ball>, FileError> {
+        self.names("ball", "id", tables.iter().map(|b| b.id.as_str()))?;
+        let mut balls: Vec<Ball> = Vec::with_capacity(tables.len());
+        for (k, b) in tables.iter().enumerate() {
+            let sigma = self.not_negative(&format!("ball[{k}].sigma_um"), b.sigma_um.unwrap_or(0.0))? * UM;
+            let position = Vector3::new(b.x_mm, b.y_mm, b.z_mm) * MM;
+            if let Some(other) = balls.iter().find(|o| !o.free && !b.free && (o.position - position).norm() < APART) {
+                return Err(self.wrong(
+                    format!("ball[{k}]"),
+                    format!("`{}` is where ball `{}` is", b.id, other.id),
+                    "correct its position",
+                ));
+            }
+            balls.push(Ball { id: b.id.clone(), position, sigma, free: b.free });
+        }
+        Ok(balls)
+    }
+
+    fn ball_distances(&self, tables: &[BallDistanceToml], balls: &[Ball]) -> Result<Vec<BallDistance>, FileError> {
+        let known: Vec<&str> = balls.iter().map(|b| b.id.as_str()).collect();
+        let mut distances = Vec::with_capacity(tables.len());
+        for (k, t) in tables.iter().enumerate() {
+            let mut between = [0; 2];
+            for (end, id) in t.between.iter().enumerate() {
+                between[end] = known.iter().position(|b| b == id).ok_or_else(|| {
+                    self.wrong(
+                        format!("ball_distance[{k}].between[{end}]"),
+                        format!("there is no ball `{id}`"),
+                        format!("balls: {}", known.join(", ")),
+                    )
+                })?;
+            }
+            if between[0] == between[1] {
+                return Err(self.wrong(format!("ball_distance[{k}].between"), "names one ball twice", "name two balls"));
+            }
+            let distance = self.positive(&format!("ball_distance[{k}].d_mm"), t.d_mm)? * MM;
+            let sigma = self.positive(&format!("ball_distance[{k}].sigma_um"), t.sigma_um)? * UM;
+            distances.push(BallDistance { between, distance, sigma });
+        }
+        Ok(distances)
+    }
+
+    fn anchors(&self, tables: &[AnchorToml]) -> Result<Vec<Anchor>, FileError> {
+        self.names("anchor", "id", tables.iter().map(|a| a.id.as_str()))?;
+        Ok(tables.iter().map(|a| Anchor { id: a.id.clone(), position: Vector3::new(a.x_mm, a.y_mm, a.z_mm) * MM }).collect())
+    }
+
+    fn noise(&self, table: &NoiseToml, robot: &Robot) -> Result<Noise, FileError> {
+        let sigma = |key: &str, value: Option<f64>| value.map(|v| self.positive(key, v).map(|v| v * UM)).transpose();
+        let (given, joints) = (table.joint_arcsec.len(), robot.joints());
+        if given != 0 && given != joints {
+            return Err(self.wrong(
+                "noise.joint_arcsec",
+                format!("{given} numbers, and the robot has {joints} joints"),
+                "give one a joint",
+            ));
+        }
+        let joint = |(k, &v): (usize, &f64)| self.not_negative(&format!("noise.joint_arcsec[{k}]"), v).map(|v| v * ARCSEC);
+        Ok(Noise {
+            ball: sigma("noise.ball_um", table.ball_um)?,
+            point: sigma("noise.point_um", table.point_um)?,
+            joint: table.joint_arcsec.iter().enumerate().map(joint).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+fn frame(xyz_mm: [f64; 3], abc_deg: [f64; 3]) -> FramePose {
+    FramePose { xyz: xyz_mm.map(|v| v * MM), rz_ry_rx: abc_deg.map(|v| v * DEG) }
+}
+
+/// The content of `dataset.toml`. A ball that is not in the dataset is named by its place.
+fn describe(dataset: &Dataset) -> DatasetToml {
+    let mm = |v: f64| readable(v, MM);
+    let um = |v: f64| readable(v, UM);
+    let sigma = |v: f64| (v != 0.0).then(|| um(v));
+    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.base);
+    let base = FrameToml { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg };
+    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.tool);
+    let tool = ToolToml {
+        x_mm,
+        y_mm,
+        z_mm,
+        a_deg,
+        b_deg,
+        c_deg,
+        sigma_um: sigma(dataset.tool_sigma),
+        free: dataset.tool_free,
+        contact_force_n: (dataset.contact_force != Vector3::zeros()).then(|| dataset.contact_force.into()),
+    };
+    let payload = |p: &Payload| PayloadToml { name: p.name.clone(), mass_kg: p.mass, com_mm: p.com.map(mm).into() };
+    let ball = |b: &Ball| BallToml {
+        id: b.id.clone(),
+        x_mm: mm(b.position.x),
+        y_mm: mm(b.position.y),
+        z_mm: mm(b.position.z),
+        sigma_um: sigma(b.sigma),
+        free: b.free,
+    };
+    let ball_id = |k: usize| dataset.balls.get(k).map_or_else(|| format!("#{k}"), |b| b.id.clone());
+    let anchor =
+        |a: &Anchor| AnchorToml { id: a.id.clone(), x_mm: mm(a.position.x), y_mm: mm(a.position.y), z_mm: mm(a.position.z) };
+    DatasetToml {
+        format: FORMAT.into(),
+        robot: dataset.robot_reference.clone(),
+        gravity_m_s2: Some(dataset.gravity.into()),
+        absolute_accuracy: dataset.absolute_accuracy,
+        base,
+        tool,
+        payload: if dataset.payloads == [Payload::none()] {
+            Vec::new()
+        } else {
+            dataset.payloads.iter().map(payload).collect()
+        },
+        ball: dataset.balls.iter().map(ball).collect(),
+        ball_distance: dataset
+            .ball_distances
+            .iter()
+            .map(|d| BallDistanceToml { between: d.between.map(ball_id), d_mm: mm(d.distance), sigma_um: um(d.sigma) })
+            .collect(),
+        anchor: dataset.anchors.iter().map(anchor).collect(),
+        noise: NoiseToml {
+            ball_um: dataset.noise.ball.map(um),
+            point_um: dataset.noise.point.map(um),
+            joint_arcsec: dataset.noise.joint.iter().map(|v| readable(*v, ARCSEC)).collect(),
+        },
+        provenance: dataset.provenance.clone(),
+    }
+}
+
+/// Position in mm and angles in deg.
+fn shown(frame: &FramePose) -> ([f64; 3], [f64; 3]) {
+    (frame.xyz.map(|v| readable(v, MM)), frame.rz_ry_rx.map(|v| readable(v, DEG)))
+}

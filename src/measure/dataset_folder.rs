@@ -1,0 +1,85 @@
+//! A folder that appears whole or not at all.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use super::dataset_file::{DATASET_TOML, SAMPLES_CSV};
+use crate::files::FileError;
+
+/// Fills a new folder beside `folder` and puts it in its place, keeping whatever lies there besides the two files.
+///
+/// # Errors
+/// Those of `fill`, with the name the files were to have; that `folder` holds something that is not a dataset; those of the disk.
+pub(super) fn replace_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<(), FileError>) -> Result<(), FileError> {
+    let fail = |e: io::Error| {
+        FileError::whole(folder, format!("cannot be written: {e}"), "check the folder above, its permissions and free space")
+    };
+    // Through links to the folder itself, which is what is to be replaced.
+    let target = if folder.exists() { fs::canonicalize(folder).map_err(fail)? } else { folder.to_owned() };
+    if target.exists() && !target.is_dir() {
+        return Err(FileError::whole(folder, "is a file", "name a folder"));
+    }
+    let (Some(name), Some(parent)) = (target.file_name(), target.parent()) else {
+        return Err(FileError::whole(folder, "cannot be made", "name a new folder, or one that holds a dataset"));
+    };
+    let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+    if target.exists() && fs::read_dir(&target).map_err(fail)?.next().is_some() && !target.join(DATASET_TOML).is_file() {
+        return Err(FileError::whole(
+            folder,
+            "holds something that is not a dataset",
+            "name a new folder, or one that holds a dataset",
+        ));
+    }
+    fs::create_dir_all(parent).map_err(fail)?;
+    let prefix = format!(".{}.", name.to_string_lossy());
+    // A sibling, so that a robot named relative to the folder is found from it too.
+    let beside = || tempfile::Builder::new().prefix(&prefix).tempdir_in(parent).map_err(fail);
+    let new = beside()?;
+    if target.exists() {
+        carry_over(&target, new.path(), &[DATASET_TOML, SAMPLES_CSV]).map_err(fail)?;
+    }
+    fill(new.path()).map_err(|e| match e.path.strip_prefix(new.path()) {
+        Ok(inside) => FileError { path: folder.join(inside), ..e },
+        Err(_) => e,
+    })?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        fs::set_permissions(new.path(), fs::Permissions::from_mode(0o755)).map_err(fail)?;
+        fs::File::open(new.path()).and_then(|f| f.sync_all()).map_err(fail)?;
+    }
+    let attic = beside()?;
+    let old = attic.path().join("old");
+    let replaces = target.exists();
+    if replaces {
+        fs::rename(&target, &old).map_err(fail)?;
+    }
+    if let Err(e) = fs::rename(new.path(), &target) {
+        if replaces {
+            fs::rename(&old, &target).map_err(fail)?;
+        }
+        return Err(fail(e));
+    }
+    #[cfg(unix)]
+    fs::File::open(parent).and_then(|f| f.sync_all()).map_err(fail)?;
+    Ok(())
+}
+
+/// Links (or where that cannot be, copies) everything in a folder into another, but the names of `except`.
+fn carry_over(from: &Path, to: &Path, except: &[&str]) -> io::Result<()> {
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let (source, copy) = (entry.path(), to.join(entry.file_name()));
+        if except.iter().any(|name| entry.file_name() == *name) {
+            continue;
+        }
+        if entry.file_type()?.is_dir() {
+            fs::create_dir(&copy)?;
+            carry_over(&source, &copy, &[])?;
+        } else if fs::hard_link(&source, &copy).is_err() {
+            fs::copy(&source, &copy)?;
+        }
+    }
+    Ok(())
+}

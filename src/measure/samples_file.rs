@@ -1,0 +1,534 @@
+//! `samples.csv`: one row a measurement. Every mistake is one error that names line, column and remedy.
+
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, Read};
+use std::path::Path;
+
+use csv::StringRecord;
+use nalgebra::Vector3;
+use sha2::{Digest, Sha256};
+
+use super::columns::Column;
+use super::{Dataset, Measured, Sample, SampleSet};
+use crate::files::{FileError, name_remedy};
+use crate::robot::Robot;
+use crate::units::{DEG, MM, UM, readable};
+
+/// Longest row, bytes: a row of a seven-joint arm with every column takes about a thousand.
+const LONGEST_ROW: u64 = 1 << 20;
+/// Most rows: a measurement takes seconds, so this is years of them.
+const MOST_ROWS: usize = 10_000_000;
+/// How far a reported joint may lie outside its limits, rad: controllers round, and limits are given to the degree.
+const LIMIT_MARGIN: f64 = 1.0 * DEG;
+/// Prefix of a free column.
+const EXTRA: &str = "extra_";
+
+/// Reads the rows into `dataset` (samples and names of the free columns), and every byte into `hash`.
+pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256) -> Result<(), FileError> {
+    if path.is_dir() {
+        return Err(FileError::whole(path, "is a directory", "put the file samples.csv there"));
+    }
+    let file = std::fs::File::open(path).map_err(|e| {
+        FileError::whole(path, format!("cannot be read: {e}"), "a dataset is a folder with dataset.toml and samples.csv")
+    })?;
+    let mut rows = Rows { input: std::io::BufReader::new(file), path, hash, next_line: 1 };
+    let Some(titles) = rows.next()? else {
+        return Err(FileError::whole(path, "is empty", "give a header line and one row a measurement"));
+    };
+    let header = Header::parse(path, &titles, dataset)?;
+    let mut first_seen: HashMap<String, usize> = HashMap::new();
+    while let Some(record) = rows.next()? {
+        let row = Row { path, header: &header, record: &record };
+        if dataset.samples.len() == MOST_ROWS {
+            return Err(FileError {
+                line: Some(record.line),
+                ..FileError::whole(path, "has more than 10 million rows", "split the dataset")
+            });
+        }
+        let sample = row.sample(dataset)?;
+        if let Some(line) = first_seen.insert(sample.id.clone(), record.line) {
+            return Err(row.error(
+                Column::Id,
+                format!("`{}` is the id of line {line} too", sample.id),
+                "give every row its own id",
+            ));
+        }
+        dataset.samples.push(sample);
+    }
+    if dataset.samples.is_empty() {
+        return Err(FileError::whole(path, "has a header and no rows", "add one row a measurement"));
+    }
+    dataset.extra_columns = header.extra.into_iter().map(|(name, _)| name).collect();
+    Ok(())
+}
+
+/// A row of the file, split into its fields.
+struct Record {
+    line: usize,
+    fields: StringRecord,
+    /// The file ended without ending this line.
+    cut: bool,
+}
+
+/// The rows of a CSV file with their true line numbers, in bounded memory.
+struct Rows<'a, R> {
+    input: R,
+    path: &'a Path,
+    hash: &'a mut Sha256,
+    next_line: usize,
+}
+
+impl<R: BufRead> Rows<'_, R> {
+    fn error(&self, line: usize, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
+        FileError { line: Some(line), ..FileError::whole(self.path, problem, remedy) }
+    }
+
+    /// The next row that is not blank.
+    fn next(&mut self) -> Result<Option<Record>, FileError> {
+        loop {
+            let line = self.next_line;
+            let bytes = self.next_bytes()?;
+            if bytes.is_empty() {
+                return Ok(None);
+            }
+            let text = if line == 1 { bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes) } else { &bytes[..] };
+            if text.trim_ascii().is_empty() {
+                continue;
+            }
+            let mut fields = StringRecord::new();
+            csv::ReaderBuilder::new()
+                .has_headers(false)
+                .flexible(true)
+                .buffer_capacity(text.len())
+                .from_reader(text)
+                .read_record(&mut fields)
+                .map_err(|e| match e.kind() {
+                    csv::ErrorKind::Utf8 { .. } => self.error(line, "is not UTF-8 text", "save the file as UTF-8"),
+                    _ => self.error(line, e.to_string(), "correct the row"),
+                })?;
+            return Ok(Some(Record { line, fields, cut: bytes.last() != Some(&b'\n') }));
+        }
+    }
+
+    /// The bytes of the next row: one line, or more when quotes hold line breaks. Empty at the end of the file.
+    fn next_bytes(&mut self) -> Result<Vec<u8>, FileError> {
+        let line = self.next_line;
+        let mut bytes = Vec::new();
+        let mut quotes = Quotes::FieldStart;
+        loop {
+            let start = bytes.len();
+            // One more than allowed, so that too long a row is told from one that just fits.
+            let read = Read::take(&mut self.input, LONGEST_ROW + 1 - start as u64)
+                .read_until(b'\n', &mut bytes)
+                .map_err(|e| FileError::whole(self.path, format!("cannot be read: {e}"), "check the disk"))?;
+            if bytes.len() as u64 > LONGEST_ROW {
+                return Err(self.error(
+                    line,
+                    "a row is longer than 1 MiB",
+                    "check that quotes are closed and that the file is text",
+                ));
+            }
+            self.hash.update(&bytes[start..]);
+            self.next_line += usize::from(bytes[start..].ends_with(b"\n"));
+            quotes = bytes[start..].iter().fold(quotes, |state, &b| state.after(b));
+            match (quotes, read) {
+                (Quotes::Inside, 0) => return Err(self.error(line, "a quote is opened and never closed", "close it")),
+                (Quotes::Inside, _) => {}
+                _ => return Ok(bytes),
+            }
+        }
+    }
+}
+
+/// Where in a row the reading stands: a line break between quotes does not end it.
+#[derive(Clone, Copy, PartialEq)]
+enum Quotes {
+    FieldStart,
+    Outside,
+    Inside,
+    /// After a quote between quotes: the end, or the first of two that stand for one.
+    Closing,
+}
+
+impl Quotes {
+    fn after(self, byte: u8) -> Quotes {
+        match (self, byte) {
+            (Quotes::FieldStart | Quotes::Closing, b'"') => Quotes::Inside,
+            (Quotes::Inside, b'"') => Quotes::Closing,
+            (Quotes::Inside, _) => Quotes::Inside,
+            (_, b',' | b'\n') => Quotes::FieldStart,
+            _ => Quotes::Outside,
+        }
+    }
+}
+
+/// Which column stands where.
+struct Header {
+    names: Vec<String>,
+    place: HashMap<Column, usize>,
+    extra: Vec<(String, usize)>,
+}
+
+impl Header {
+    fn parse(path: &Path, titles: &Record, dataset: &Dataset) -> Result<Header, FileError> {
+        let joints = dataset.robot.joints();
+        let error = |field: &str, problem: String, remedy: String| FileError {
+            path: path.into(),
+            line: Some(titles.line),
+            field: field.into(),
+            problem,
+            remedy,
+        };
+        let names: Vec<String> = titles.fields.iter().map(|t| t.trim().to_owned()).collect();
+        for (mark, what) in [(';', "semicolons"), ('\t', "tabs")] {
+            if names.len() == 1 && names[0].contains(mark) {
+                let remedy =
+                    "separate them by commas and write decimal points, or bring the file in with `calibench import generic`";
+                return Err(error("", format!("fields are separated by {what}"), remedy.into()));
+            }
+        }
+        if names.iter().all(|n| n.parse::<f64>().is_ok()) {
+            return Err(error("", "the header is missing".into(), "begin with a line that names the columns".into()));
+        }
+        let known = Column::all(joints);
+        let known_names: Vec<String> = known.iter().map(|c| c.name()).collect();
+        let known_texts: Vec<&str> = known_names.iter().map(String::as_str).collect();
+        let mut seen = HashSet::new();
+        let mut header = Header { names: names.clone(), place: HashMap::new(), extra: Vec::new() };
+        for (place, name) in names.iter().enumerate() {
+            if name.is_empty() {
+                return Err(error("", format!("column {} has no name", place + 1), "name it, or remove it".into()));
+            }
+            if !seen.insert(name) {
+                return Err(error(name, "stands twice in the header".into(), "keep one of them".into()));
+            }
+            if let Some(k) = known_names.iter().position(|n| n == name) {
+                header.place.insert(known[k], place);
+            } else if name.starts_with(EXTRA) && name.len() > EXTRA.len() {
+                header.extra.push((name.clone(), place));
+            } else {
+                let remedy = match crate::files::nearest_name(name, known_texts.iter().copied()) {
+                    Some(_) => name_remedy(name, &known_texts),
+                    None => format!("a free column is written `{EXTRA}{name}`; this robot has {joints} joints"),
+                };
+                return Err(error(name, "there is no such column".into(), remedy));
+            }
+        }
+        for column in [Column::Id, Column::Kind] {
+            if !header.place.contains_key(&column) {
+                return Err(error(&column.name(), "this required column is missing".into(), "add it".into()));
+            }
+        }
+        for quantity in Column::quantities(joints) {
+            let (there, missing): (Vec<Column>, Vec<Column>) =
+                (0..quantity.count).map(quantity.component).partition(|c| header.place.contains_key(c));
+            let required = (quantity.component)(0) == Column::Joint(0);
+            if let Some(first) = missing.first()
+                && (required || !there.is_empty())
+            {
+                let problem = if required {
+                    "this required column is missing"
+                } else {
+                    "this column is missing while its fellows are there"
+                };
+                return Err(error(&first.name(), problem.into(), format!("the robot needs all {} of them", quantity.count)));
+            }
+        }
+        Ok(header)
+    }
+}
+
+/// One row, read by column.
+struct Row<'a> {
+    path: &'a Path,
+    header: &'a Header,
+    record: &'a Record,
+}
+
+impl<'a> Row<'a> {
+    fn error(&self, column: Column, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
+        FileError {
+            path: self.path.into(),
+            line: Some(self.record.line),
+            field: column.name(),
+            problem: problem.into(),
+            remedy: remedy.into(),
+        }
+    }
+
+    fn text(&self, column: Column) -> Option<&'a str> {
+        let place = self.header.place.get(&column)?;
+        self.record.fields.get(*place).map(str::trim).filter(|t| !t.is_empty())
+    }
+
+    fn required(&self, column: Column) -> Result<&'a str, FileError> {
+        self.text(column).ok_or_else(|| self.error(column, "is empty", "fill it"))
+    }
+
+    /// A finite number in SI, where there is one.
+    fn number(&self, column: Column, unit: f64) -> Result<Option<f64>, FileError> {
+        let Some(text) = self.text(column) else { return Ok(None) };
+        match text.parse::<f64>() {
+            Ok(value) if (value * unit).is_finite() => Ok(Some(value * unit)),
+            Ok(_) => Err(self.error(column, format!("`{text}` is not a finite number"), "give a number, or leave the row out")),
+            Err(_) if text.contains(',') => {
+                Err(self.error(column, format!("`{text}` has a decimal comma"), "write a decimal point"))
+            }
+            Err(_) => Err(self.error(column, format!("`{text}` is not a number"), "give a number without its unit")),
+        }
+    }
+
+    /// All numbers of a quantity in SI, or none.
+    fn numbers(&self, component: fn(usize) -> Column, count: usize, unit: f64) -> Result<Option<Vec<f64>>, FileError> {
+        let mut values = Vec::with_capacity(count);
+        let mut gap = None;
+        for k in 0..count {
+            match self.number(component(k), unit)? {
+                Some(value) => values.push(value),
+                None => gap = gap.or(Some(component(k))),
+            }
+        }
+        match gap {
+            None => Ok(Some(values)),
+            Some(_) if values.is_empty() => Ok(None),
+            Some(column) => {
+                Err(self.error(column, "is empty while its fellows are not", "fill it, or leave all of them empty"))
+            }
+        }
+    }
+
+    fn vector(&self, component: fn(usize) -> Column, unit: f64) -> Result<Option<Vector3<f64>>, FileError> {
+        Ok(self.numbers(component, 3, unit)?.map(|v| Vector3::new(v[0], v[1], v[2])))
+    }
+
+    /// All signs of a quantity, or none.
+    fn signs(&self, component: fn(usize) -> Column, count: usize, allowed: &[i8]) -> Result<Option<Vec<i8>>, FileError> {
+        let Some(values) = self.numbers(component, count, 1.0)? else { return Ok(None) };
+        let sign = |(k, value): (usize, f64)| {
+            allowed.iter().copied().find(|&s| f64::from(s) == value).ok_or_else(|| {
+                let list: Vec<String> = allowed.iter().map(i8::to_string).collect();
+                self.error(component(k), format!("{value} is not a sign"), format!("write one of {}", list.join(", ")))
+            })
+        };
+        values.into_iter().enumerate().map(sign).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// A number greater than zero, where there is one.
+    fn positive(&self, column: Column, unit: f64) -> Result<Option<f64>, FileError> {
+        match self.number(column, unit)? {
+            Some(value) if value <= 0.0 => {
+                Err(self.error(column, "is not greater than zero", "give a positive number, or leave it empty"))
+            }
+            value => Ok(value),
+        }
+    }
+
+    /// The place of a name in a list.
+    fn named<'b>(
+        &self,
+        column: Column,
+        name: &str,
+        what: &str,
+        ids: impl Iterator<Item = &'b str> + Clone,
+    ) -> Result<usize, FileError> {
+        ids.clone().position(|id| id == name).ok_or_else(|| {
+            let known: Vec<&str> = ids.take(12).collect();
+            let remedy = if known.is_empty() {
+                format!("add a [[{what}]] to dataset.toml")
+            } else {
+                format!("dataset.toml has {}", known.join(", "))
+            };
+            self.error(column, format!("there is no {what} `{name}`"), remedy)
+        })
+    }
+
+    fn measured(&self, dataset: &Dataset) -> Result<Measured, FileError> {
+        let kind = self.required(Column::Kind)?;
+        let (measured, own): (Measured, &[Column]) = match kind {
+            "ball" => {
+                let ids = dataset.balls.iter().map(|b| b.id.as_str());
+                let ball = self.named(Column::Ball, self.required(Column::Ball)?, "ball", ids)?;
+                let own = &[
+                    Column::Ball,
+                    Column::Reading(0),
+                    Column::Reading(1),
+                    Column::Reading(2),
+                    Column::Plunger(0),
+                    Column::Plunger(1),
+                    Column::Plunger(2),
+                ];
+                (Measured::Ball { ball, reading: self.vector(Column::Reading, UM)? }, own)
+            }
+            "point" => {
+                let empty = || self.error(Column::World(0), "is empty", "a row of kind `point` has x_mm, y_mm, z_mm");
+                let own = &[Column::World(0), Column::World(1), Column::World(2)];
+                (Measured::Point(self.vector(Column::World, MM)?.ok_or_else(empty)?), own)
+            }
+            "distance" => {
+                let ids = dataset.anchors.iter().map(|a| a.id.as_str());
+                let anchor = self.named(Column::Anchor, self.required(Column::Anchor)?, "anchor", ids)?;
+                self.required(Column::Distance)?;
+                let empty = || self.error(Column::Distance, "is empty", "fill it");
+                (
+                    Measured::Distance { anchor, distance: self.positive(Column::Distance, MM)?.ok_or_else(empty)? },
+                    &[Column::Anchor, Column::Distance],
+                )
+            }
+            other => {
+                return Err(self.error(
+                    Column::Kind,
+                    format!("`{other}` is not a kind"),
+                    name_remedy(other, &["ball", "point", "distance"]),
+                ));
+            }
+        };
+        let bound = [
+            vec![Column::Ball, Column::Anchor, Column::Distance],
+            (0..3).flat_map(|k| [Column::Reading(k), Column::World(k), Column::Plunger(k)]).collect(),
+        ]
+        .concat();
+        if let Some(stray) = bound.into_iter().find(|c| !own.contains(c) && self.text(*c).is_some()) {
+            return Err(self.error(
+                stray,
+                format!("has no meaning in a row of kind `{kind}`"),
+                "leave it empty, or correct the kind",
+            ));
+        }
+        Ok(measured)
+    }
+
+    fn sample(&self, dataset: &Dataset) -> Result<Sample, FileError> {
+        self.count_fields()?;
+        let robot: &Robot = &dataset.robot;
+        let joints = robot.joints();
+        let id = self.required(Column::Id)?;
+        for k in 0..joints {
+            self.required(Column::Joint(k))?;
+        }
+        let q = self.numbers(Column::Joint, joints, DEG)?.unwrap_or_default();
+        if let Some(k) = robot.outside_limits(&q, LIMIT_MARGIN) {
+            let [low, high] = robot.links[k].limits.map(|l| readable(l, DEG));
+            let problem = format!("{} deg is outside the joint's limits {low} to {high}", readable(q[k], DEG));
+            return Err(self.error(Column::Joint(k), problem, "give the angle in degrees as the controller reports it"));
+        }
+        let set = match self.text(Column::Set) {
+            None | Some("fit") => SampleSet::Fit,
+            Some("validation") => SampleSet::Validation,
+            Some(other) => {
+                return Err(self.error(Column::Set, format!("`{other}` is not a set"), "write `fit` or `validation`"));
+            }
+        };
+        let payload = match self.text(Column::Payload) {
+            None => 0,
+            Some(name) => self.named(Column::Payload, name, "payload", dataset.payloads.iter().map(|p| p.name.as_str()))?,
+        };
+        Ok(Sample {
+            set,
+            payload,
+            time_s: self.number(Column::Time, 1.0)?,
+            temp_c: self.number(Column::Temperature, 1.0)?,
+            approach: self.signs(Column::Approach, joints, &[-1, 0, 1])?,
+            plungers: self.signs(Column::Plunger, 3, &[-1, 1])?.map(|s| [s[0], s[1], s[2]]),
+            repeat: self.text(Column::Repeat).map(str::to_owned),
+            session: self.text(Column::Session).map(str::to_owned),
+            q_commanded: self.numbers(Column::Commanded, joints, DEG)?,
+            tau: self.numbers(Column::Torque, joints, 1.0)?,
+            sigma: self.positive(Column::Sigma, UM)?,
+            extra: self
+                .header
+                .extra
+                .iter()
+                .map(|(_, place)| self.record.fields.get(*place).unwrap_or_default().to_owned())
+                .collect(),
+            ..Sample::new(id, q, self.measured(dataset)?)
+        })
+    }
+
+    fn count_fields(&self) -> Result<(), FileError> {
+        let (has, needs) = (self.record.fields.len(), self.header.names.len());
+        if has == needs {
+            return Ok(());
+        }
+        let error = |problem: String, remedy: &str| FileError {
+            path: self.path.into(),
+            line: Some(self.record.line),
+            field: self.header.names.get(has).cloned().unwrap_or_default(),
+            problem,
+            remedy: remedy.into(),
+        };
+        if has < needs && self.record.cut {
+            return Err(error(
+                format!("the last line is cut: {has} of {needs} fields"),
+                "restore it from its source, or remove it",
+            ));
+        }
+        let remedy = if has > needs {
+            "write decimal points, and text with commas in quotes"
+        } else {
+            "fill the row; a value not known is left empty between two commas"
+        };
+        Err(error(format!("{has} fields, and the header has {needs}"), remedy))
+    }
+}
+
+/// The file of a dataset's samples.
+pub(super) fn samples_text(dataset: &Dataset) -> Result<Vec<u8>, csv::Error> {
+    let used: Vec<Column> = Column::all(dataset.robot.joints())
+        .into_iter()
+        .filter(|column| match column {
+            Column::Id | Column::Kind => true,
+            column => dataset.samples.iter().any(|s| !cell(dataset, s, *column).is_empty()),
+        })
+        .collect();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(used.iter().map(|c| c.name()).chain(dataset.extra_columns.iter().cloned()))?;
+    for sample in &dataset.samples {
+        writer.write_record(used.iter().map(|c| cell(dataset, sample, *c)).chain(sample.extra.iter().cloned()))?;
+    }
+    writer.into_inner().map_err(|e| e.into_error().into())
+}
+
+/// What is written for a column of a sample; empty where it has none. A name that is not in the dataset is written as its place.
+fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
+    fn name<'a>(list: impl Iterator<Item = &'a str>, place: usize) -> String {
+        let mut list = list;
+        list.nth(place).map_or_else(|| format!("#{place}"), str::to_owned)
+    }
+    fn of<T>(list: Option<&[T]>, k: usize, show: impl Fn(&T) -> String) -> String {
+        list.and_then(|l| l.get(k)).map(show).unwrap_or_default()
+    }
+    let signs = |list: Option<&[i8]>, k| of(list, k, i8::to_string);
+    let numbers = |list: Option<&[f64]>, k, unit| of(list, k, |v| number(*v, unit));
+    match (column, &sample.measured) {
+        (Column::Id, _) => sample.id.clone(),
+        (Column::Kind, Measured::Ball { .. }) => "ball".into(),
+        (Column::Kind, Measured::Point(_)) => "point".into(),
+        (Column::Kind, Measured::Distance { .. }) => "distance".into(),
+        (Column::Joint(k), _) => numbers(Some(&sample.q), k, DEG),
+        (Column::Ball, Measured::Ball { ball, .. }) => name(dataset.balls.iter().map(|b| b.id.as_str()), *ball),
+        (Column::Reading(k), Measured::Ball { reading: Some(r), .. }) => number(r[k], UM),
+        (Column::World(k), Measured::Point(p)) => number(p[k], MM),
+        (Column::Anchor, Measured::Distance { anchor, .. }) => name(dataset.anchors.iter().map(|a| a.id.as_str()), *anchor),
+        (Column::Distance, Measured::Distance { distance, .. }) => number(*distance, MM),
+        (Column::Set, _) if sample.set == SampleSet::Validation => "validation".into(),
+        (Column::Payload, _) if sample.payload > 0 => name(dataset.payloads.iter().map(|p| p.name.as_str()), sample.payload),
+        (Column::Time, _) => sample.time_s.map(|t| number(t, 1.0)).unwrap_or_default(),
+        (Column::Temperature, _) => sample.temp_c.map(|t| number(t, 1.0)).unwrap_or_default(),
+        (Column::Approach(k), _) => signs(sample.approach.as_deref(), k),
+        (Column::Plunger(k), _) => signs(sample.plungers.as_ref().map(<[i8; 3]>::as_slice), k),
+        (Column::Repeat, _) => sample.repeat.clone().unwrap_or_default(),
+        (Column::Session, _) => sample.session.clone().unwrap_or_default(),
+        (Column::Commanded(k), _) => numbers(sample.q_commanded.as_deref(), k, DEG),
+        (Column::Torque(k), _) => numbers(sample.tau.as_deref(), k, 1.0),
+        (Column::Sigma, _) => sample.sigma.map(|s| number(s, UM)).unwrap_or_default(),
+        (Column::Ball | Column::Reading(_) | Column::World(_) | Column::Anchor | Column::Distance, _) => String::new(),
+        (Column::Set | Column::Payload, _) => String::new(),
+    }
+}
+
+/// A quantity as a decimal number, in scientific notation where plain digits would be unreadable.
+fn number(si: f64, unit: f64) -> String {
+    let value = readable(si, unit);
+    let size = value.abs();
+    if size == 0.0 || (1e-7..1e15).contains(&size) { format!("{value}") } else { format!("{value:e}") }
+}
