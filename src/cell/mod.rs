@@ -5,6 +5,11 @@
 
 mod indicator;
 mod manipulator;
+mod replay;
+pub mod scripted;
+mod trical;
 
 pub use indicator::{Indicator, IndicatorError};
 pub use manipulator::{Manipulator, ManipulatorError};
+pub use replay::{Recording, ReplayDeparture, ReplayedIndicator, ReplayedRobot};
+pub use trical::TriCal;

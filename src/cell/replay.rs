@@ -1,0 +1,316 @@
+//! A recorded campaign played back through the cell's traits: the same readings and joints, for whoever gives the same commands.
+//!
+//! With it a day at a real cell can be looked at again, and the controller that took the data checked against it. Only commands
+//! move the recording on; reading it does not, so that averaging or asking again changes nothing.
+
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use super::{Indicator, IndicatorError, Manipulator, ManipulatorError};
+use crate::files::{FileError, read_text};
+use crate::units::{DEG, UM};
+
+/// One stop of a recorded arm, a row of `iterations.csv`.
+#[derive(Debug, Clone, PartialEq)]
+struct Stop {
+    time_s: f64,
+    joints: Vec<f64>,
+    reading: Option<Vector3<f64>>,
+    step: Option<Vector3<f64>>,
+    fault: Option<Fault>,
+}
+
+/// What a device answered in the place of a result.
+#[derive(Debug, Clone, PartialEq)]
+enum Fault {
+    Indicator(usize, IndicatorError),
+    Robot(ManipulatorError),
+}
+
+/// Where a command differs from the recorded one. Steps are counted from 1, the first row after the header of `iterations.csv`.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum ReplayDeparture {
+    /// The recording stepped along the tool here, by something else.
+    #[error("the replay departs at step {at}: commanded ({:.4}, {:.4}, {:.4}) um, recorded {}", commanded.x / UM, commanded.y / UM, commanded.z / UM, in_um(recorded))]
+    Step {
+        /// Where.
+        at: usize,
+        /// Step commanded now, m.
+        commanded: Vector3<f64>,
+        /// Step recorded, m, if there was one.
+        recorded: Option<Vector3<f64>>,
+    },
+    /// The recording moved its joints elsewhere, or not at all.
+    #[error("the replay departs at step {at}: joints were commanded that the recording did not move to")]
+    Joints {
+        /// Where.
+        at: usize,
+        /// Joints commanded now, rad.
+        commanded: Vec<f64>,
+    },
+    /// Nothing was recorded after this.
+    #[error("the replay departs at step {at}: the recording ends here")]
+    End {
+        /// Where.
+        at: usize,
+    },
+}
+
+/// A step is the recorded one within this, m: a nanometre is far below any reading's last digit, far above the rounding of text.
+const SAME_STEP: f64 = 1e-9;
+/// Joints commanded are the recorded read-back within this, rad: 0.06 degrees is more than a servo leaves, less than poses differ.
+const SAME_JOINTS: f64 = 1e-3;
+
+struct State {
+    stops: Vec<Stop>,
+    /// The stop the arm is at; none before the first motion.
+    at: Option<usize>,
+    departure: Option<ReplayDeparture>,
+}
+
+/// A recorded campaign; hands out its devices.
+#[derive(Clone)]
+pub struct Recording(Rc<RefCell<State>>);
+
+/// The robot of a [`Recording`].
+pub struct ReplayedRobot(Rc<RefCell<State>>);
+
+/// An indicator of a [`Recording`].
+pub struct ReplayedIndicator(Rc<RefCell<State>>, usize);
+
+impl Recording {
+    /// Reads the `iterations.csv` of a campaign (columns: [`crate::measure::CampaignRecord::write`]).
+    ///
+    /// # Errors
+    /// When the file cannot be read, a column is missing, or a value is no number.
+    pub fn read(path: &Path) -> Result<Recording, FileError> {
+        let stops = Table::read(path)?.stops()?;
+        Ok(Recording(Rc::new(RefCell::new(State { stops, at: None, departure: None }))))
+    }
+
+    /// The recorded robot.
+    pub fn robot(&self) -> ReplayedRobot {
+        ReplayedRobot(Rc::clone(&self.0))
+    }
+
+    /// The recorded indicators.
+    pub fn indicators(&self) -> [ReplayedIndicator; 3] {
+        std::array::from_fn(|axis| ReplayedIndicator(Rc::clone(&self.0), axis))
+    }
+
+    /// Where the commands left the recording, if they did. From there on the robot answers that it is lost.
+    pub fn departure(&self) -> Option<ReplayDeparture> {
+        self.0.borrow().departure.clone()
+    }
+
+    /// Whether every recorded stop was visited.
+    pub fn is_finished(&self) -> bool {
+        let state = self.0.borrow();
+        state.at.map_or(0, |at| at + 1) == state.stops.len()
+    }
+}
+
+impl State {
+    fn here(&self) -> Option<&Stop> {
+        self.stops.get(self.at.unwrap_or(0))
+    }
+
+    fn next(&self) -> usize {
+        self.at.map_or(0, |at| at + 1)
+    }
+
+    fn depart<T>(&mut self, departure: ReplayDeparture) -> Result<T, ManipulatorError> {
+        let departure = self.departure.get_or_insert(departure);
+        Err(ManipulatorError::Lost { detail: departure.to_string() })
+    }
+
+    /// That the commands have followed the recording so far.
+    fn on_track(&self) -> Result<(), ManipulatorError> {
+        match &self.departure {
+            Some(departure) => Err(ManipulatorError::Lost { detail: departure.to_string() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Goes to the next stop, where the recorded robot may have failed.
+    fn arrive(&mut self) -> Result<(), ManipulatorError> {
+        self.at = Some(self.next());
+        match self.here() {
+            Some(Stop { fault: Some(Fault::Robot(error)), reading: None, .. }) => Err(error.clone()),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Manipulator for ReplayedRobot {
+    fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {
+        let state = self.0.borrow();
+        state.on_track()?;
+        Ok(state.here().map(|stop| stop.joints.clone()).unwrap_or_default())
+    }
+
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        let mut state = self.0.borrow_mut();
+        state.on_track()?;
+        let at = state.next() + 1;
+        let Some(next) = state.stops.get(state.next()) else { return state.depart(ReplayDeparture::End { at: at - 1 }) };
+        let same = next.joints.len() == target.len() && next.joints.iter().zip(target).all(|(a, b)| (a - b).abs() < SAME_JOINTS);
+        // A stop that was left by a step along the tool is not left by a joint motion.
+        let stepped = state.at.and_then(|at| state.stops.get(at)).is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
+        if stepped || !same {
+            return state.depart(ReplayDeparture::Joints { at, commanded: target.to_vec() });
+        }
+        state.arrive()
+    }
+
+    fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
+        let mut state = self.0.borrow_mut();
+        state.on_track()?;
+        let at = state.at.map_or(1, |at| at + 1);
+        let recorded = state.at.and_then(|at| state.stops.get(at)).and_then(|stop| stop.step);
+        if !recorded.is_some_and(|step| (step - offset).amax() < SAME_STEP) {
+            return state.depart(ReplayDeparture::Step { at, commanded: *offset, recorded });
+        }
+        if let Some(Stop { fault: Some(Fault::Robot(error)), .. }) = state.here() {
+            return Err(error.clone());
+        }
+        if state.next() == state.stops.len() {
+            return state.depart(ReplayDeparture::End { at });
+        }
+        state.arrive()
+    }
+
+    fn clock_s(&mut self) -> f64 {
+        self.0.borrow().here().map_or(0.0, |stop| stop.time_s)
+    }
+}
+
+impl Indicator for ReplayedIndicator {
+    fn read(&mut self) -> Result<f64, IndicatorError> {
+        match self.0.borrow().here() {
+            Some(Stop { fault: Some(Fault::Indicator(axis, error)), reading: None, .. }) if *axis == self.1 => Err(error.clone()),
+            Some(Stop { reading: Some(reading), .. }) => Ok(reading[self.1]),
+            // The other two answered when one failed; what they said was of no use and is not recorded.
+            Some(Stop { fault: Some(Fault::Indicator(..)), .. }) => Ok(0.0),
+            _ => Err(IndicatorError::Silent),
+        }
+    }
+
+    fn preset(&mut self, _value: f64) -> Result<(), IndicatorError> {
+        Err(IndicatorError::Fault { detail: "a recording cannot be mastered again".into() })
+    }
+}
+
+/// `iterations.csv` as text.
+struct Table<'a> {
+    path: &'a Path,
+    header: csv::StringRecord,
+    rows: Vec<csv::StringRecord>,
+}
+
+impl<'a> Table<'a> {
+    fn read(path: &'a Path) -> Result<Self, FileError> {
+        let text = read_text(path)?;
+        let fail = |e: csv::Error| FileError {
+            line: e.position().map(|p| p.line() as usize),
+            ..FileError::whole(path, e.to_string(), "every row needs the columns of the header")
+        };
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let header = reader.headers().map_err(fail)?.clone();
+        let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(fail)?;
+        Ok(Table { path, header, rows })
+    }
+
+    fn column(&self, name: &str) -> Result<usize, FileError> {
+        self.header.iter().position(|h| h == name).ok_or_else(|| FileError {
+            line: Some(1),
+            field: name.into(),
+            ..FileError::whole(self.path, "the column is missing", "give the iterations.csv of a campaign")
+        })
+    }
+
+    fn wrong(&self, row: &csv::StringRecord, field: &str, problem: String, remedy: &str) -> FileError {
+        let line = row.position().map(|p| p.line() as usize);
+        FileError { line, field: field.into(), ..FileError::whole(self.path, problem, remedy) }
+    }
+
+    /// A finite number, or nothing in an empty field.
+    fn number(&self, row: &csv::StringRecord, column: usize) -> Result<Option<f64>, FileError> {
+        let text = row.get(column).unwrap_or_default();
+        if text.is_empty() {
+            return Ok(None);
+        }
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Some(value)),
+            _ => {
+                let field = self.header.get(column).unwrap_or_default();
+                Err(self.wrong(row, field, format!("'{text}' is no finite number"), "write a number, or leave the field empty"))
+            }
+        }
+    }
+
+    fn stops(&self) -> Result<Vec<Stop>, FileError> {
+        let (time, fault) = (self.column("time_s")?, self.column("fault")?);
+        let mut joints = vec![self.column("q1_deg")?];
+        while let Ok(column) = self.column(&format!("q{}_deg", joints.len() + 1)) {
+            joints.push(column);
+        }
+        let mut three = [[0; 3]; 2];
+        for (columns, letter) in three.iter_mut().zip(["r", "step"]) {
+            for (k, column) in columns.iter_mut().enumerate() {
+                *column = self.column(&format!("{letter}{}_um", k + 1))?;
+            }
+        }
+        let vector = |row: &csv::StringRecord, columns: &[usize; 3]| -> Result<Option<Vector3<f64>>, FileError> {
+            let [x, y, z] = [self.number(row, columns[0])?, self.number(row, columns[1])?, self.number(row, columns[2])?];
+            Ok(x.zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z) * UM))
+        };
+        let stop = |row: &csv::StringRecord| {
+            let mut angles = Vec::with_capacity(joints.len());
+            for &column in &joints {
+                angles.extend(self.number(row, column)?.map(|q| q * DEG));
+            }
+            Ok(Stop {
+                time_s: self.number(row, time)?.unwrap_or_default(),
+                joints: angles,
+                reading: vector(row, &three[0])?,
+                step: vector(row, &three[1])?,
+                fault: self.fault(row, fault, joints.len())?,
+            })
+        };
+        self.rows.iter().map(stop).collect()
+    }
+
+    /// The device's answer behind a recorded failure; what the controller concluded from readings it will conclude again.
+    fn fault(&self, row: &csv::StringRecord, column: usize, joints: usize) -> Result<Option<Fault>, FileError> {
+        let text = row.get(column).unwrap_or_default();
+        let (name, place) = text.split_once(':').unwrap_or((text, ""));
+        let counted = |of: usize| match place.parse::<usize>() {
+            Ok(place) if (1..=of).contains(&place) => Ok(place),
+            _ => Err(self.wrong(row, "fault", format!("'{text}' names no indicator or joint"), "put its number after a colon")),
+        };
+        let indicator = |error| Ok(Some(Fault::Indicator(counted(3)? - 1, error)));
+        let robot = |error| Ok(Some(Fault::Robot(error)));
+        let as_recorded = || "as recorded".to_owned();
+        match name {
+            "silent_indicator" => indicator(IndicatorError::Silent),
+            "garbled_indicator" => indicator(IndicatorError::Garbled { frame: as_recorded() }),
+            "faulty_indicator" => indicator(IndicatorError::Fault { detail: as_recorded() }),
+            "plunger_at_stop" => indicator(IndicatorError::OverRange),
+            "robot_lost" => robot(ManipulatorError::Lost { detail: as_recorded() }),
+            "robot_stopped" => robot(ManipulatorError::Stopped { reason: as_recorded() }),
+            "robot_refused" => robot(ManipulatorError::Refused { reason: as_recorded() }),
+            "joint_limit" => robot(ManipulatorError::JointLimit { joint: counted(joints)? }),
+            "unreachable" => robot(ManipulatorError::Unreachable),
+            _ => Ok(None),
+        }
+    }
+}
+
+fn in_um(step: &Option<Vector3<f64>>) -> String {
+    step.map_or_else(|| "no step".into(), |s| format!("({:.4}, {:.4}, {:.4}) um", s.x / UM, s.y / UM, s.z / UM))
+}

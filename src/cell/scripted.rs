@@ -1,0 +1,313 @@
+//! A cell made of arithmetic, whose faults follow a script: for testing what drives real cells.
+//!
+//! The robot is a three-axis stage whose joints are its coordinates (m in the place of rad), the gauge rides on it with the tool axes
+//! along the stage's, and flat tips meet balls exactly. All handles share one state, as the devices of a cell share one world.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Indicator, IndicatorError, Manipulator, ManipulatorError, TriCal};
+use crate::units::MM;
+
+/// One thing that goes wrong. Axes are counted from 0; readings of an indicator and motions of the robot are counted from 0 too.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ScriptedFault {
+    /// An indicator fails so many times, from a reading on.
+    Answer {
+        /// Which.
+        axis: usize,
+        /// First reading that fails.
+        from: usize,
+        /// How many do.
+        times: usize,
+        /// How.
+        error: IndicatorError,
+    },
+    /// A plunger stays where it is from a reading on.
+    Stuck {
+        /// Which.
+        axis: usize,
+        /// First reading.
+        from: usize,
+    },
+    /// Two indicators are exchanged.
+    Exchanged {
+        /// One.
+        a: usize,
+        /// The other.
+        b: usize,
+    },
+    /// An indicator counts backwards.
+    CountsBackwards {
+        /// Which.
+        axis: usize,
+    },
+    /// An indicator accepts a preset and does not take it.
+    PresetIgnored {
+        /// Which.
+        axis: usize,
+    },
+    /// The robot answers a motion with an error and stays where it is; a lost or stopped one does so ever after.
+    Motion {
+        /// Which motion.
+        number: usize,
+        /// The answer.
+        error: ManipulatorError,
+    },
+    /// The robot says it moved, and did not, from a motion on.
+    StandsStill {
+        /// First motion.
+        from: usize,
+    },
+}
+
+/// What the cell is and what goes wrong in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Script {
+    /// The gauge.
+    pub trical: TriCal,
+    /// How far each indicator stands from its ideal place, m.
+    pub placement: [f64; 3],
+    /// Centre of the datum ball on the stage, m; `None` when it is missing.
+    pub ball: Option<Vector3<f64>>,
+    /// Where the TCP is when the joints are zero, m: the stage's constant error.
+    pub error: Vector3<f64>,
+    /// Motion of the TCP per motion commanded along the tool axes; the identity for a perfect tool frame.
+    pub tool_response: Matrix3<f64>,
+    /// Duration of a motion, s.
+    pub motion_s: f64,
+    /// Duration of a reading, s.
+    pub reading_s: f64,
+    /// What goes wrong.
+    pub faults: Vec<ScriptedFault>,
+}
+
+impl Default for Script {
+    /// A sound cell: the ball at the origin, the stage off by 1 to 2 mm and by 2 % in its steps, the indicators placed by hand.
+    fn default() -> Self {
+        Script {
+            trical: TriCal::default(),
+            placement: [0.15 * MM, 0.4 * MM, 0.25 * MM],
+            ball: Some(Vector3::zeros()),
+            error: Vector3::new(1.3, -0.9, 1.7) * MM,
+            tool_response: Matrix3::new(1.02, 0.01, 0.0, -0.01, 0.98, 0.02, 0.0, -0.02, 1.01),
+            motion_s: 1.0,
+            reading_s: 0.1,
+            faults: Vec::new(),
+        }
+    }
+}
+
+/// A motion that was commanded.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Motion {
+    /// To these joints.
+    Joints(Vec<f64>),
+    /// Along the tool axes, m.
+    Tool(Vector3<f64>),
+}
+
+struct State {
+    script: Script,
+    joints: Vector3<f64>,
+    seated: Option<f64>,
+    zero: [f64; 3],
+    readings: [usize; 3],
+    held: [Option<f64>; 3],
+    motions: Vec<Motion>,
+    gone: Option<ManipulatorError>,
+    time_s: f64,
+}
+
+/// A scripted cell; hands out its devices.
+#[derive(Clone)]
+pub struct ScriptedCell(Rc<RefCell<State>>);
+
+/// The robot of a [`ScriptedCell`].
+pub struct ScriptedRobot(Rc<RefCell<State>>);
+
+/// An indicator of a [`ScriptedCell`].
+pub struct ScriptedIndicator(Rc<RefCell<State>>, usize);
+
+impl ScriptedCell {
+    /// A cell that follows this script, mastered, the stage at zero.
+    pub fn new(script: Script) -> Self {
+        let ideal = script.trical.free_reading();
+        let zero = script.placement.map(|off| ideal + off);
+        let (joints, motions) = (Vector3::zeros(), Vec::new());
+        let state =
+            State { script, joints, seated: None, zero, readings: [0; 3], held: [None; 3], motions, gone: None, time_s: 0.0 };
+        ScriptedCell(Rc::new(RefCell::new(state)))
+    }
+
+    /// Its robot.
+    pub fn robot(&self) -> ScriptedRobot {
+        ScriptedRobot(Rc::clone(&self.0))
+    }
+
+    /// Its indicators.
+    pub fn indicators(&self) -> [ScriptedIndicator; 3] {
+        std::array::from_fn(|axis| ScriptedIndicator(Rc::clone(&self.0), axis))
+    }
+
+    /// What a mastering finds as free readings, m.
+    pub fn free_reading(&self) -> [f64; 3] {
+        let script = &self.0.borrow().script;
+        script.placement.map(|off| script.trical.free_reading() + off)
+    }
+
+    /// Every motion commanded so far, also those that failed.
+    pub fn motions(&self) -> Vec<Motion> {
+        self.0.borrow().motions.clone()
+    }
+
+    /// Where the TCP is, m.
+    pub fn tcp(&self) -> Vector3<f64> {
+        let state = self.0.borrow();
+        state.joints + state.script.error
+    }
+
+    /// Puts a ball of this radius (m) into the socket, or takes away the one that is there.
+    pub fn seat(&self, radius: Option<f64>) {
+        self.0.borrow_mut().seated = radius;
+    }
+
+    /// Puts the datum ball elsewhere, or takes it away.
+    pub fn move_ball(&self, ball: Option<Vector3<f64>>) {
+        self.0.borrow_mut().script.ball = ball;
+    }
+
+    /// Lets one more thing go wrong.
+    pub fn add_fault(&self, fault: ScriptedFault) {
+        self.0.borrow_mut().script.faults.push(fault);
+    }
+}
+
+impl State {
+    /// How far the plunger of `axis` is pushed in, m.
+    fn pushed_in(&self, axis: usize) -> f64 {
+        let trical = &self.script.trical;
+        // The tip of a free plunger, from the TCP along the axis: the master ball would push it in by the travel less the misplacement.
+        let tip = trical.master_radius - trical.travel + self.script.placement[axis];
+        let (centre, radius) = match (self.seated, self.script.ball) {
+            (Some(radius), _) => (Vector3::zeros(), radius),
+            (None, Some(ball)) => (ball - self.joints - self.script.error, trical.datum_radius),
+            (None, None) => return 0.0,
+        };
+        let mut lateral = centre;
+        lateral[axis] = 0.0;
+        let beyond = (lateral.norm() - trical.tip_radius).max(0.0);
+        // Beyond the flat the rim touches, lower on the ball; beyond its radius nothing does.
+        if beyond >= radius {
+            return 0.0;
+        }
+        (centre[axis] + (radius.powi(2) - beyond.powi(2)).sqrt() - tip).clamp(0.0, trical.travel)
+    }
+
+    /// The number of this motion, or why it fails.
+    fn begin_motion(&mut self, motion: Motion) -> Result<bool, ManipulatorError> {
+        let number = self.motions.len();
+        self.motions.push(motion);
+        if let Some(error) = &self.gone {
+            return Err(error.clone());
+        }
+        self.time_s += self.script.motion_s;
+        for fault in &self.script.faults {
+            match fault {
+                ScriptedFault::Motion { number: at, error } if *at == number => {
+                    if matches!(error, ManipulatorError::Lost { .. } | ManipulatorError::Stopped { .. }) {
+                        self.gone = Some(error.clone());
+                    }
+                    return Err(error.clone());
+                }
+                ScriptedFault::StandsStill { from } if *from <= number => return Ok(false),
+                _ => {}
+            }
+        }
+        Ok(true)
+    }
+}
+
+impl Manipulator for ScriptedRobot {
+    fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {
+        let state = self.0.borrow();
+        state.gone.clone().map_or_else(|| Ok(state.joints.as_slice().to_vec()), Err)
+    }
+
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        let mut state = self.0.borrow_mut();
+        let moves = state.begin_motion(Motion::Joints(target.to_vec()))?;
+        match target {
+            &[x, y, z] if moves => state.joints = Vector3::new(x, y, z),
+            [_, _, _] => {}
+            _ => return Err(ManipulatorError::Unreachable),
+        }
+        Ok(())
+    }
+
+    fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
+        let mut state = self.0.borrow_mut();
+        if state.begin_motion(Motion::Tool(*offset))? {
+            let moved = state.script.tool_response * offset;
+            state.joints += moved;
+        }
+        Ok(())
+    }
+
+    fn clock_s(&mut self) -> f64 {
+        self.0.borrow().time_s
+    }
+}
+
+impl ScriptedIndicator {
+    /// The indicator that answers for this one, were two exchanged.
+    fn plunger(&self, state: &State) -> usize {
+        state.script.faults.iter().fold(self.1, |axis, fault| match fault {
+            ScriptedFault::Exchanged { a, b } if *a == axis => *b,
+            ScriptedFault::Exchanged { a, b } if *b == axis => *a,
+            _ => axis,
+        })
+    }
+}
+
+impl Indicator for ScriptedIndicator {
+    fn read(&mut self) -> Result<f64, IndicatorError> {
+        let mut state = self.0.borrow_mut();
+        let plunger = self.plunger(&state);
+        let number = state.readings[self.1];
+        state.readings[self.1] += 1;
+        state.time_s += state.script.reading_s;
+        let mut travelled = state.pushed_in(plunger);
+        let mut stuck = false;
+        for fault in &state.script.faults {
+            match fault {
+                ScriptedFault::Answer { axis, from, times, error }
+                    if *axis == self.1 && (*from..from.saturating_add(*times)).contains(&number) =>
+                {
+                    return Err(error.clone());
+                }
+                ScriptedFault::Stuck { axis, from } if *axis == plunger && *from <= number => stuck = true,
+                ScriptedFault::CountsBackwards { axis } if *axis == plunger => travelled = -travelled,
+                _ => {}
+            }
+        }
+        if stuck {
+            travelled = *state.held[plunger].get_or_insert(travelled);
+        }
+        Ok(travelled + state.zero[plunger])
+    }
+
+    fn preset(&mut self, value: f64) -> Result<(), IndicatorError> {
+        let mut state = self.0.borrow_mut();
+        let plunger = self.plunger(&state);
+        let faults = &state.script.faults;
+        let backwards = faults.iter().any(|f| matches!(f, ScriptedFault::CountsBackwards { axis } if *axis == plunger));
+        if !faults.iter().any(|f| matches!(f, ScriptedFault::PresetIgnored { axis } if *axis == plunger)) {
+            let pushed_in = state.pushed_in(plunger);
+            state.zero[plunger] = value - if backwards { -pushed_in } else { pushed_in };
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,220 @@
+//! The campaign: every planned pose probed in order, with what failed kept beside what was measured.
+
+use thiserror::Error;
+
+use super::last_motion::LastMotion;
+use super::{CenteringController, CentringFailure, Iteration, Measured, PlannedPose, Probing, Sample};
+use crate::cell::{Indicator, Manipulator};
+use crate::units::{ARCSEC, UM};
+
+/// How a campaign deals with failures, and what counts as a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CampaignSettings {
+    /// Tries at a pose before it is skipped. 2: once for a chance event, once to be sure.
+    pub attempts: usize,
+    /// Skipped poses in a row after which the campaign stops. 5: one ball out of its place gives one in four, a bumped artifact all.
+    pub skipped_in_a_row: usize,
+    /// Joint motion that sets a joint's side of approach, rad. 2 arcsec: the lost motion of a good joint.
+    pub joint_motion: f64,
+    /// Plunger motion that sets a plunger's side of approach, m. 0.5 um: the hysteresis of an indicator.
+    pub plunger_motion: f64,
+}
+
+impl Default for CampaignSettings {
+    fn default() -> Self {
+        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 2.0 * ARCSEC, plunger_motion: 0.5 * UM }
+    }
+}
+
+/// How far a campaign has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Poses done or skipped.
+    pub done: usize,
+    /// Poses planned.
+    pub planned: usize,
+    /// Seconds since the campaign began.
+    pub elapsed_s: f64,
+    /// Seconds still to go at the mean pace so far; before the first pose, at 30 s a probing (paper, section 3).
+    pub remaining_s: f64,
+}
+
+/// Someone who watches a campaign: a progress bar, a journal, a three-dimensional view. All methods do nothing unless written.
+pub trait Witness {
+    /// A probing begins: which pose, which try (counted from 1).
+    fn probing_started(&mut self, _pose: &PlannedPose, _attempt: usize, _progress: &Progress) {}
+
+    /// The arm stopped and was read.
+    fn iteration(&mut self, _pose: &PlannedPose, _iteration: &Iteration) {}
+
+    /// A probing ended, with a sample or without.
+    fn probing_finished(&mut self, _pose: &PlannedPose, _probing: &Probing, _sample: Option<&Sample>) {}
+}
+
+/// Nobody watches.
+impl Witness for () {}
+
+/// One probing of a campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProbingRecord {
+    /// Place of the pose in the plan.
+    pub pose: usize,
+    /// Which try, counted from 1.
+    pub attempt: usize,
+    /// What came of it.
+    pub probing: Probing,
+}
+
+/// Why a campaign ended before its plan did.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum Abort {
+    /// The robot is lost or stopped.
+    #[error("{0}")]
+    Robot(CentringFailure),
+    /// The arm could not be brought clear of a ball, so no way from there is known to be free.
+    #[error("the arm could not be backed off: {0}")]
+    NotBackedOff(CentringFailure),
+    /// Too many poses in a row failed.
+    #[error("{skipped} poses in a row failed, the last because: {last}")]
+    TooManyFailures {
+        /// How many.
+        skipped: usize,
+        /// Why the last one did.
+        last: CentringFailure,
+    },
+}
+
+/// What a campaign brought home.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CampaignRecord {
+    /// One sample for every pose centred, in the order measured.
+    pub samples: Vec<Sample>,
+    /// Every probing, in order.
+    pub probings: Vec<ProbingRecord>,
+    /// Why it ended early, if it did.
+    pub aborted: Option<Abort>,
+}
+
+/// Probes planned poses one after the other.
+pub struct Campaign<M, I> {
+    controller: CenteringController<M, I>,
+    settings: CampaignSettings,
+    joints: LastMotion,
+    plungers: LastMotion,
+}
+
+impl<M: Manipulator, I: Indicator> Campaign<M, I> {
+    /// A campaign with this controller.
+    pub fn new(controller: CenteringController<M, I>, settings: CampaignSettings) -> Self {
+        let joints = LastMotion::new(settings.joint_motion);
+        let plungers = LastMotion::new(settings.plunger_motion);
+        Campaign { controller, settings, joints, plungers }
+    }
+
+    /// The controller back, e.g. for another campaign.
+    pub fn into_controller(self) -> CenteringController<M, I> {
+        self.controller
+    }
+
+    /// Probes `poses` in the order given (see [`super::interleave`]).
+    ///
+    /// A pose that fails is tried again and then skipped, its reasons kept. The campaign ends early only when the robot is lost or
+    /// stopped, cannot be backed off a ball, or too many poses in a row fail. What was measured until then is always kept.
+    pub fn run(&mut self, poses: &[PlannedPose], witness: &mut dyn Witness) -> CampaignRecord {
+        let began_s = self.controller.robot.clock_s();
+        let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
+        let mut skipped = 0;
+        for place in 0..poses.len() {
+            match self.measure(place, poses, began_s, &mut record, witness) {
+                Ok(sample) => {
+                    record.samples.push(sample);
+                    skipped = 0;
+                }
+                Err(Failed::Pose(last)) => {
+                    skipped += 1;
+                    if skipped >= self.settings.skipped_in_a_row && place + 1 < poses.len() {
+                        record.aborted = Some(Abort::TooManyFailures { skipped, last });
+                        break;
+                    }
+                }
+                Err(Failed::Campaign(abort)) => {
+                    record.aborted = Some(abort);
+                    break;
+                }
+            }
+        }
+        record
+    }
+
+    /// Tries one pose until it is centred, fails for good, or ends the campaign.
+    fn measure(
+        &mut self,
+        place: usize,
+        poses: &[PlannedPose],
+        began_s: f64,
+        record: &mut CampaignRecord,
+        witness: &mut dyn Witness,
+    ) -> Result<Sample, Failed> {
+        let pose = &poses[place];
+        let mut attempt = 1;
+        loop {
+            let progress = self.progress(place, poses.len(), began_s);
+            witness.probing_started(pose, attempt, &progress);
+            let (probing, sample) = self.probe(pose, witness);
+            witness.probing_finished(pose, &probing, sample.as_ref());
+            let failure = probing.outcome.as_ref().err().cloned();
+            record.probings.push(ProbingRecord { pose: place, attempt, probing });
+            match (sample, failure) {
+                (Some(sample), _) => return Ok(sample),
+                (None, Some(failure)) if !failure.reason.robot_obeys() => {
+                    return Err(Failed::Campaign(Abort::Robot(failure.reason)));
+                }
+                (None, Some(failure)) if !failure.backed_off => {
+                    return Err(Failed::Campaign(Abort::NotBackedOff(failure.reason)));
+                }
+                (None, Some(failure)) if attempt >= self.settings.attempts => return Err(Failed::Pose(failure.reason)),
+                (None, _) => attempt += 1,
+            }
+        }
+    }
+
+    /// One probing, and the sample it gives.
+    fn probe(&mut self, pose: &PlannedPose, witness: &mut dyn Witness) -> (Probing, Option<Sample>) {
+        let Campaign { controller, joints, plungers, .. } = self;
+        // The signs that count are those of the last stop on the ball, before the retreat turns them round.
+        let mut on_ball = (Vec::new(), Vec::new());
+        let probing = controller.probe(pose, &mut |iteration| {
+            if let Some(reading) = &iteration.reading {
+                joints.rest_at(&iteration.joints);
+                plungers.rest_at(reading.as_slice());
+            }
+            if iteration.phase == super::Phase::Centring {
+                on_ball = (joints.signs().to_vec(), plungers.signs().to_vec());
+            }
+            witness.iteration(pose, iteration);
+        });
+        let sample = probing.outcome.as_ref().ok().map(|centred| {
+            let measured = Measured::Ball { ball: pose.ball, reading: Some(centred.reading) };
+            Sample {
+                payload: pose.payload,
+                time_s: Some(centred.time_s),
+                approach: Some(on_ball.0),
+                plungers: <[i8; 3]>::try_from(on_ball.1).ok(),
+                ..Sample::new(&pose.id, centred.joints.clone(), measured)
+            }
+        });
+        (probing, sample)
+    }
+
+    fn progress(&mut self, done: usize, planned: usize, began_s: f64) -> Progress {
+        let elapsed_s = self.controller.robot.clock_s() - began_s;
+        let pace = if done == 0 { 30.0 } else { elapsed_s / done as f64 };
+        Progress { done, planned, elapsed_s, remaining_s: pace * (planned - done) as f64 }
+    }
+}
+
+/// What a pose without a sample means for the rest.
+enum Failed {
+    Pose(CentringFailure),
+    Campaign(Abort),
+}

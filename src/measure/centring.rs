@@ -1,0 +1,302 @@
+//! The automated centring (paper Fig. 6): read the three indicators, move the tool by what they read, until nothing is left to move.
+//!
+//! The gauge needs to be precise, not accurate: only the last readings, within the tolerance of zero, enter the measurement.
+
+use nalgebra::Vector3;
+
+use super::reading::read_patiently;
+use super::response::{Response, explain};
+use super::{CentringFailure, Suspicion};
+use crate::cell::{Indicator, Manipulator, TriCal};
+use crate::units::{MM, UM};
+
+/// How a ball is centred, and when to give up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CentringSettings {
+    /// A ball is centred when every reading is smaller, m. 3 um: paper, section 3.
+    pub tolerance: f64,
+    /// Longest step allowed, m. 5 mm: the paper's safe range of the gauge (section 2.1); a ball further away is not where it was
+    /// planned, and a robot that moves further than planned may hit something.
+    pub max_step: f64,
+    /// Steps before giving up. 30: a probing lasts about 30 s (paper, section 3) and a step about a second.
+    pub max_steps: usize,
+    /// Readings averaged before each step. 1: the indicators repeat to a few tenths of a micrometre.
+    pub readings: usize,
+    /// How often an indicator is asked again after a lost or mangled answer. 2: a radio link loses answers one at a time.
+    pub retries: usize,
+    /// A step must leave at most this part of the distance. 0.5: an uncalibrated robot leaves a few per cent, a tool frame wrong by
+    /// 30 degrees leaves 0.5, one wrong by 60 degrees never arrives.
+    pub shrink: f64,
+    /// Steps from a smaller distance are not judged by `shrink`, m. 0.1 mm: three times the repeatability of a small robot
+    /// (0.03 mm), below which the last few micrometres are found by trying.
+    pub judged_above: f64,
+    /// A reading that ignores so many steps in a row is stuck, however small they were. 4: by chance about once in 20,000 steps.
+    pub stuck_after: usize,
+    /// Overshoots in a row that make an oscillation. 2: one may be a robot that was pushed.
+    pub overshoots: usize,
+    /// A plunger is free within so much of its free reading, and at its stop within so much of its travel's end, m. 0.1 mm: far above the
+    /// indicator's errors, far below the 1.15 mm between the safe range and the free reading.
+    pub end_band: f64,
+}
+
+impl Default for CentringSettings {
+    fn default() -> Self {
+        CentringSettings {
+            tolerance: 3.0 * UM,
+            max_step: 5.0 * MM,
+            max_steps: 30,
+            readings: 1,
+            retries: 2,
+            shrink: 0.5,
+            judged_above: 0.1 * MM,
+            stuck_after: 4,
+            overshoots: 2,
+            end_band: 0.1 * MM,
+        }
+    }
+}
+
+/// Where in a probing the indicators were read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// At the approach pose, before contact.
+    Approach,
+    /// On the ball.
+    Centring,
+    /// Back at the approach pose.
+    Retreat,
+}
+
+impl Phase {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Approach => "approach",
+            Phase::Centring => "centring",
+            Phase::Retreat => "retreat",
+        }
+    }
+}
+
+/// One stop of the arm: where it stood, what was read there, and what was commanded next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Iteration {
+    /// Where in the probing.
+    pub phase: Phase,
+    /// When read, on the cell's clock, s.
+    pub time_s: f64,
+    /// Joints read back, rad (N); those commanded, where the robot did not arrive or did not say.
+    pub joints: Vec<f64>,
+    /// The three readings, m; `None` where the arm did not arrive or an indicator failed.
+    pub reading: Option<Vector3<f64>>,
+    /// The step commanded along the tool axes, m.
+    pub step: Option<Vector3<f64>>,
+    /// Answers asked for again.
+    pub retries: usize,
+    /// What ended the probing here.
+    pub fault: Option<CentringFailure>,
+}
+
+/// A centred ball.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Centred {
+    /// Joints read back, rad (N).
+    pub joints: Vec<f64>,
+    /// Readings left, m: the ball's centre in the tool frame.
+    pub reading: Vector3<f64>,
+    /// When, on the cell's clock, s.
+    pub time_s: f64,
+    /// Steps it took.
+    pub steps: usize,
+}
+
+/// Centres balls with a robot and a mastered TriCal, which it owns.
+pub struct CenteringController<M, I> {
+    pub(super) robot: M,
+    pub(super) indicators: [I; 3],
+    trical: TriCal,
+    free_reading: [f64; 3],
+    settings: CentringSettings,
+}
+
+/// What the loop remembers from step to step.
+#[derive(Default)]
+struct Course {
+    steps: usize,
+    last: Option<Departure>,
+    overshoots: usize,
+    ignored: [usize; 3],
+}
+
+/// Where the last step began.
+struct Departure {
+    joints: Vec<f64>,
+    reading: Vector3<f64>,
+}
+
+/// Joint motion below which the arm stood still, rad: an eighth of what the smallest step (3 um) asks of a joint 0.4 m away,
+/// eight times the last digit of a KUKA's read-back (float32 degrees).
+const STANDSTILL: f64 = 1e-6;
+
+impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
+    /// A controller for this cell; `free_reading` (m) is what mastering found.
+    pub fn new(robot: M, indicators: [I; 3], trical: TriCal, free_reading: [f64; 3], settings: CentringSettings) -> Self {
+        CenteringController { robot, indicators, trical, free_reading, settings }
+    }
+
+    /// The robot, e.g. for its clock.
+    pub fn robot(&mut self) -> &mut M {
+        &mut self.robot
+    }
+
+    /// Gives the devices back.
+    pub fn into_devices(self) -> (M, [I; 3]) {
+        (self.robot, self.indicators)
+    }
+
+    /// Centres the ball that the gauge already touches; `note` hears of every stop. The arm is left where it is.
+    ///
+    /// # Errors
+    /// The [`CentringFailure`] that ended it.
+    pub fn centre(&mut self, note: &mut dyn FnMut(&Iteration)) -> Result<Centred, CentringFailure> {
+        self.centre_at(None, note)
+    }
+
+    /// Moves to the joints `contact` where given, then centres.
+    pub(super) fn centre_at(
+        &mut self,
+        mut contact: Option<&[f64]>,
+        note: &mut dyn FnMut(&Iteration),
+    ) -> Result<Centred, CentringFailure> {
+        let mut course = Course::default();
+        loop {
+            let centred = self.stop(Phase::Centring, contact.take(), note, |cell, at| cell.step_or_finish(&mut course, at))?;
+            if let Some(centred) = centred {
+                return Ok(centred);
+            }
+        }
+    }
+
+    /// Moves to `target` where given, reads joints and indicators, then does `act`; whatever happens is told to `note` once.
+    pub(super) fn stop<T>(
+        &mut self,
+        phase: Phase,
+        target: Option<&[f64]>,
+        note: &mut dyn FnMut(&Iteration),
+        act: impl FnOnce(&mut Self, &mut Iteration) -> Result<T, CentringFailure>,
+    ) -> Result<T, CentringFailure> {
+        let joints = target.map(<[f64]>::to_vec).unwrap_or_default();
+        let mut at = Iteration { phase, time_s: 0.0, joints, reading: None, step: None, retries: 0, fault: None };
+        let result = self.arrive(target, &mut at).and_then(|()| act(self, &mut at));
+        at.fault = result.as_ref().err().cloned();
+        note(&at);
+        result
+    }
+
+    fn arrive(&mut self, target: Option<&[f64]>, at: &mut Iteration) -> Result<(), CentringFailure> {
+        let moved = target.map_or(Ok(()), |target| self.robot.move_joints(target));
+        at.time_s = self.robot.clock_s();
+        moved?;
+        at.joints = self.robot.joints()?;
+        at.reading = Some(self.read(&mut at.retries)?);
+        at.time_s = self.robot.clock_s();
+        Ok(())
+    }
+
+    /// The three readings, m, averaged over as many as the settings ask for.
+    fn read(&mut self, retries: &mut usize) -> Result<Vector3<f64>, CentringFailure> {
+        let readings = self.settings.readings.max(1);
+        let mut sum = Vector3::zeros();
+        for _ in 0..readings {
+            for (axis, indicator) in self.indicators.iter_mut().enumerate() {
+                sum[axis] += read_patiently(indicator, self.settings.retries, retries)
+                    .map_err(|error| CentringFailure::of_indicator(axis, error))?;
+            }
+        }
+        Ok(sum / readings as f64)
+    }
+
+    /// At a stop with readings: finished, or one step further.
+    fn step_or_finish(&mut self, course: &mut Course, at: &mut Iteration) -> Result<Option<Centred>, CentringFailure> {
+        let Some(reading) = at.reading else { return Ok(None) };
+        let doubt = self.doubt(course, &at.joints, &reading);
+        // A wrong sign soon drives a plunger to its end: then the sign is the news, not the end. A tool frame merely suspected is not.
+        match (doubt, self.contact(&reading)) {
+            (Some(CentringFailure::NotShrinking { suspicion: Suspicion::WrongToolFrame, .. }) | None, Err(state)) => Err(state),
+            (Some(doubt), _) => Err(doubt),
+            (None, Ok(())) => Ok(()),
+        }?;
+        if reading.amax() < self.settings.tolerance {
+            let joints = at.joints.clone();
+            return Ok(Some(Centred { joints, reading, time_s: at.time_s, steps: course.steps }));
+        }
+        if course.steps == self.settings.max_steps {
+            return Err(CentringFailure::DidNotConverge { steps: course.steps, remaining: reading.amax() });
+        }
+        if reading.norm() > self.settings.max_step {
+            return Err(CentringFailure::StepTooLarge { axis: reading.iamax(), step: reading.norm() });
+        }
+        at.step = Some(reading);
+        self.robot.move_in_tool(&reading)?;
+        course.steps += 1;
+        course.last = Some(Departure { joints: at.joints.clone(), reading });
+        Ok(None)
+    }
+
+    /// Whether all three plungers are pushed in and none is at its stop.
+    fn contact(&self, reading: &Vector3<f64>) -> Result<(), CentringFailure> {
+        let stop = self.trical.travel - self.settings.end_band;
+        if let Some(axis) = (0..3).find(|&k| reading[k] - self.free_reading[k] >= stop) {
+            return Err(CentringFailure::PlungerAtStop { axis });
+        }
+        let free: [bool; 3] = std::array::from_fn(|k| reading[k] - self.free_reading[k] <= self.settings.end_band);
+        match free {
+            [false, false, false] => Ok(()),
+            [true, true, true] => Err(CentringFailure::NoContact),
+            free => Err(CentringFailure::BeyondRange { free }),
+        }
+    }
+
+    /// That all three plungers stand at their free readings, with nothing touching them.
+    pub(super) fn all_free(&self, at: &Iteration) -> Result<(), CentringFailure> {
+        let Some(reading) = at.reading else { return Ok(()) };
+        match (0..3).find(|&k| (reading[k] - self.free_reading[k]).abs() > self.settings.end_band) {
+            Some(axis) => Err(CentringFailure::StuckIndicator { axis }),
+            None => Ok(()),
+        }
+    }
+
+    /// What is wrong with the way the readings answered the last step, if anything.
+    ///
+    /// Since a judged step at least halves the distance and the others are short, a centring ends within twice `max_step` plus
+    /// `max_steps * judged_above` of where it began, whatever the indicators say.
+    fn doubt(&self, course: &mut Course, joints: &[f64], reading: &Vector3<f64>) -> Option<CentringFailure> {
+        let last = course.last.as_ref()?;
+        let (step, change) = (last.reading, reading - last.reading);
+        let moved = last.joints.iter().zip(joints).any(|(a, b)| (a - b).abs() > STANDSTILL);
+        for axis in 0..3 {
+            let asked = step[axis].abs();
+            let ignores = moved && asked > self.settings.tolerance && change[axis].abs() < 0.1 * asked;
+            course.ignored[axis] = if ignores { course.ignored[axis] + 1 } else { 0 };
+        }
+        if let Some(axis) = (0..3).find(|&k| course.ignored[k] >= self.settings.stuck_after) {
+            return Some(CentringFailure::StuckIndicator { axis });
+        }
+        let (before, after) = (last.reading.norm(), reading.norm());
+        if before < self.settings.judged_above || after <= self.settings.shrink * before {
+            course.overshoots = 0;
+            return None;
+        }
+        if !moved {
+            return Some(CentringFailure::RobotDidNotMove { step: before });
+        }
+        match explain(&step, &change) {
+            Response::Stuck { axis } => Some(CentringFailure::StuckIndicator { axis }),
+            Response::Suspect(suspicion) => Some(CentringFailure::NotShrinking { before, after, suspicion }),
+            Response::Overshoots => {
+                course.overshoots += 1;
+                (course.overshoots >= self.settings.overshoots).then_some(CentringFailure::Oscillating { remaining: after })
+            }
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! Every way in which a centring can end without a measurement.
+
+use thiserror::Error;
+
+use crate::cell::{IndicatorError, ManipulatorError};
+use crate::units::{MM, UM};
+
+/// What is probably wrong when a step does not bring the ball closer.
+#[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
+pub enum Suspicion {
+    /// The tool axis points away from its indicator, or the indicator counts backwards.
+    #[error("axis {} has the wrong sign", axis + 1)]
+    WrongSign {
+        /// Tool axis, counted from 0.
+        axis: usize,
+    },
+    /// Two indicators are exchanged.
+    #[error("indicators {} and {} are exchanged", a + 1, b + 1)]
+    SwappedAxes {
+        /// The lower of the two, counted from 0.
+        a: usize,
+        /// The other.
+        b: usize,
+    },
+    /// Neither explains the readings: the robot moves along other axes than the gauge measures.
+    #[error("the robot's tool frame is not the gauge's")]
+    WrongToolFrame,
+}
+
+/// Why a ball was not centred. Axes are counted from 0 (messages count from 1), joints from 1; lengths in m.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum CentringFailure {
+    /// No plunger is pushed in.
+    #[error("no plunger touches a ball; is it there, and is the artifact where it should be?")]
+    NoContact,
+    /// Some plungers are pushed in and others are not: the ball is beyond the range of the gauge.
+    #[error("indicator(s) {} do not touch the ball while others do: it is beyond the range of the gauge", numbers(free))]
+    BeyondRange {
+        /// Which plungers are free.
+        free: [bool; 3],
+    },
+    /// A plunger is pushed in as far as it goes.
+    #[error("plunger {} is at its stop", axis + 1)]
+    PlungerAtStop {
+        /// Which.
+        axis: usize,
+    },
+    /// The readings did not shrink as the step should have made them.
+    #[error("a step left {:.3} mm of {:.3} mm: {suspicion}", after / MM, before / MM)]
+    NotShrinking {
+        /// Distance of the ball before the step.
+        before: f64,
+        /// Distance after it.
+        after: f64,
+        /// What the change of the readings points to.
+        suspicion: Suspicion,
+    },
+    /// The tool swings from one side of the ball to the other.
+    #[error("the tool swings about the ball, {:.3} mm away; are the robot's units and the indicators' the same?", remaining / MM)]
+    Oscillating {
+        /// Distance of the ball.
+        remaining: f64,
+    },
+    /// The steps allowed are used up.
+    #[error("not centred after {steps} steps, {:.1} um left", remaining / UM)]
+    DidNotConverge {
+        /// Steps made.
+        steps: usize,
+        /// Largest reading left.
+        remaining: f64,
+    },
+    /// A plunger does not follow the ball, or does not come out when nothing touches it.
+    #[error("indicator {} does not follow: it is stuck, or has lost its mastering", axis + 1)]
+    StuckIndicator {
+        /// Which.
+        axis: usize,
+    },
+    /// An indicator does not answer, asked again and again.
+    #[error("indicator {} does not answer", axis + 1)]
+    SilentIndicator {
+        /// Which.
+        axis: usize,
+    },
+    /// An indicator's answers cannot be understood.
+    #[error("indicator {} answers {frame:?}, which cannot be understood", axis + 1)]
+    GarbledIndicator {
+        /// Which.
+        axis: usize,
+        /// Its last answer.
+        frame: String,
+    },
+    /// An indicator reports a fault of its own.
+    #[error("indicator {} reports a fault: {detail}", axis + 1)]
+    FaultyIndicator {
+        /// Which.
+        axis: usize,
+        /// As it says.
+        detail: String,
+    },
+    /// The connection to the robot is gone.
+    #[error("the robot is lost: {detail}")]
+    RobotLost {
+        /// What was seen.
+        detail: String,
+    },
+    /// The robot is stopped, or not in automatic mode.
+    #[error("the robot is stopped: {reason}")]
+    RobotStopped {
+        /// As it says.
+        reason: String,
+    },
+    /// The robot refused a motion.
+    #[error("the robot refuses the motion: {reason}")]
+    RobotRefused {
+        /// As it says.
+        reason: String,
+    },
+    /// The robot accepted a motion and stood still.
+    #[error("the robot was told to move {:.3} mm and its joints did not", step / MM)]
+    RobotDidNotMove {
+        /// Length of the step commanded.
+        step: f64,
+    },
+    /// The ball is further away than one step may be.
+    #[error("a step of {:.3} mm, mostly along axis {}, is more than is allowed", step / MM, axis + 1)]
+    StepTooLarge {
+        /// Axis of its largest component.
+        axis: usize,
+        /// Its length.
+        step: f64,
+    },
+    /// A joint would leave its limits.
+    #[error("joint {joint} would leave its limits")]
+    JointLimit {
+        /// Which.
+        joint: usize,
+    },
+    /// No joint angles reach the target.
+    #[error("the target cannot be reached")]
+    Unreachable,
+}
+
+impl CentringFailure {
+    /// The failure that an indicator's error on `axis` amounts to.
+    pub(super) fn of_indicator(axis: usize, error: IndicatorError) -> Self {
+        match error {
+            IndicatorError::Silent => CentringFailure::SilentIndicator { axis },
+            // A free plunger is inside its range; only one pushed in too far can be outside.
+            IndicatorError::OverRange => CentringFailure::PlungerAtStop { axis },
+            IndicatorError::Fault { detail } => CentringFailure::FaultyIndicator { axis, detail },
+            IndicatorError::Garbled { frame } => CentringFailure::GarbledIndicator { axis, frame },
+        }
+    }
+
+    /// Whether the robot may still be told to move. One that is lost may be anywhere, and one that was stopped was stopped by
+    /// someone: neither is moved again without a person.
+    pub fn robot_obeys(&self) -> bool {
+        !matches!(self, CentringFailure::RobotLost { .. } | CentringFailure::RobotStopped { .. })
+    }
+
+    /// Whether it is the robot that failed, so that the arm may not be where it was sent.
+    pub(super) fn is_robot_s(&self) -> bool {
+        use CentringFailure::{JointLimit, RobotLost, RobotRefused, RobotStopped, Unreachable};
+        matches!(self, RobotLost { .. } | RobotStopped { .. } | RobotRefused { .. } | JointLimit { .. } | Unreachable)
+    }
+
+    /// The name used in files; with [`CentringFailure::place`] after a colon where there is one.
+    pub fn name(&self) -> &'static str {
+        match self {
+            CentringFailure::NoContact => "no_contact",
+            CentringFailure::BeyondRange { .. } => "beyond_range",
+            CentringFailure::PlungerAtStop { .. } => "plunger_at_stop",
+            CentringFailure::NotShrinking { suspicion, .. } => match suspicion {
+                Suspicion::WrongSign { .. } => "wrong_sign",
+                Suspicion::SwappedAxes { .. } => "swapped_axes",
+                Suspicion::WrongToolFrame => "wrong_tool_frame",
+            },
+            CentringFailure::Oscillating { .. } => "oscillating",
+            CentringFailure::DidNotConverge { .. } => "did_not_converge",
+            CentringFailure::StuckIndicator { .. } => "stuck_indicator",
+            CentringFailure::SilentIndicator { .. } => "silent_indicator",
+            CentringFailure::GarbledIndicator { .. } => "garbled_indicator",
+            CentringFailure::FaultyIndicator { .. } => "faulty_indicator",
+            CentringFailure::RobotLost { .. } => "robot_lost",
+            CentringFailure::RobotStopped { .. } => "robot_stopped",
+            CentringFailure::RobotRefused { .. } => "robot_refused",
+            CentringFailure::RobotDidNotMove { .. } => "robot_did_not_move",
+            CentringFailure::StepTooLarge { .. } => "step_too_large",
+            CentringFailure::JointLimit { .. } => "joint_limit",
+            CentringFailure::Unreachable => "unreachable",
+        }
+    }
+
+    /// The indicator or the joint to blame, counted from 1, where there is one.
+    pub fn place(&self) -> Option<usize> {
+        match self {
+            CentringFailure::PlungerAtStop { axis }
+            | CentringFailure::StuckIndicator { axis }
+            | CentringFailure::SilentIndicator { axis }
+            | CentringFailure::GarbledIndicator { axis, .. }
+            | CentringFailure::FaultyIndicator { axis, .. }
+            | CentringFailure::StepTooLarge { axis, .. }
+            | CentringFailure::NotShrinking { suspicion: Suspicion::WrongSign { axis }, .. } => Some(axis + 1),
+            CentringFailure::JointLimit { joint } => Some(*joint),
+            _ => None,
+        }
+    }
+
+    /// [`CentringFailure::name`] and [`CentringFailure::place`] as files hold them, e.g. `silent_indicator:2`.
+    pub fn token(&self) -> String {
+        self.place().map_or_else(|| self.name().to_owned(), |place| format!("{}:{place}", self.name()))
+    }
+}
+
+impl From<ManipulatorError> for CentringFailure {
+    fn from(error: ManipulatorError) -> Self {
+        match error {
+            ManipulatorError::Lost { detail } => CentringFailure::RobotLost { detail },
+            ManipulatorError::Refused { reason } => CentringFailure::RobotRefused { reason },
+            ManipulatorError::JointLimit { joint } => CentringFailure::JointLimit { joint },
+            ManipulatorError::Unreachable => CentringFailure::Unreachable,
+            ManipulatorError::Stopped { reason } => CentringFailure::RobotStopped { reason },
+        }
+    }
+}
+
+fn numbers(which: &[bool; 3]) -> String {
+    let named: Vec<String> = (0..3).filter(|&k| which[k]).map(|k| (k + 1).to_string()).collect();
+    named.join(", ")
+}

@@ -1,0 +1,222 @@
+//! Mastering: the three indicators are set with the master ball in the trihedral socket (paper sections 2.1 and 3, Fig. 2).
+
+use thiserror::Error;
+
+use super::reading::read_patiently;
+use crate::cell::{Indicator, IndicatorError, TriCal};
+use crate::units::{MM, UM};
+
+/// Someone who handles the master ball: a person at the cell, or the simulated world.
+pub trait Attendant {
+    /// Puts the master ball into the socket of the TriCal, which points upwards; returns when done.
+    ///
+    /// # Errors
+    /// When the mastering is called off.
+    fn place_master_ball(&mut self) -> Result<(), CalledOff>;
+
+    /// Takes the master ball away; returns when done.
+    ///
+    /// # Errors
+    /// When the mastering is called off.
+    fn remove_master_ball(&mut self) -> Result<(), CalledOff>;
+}
+
+/// The attendant called the mastering off.
+#[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
+#[error("the mastering was called off")]
+pub struct CalledOff;
+
+/// How the mastering is done and what is accepted, lengths in m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MasteringSettings {
+    /// Successive readings that must agree before a plunger counts as at rest. 5.
+    pub stable_readings: usize,
+    /// Largest difference among them. 1 um: the last digit of the coarser display.
+    pub stable_within: f64,
+    /// Readings taken before giving up. 100: some ten seconds at eight values a second.
+    pub patience: usize,
+    /// An indicator was preset if it then reads the preset value so closely. 2 um: the last digit and the noise.
+    pub preset_within: f64,
+    /// How far an indicator may stand from its ideal place along its channel. 1.5 mm: placed by hand, "approximately" (paper,
+    /// section 2.1); further off the gauge loses its safe range.
+    pub placed_within: f64,
+    /// How often an indicator is asked again after a lost or mangled answer.
+    pub retries: usize,
+}
+
+impl Default for MasteringSettings {
+    fn default() -> Self {
+        MasteringSettings {
+            stable_readings: 5,
+            stable_within: 1.0 * UM,
+            patience: 100,
+            preset_within: 2.0 * UM,
+            placed_within: 1.5 * MM,
+            retries: 2,
+        }
+    }
+}
+
+/// A mastered TriCal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mastering {
+    /// What each indicator reads when nothing touches it, m.
+    pub free_reading: [f64; 3],
+    /// What each indicator read on the master ball after the preset, less the preset, m.
+    pub preset_residual: [f64; 3],
+    /// When it was done, on the cell's clock, s.
+    pub time_s: f64,
+}
+
+/// Why a TriCal could not be mastered. Axes are counted from 0 (messages count from 1), lengths in m.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum MasteringError {
+    /// The attendant called it off.
+    #[error(transparent)]
+    CalledOff(#[from] CalledOff),
+    /// An indicator does not answer, or answers with an error.
+    #[error("indicator {}", axis + 1)]
+    Indicator {
+        /// Which.
+        axis: usize,
+        /// What it said.
+        #[source]
+        error: IndicatorError,
+    },
+    /// A reading does not settle.
+    #[error("indicator {} does not settle: its readings spread over {:.1} um", axis + 1, spread / UM)]
+    Unstable {
+        /// Which.
+        axis: usize,
+        /// Spread of the last readings.
+        spread: f64,
+    },
+    /// An indicator does not read what it was set to.
+    #[error("indicator {} was set to the master reading and reads {:.4} mm", axis + 1, reading / MM)]
+    PresetNotTaken {
+        /// Which.
+        axis: usize,
+        /// What it reads.
+        reading: f64,
+    },
+    /// No plunger moved when the master ball was taken away.
+    #[error("no plunger came out when the master ball was taken away; was it in the socket, and is it gone?")]
+    BallNotRemoved,
+    /// All plungers came out by less than the master ball had pushed them in.
+    #[error(
+        "the plungers came out by {:.2}, {:.2}, {:.2} mm when the ball was taken away, too little for the master ball; was it the right one, and seated?",
+        travelled[0] / MM, travelled[1] / MM, travelled[2] / MM
+    )]
+    NotTheMasterBall {
+        /// How far each came out.
+        travelled: [f64; 3],
+    },
+    /// One plunger did not come out.
+    #[error("plunger {} did not come out when the master ball was taken away", axis + 1)]
+    PlungerStuck {
+        /// Which.
+        axis: usize,
+    },
+    /// The reading grew when the plunger came out.
+    #[error("indicator {} counts backwards; turn its counting direction", axis + 1)]
+    CountsBackwards {
+        /// Which.
+        axis: usize,
+    },
+    /// An indicator stands too far from its place in the channel.
+    #[error("indicator {} reads {:.3} mm when free; move it along its channel towards {:.3} mm", axis + 1, free_reading / MM, ideal / MM)]
+    Misplaced {
+        /// Which.
+        axis: usize,
+        /// What it reads when free.
+        free_reading: f64,
+        /// What an ideally placed one reads.
+        ideal: f64,
+    },
+}
+
+/// A plunger that moved less than this has not moved, m: far above drift and vibration, far below the 12.5 mm it should.
+const MOVED: f64 = 1.0 * MM;
+
+/// Masters three indicators: master ball in, wait for rest, set each, verify; ball out, wait, take the free readings, judge them.
+///
+/// # Errors
+/// The [`MasteringError`] that makes the gauge unfit for use.
+pub fn master<I: Indicator>(
+    indicators: &mut [I; 3],
+    attendant: &mut (impl Attendant + ?Sized),
+    trical: &TriCal,
+    settings: &MasteringSettings,
+    clock_s: impl FnOnce() -> f64,
+) -> Result<Mastering, MasteringError> {
+    let preset = trical.master_reading();
+    attendant.place_master_ball()?;
+    at_rest(indicators, settings)?;
+    for (axis, indicator) in indicators.iter_mut().enumerate() {
+        indicator.preset(preset).map_err(|error| MasteringError::Indicator { axis, error })?;
+    }
+    let on_ball = at_rest(indicators, settings)?;
+    if let Some(axis) = (0..3).find(|&k| (on_ball[k] - preset).abs() > settings.preset_within) {
+        return Err(MasteringError::PresetNotTaken { axis, reading: on_ball[axis] });
+    }
+    attendant.remove_master_ball()?;
+    let free_reading = at_rest(indicators, settings)?;
+    judge(&on_ball, &free_reading, trical, settings)?;
+    Ok(Mastering { free_reading, preset_residual: on_ball.map(|reading| reading - preset), time_s: clock_s() })
+}
+
+/// Whether free plungers stand where they should, after standing at `on_ball`.
+fn judge(
+    on_ball: &[f64; 3],
+    free: &[f64; 3],
+    trical: &TriCal,
+    settings: &MasteringSettings,
+) -> Result<(), MasteringError> {
+    let ideal = trical.free_reading();
+    let travelled: [f64; 3] = std::array::from_fn(|k| on_ball[k] - free[k]);
+    if travelled.iter().all(|t| t.abs() < MOVED) {
+        return Err(MasteringError::BallNotRemoved);
+    }
+    if let Some(axis) = (0..3).find(|&k| travelled[k].abs() < MOVED) {
+        return Err(MasteringError::PlungerStuck { axis });
+    }
+    if let Some(axis) = (0..3).find(|&k| travelled[k] < 0.0) {
+        return Err(MasteringError::CountsBackwards { axis });
+    }
+    // One indicator alone is a matter of its place; all three short by a like amount are a matter of the ball.
+    let short = |k: usize| free[k] - ideal > settings.placed_within;
+    if (0..3).all(short) {
+        return Err(MasteringError::NotTheMasterBall { travelled });
+    }
+    match (0..3).find(|&k| (free[k] - ideal).abs() > settings.placed_within) {
+        Some(axis) => Err(MasteringError::Misplaced { axis, free_reading: free[axis], ideal }),
+        None => Ok(()),
+    }
+}
+
+/// The mean readings, m, once the last few of each indicator agree.
+fn at_rest<I: Indicator>(indicators: &mut [I; 3], settings: &MasteringSettings) -> Result<[f64; 3], MasteringError> {
+    let wanted = settings.stable_readings.max(1);
+    let mut last: [Vec<f64>; 3] = Default::default();
+    for _ in 0..settings.patience.max(wanted) {
+        for (axis, indicator) in indicators.iter_mut().enumerate() {
+            let reading = read_patiently(indicator, settings.retries, &mut 0)
+                .map_err(|error| MasteringError::Indicator { axis, error })?;
+            if last[axis].len() == wanted {
+                last[axis].remove(0);
+            }
+            last[axis].push(reading);
+        }
+        if last[0].len() == wanted && last.iter().all(|readings| spread(readings) <= settings.stable_within) {
+            return Ok(last.map(|readings| readings.iter().sum::<f64>() / wanted as f64));
+        }
+    }
+    let spreads = last.map(|readings| spread(&readings));
+    let axis = if spreads[0] >= spreads[1] && spreads[0] >= spreads[2] { 0 } else { 1 + usize::from(spreads[2] > spreads[1]) };
+    Err(MasteringError::Unstable { axis, spread: spreads[axis] })
+}
+
+fn spread(readings: &[f64]) -> f64 {
+    let (low, high) = readings.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &r| (l.min(r), h.max(r)));
+    high - low
+}

@@ -1,0 +1,92 @@
+//! One probing: go to the approach pose, onto the ball, centre it, and always come back out.
+
+use thiserror::Error;
+
+use super::{Centred, CenteringController, CentringFailure, Iteration, Phase};
+use crate::cell::{Indicator, Manipulator};
+
+/// A pose at which a ball is to be probed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedPose {
+    /// Unique name; the sample will carry it.
+    pub id: String,
+    /// The ball, by its place in the artifact.
+    pub ball: usize,
+    /// The payload, by its place in the dataset.
+    pub payload: usize,
+    /// Joints at which the nominal robot has the ball at its TCP, rad (N).
+    pub contact: Vec<f64>,
+    /// Joints straight back from there along the approach, clear of the ball, rad (N).
+    pub approach: Vec<f64>,
+}
+
+/// Why a probing gave no measurement, and where that left the arm.
+#[derive(Debug, Error, Clone, PartialEq)]
+#[error("{reason}{}", if *backed_off { "" } else { "; the arm could not be backed off" })]
+pub struct ProbingFailure {
+    /// What went wrong first.
+    pub reason: CentringFailure,
+    /// Whether the arm stands clear of the ball: back at the approach pose, or never gone past it.
+    pub backed_off: bool,
+}
+
+/// What came of a probing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probing {
+    /// The measurement, or why there is none.
+    pub outcome: Result<Centred, ProbingFailure>,
+    /// Every stop of the arm, in order.
+    pub iterations: Vec<Iteration>,
+    /// When it began, on the cell's clock, s.
+    pub started_s: f64,
+    /// How long it took, s.
+    pub duration_s: f64,
+}
+
+impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
+    /// Probes the ball at `pose` from wherever the arm is; `watch` hears of every stop as it happens.
+    ///
+    /// The plungers must be free before contact and again after the retreat, else a stuck one could pass for a centred one. A
+    /// robot that is lost or stopped is told nothing more; in every other case the arm ends at the approach pose, if it obeys.
+    pub fn probe(&mut self, pose: &PlannedPose, watch: &mut dyn FnMut(&Iteration)) -> Probing {
+        let started_s = self.robot.clock_s();
+        let mut iterations = Vec::new();
+        let outcome = self.approach_and_probe(pose, &mut |iteration| {
+            watch(iteration);
+            iterations.push(iteration.clone());
+        });
+        Probing { outcome, iterations, started_s, duration_s: self.robot.clock_s() - started_s }
+    }
+
+    fn approach_and_probe(
+        &mut self,
+        pose: &PlannedPose,
+        note: &mut dyn FnMut(&Iteration),
+    ) -> Result<Centred, ProbingFailure> {
+        self.stop(Phase::Approach, Some(&pose.approach), note, |cell, at| cell.all_free(at))
+            .map_err(|reason| ProbingFailure { backed_off: reason.robot_obeys(), reason })?;
+        let centred = self.centre_at(Some(&pose.contact), note);
+        match centred {
+            Err(reason) if !reason.robot_obeys() => Err(ProbingFailure { reason, backed_off: false }),
+            centred => {
+                let (arrived, free) = self.retreat(pose, note);
+                let reason = match (centred, free) {
+                    (Ok(centred), Ok(())) => return Ok(centred),
+                    (Err(reason), _) | (Ok(_), Err(reason)) => reason,
+                };
+                Err(ProbingFailure { reason, backed_off: arrived })
+            }
+        }
+    }
+
+    /// Moves back to the approach pose; whether it arrived, and whether the plungers came out again.
+    ///
+    /// One joint motion, not first a straight line along the tool. The segment between contact and approach was planned clear; the
+    /// centring ends a few millimetres beside it, and a joint motion from there closes on the planned one as it goes. A straight
+    /// line asks the controller for inverse kinematics again, which is just what may have failed (a joint limit, an unreachable
+    /// target), and along a tool axis that may be the very one that is wrong.
+    fn retreat(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> (bool, Result<(), CentringFailure>) {
+        let free = self.stop(Phase::Retreat, Some(&pose.approach), note, |cell, at| cell.all_free(at));
+        (!matches!(&free, Err(reason) if reason.is_robot_s()), free)
+    }
+}

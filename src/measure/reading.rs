@@ -1,0 +1,23 @@
+//! Reading an indicator in a workshop, where one answer in a thousand is lost or mangled.
+
+use crate::cell::{Indicator, IndicatorError};
+
+/// Reads once; after a lost, mangled or faulty answer asks up to `retries` times more and counts each in `spent`.
+///
+/// A plunger outside its range stays there however often one asks, so that is reported at once.
+pub(super) fn read_patiently<I: Indicator>(indicator: &mut I, retries: usize, spent: &mut usize) -> Result<f64, IndicatorError> {
+    let mut left = retries;
+    loop {
+        let answer = match indicator.read() {
+            Ok(value) if !value.is_finite() => Err(IndicatorError::Garbled { frame: value.to_string() }),
+            answer => answer,
+        };
+        match answer {
+            Err(error) if left > 0 && error != IndicatorError::OverRange => {
+                left -= 1;
+                *spent += 1;
+            }
+            answer => return answer,
+        }
+    }
+}
