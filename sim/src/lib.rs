@@ -1,1 +1,4 @@
 //! sim
+
+pub mod contact;
+pub mod random;
