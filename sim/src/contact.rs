@@ -188,14 +188,23 @@ fn first_touch(start: f64, gap: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
 /// where nothing touches, and no more than the stop allows.
 #[inline]
 pub fn readings_closed_form(centre: [f64; 3], radius: f64) -> [f64; 3] {
-    let squares = centre.map(|c| c * c);
+    let [x, y, z] = centre;
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    let lateral_squared = [yy + zz, zz + xx, xx + yy];
+    let reading = |c: f64, half_chord: f64| {
+        (c + half_chord - (MASTER_RADIUS - MASTER_READING))
+            .max(FREE_READING)
+            .min(MASTER_READING + OVERTRAVEL)
+    };
+    // All on the flat, as nearly all probing is: no square root.
+    if lateral_squared.iter().all(|&square| square <= DISK_RADIUS * DISK_RADIUS) {
+        return centre.map(|c| reading(c, radius));
+    }
     array::from_fn(|k| {
-        let lateral = (squares[(k + 1) % 3] + squares[(k + 2) % 3]).sqrt();
-        let over = (lateral - DISK_RADIUS).max(0.0);
+        let over = (lateral_squared[k].sqrt() - DISK_RADIUS).max(0.0);
         let half_chord_squared = radius * radius - over * over;
-        let reading = centre[k] + half_chord_squared.max(0.0).sqrt() - (MASTER_RADIUS - MASTER_READING);
-        let reading = if half_chord_squared > 0.0 { reading } else { FREE_READING };
-        reading.clamp(FREE_READING, MASTER_READING + OVERTRAVEL)
+        let met = reading(centre[k], half_chord_squared.max(0.0).sqrt());
+        if half_chord_squared > 0.0 { met } else { FREE_READING }
     })
 }
 

@@ -1,7 +1,10 @@
 //! Randomness by name: one independent stream per seed, trial and source of noise.
 
+use nalgebra::Vector3;
+use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use rand_distr::StandardNormal;
 
 /// The random streams of one trial.
 ///
@@ -28,6 +31,11 @@ impl Streams {
     }
 }
 
+/// `point` with Gaussian noise of one-sigma `sigma` on each axis.
+pub fn noisy_point(point: &Vector3<f64>, sigma: f64, rng: &mut impl Rng) -> Vector3<f64> {
+    point + Vector3::from_fn(|_, _| sigma * rng.sample::<f64, _>(StandardNormal))
+}
+
 /// 64-bit FNV-1a (Fowler, Noll, Vo): the same on every machine and in every release, which `std`'s hashers do not promise.
 fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
@@ -38,8 +46,6 @@ fn fnv1a(bytes: &[u8]) -> u64 {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
-
-    use rand::RngExt;
 
     use super::*;
 
