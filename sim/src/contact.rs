@@ -78,7 +78,7 @@ impl Channel {
         }
     }
 
-    /// Where the disk comes to rest on a ball (`centre`, `radius`, m), by closed form on the flat and four or five Newton steps on the rim.
+    /// Where the disk comes to rest on a ball (`centre`, `radius`, m), by closed form on the flat and a few Newton steps on the rim.
     ///
     /// Flat: `t = (n·(c - p) + R) / (n·d)`; rim: the largest t with `(rho(t) - r_disk)^2 + (n·(c - p - t d))^2 = R^2`, where p, d and
     /// n are the channel's foot, direction and normal and rho is the distance of the ball's centre from the disk's axis.
@@ -100,11 +100,7 @@ impl Channel {
             let lateral = sideways.norm();
             let over = (lateral - DISK_RADIUS).max(0.0);
             let distance = over.hypot(height);
-            let slope = if over > 0.0 {
-                -over * sideways.dot(&self.along) / lateral
-            } else {
-                0.0
-            } - height * advance;
+            let slope = if over > 0.0 { -over * sideways.dot(&self.along) / lateral } else { 0.0 } - height * advance;
             (distance - radius, slope / distance)
         };
         match first_touch(flat_tip, gap) {
@@ -192,9 +188,7 @@ pub fn readings_closed_form(centre: [f64; 3], radius: f64) -> [f64; 3] {
     let (xx, yy, zz) = (x * x, y * y, z * z);
     let lateral_squared = [yy + zz, zz + xx, xx + yy];
     let reading = |c: f64, half_chord: f64| {
-        (c + half_chord - (MASTER_RADIUS - MASTER_READING))
-            .max(FREE_READING)
-            .min(MASTER_READING + OVERTRAVEL)
+        (c + half_chord - (MASTER_RADIUS - MASTER_READING)).clamp(FREE_READING, MASTER_READING + OVERTRAVEL)
     };
     // All on the flat, as nearly all probing is: no square root.
     if lateral_squared.iter().all(|&square| square <= DISK_RADIUS * DISK_RADIUS) {
@@ -226,11 +220,7 @@ mod tests {
             let channel = Channel::ideal(k);
             for (radius, expected) in [(DATUM_RADIUS, DATUM_RADIUS), (MASTER_RADIUS, MASTER_RADIUS)] {
                 match channel.touch(&Vector3::zeros(), radius) {
-                    Touch::At {
-                        tip,
-                        on_rim: false,
-                        normal,
-                    } => {
+                    Touch::At { tip, on_rim: false, normal } => {
                         assert_eq!(tip, expected);
                         assert_eq!(normal, Vector3::ith(k, 1.0));
                     }
@@ -244,14 +234,8 @@ mod tests {
     fn a_ball_beside_the_disk_leaves_the_plunger_free() {
         let channel = Channel::ideal(2);
         let just_clear = DISK_RADIUS + DATUM_RADIUS + 1e-6;
-        assert_eq!(
-            channel.touch(&Vector3::new(just_clear, 0.0, 9.0 * MM), DATUM_RADIUS),
-            Touch::Free
-        );
-        assert_eq!(
-            readings_closed_form([just_clear, 0.0, 6.0 * MM], DATUM_RADIUS)[2],
-            FREE_READING
-        );
+        assert_eq!(channel.touch(&Vector3::new(just_clear, 0.0, 9.0 * MM), DATUM_RADIUS), Touch::Free);
+        assert_eq!(readings_closed_form([just_clear, 0.0, 6.0 * MM], DATUM_RADIUS)[2], FREE_READING);
     }
 
     #[test]
@@ -261,15 +245,21 @@ mod tests {
         assert_eq!(Channel::ideal(2).touch_by_geometry(&beyond, DATUM_RADIUS), Touch::Beyond);
     }
 
+    #[test]
+    fn a_ball_that_is_nowhere_is_not_met() {
+        for nowhere in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let centre = Vector3::new(nowhere, 0.0, 0.0);
+            assert_eq!(Channel::ideal(2).touch(&centre, DATUM_RADIUS), Touch::Free);
+            assert_eq!(Channel::ideal(2).touch_by_geometry(&centre, DATUM_RADIUS), Touch::Free);
+        }
+    }
+
     /// A tilted disk reads `tilt x offset` more, 1 um per mm and mrad, and hardly notices which ball stands centred.
     #[test]
     fn tilt_is_crosstalk_from_the_side() {
         let tilt = 1e-3;
         let normal = Unit::new_normalize(Vector3::new(tilt, 0.0, 1.0));
-        let channel = Channel {
-            normal,
-            ..Channel::ideal(2)
-        };
+        let channel = Channel { normal, ..Channel::ideal(2) };
         let tip = |x: f64, radius: f64| match channel.touch(&Vector3::new(x, 0.0, 0.0), radius) {
             Touch::At { tip, .. } => tip,
             other => panic!("{other:?}"),

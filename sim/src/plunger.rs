@@ -156,13 +156,7 @@ impl PlungerTruth {
         let along = Unit::new_normalize(ideal.along.into_inner() + beside(self.channel_slope));
         let normal = Unit::new_normalize(along.into_inner() + beside(self.disk_tilt));
         let free_tip = FREE_TIP + self.placement;
-        Channel {
-            foot: beside(self.channel_offset),
-            along,
-            normal,
-            free_tip,
-            stop_tip: free_tip + TRAVEL + OVERTRAVEL,
-        }
+        Channel { foot: beside(self.channel_offset), along, normal, free_tip, stop_tip: free_tip + TRAVEL + OVERTRAVEL }
     }
 
     /// Error of the scale at the travel `s` from full extension, m: `A sin(2 pi s / period + phase)`.
@@ -196,16 +190,7 @@ impl SimulatedPlunger {
         let channel = truth.channel(k);
         let followed = 0.5 * truth.hysteresis;
         let zero = FREE_READING - followed - truth.scale_error(followed);
-        SimulatedPlunger {
-            truth,
-            channel,
-            noise,
-            touch: Touch::Free,
-            travel: 0.0,
-            followed,
-            last_motion: -1,
-            zero,
-        }
+        SimulatedPlunger { truth, channel, noise, touch: Touch::Free, travel: 0.0, followed, last_motion: -1, zero }
     }
 
     /// What is wrong with it.
@@ -248,11 +233,7 @@ impl SimulatedPlunger {
     pub fn read(&mut self) -> Result<f64, IndicatorError> {
         let reading = self.scale()? + self.zero;
         let step = self.truth.resolution;
-        Ok(if step > 0.0 {
-            (reading / step).round() * step
-        } else {
-            reading
-        })
+        Ok(if step > 0.0 { (reading / step).round() * step } else { reading })
     }
 
     /// Makes the present position read `value`, m; the counter's own noise goes into it once and for all.

@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use calibench::robot::Pose;
 use calibench::units::{DEG, UM};
-use nalgebra::{Matrix3, Rotation3, Translation3, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 use rand::Rng;
 use thiserror::Error;
 
@@ -29,11 +29,7 @@ pub struct TrackerSpec {
 impl Default for TrackerSpec {
     /// 18 um per axis and one shot a point: a FARO tracker a few metres away (16 um + 0.8 um/m in range, 20 um + 5 um/m across; assumed).
     fn default() -> Self {
-        TrackerSpec {
-            shot: 18.0 * UM,
-            point_shots: NonZeroU32::MIN,
-            nest_shots: NonZeroU32::MIN,
-        }
+        TrackerSpec { shot: 18.0 * UM, point_shots: NonZeroU32::MIN, nest_shots: NonZeroU32::MIN }
     }
 }
 
@@ -71,16 +67,13 @@ impl SimulatedTracker {
         }
         let sigma = averaged(spec.shot, spec.nest_shots);
         let measured = nests.map(|nest| noisy_point(&nest, sigma, rng));
-        Ok(SimulatedTracker {
-            spec: spec.clone(),
-            measured_world_from_world: best_fit(&measured, nests),
-        })
+        Ok(SimulatedTracker { spec: spec.clone(), measured_world_from_world: best_fit(&measured, nests) })
     }
 
     /// The measured place (world frame as registered, m) of the SMR centre that truly stands at `point`.
     pub fn measure(&self, point: &Vector3<f64>, rng: &mut impl Rng) -> Vector3<f64> {
         let seen = noisy_point(point, averaged(self.spec.shot, self.spec.point_shots), rng);
-        (self.measured_world_from_world * nalgebra::Point3::from(seen)).coords
+        (self.measured_world_from_world * Point3::from(seen)).coords
     }
 
     /// The error of the registration: what moves true points of the world to where this set-up believes them.
@@ -112,17 +105,10 @@ fn spread(points: &[Vector3<f64>; 3]) -> [f64; 3] {
 /// The rigid motion that brings `from` nearest to `to` in the sum of squares (W. Kabsch, Acta Cryst. A32 (1976) 922).
 fn best_fit(from: &[Vector3<f64>; 3], to: &[Vector3<f64>; 3]) -> Pose {
     let (from_centre, to_centre) = (centroid(from), centroid(to));
-    let correlation: Matrix3<f64> = from
-        .iter()
-        .zip(to)
-        .map(|(f, t)| (t - to_centre) * (f - from_centre).transpose())
-        .sum();
+    let correlation: Matrix3<f64> = from.iter().zip(to).map(|(f, t)| (t - to_centre) * (f - from_centre).transpose()).sum();
     let svd = correlation.svd(true, true);
     // Both factors were asked for.
-    let (u, v_t) = (
-        svd.u.unwrap_or_else(Matrix3::identity),
-        svd.v_t.unwrap_or_else(Matrix3::identity),
-    );
+    let (u, v_t) = (svd.u.unwrap_or_else(Matrix3::identity), svd.v_t.unwrap_or_else(Matrix3::identity));
     // Three points lie in a plane: the third direction is free, and is chosen so that nothing is mirrored.
     let handed = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
     let rotation = Rotation3::from_matrix_unchecked(u * handed * v_t);
@@ -134,16 +120,12 @@ mod tests {
     use super::*;
     use crate::random::Streams;
 
-    const NESTS: [Vector3<f64>; 3] = [
-        Vector3::new(0.0, 0.0, 0.0),
-        Vector3::new(0.25, 0.0, 0.0),
-        Vector3::new(0.03, 0.4, 0.02),
-    ];
+    const NESTS: [Vector3<f64>; 3] = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(0.25, 0.0, 0.0), Vector3::new(0.03, 0.4, 0.02)];
 
     #[test]
     fn the_fit_recovers_a_rigid_motion() {
         let motion = Pose::new(Vector3::new(0.3, -2.0, 0.7), Vector3::new(0.4, -1.1, 2.0));
-        let moved = NESTS.map(|p| (motion * nalgebra::Point3::from(p)).coords);
+        let moved = NESTS.map(|p| (motion * Point3::from(p)).coords);
         let fitted = best_fit(&NESTS, &moved);
         // Coordinates of metres, rounded at 4e-16, over nests 0.2 m apart.
         assert!((fitted.to_homogeneous() - motion.to_homogeneous()).norm() < 1e-13);
@@ -161,10 +143,7 @@ mod tests {
     #[test]
     fn a_noiseless_tracker_tells_the_truth() {
         let mut rng = Streams { seed: 1, trial: 0 }.stream("tracker");
-        let spec = TrackerSpec {
-            shot: 0.0,
-            ..TrackerSpec::default()
-        };
+        let spec = TrackerSpec { shot: 0.0, ..TrackerSpec::default() };
         let tracker = SimulatedTracker::set_up(&spec, &NESTS, &mut rng).expect("the nests are spread");
         let point = Vector3::new(0.7, -0.2, 1.1);
         // A metre away, rotated by roundings of 1e-16 over 0.2 m.

@@ -49,10 +49,7 @@ fn closed_form_is_the_geometry_of_the_ideal_gauge() {
             let channel = Channel::ideal(k);
             let geometry = channel.touch_by_geometry(&centre, radius);
             let off = (closed[k] - reading(geometry)).abs();
-            assert!(
-                off <= tolerance(overlap(&centre, k, radius)),
-                "{off} m off at {centre:?}, axis {k}: {geometry:?}"
-            );
+            assert!(off <= tolerance(overlap(&centre, k, radius)), "{off} m off at {centre:?}, axis {k}: {geometry:?}");
             rims += usize::from(matches!(geometry, Touch::At { on_rim: true, .. }));
         }
     }
@@ -75,30 +72,12 @@ fn fast_path_is_the_geometry_of_a_gauge_with_every_flaw() {
         };
         let reach = [4.0, 9.0, 20.0][rng.random_range(0..3)] * MM;
         let centre = Vector3::from_fn(|_, _| rng.random_range(-reach..reach));
-        let (fast, geometry) = (
-            channel.touch(&centre, DATUM_RADIUS),
-            channel.touch_by_geometry(&centre, DATUM_RADIUS),
-        );
+        let (fast, geometry) = (channel.touch(&centre, DATUM_RADIUS), channel.touch_by_geometry(&centre, DATUM_RADIUS));
         let off = (reading(fast) - reading(geometry)).abs();
         // The tilted disk's rim stands up to 10 mrad x 25 mm beside the ideal one.
         let allowed = tolerance(overlap(&(centre - channel.foot), k, DATUM_RADIUS) - 0.5 * MM);
-        assert!(
-            off <= allowed,
-            "{off} m off at {centre:?} on {channel:?}: {fast:?}, {geometry:?}"
-        );
-        if let (
-            Touch::At {
-                normal: a,
-                on_rim: rim_a,
-                ..
-            },
-            Touch::At {
-                normal: b,
-                on_rim: rim_b,
-                ..
-            },
-        ) = (fast, geometry)
-        {
+        assert!(off <= allowed, "{off} m off at {centre:?} on {channel:?}: {fast:?}, {geometry:?}");
+        if let (Touch::At { normal: a, on_rim: rim_a, .. }, Touch::At { normal: b, on_rim: rim_b, .. }) = (fast, geometry) {
             // Both normals lose a rounding of 20 mm over 12.7 mm.
             assert!((a - b).norm() < 1e-9, "{a:?} {b:?}");
             assert_eq!(rim_a, rim_b);

@@ -29,29 +29,13 @@ fn analytic(nests: &[Vector3<f64>; 3], at: &Vector3<f64>, nest_sigma: f64) -> Ma
 
 #[test]
 fn tracker_registration_error_has_its_analytic_covariance() {
-    let nests = [
-        Vector3::new(0.0, 0.0, 0.0),
-        Vector3::new(0.25, 0.0, 0.0),
-        Vector3::new(0.03, 0.4, 0.02),
-    ];
+    let nests = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(0.25, 0.0, 0.0), Vector3::new(0.03, 0.4, 0.02)];
     let nest_shots = NonZeroU32::new(4).expect("four is not zero");
-    let spec = TrackerSpec {
-        shot: 18.0 * UM,
-        nest_shots,
-        ..TrackerSpec::default()
-    };
-    let places = [
-        Vector3::new(0.0, 0.0, 0.0),
-        Vector3::new(-0.5, 0.1, 0.8),
-        Vector3::new(0.3, -0.7, 0.1),
-    ];
+    let spec = TrackerSpec { shot: 18.0 * UM, nest_shots, ..TrackerSpec::default() };
+    let places = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(-0.5, 0.1, 0.8), Vector3::new(0.3, -0.7, 0.1)];
     let mut sums = [Matrix3::zeros(); 3];
     for trial in 0..SET_UPS {
-        let mut rng = Streams {
-            seed: 11,
-            trial: trial.into(),
-        }
-        .stream("tracker");
+        let mut rng = Streams { seed: 11, trial: trial.into() }.stream("tracker");
         let tracker = SimulatedTracker::set_up(&spec, &nests, &mut rng).expect("the nests are spread");
         for (sum, place) in sums.iter_mut().zip(&places) {
             let error = (tracker.registration_error() * Point3::from(*place)).coords - place;
@@ -65,10 +49,7 @@ fn tracker_registration_error_has_its_analytic_covariance() {
                 let spread = expected[(i, i)] * expected[(j, j)] + expected[(i, j)].powi(2);
                 let standard_error = (spread / f64::from(SET_UPS)).sqrt();
                 let off = (seen[(i, j)] - expected[(i, j)]) / standard_error;
-                assert!(
-                    off.abs() < ALLOWED,
-                    "at {place:?}, entry {i} {j}: {off} standard errors, {seen} {expected}"
-                );
+                assert!(off.abs() < ALLOWED, "at {place:?}, entry {i} {j}: {off} standard errors, {seen} {expected}");
             }
         }
     }
