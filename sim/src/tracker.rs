@@ -1,0 +1,161 @@
+//! The simulated laser tracker: noisy points in a world frame that three nests carry, noisily too.
+
+use std::num::NonZeroU32;
+
+use calibench::robot::Pose;
+use calibench::units::{DEG, UM};
+use nalgebra::{Matrix3, Point3, Rotation3, Translation3, Unit, Vector3};
+use rand::Rng;
+use thiserror::Error;
+
+use crate::random::noisy_point;
+
+/// Half-angle of the cone from which a 1.5-inch SMR returns the beam, rad (30 degrees, usual for open corner cubes; assumed).
+pub const SMR_ACCEPTANCE: f64 = 30.0 * DEG;
+/// Nests count as lying on one line when they spread less across it than this share of their spread along it.
+const NARROWEST_SPREAD: f64 = 1e-6;
+
+/// How well a laser tracker measures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrackerSpec {
+    /// One-sigma of one shot, per axis, m.
+    pub shot: f64,
+    /// Shots averaged to a point.
+    pub point_shots: NonZeroU32,
+    /// Shots averaged to a nest.
+    pub nest_shots: NonZeroU32,
+}
+
+impl Default for TrackerSpec {
+    /// 18 um per axis and one shot a point: a FARO tracker a few metres away (16 um + 0.8 um/m in range, 20 um + 5 um/m across; assumed).
+    fn default() -> Self {
+        TrackerSpec { shot: 18.0 * UM, point_shots: NonZeroU32::MIN, nest_shots: NonZeroU32::MIN }
+    }
+}
+
+/// Why a tracker cannot be set up.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum TrackerError {
+    /// The nests leave the rotation about their line open.
+    #[error("the three nests lie on one line: they spread {along} m along it and {across} m across")]
+    NestsInLine {
+        /// Root sum of squares along the line, m.
+        along: f64,
+        /// The same across it, m.
+        across: f64,
+    },
+}
+
+/// A tracker in one set-up: all its points share one small rigid error, that of its registration to the nests.
+#[derive(Debug, Clone)]
+pub struct SimulatedTracker {
+    spec: TrackerSpec,
+    measured_world_from_world: Pose,
+}
+
+impl SimulatedTracker {
+    /// Measures the three `nests` (world frame, m), which define the world, and fits the frame to them by least squares (Kabsch 1976).
+    ///
+    /// Noise is alike along all axes, so it does not matter where the tracker stands.
+    ///
+    /// # Errors
+    /// When the nests lie on one line.
+    pub fn set_up(spec: &TrackerSpec, nests: &[Vector3<f64>; 3], rng: &mut impl Rng) -> Result<Self, TrackerError> {
+        let [along, across, _] = spread(nests);
+        if across <= NARROWEST_SPREAD * along {
+            return Err(TrackerError::NestsInLine { along, across });
+        }
+        let sigma = averaged(spec.shot, spec.nest_shots);
+        let measured = nests.map(|nest| noisy_point(&nest, sigma, rng));
+        Ok(SimulatedTracker { spec: spec.clone(), measured_world_from_world: best_fit(&measured, nests) })
+    }
+
+    /// The measured place (world frame as registered, m) of the SMR centre that truly stands at `point`.
+    pub fn measure(&self, point: &Vector3<f64>, rng: &mut impl Rng) -> Vector3<f64> {
+        let seen = noisy_point(point, averaged(self.spec.shot, self.spec.point_shots), rng);
+        (self.measured_world_from_world * Point3::from(seen)).coords
+    }
+
+    /// The error of the registration: what moves true points of the world to where this set-up believes them.
+    pub fn registration_error(&self) -> &Pose {
+        &self.measured_world_from_world
+    }
+}
+
+/// Whether an SMR at `smr` (m) whose open side looks along `normal` returns the beam of a tracker at `tracker` (m), `limit` (rad) being
+/// the half-angle of its acceptance.
+pub fn faces(tracker: &Vector3<f64>, smr: &Vector3<f64>, normal: &Unit<Vector3<f64>>, limit: f64) -> bool {
+    normal.angle(&(tracker - smr)) <= limit
+}
+
+fn averaged(shot: f64, shots: NonZeroU32) -> f64 {
+    shot / f64::from(shots.get()).sqrt()
+}
+
+fn centroid(points: &[Vector3<f64>; 3]) -> Vector3<f64> {
+    points.iter().sum::<Vector3<f64>>() / 3.0
+}
+
+/// Root sums of squares of three points about their centre along their principal axes, largest first, m.
+fn spread(points: &[Vector3<f64>; 3]) -> [f64; 3] {
+    let centre = centroid(points);
+    Matrix3::from_columns(&points.map(|p| p - centre)).singular_values().into()
+}
+
+/// The rigid motion that brings `from` nearest to `to` in the sum of squares (W. Kabsch, Acta Cryst. A32 (1976) 922).
+fn best_fit(from: &[Vector3<f64>; 3], to: &[Vector3<f64>; 3]) -> Pose {
+    let (from_centre, to_centre) = (centroid(from), centroid(to));
+    let correlation: Matrix3<f64> = from.iter().zip(to).map(|(f, t)| (t - to_centre) * (f - from_centre).transpose()).sum();
+    let svd = correlation.svd(true, true);
+    // Both factors were asked for.
+    let (u, v_t) = (svd.u.unwrap_or_else(Matrix3::identity), svd.v_t.unwrap_or_else(Matrix3::identity));
+    // Three points lie in a plane: the third direction is free, and is chosen so that nothing is mirrored.
+    let handed = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
+    let rotation = Rotation3::from_matrix_unchecked(u * handed * v_t);
+    Pose::from_parts(Translation3::from(to_centre - rotation * from_centre), rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Streams;
+
+    const NESTS: [Vector3<f64>; 3] = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(0.25, 0.0, 0.0), Vector3::new(0.03, 0.4, 0.02)];
+
+    #[test]
+    fn the_fit_recovers_a_rigid_motion() {
+        let motion = Pose::new(Vector3::new(0.3, -2.0, 0.7), Vector3::new(0.4, -1.1, 2.0));
+        let moved = NESTS.map(|p| (motion * Point3::from(p)).coords);
+        let fitted = best_fit(&NESTS, &moved);
+        // Coordinates of metres, rounded at 4e-16, over nests 0.2 m apart.
+        assert!((fitted.to_homogeneous() - motion.to_homogeneous()).norm() < 1e-13);
+        assert!((fitted.rotation.matrix().determinant() - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn nests_on_a_line_are_refused() {
+        let mut rng = Streams { seed: 1, trial: 0 }.stream("tracker");
+        let line = [0.0, 0.1, 0.4].map(|x| Vector3::new(x, 2.0 * x, -x));
+        let refused = SimulatedTracker::set_up(&TrackerSpec::default(), &line, &mut rng);
+        assert!(matches!(refused, Err(TrackerError::NestsInLine { .. })));
+    }
+
+    #[test]
+    fn a_noiseless_tracker_tells_the_truth() {
+        let mut rng = Streams { seed: 1, trial: 0 }.stream("tracker");
+        let spec = TrackerSpec { shot: 0.0, ..TrackerSpec::default() };
+        let tracker = SimulatedTracker::set_up(&spec, &NESTS, &mut rng).expect("the nests are spread");
+        let point = Vector3::new(0.7, -0.2, 1.1);
+        // A metre away, rotated by roundings of 1e-16 over 0.2 m.
+        assert!((tracker.measure(&point, &mut rng) - point).norm() < 1e-14);
+    }
+
+    #[test]
+    fn an_smr_answers_only_from_its_open_side() {
+        let (smr, up) = (Vector3::new(0.5, 0.0, 0.2), Vector3::z_axis());
+        let tracker = |angle: f64| smr + 3.0 * Vector3::new(angle.sin(), 0.0, angle.cos());
+        assert!(faces(&tracker(29.9 * DEG), &smr, &up, SMR_ACCEPTANCE));
+        assert!(!faces(&tracker(30.1 * DEG), &smr, &up, SMR_ACCEPTANCE));
+        assert!(!faces(&tracker(180.0 * DEG), &smr, &up, SMR_ACCEPTANCE));
+    }
+}
