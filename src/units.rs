@@ -57,6 +57,15 @@ impl Unit {
     /// A ratio.
     pub const RATIO: Unit = Unit { symbol: "1", suffix: "ratio", si: 1.0 };
 
+    /// Every unit there is.
+    pub const ALL: [Unit; 8] =
+        [Unit::MM, Unit::UM, Unit::DEG, Unit::URAD, Unit::MDEG_PER_NM, Unit::URAD_PER_NM, Unit::PER_MN_M2, Unit::RATIO];
+
+    /// The unit written so.
+    pub fn from_symbol(symbol: &str) -> Option<Unit> {
+        Unit::ALL.into_iter().find(|u| u.symbol == symbol)
+    }
+
     /// The value in this unit of a quantity given in SI.
     pub fn from_si(&self, si: f64) -> f64 {
         si / self.si

@@ -23,7 +23,7 @@ fn build(id: &Id<'_>, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectEr
     // Cross-roller bearings of a small arm: about 0.3 MN·m/rad near the base, 0.06 in the wrist.
     let prior = |j: usize| if 2 * j < subject.robot.joints() { 3.0 * URAD } else { 15.0 * URAD };
     let parameters =
-        joints.iter().map(|&j| ParameterSpec::new(format!("bearing_tilt:{}", j + 1), Unit::URAD_PER_NM, prior(j))).collect();
+        joints.iter().map(|&j| ParameterSpec::new(format!("bearing_tilt:{}.k", j + 1), Unit::URAD_PER_NM, prior(j))).collect();
     Ok(Box::new(BearingTilt { id: id.whole.into(), joints, parameters }))
 }
 

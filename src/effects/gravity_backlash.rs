@@ -27,7 +27,7 @@ fn build(id: &Id<'_>, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectEr
     let joints = id.joints(subject)?;
     let closing = reference_torque(subject.robot).into_iter().map(|t| CLOSING_SHARE * t).collect();
     let parameters =
-        joints.iter().map(|j| ParameterSpec::new(format!("gravity_backlash:{}", j + 1), Unit::URAD, 60.0 * URAD)).collect();
+        joints.iter().map(|j| ParameterSpec::new(format!("gravity_backlash:{}.b", j + 1), Unit::URAD, 60.0 * URAD)).collect();
     Ok(Box::new(GravityBacklash { id: id.whole.into(), joints, closing, parameters }))
 }
 

@@ -33,7 +33,7 @@ fn build(id: &Id<'_>, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectEr
         .iter()
         .map(|&j| {
             let prior = SHARE_OF_LINEAR * TYPICAL_COMPLIANCE * reference[j];
-            ParameterSpec::new(format!("stiffening:{}", j + 1), Unit::URAD, prior)
+            ParameterSpec::new(format!("stiffening:{}.k", j + 1), Unit::URAD, prior)
         })
         .collect();
     Ok(Box::new(Stiffening { id: id.whole.into(), joints, reference, parameters }))

@@ -1,13 +1,15 @@
 //! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
 
 mod calibration;
+mod calibration_file;
 mod fit;
 mod linalg;
 mod model;
 mod observability;
 mod problem;
 
-pub use calibration::{Calibration, Estimate, identify};
+pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
+pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit};
 pub use model::Model;
 pub use observability::Observability;

@@ -1,1 +1,7 @@
-//! To come.
+//! Showing results: tables for people, JSON for programs.
+
+mod json;
+mod tables;
+
+pub use json::{calibration_json, validation_json};
+pub use tables::{histogram, parameter_table, unresolved_sentences, validation_row, validation_table};

@@ -1,0 +1,101 @@
+//! Position errors of a calibrated robot: the numbers of the paper's Table 9 and the bars of its Figure 9.
+
+use crate::identify::Prediction;
+
+/// Statistics of position errors over poses, m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Validation {
+    /// Number of poses.
+    pub samples: usize,
+    /// Mean of the errors.
+    pub mean: f64,
+    /// Largest.
+    pub max: f64,
+    /// Standard deviation of the errors about their mean (n - 1); zero for one pose.
+    pub std: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Errors below which 5, 25, 50, 75 and 95 % of the poses lie.
+    pub quantiles: [f64; 5],
+    /// Errors, ascending.
+    pub errors: Vec<f64>,
+    /// Set-up parameters that were fitted to these very poses.
+    pub refitted: Vec<String>,
+}
+
+/// One bar of a histogram.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HistogramBin {
+    /// Lower edge, m.
+    pub from: f64,
+    /// Upper edge, m.
+    pub to: f64,
+    /// Poses in it.
+    pub count: usize,
+}
+
+/// The quantiles reported.
+pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.50, 0.75, 0.95];
+
+impl Validation {
+    /// Judges predictions; `None` when there are none.
+    pub fn of(prediction: &Prediction) -> Option<Self> {
+        let mut errors: Vec<f64> = prediction.residuals.iter().map(|r| r.norm()).collect();
+        if errors.is_empty() {
+            return None;
+        }
+        errors.sort_by(f64::total_cmp);
+        let n = errors.len() as f64;
+        let mean = errors.iter().sum::<f64>() / n;
+        let squares = errors.iter().map(|e| e * e).sum::<f64>() / n;
+        let about_mean = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>();
+        Some(Validation {
+            samples: errors.len(),
+            mean,
+            max: errors[errors.len() - 1],
+            std: if errors.len() > 1 { (about_mean / (n - 1.0)).sqrt() } else { 0.0 },
+            rms: squares.sqrt(),
+            quantiles: QUANTILES.map(|p| quantile(&errors, p)),
+            errors,
+            refitted: prediction.refitted.clone(),
+        })
+    }
+
+    /// Equal bins from zero to the largest error.
+    pub fn histogram(&self, bins: usize) -> Vec<HistogramBin> {
+        let width = self.max.max(f64::MIN_POSITIVE) / bins.max(1) as f64;
+        (0..bins.max(1))
+            .map(|k| {
+                let (from, to) = (k as f64 * width, (k + 1) as f64 * width);
+                let last = k + 1 == bins.max(1);
+                let count = self.errors.iter().filter(|&&e| e >= from && (e < to || last)).count();
+                HistogramBin { from, to, count }
+            })
+            .collect()
+    }
+}
+
+/// Quantile of ascending values, by linear interpolation between order statistics (Hyndman and Fan's type 7).
+fn quantile(ascending: &[f64], p: f64) -> f64 {
+    let at = p * (ascending.len() - 1) as f64;
+    let (low, high) = (at.floor() as usize, at.ceil() as usize);
+    ascending[low] + (at - low as f64) * (ascending[high] - ascending[low])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn statistics_of_errors_known_by_heart() {
+        let residuals = [1.0, 2.0, 3.0, 4.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0)).to_vec();
+        let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new() };
+        let v = Validation::of(&prediction).expect("there are errors");
+        assert_eq!((v.samples, v.mean, v.max, v.quantiles[2]), (5, 4.0, 10.0, 3.0));
+        assert!((v.std - 12.5f64.sqrt()).abs() < 1e-12);
+        assert!((v.rms - 26f64.sqrt()).abs() < 1e-12);
+        let bars: Vec<usize> = v.histogram(5).iter().map(|b| b.count).collect();
+        assert_eq!(bars, [1, 2, 1, 0, 1]);
+    }
+}

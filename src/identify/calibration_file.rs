@@ -1,0 +1,220 @@
+//! `calibration.toml`: a calibration in mm and deg, to be read by people and programs alike.
+
+use std::path::Path;
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use super::{Calibration, Estimate, Model, Observability, SetupName};
+use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use crate::robot::robot;
+use crate::units::{DEG, MM, Unit};
+
+/// Format tag.
+pub const FORMAT: &str = "calibench-calibration/1";
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    format: String,
+    robot: String,
+    effects: Vec<String>,
+    #[serde(default)]
+    measured_torques: bool,
+    dataset_sha256: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    absolute_accuracy: Option<bool>,
+    unresolved: Vec<Vec<String>>,
+    fit: FitTable,
+    #[serde(default)]
+    joint_range: Vec<JointRange>,
+    #[serde(default)]
+    setup: Vec<SetupTable>,
+    #[serde(default)]
+    parameter: Vec<ParameterTable>,
+    /// Correlations of the parameters, row k holding those with parameters 1 to k.
+    correlation: Vec<Vec<f64>>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FitTable {
+    samples: usize,
+    rms_mm: f64,
+    chi2_per_dof: f64,
+    dof: usize,
+    rank: usize,
+    condition: f64,
+    noise_stated: bool,
+    iterations: usize,
+    #[serde(rename = "O1")]
+    o1: f64,
+    #[serde(rename = "O2")]
+    o2: f64,
+    #[serde(rename = "O3")]
+    o3: f64,
+    #[serde(rename = "O4")]
+    o4: f64,
+    #[serde(rename = "O5")]
+    o5: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JointRange {
+    joint: usize,
+    min_deg: f64,
+    max_deg: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SetupTable {
+    label: String,
+    dataset: String,
+    session: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParameterTable {
+    name: String,
+    effect: String,
+    value: f64,
+    sigma: f64,
+    unit: String,
+    nominal: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stated_sigma: Option<f64>,
+}
+
+/// Writes a calibration, whole or not at all.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> {
+    let o = &c.observability;
+    let file = File {
+        format: FORMAT.into(),
+        robot: c.robot_reference.clone(),
+        effects: c.model.effects.clone(),
+        measured_torques: c.model.measured_torques,
+        dataset_sha256: c.dataset_hashes.clone(),
+        absolute_accuracy: c.absolute_accuracy,
+        unresolved: c.unresolved.clone(),
+        fit: FitTable {
+            samples: c.samples,
+            rms_mm: c.rms / MM,
+            chi2_per_dof: c.chi2_per_dof,
+            dof: c.dof,
+            rank: c.rank,
+            condition: c.condition,
+            noise_stated: c.noise_stated,
+            iterations: c.iterations,
+            o1: o.o1,
+            o2: o.o2,
+            o3: o.o3,
+            o4: o.o4,
+            o5: o.o5,
+        },
+        joint_range: c
+            .joint_ranges
+            .iter()
+            .enumerate()
+            .map(|(i, r)| JointRange { joint: i + 1, min_deg: r[0] / DEG, max_deg: r[1] / DEG })
+            .collect(),
+        setup: c
+            .setups
+            .iter()
+            .map(|s| SetupTable { label: s.label.clone(), dataset: s.dataset.clone(), session: s.session.clone() })
+            .collect(),
+        parameter: c
+            .estimates
+            .iter()
+            .map(|e| ParameterTable {
+                name: e.name.clone(),
+                effect: e.effect.clone(),
+                value: e.unit.from_si(e.value),
+                sigma: e.unit.from_si(e.sigma),
+                unit: e.unit.symbol.into(),
+                nominal: e.unit.from_si(e.nominal),
+                stated_sigma: e.stated_sigma.map(|s| e.unit.from_si(s)),
+            })
+            .collect(),
+        correlation: (0..c.correlation.nrows()).map(|r| (0..=r).map(|k| c.correlation[(r, k)]).collect()).collect(),
+    };
+    let text = toml::to_string(&file).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
+    write_whole(path, text.as_bytes())
+}
+
+/// Reads a calibration; a robot named by a path is looked for beside the file.
+///
+/// # Errors
+/// One error that names file, line, key and remedy.
+pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
+    let text = read_text(path)?;
+    let file: File = parse_toml(path, &text)?;
+    let wrong = |key: &str, problem: String, remedy: &str| field_error(path, &text, key, problem, remedy);
+    let again = "write it anew with `calibench identify`";
+    if file.format != FORMAT {
+        return Err(wrong("format", format!("is '{}', not '{FORMAT}'", file.format), again));
+    }
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let robot = robot(&file.robot, folder).map_err(|e| wrong("robot", e.to_string(), "name a built-in robot or a robot file"))?;
+    if file.joint_range.len() != robot.joints() {
+        return Err(wrong("joint_range", format!("has {} entries for {} joints", file.joint_range.len(), robot.joints()), again));
+    }
+    let mut estimates: Vec<Estimate> = Vec::new();
+    for (k, p) in file.parameter.iter().enumerate() {
+        let key = |field: &str| format!("parameter[{k}].{field}");
+        let unit = Unit::from_symbol(&p.unit).ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit known here", p.unit), again))?;
+        for (field, value) in [("value", p.value), ("sigma", p.sigma), ("nominal", p.nominal)] {
+            if !value.is_finite() {
+                return Err(wrong(&key(field), "is not a finite number".into(), again));
+            }
+        }
+        if p.sigma < 0.0 {
+            return Err(wrong(&key("sigma"), "is negative".into(), again));
+        }
+        if estimates.iter().any(|e| e.name == p.name) {
+            return Err(wrong(&key("name"), format!("'{}' stands twice", p.name), "keep one of the two"));
+        }
+        estimates.push(Estimate {
+            name: p.name.clone(),
+            effect: p.effect.clone(),
+            unit,
+            value: unit.to_si(p.value),
+            sigma: unit.to_si(p.sigma),
+            nominal: unit.to_si(p.nominal),
+            stated_sigma: p.stated_sigma.map(|s| unit.to_si(s)),
+        });
+    }
+    let m = estimates.len();
+    let shaped = file.correlation.len() == m && file.correlation.iter().enumerate().all(|(r, row)| row.len() == r + 1);
+    if !shaped || file.correlation.iter().flatten().any(|v| !(-1.000_001..=1.000_001).contains(v)) {
+        return Err(wrong("correlation", format!("is not the lower triangle of {m} x {m} correlations"), again));
+    }
+    let correlation = DMatrix::from_fn(m, m, |r, c| file.correlation[r.max(c)][r.min(c)]);
+    let f = &file.fit;
+    Ok(Calibration {
+        robot: std::sync::Arc::new(robot),
+        robot_reference: file.robot.clone(),
+        model: Model { effects: file.effects, measured_torques: file.measured_torques },
+        estimates,
+        correlation,
+        unresolved: file.unresolved,
+        setups: file.setup.into_iter().map(|s| SetupName { label: s.label, dataset: s.dataset, session: s.session }).collect(),
+        samples: f.samples,
+        rms: f.rms_mm * MM,
+        chi2_per_dof: f.chi2_per_dof,
+        dof: f.dof,
+        rank: f.rank,
+        condition: f.condition,
+        observability: Observability { o1: f.o1, o2: f.o2, o3: f.o3, o4: f.o4, o5: f.o5 },
+        noise_stated: f.noise_stated,
+        iterations: f.iterations,
+        joint_ranges: file.joint_range.iter().map(|r| [r.min_deg * DEG, r.max_deg * DEG]).collect(),
+        dataset_hashes: file.dataset_sha256,
+        absolute_accuracy: file.absolute_accuracy,
+    })
+}

@@ -1,0 +1,81 @@
+//! Tables for a terminal.
+
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_HORIZONTAL_ONLY};
+
+use crate::assess::Validation;
+use crate::identify::Calibration;
+use crate::units::MM;
+
+/// A table whose first column is text and whose others are numbers.
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Disabled).set_header(header);
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// Digits after the point that show a value to a tenth of its one-sigma, between 3 (as the paper prints) and 6.
+fn decimals(sigma: f64) -> usize {
+    if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(3.0, 6.0) as usize } else { 3 }
+}
+
+/// Parameters in the layout of the paper's Table 8, with one-sigma and correction.
+pub fn parameter_table(c: &Calibration) -> String {
+    let mut out = table(&["parameter", "nominal", "identified", "1 sigma", "correction", "unit"]);
+    for e in c.estimates.iter().filter(|e| e.stated_sigma.is_none()) {
+        let unit = |x: f64| e.unit.from_si(x);
+        let d = decimals(unit(e.sigma));
+        let flag = if e.effect.starts_with("joint_compliance") && e.value < -3.0 * e.sigma { "  (negative: not physical)" } else { "" };
+        out.add_row([
+            e.name.clone(),
+            format!("{:.3}", unit(e.nominal)),
+            format!("{:.d$}", unit(e.value)),
+            format!("{:.d$}", unit(e.sigma)),
+            format!("{:+.d$}", unit(e.value - e.nominal)),
+            format!("{}{flag}", e.unit.symbol),
+        ]);
+    }
+    out.to_string()
+}
+
+/// What the data cannot tell apart, a line each.
+pub fn unresolved_sentences(c: &Calibration) -> Vec<String> {
+    c.unresolved
+        .iter()
+        .map(|group| match group.as_slice() {
+            [alone] => format!("{alone}: nothing measured moves with it"),
+            [left_out, with @ ..] => format!("{left_out}: moves the TCP as {} together can", with.join(", ")),
+            [] => String::new(),
+        })
+        .collect()
+}
+
+/// One row of a validation table: a method and its mean, maximum and standard deviation in mm.
+pub fn validation_row(method: &str, v: &Validation) -> [String; 7] {
+    let mm = |x: f64| format!("{:.3}", x / MM);
+    [method.into(), mm(v.mean), mm(v.max), mm(v.std), mm(v.rms), mm(v.quantiles[2]), mm(v.quantiles[4])]
+}
+
+/// A table of validations, in the layout of the paper's Table 9.
+pub fn validation_table(rows: &[[String; 7]]) -> String {
+    let mut out = table(&["position error, mm", "mean", "max", "std", "rms", "median", "95 %"]);
+    for row in rows {
+        out.add_row(row);
+    }
+    out.to_string()
+}
+
+/// Bars of position errors.
+pub fn histogram(v: &Validation, bins: usize) -> String {
+    const WIDEST: usize = 50;
+    let bars = v.histogram(bins);
+    let most = bars.iter().map(|b| b.count).max().unwrap_or(1).max(1);
+    bars.iter()
+        .map(|b| {
+            let length = (b.count * WIDEST).div_ceil(most);
+            format!("{:6.3} - {:6.3} mm {:4} {}\n", b.from / MM, b.to / MM, b.count, "█".repeat(length))
+        })
+        .collect()
+}
