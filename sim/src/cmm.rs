@@ -14,7 +14,7 @@ pub struct SimulatedCmm {
 }
 
 impl Default for SimulatedCmm {
-    /// The paper's machine has "an uncertainty of 1.9 um" (section 2.3), without saying of what and at which coverage. It is taken as
+    /// The paper's machine has "an uncertainty of 1.9 um" (section 4), without saying of what and at which coverage. It is taken as
     /// one-sigma per axis of a ball's centre, the most pessimistic reading; as an expanded uncertainty (k = 2) it would be 0.95 um.
     fn default() -> Self {
         SimulatedCmm { centre: 1.9 * UM }

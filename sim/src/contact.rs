@@ -11,7 +11,7 @@ use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::Cylinder;
 
-/// Radius of the disk-shaped tips, m (diameter 11.5 mm, paper section 2).
+/// Radius of the disk-shaped tips, m (diameter 11.5 mm, paper section 2.1).
 pub const DISK_RADIUS: f64 = 5.75 * MM;
 /// Radius of the 1.5-inch master ball, m.
 pub const MASTER_RADIUS: f64 = 19.05 * MM;
@@ -19,13 +19,13 @@ pub const MASTER_RADIUS: f64 = 19.05 * MM;
 pub const DATUM_RADIUS: f64 = 12.7 * MM;
 /// What an indicator is set to on the master ball, m: the difference of the two radii.
 pub const MASTER_READING: f64 = 6.35 * MM;
-/// Measuring range of an indicator, m (paper section 2).
+/// Measuring range of an indicator, m (paper section 2.1).
 pub const TRAVEL: f64 = 12.5 * MM;
 /// How far the plunger still moves past its measuring range before its stop, m (assumed; the paper masters at the very end of the range).
 pub const OVERTRAVEL: f64 = 0.1 * MM;
 /// Tip coordinate of an ideally placed plunger when it stands free, m: 12.5 mm short of the master ball.
 pub const FREE_TIP: f64 = MASTER_RADIUS - TRAVEL;
-/// Reading of an ideally placed plunger when it stands free: -6.150 mm (paper section 2).
+/// Reading of an ideally placed plunger when it stands free: -6.150 mm (paper section 2.1).
 pub const FREE_READING: f64 = MASTER_READING - TRAVEL;
 /// Thickness of the disk, m (assumed). It matters only to a ball that grazes the disk's side.
 const DISK_THICKNESS: f64 = 2.0 * MM;

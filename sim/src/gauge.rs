@@ -126,7 +126,7 @@ mod tests {
         }
     }
 
-    /// Paper section 2: after mastering, the free reading tells how well the indicator was placed.
+    /// Paper section 2.1: after mastering, the free reading tells how well the indicator was placed.
     #[test]
     fn a_misplaced_indicator_shows_when_it_stands_free() {
         let mut gauge = Gauge::draw(&PlungerSpec { placement: 0.3 * MM, ..PlungerSpec::ideal() }, &STREAMS);

@@ -73,7 +73,7 @@ impl PlungerSpec {
 }
 
 impl Default for PlungerSpec {
-    /// The paper's indicators: accuracy 1.8 um over 12.5 mm (paper section 2.3), everything else assumed at sizes usual for a
+    /// The paper's indicators: accuracy 1.8 um over 12.5 mm (paper section 4), everything else assumed at sizes usual for a
     /// 0.1 um digital indicator, clamped by hand in a milled aluminium mount.
     fn default() -> Self {
         PlungerSpec {

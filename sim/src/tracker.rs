@@ -12,7 +12,7 @@ use crate::random::noisy_point;
 
 /// Half-angle of the cone from which a 1.5-inch SMR returns the beam, rad (30 degrees, usual for open corner cubes; assumed).
 pub const SMR_ACCEPTANCE: f64 = 30.0 * DEG;
-/// Nests count as lying on one line when they spread less across it than this share of their spread along it.
+/// Nests count as lying on one line when the third stands beside it by less than this share of the longest distance.
 const NARROWEST_SPREAD: f64 = 1e-6;
 
 /// How well a laser tracker measures.
@@ -37,11 +37,11 @@ impl Default for TrackerSpec {
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum TrackerError {
     /// The nests leave the rotation about their line open.
-    #[error("the three nests lie on one line: they spread {along} m along it and {across} m across")]
+    #[error("the three nests lie on one line: the longest side is {along} m, the height over it {across} m")]
     NestsInLine {
-        /// Root sum of squares along the line, m.
+        /// Longest distance between two nests, m.
         along: f64,
-        /// The same across it, m.
+        /// Distance of the third from their line, m.
         across: f64,
     },
 }
@@ -61,8 +61,10 @@ impl SimulatedTracker {
     /// # Errors
     /// When the nests lie on one line.
     pub fn set_up(spec: &TrackerSpec, nests: &[Vector3<f64>; 3], rng: &mut impl Rng) -> Result<Self, TrackerError> {
-        let [along, across, _] = spread(nests);
-        if across <= NARROWEST_SPREAD * along {
+        let [along, across] = extent(nests);
+        // Written so that a place that is not a number is refused too.
+        let spread = across > NARROWEST_SPREAD * along;
+        if !spread {
             return Err(TrackerError::NestsInLine { along, across });
         }
         let sigma = averaged(spec.shot, spec.nest_shots);
@@ -96,10 +98,10 @@ fn centroid(points: &[Vector3<f64>; 3]) -> Vector3<f64> {
     points.iter().sum::<Vector3<f64>>() / 3.0
 }
 
-/// Root sums of squares of three points about their centre along their principal axes, largest first, m.
-fn spread(points: &[Vector3<f64>; 3]) -> [f64; 3] {
-    let centre = centroid(points);
-    Matrix3::from_columns(&points.map(|p| p - centre)).singular_values().into()
+/// Longest side of a triangle and its height over that side, m.
+fn extent([a, b, c]: &[Vector3<f64>; 3]) -> [f64; 2] {
+    let along = (b - a).norm().max((c - b).norm()).max((a - c).norm());
+    [along, (b - a).cross(&(c - a)).norm() / along]
 }
 
 /// The rigid motion that brings `from` nearest to `to` in the sum of squares (W. Kabsch, Acta Cryst. A32 (1976) 922).
@@ -107,8 +109,7 @@ fn best_fit(from: &[Vector3<f64>; 3], to: &[Vector3<f64>; 3]) -> Pose {
     let (from_centre, to_centre) = (centroid(from), centroid(to));
     let correlation: Matrix3<f64> = from.iter().zip(to).map(|(f, t)| (t - to_centre) * (f - from_centre).transpose()).sum();
     let svd = correlation.svd(true, true);
-    // Both factors were asked for.
-    let (u, v_t) = (svd.u.unwrap_or_else(Matrix3::identity), svd.v_t.unwrap_or_else(Matrix3::identity));
+    let (u, v_t) = svd.u.zip(svd.v_t).expect("both factors were asked for");
     // Three points lie in a plane: the third direction is free, and is chosen so that nothing is mirrored.
     let handed = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
     let rotation = Rotation3::from_matrix_unchecked(u * handed * v_t);
@@ -138,6 +139,8 @@ mod tests {
         let line = [0.0, 0.1, 0.4].map(|x| Vector3::new(x, 2.0 * x, -x));
         let refused = SimulatedTracker::set_up(&TrackerSpec::default(), &line, &mut rng);
         assert!(matches!(refused, Err(TrackerError::NestsInLine { .. })));
+        let nowhere = [Vector3::zeros(), Vector3::x(), Vector3::new(0.0, f64::NAN, 0.0)];
+        assert!(SimulatedTracker::set_up(&TrackerSpec::default(), &nowhere, &mut rng).is_err());
     }
 
     #[test]
