@@ -8,6 +8,7 @@ mod panda;
 mod robot_file;
 mod sites;
 pub mod solids;
+mod spherical_wrist;
 mod statics;
 mod ur10;
 mod ur5;
@@ -18,6 +19,7 @@ pub use link::{FramePose, Link, MdhLink, Pose};
 pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
+pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use statics::{Loads, Payload};
 
 /// A robot as its maker drew it: the nominal model and the facts that no calibration changes.
