@@ -1,10 +1,12 @@
 //! What the arm is: a chain of revolute joints in modified DH with Hayati's beta, its masses, limits and solids.
 
 mod builtin;
+mod inverse;
 mod kinematics;
 mod kr6_r700;
 mod link;
 mod panda;
+mod rel_tool;
 mod robot_file;
 mod sites;
 pub mod solids;
@@ -14,8 +16,10 @@ mod ur10;
 mod ur5;
 
 pub use builtin::{BUILT_IN, built_in};
+pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
 pub use kinematics::{Frame, Posture, world_from_tool};
 pub use link::{FramePose, Link, MdhLink, Pose};
+pub use rel_tool::{RelTool, RelToolError, rel_tool};
 pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
