@@ -1,25 +1,31 @@
 //! What the arm is: a chain of revolute joints in modified DH with Hayati's beta, its masses, limits and solids.
 
 mod builtin;
+mod inverse;
 mod kinematics;
 mod kr6_r700;
 mod link;
 mod rigid_fit;
 mod panda;
+mod rel_tool;
 mod robot_file;
 mod sites;
 pub mod solids;
+mod spherical_wrist;
 mod statics;
 mod ur10;
 mod ur5;
 
 pub use builtin::{BUILT_IN, built_in};
+pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
 pub use kinematics::{Frame, Posture, world_from_tool};
 pub use rigid_fit::rigid_fit;
 pub use link::{FramePose, Link, MdhLink, Pose};
+pub use rel_tool::{RelTool, RelToolError, rel_tool};
 pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
+pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use statics::{Loads, Payload};
 
 /// A robot as its maker drew it: the nominal model and the facts that no calibration changes.

@@ -1,0 +1,299 @@
+//! Inverse kinematics by iteration, for any chain and any model of it: redundant arms, and arms with identified deviations.
+//!
+//! Levenberg-Marquardt on the six numbers of the pose error, `dq = J^T (J J^T + lambda I)^-1 e`, which is also the shortest step
+//! of a redundant arm (Nakamura and Hanafusa 1986); joints pressed against a limit are held there.
+
+use nalgebra::{Matrix6, Matrix6xX, UnitQuaternion, Vector6};
+
+use super::rel_tool::screw;
+use super::{FramePose, Pose, Posture, Robot, SiteIndex};
+
+/// Anything that says where the tool is and how it moves with each joint: the nominal arm, or a calibrated one.
+pub trait Kinematics {
+    /// Number of joints.
+    fn joints(&self) -> usize;
+
+    /// `world_from_tool` at joints `q` (rad, N). Fills column i of `jacobian` (6 x N) with the TCP's velocity (m/rad) over the
+    /// tool's angular velocity (rad/rad), world axes, as joint i turns. It may leave out small terms: the solution is exact all the
+    /// same, only later.
+    fn evaluate(&mut self, q: &[f64], jacobian: &mut Matrix6xX<f64>) -> Pose;
+}
+
+/// An arm with deviations that do not depend on its posture; none at all for the nominal arm.
+#[derive(Debug, Clone)]
+pub struct Chain<'a> {
+    robot: &'a Robot,
+    base: FramePose,
+    tool: FramePose,
+    deviations: Vec<f64>,
+    posture: Posture,
+}
+
+impl<'a> Chain<'a> {
+    /// The arm as drawn.
+    pub fn nominal(robot: &'a Robot, base: &FramePose, tool: &FramePose) -> Self {
+        Chain::deviating(robot, base, tool, vec![0.0; SiteIndex::new(robot.joints()).len()])
+    }
+
+    /// The arm with these deviations (one SI number a site, see [`SiteIndex`]).
+    pub fn deviating(robot: &'a Robot, base: &FramePose, tool: &FramePose, deviations: Vec<f64>) -> Self {
+        Chain { robot, base: *base, tool: *tool, deviations, posture: Posture::new(robot) }
+    }
+}
+
+impl Kinematics for Chain<'_> {
+    fn joints(&self) -> usize {
+        self.robot.joints()
+    }
+
+    fn evaluate(&mut self, q: &[f64], jacobian: &mut Matrix6xX<f64>) -> Pose {
+        self.posture.set(self.robot, &self.base, &self.tool, q, &self.deviations);
+        for i in 0..q.len() {
+            jacobian.set_column(i, &screw(&self.posture, i));
+        }
+        self.posture.world_from_tool(&self.tool)
+    }
+}
+
+/// How the search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// The pose is met.
+    Converged,
+    /// It would be met, or come nearer, if this joint (counted from 0) could go beyond its limit.
+    JointLimit(usize),
+    /// No small motion of any joint comes nearer; from another start it may.
+    Unreachable,
+    /// Still coming nearer when the steps were used up.
+    NotConverged,
+}
+
+/// Where the search ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// Joint angles, inside the limits, rad (N).
+    pub q: Vec<f64>,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Steps taken.
+    pub steps: usize,
+    /// Distance of the TCP still to go, m.
+    pub position_error: f64,
+    /// Angle of the tool still to go, rad.
+    pub rotation_error: f64,
+}
+
+/// The search, kept between targets so that only solutions are allocated.
+#[derive(Debug, Clone)]
+pub struct InverseKinematics {
+    /// Position (m) and angle (rad) to be met.
+    pub tolerance: [f64; 2],
+    /// Steps allowed.
+    pub most_steps: usize,
+    jacobian: Matrix6xX<f64>,
+    tried: Matrix6xX<f64>,
+    q: Vec<f64>,
+    next: Vec<f64>,
+    held: Vec<bool>,
+}
+
+/// Lever, m, that makes metres of radians in the error: about the size of a hand and its tool, so that neither is neglected.
+const LEVER: f64 = 0.3;
+/// Damping (m²) to begin with, its floor, and where the search is given up; the arm's J J^T is of order 0.1 m².
+const DAMPING: [f64; 3] = [1e-4, 1e-14, 1e4];
+/// The largest joint motion in one step, rad: beyond it the linear picture is worthless.
+const LARGEST_STEP: f64 = 0.5;
+/// Slope over error, below which nothing comes nearer.
+const FLAT: f64 = 1e-7;
+
+impl InverseKinematics {
+    /// For arms of `joints` joints; poses are met to 1e-11 m and rad in at most 200 steps.
+    pub fn new(joints: usize) -> Self {
+        InverseKinematics {
+            tolerance: [1e-11; 2],
+            most_steps: 200,
+            jacobian: Matrix6xX::zeros(joints),
+            tried: Matrix6xX::zeros(joints),
+            q: vec![0.0; joints],
+            next: vec![0.0; joints],
+            held: vec![false; joints],
+        }
+    }
+
+    /// Seeks joints that put the tool at `world_from_tool`, from `start` (rad, N), inside `limits` (rad, N).
+    pub fn solve(
+        &mut self,
+        kinematics: &mut impl Kinematics,
+        world_from_tool: &Pose,
+        start: &[f64],
+        limits: impl Fn(usize) -> [f64; 2],
+    ) -> Solution {
+        for (i, (q, start)) in self.q.iter_mut().zip(start).enumerate() {
+            let [low, high] = limits(i);
+            *q = start.clamp(low, high);
+        }
+        let mut damping = DAMPING[0];
+        let mut error = pose_error(&kinematics.evaluate(&self.q, &mut self.jacobian), world_from_tool);
+        level(&mut self.jacobian);
+        let mut outcome = Outcome::NotConverged;
+        let mut steps = 0;
+        while steps < self.most_steps {
+            if self.met(&error) {
+                outcome = Outcome::Converged;
+                break;
+            }
+            steps += 1;
+            let slope = self.step(&error, damping, &limits);
+            let mut tried = pose_error(&kinematics.evaluate(&self.next, &mut self.tried), world_from_tool);
+            level(&mut self.tried);
+            if tried.norm_squared() < error.norm_squared() {
+                std::mem::swap(&mut self.q, &mut self.next);
+                std::mem::swap(&mut self.jacobian, &mut self.tried);
+                std::mem::swap(&mut error, &mut tried);
+                damping = (damping * 0.1).max(DAMPING[1]);
+            } else {
+                damping *= 10.0;
+            }
+            if slope < FLAT * error.norm() || damping > DAMPING[2] {
+                outcome = self.held.iter().position(|&h| h).map_or(Outcome::Unreachable, Outcome::JointLimit);
+                break;
+            }
+        }
+        if self.met(&error) {
+            outcome = Outcome::Converged;
+        }
+        Solution {
+            q: self.q.clone(),
+            outcome,
+            steps,
+            position_error: error.fixed_rows::<3>(0).norm(),
+            rotation_error: error.fixed_rows::<3>(3).norm() / LEVER,
+        }
+    }
+
+    fn met(&self, error: &Vector6<f64>) -> bool {
+        let [position, rotation] = self.tolerance;
+        error.fixed_rows::<3>(0).norm() < position && error.fixed_rows::<3>(3).norm() < rotation * LEVER
+    }
+
+    /// Sets `next` one damped step on, holding the joints that press against a limit; the slope of the free ones.
+    fn step(&mut self, error: &Vector6<f64>, damping: f64, limits: &impl Fn(usize) -> [f64; 2]) -> f64 {
+        let n = self.q.len();
+        self.held.fill(false);
+        // Each round holds at least one more joint, so there are at most n + 1.
+        loop {
+            let mut gram = Matrix6::identity() * damping;
+            for i in (0..n).filter(|&i| !self.held[i]) {
+                let column = self.jacobian.column(i);
+                gram.ger(1.0, &column, &column, 1.0);
+            }
+            let Some(factor) = gram.cholesky() else { return 0.0 };
+            let weights = factor.solve(error);
+            let step = |i: usize| self.jacobian.column(i).dot(&weights);
+            let largest = (0..n).filter(|&i| !self.held[i]).map(|i| step(i).abs()).fold(0.0, f64::max);
+            let scale = (LARGEST_STEP / largest).min(1.0);
+            let mut pressed = None;
+            for i in 0..n {
+                let [low, high] = limits(i);
+                let wanted = if self.held[i] { self.q[i] } else { self.q[i] + scale * step(i) };
+                self.next[i] = wanted.clamp(low, high);
+                let stuck = self.q[i] == low || self.q[i] == high;
+                if !self.held[i] && stuck && self.next[i] == self.q[i] && wanted != self.q[i] {
+                    pressed = Some(i);
+                }
+            }
+            let Some(i) = pressed else { break };
+            self.held[i] = true;
+        }
+        let free = (0..n).filter(|&i| !self.held[i]);
+        free.map(|i| self.jacobian.column(i).dot(error).powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+/// Position and turn still to go, world axes; the turn in metres at the lever.
+fn pose_error(is: &Pose, wanted: &Pose) -> Vector6<f64> {
+    let slide = wanted.translation.vector - is.translation.vector;
+    // By way of the quaternion: the angle from a matrix's trace is blind below 1e-8 rad.
+    let turn = UnitQuaternion::from_rotation_matrix(&(wanted.rotation * is.rotation.inverse())).scaled_axis() * LEVER;
+    Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
+}
+
+/// Gives the rotation rows of a Jacobian the lever of the error.
+fn level(jacobian: &mut Matrix6xX<f64>) {
+    jacobian.rows_mut(3, 3).scale_mut(LEVER);
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Translation3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::robot::{MdhEntry, Site, built_in};
+    use crate::units::{DEG, MM};
+
+    const TOOL: FramePose = FramePose { xyz: [0.06, 0.0, -0.125], rz_ry_rx: [0.4, -0.3, 1.1] };
+
+    fn limits(robot: &Robot) -> impl Fn(usize) -> [f64; 2] + '_ {
+        |i| robot.links[i].limits
+    }
+
+    #[test]
+    fn any_arm_finds_back_from_half_a_radian_away() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        for name in ["kr6_r700", "ur10", "ur5", "panda"] {
+            let robot = built_in(name).unwrap();
+            let n = robot.joints();
+            let mut deviations = vec![0.0; SiteIndex::new(n).len()];
+            deviations[SiteIndex::new(n).of(Site::Mdh(2, MdhEntry::Beta))] = 0.02;
+            deviations[SiteIndex::new(n).of(Site::Mdh(4, MdhEntry::A))] = 0.5 * MM;
+            let mut arm = Chain::deviating(&robot, &FramePose::default(), &TOOL, deviations);
+            let mut solver = InverseKinematics::new(n);
+            let mut jacobian = Matrix6xX::zeros(n);
+            let mut converged = 0;
+            for _ in 0..100 {
+                let q: Vec<f64> =
+                    robot.links.iter().map(|l| random.random_range(l.limits[0] * 0.8..l.limits[1] * 0.8)).collect();
+                let target = arm.evaluate(&q, &mut jacobian);
+                let start: Vec<f64> = q.iter().map(|q| q + random.random_range(-0.5..0.5)).collect();
+                let found = solver.solve(&mut arm, &target, &start, limits(&robot));
+                if found.outcome == Outcome::Converged {
+                    converged += 1;
+                    let reached = arm.evaluate(&found.q, &mut jacobian);
+                    assert!((reached.to_homogeneous() - target.to_homogeneous()).amax() < 1e-10);
+                    assert_eq!(robot.outside_limits(&found.q, 0.0), None);
+                }
+            }
+            // Some starts lie beyond a singularity or in the dead end of a limit.
+            assert!(converged >= 90, "{name}: {converged} of 100");
+        }
+    }
+
+    #[test]
+    fn a_target_out_of_reach_leaves_its_distance() {
+        let robot = built_in("kr6_r700").unwrap();
+        let mut arm = Chain::nominal(&robot, &FramePose::default(), &FramePose::default());
+        let mut jacobian = Matrix6xX::zeros(6);
+        let q = [0.1, -0.4, 0.9, 0.2, 0.6, 0.3];
+        let near = arm.evaluate(&q, &mut jacobian);
+        let far = Pose::from_parts(Translation3::new(2.0, 0.2, 0.5), near.rotation);
+        let found = InverseKinematics::new(6).solve(&mut arm, &far, &q, limits(&robot));
+        assert_ne!(found.outcome, Outcome::Converged);
+        // The arm reaches about 0.785 m from the axis; the compromise with the turn costs a little.
+        assert!(found.position_error > 1.1 && found.position_error < 1.6, "{found:?}");
+    }
+
+    #[test]
+    fn a_limit_in_the_way_is_named() {
+        let robot = built_in("kr6_r700").unwrap();
+        let mut arm = Chain::nominal(&robot, &FramePose::default(), &TOOL);
+        let mut jacobian = Matrix6xX::zeros(6);
+        let beyond = [175.0 * DEG, -1.2, 1.4, 0.3, 0.9, -0.2];
+        let target = arm.evaluate(&beyond, &mut jacobian);
+        let start = [165.0 * DEG, -1.2, 1.4, 0.3, 0.9, -0.2];
+        let found = InverseKinematics::new(6).solve(&mut arm, &target, &start, limits(&robot));
+        assert_eq!(found.outcome, Outcome::JointLimit(0), "{found:?}");
+        assert_eq!(found.q[0], robot.links[0].limits[1]);
+    }
+}
