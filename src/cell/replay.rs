@@ -89,7 +89,11 @@ impl Recording {
     /// When the file cannot be read, a column is missing, or a value is no number.
     pub fn read(path: &Path) -> Result<Recording, FileError> {
         let stops = Table::read(path)?.stops()?;
-        Ok(Recording(Rc::new(RefCell::new(State { stops, at: None, departure: None }))))
+        Ok(Recording(Rc::new(RefCell::new(State {
+            stops,
+            at: None,
+            departure: None,
+        }))))
     }
 
     /// The recorded robot.
@@ -125,13 +129,17 @@ impl State {
 
     fn depart<T>(&mut self, departure: ReplayDeparture) -> Result<T, ManipulatorError> {
         let departure = self.departure.get_or_insert(departure);
-        Err(ManipulatorError::Lost { detail: departure.to_string() })
+        Err(ManipulatorError::Lost {
+            detail: departure.to_string(),
+        })
     }
 
     /// That the commands have followed the recording so far.
     fn on_track(&self) -> Result<(), ManipulatorError> {
         match &self.departure {
-            Some(departure) => Err(ManipulatorError::Lost { detail: departure.to_string() }),
+            Some(departure) => Err(ManipulatorError::Lost {
+                detail: departure.to_string(),
+            }),
             None => Ok(()),
         }
     }
@@ -140,7 +148,11 @@ impl State {
     fn arrive(&mut self) -> Result<(), ManipulatorError> {
         self.at = Some(self.next());
         match self.here() {
-            Some(Stop { fault: Some(Fault::Robot(error)), reading: None, .. }) => Err(error.clone()),
+            Some(Stop {
+                fault: Some(Fault::Robot(error)),
+                reading: None,
+                ..
+            }) => Err(error.clone()),
             _ => Ok(()),
         }
     }
@@ -157,12 +169,21 @@ impl Manipulator for ReplayedRobot {
         let mut state = self.0.borrow_mut();
         state.on_track()?;
         let at = state.next() + 1;
-        let Some(next) = state.stops.get(state.next()) else { return state.depart(ReplayDeparture::End { at: at - 1 }) };
-        let same = next.joints.len() == target.len() && next.joints.iter().zip(target).all(|(a, b)| (a - b).abs() < SAME_JOINTS);
+        let Some(next) = state.stops.get(state.next()) else {
+            return state.depart(ReplayDeparture::End { at: at - 1 });
+        };
+        let same =
+            next.joints.len() == target.len() && next.joints.iter().zip(target).all(|(a, b)| (a - b).abs() < SAME_JOINTS);
         // A stop that was left by a step along the tool is not left by a joint motion.
-        let stepped = state.at.and_then(|at| state.stops.get(at)).is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
+        let stepped = state
+            .at
+            .and_then(|at| state.stops.get(at))
+            .is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
         if stepped || !same {
-            return state.depart(ReplayDeparture::Joints { at, commanded: target.to_vec() });
+            return state.depart(ReplayDeparture::Joints {
+                at,
+                commanded: target.to_vec(),
+            });
         }
         state.arrive()
     }
@@ -173,9 +194,17 @@ impl Manipulator for ReplayedRobot {
         let at = state.at.map_or(1, |at| at + 1);
         let recorded = state.at.and_then(|at| state.stops.get(at)).and_then(|stop| stop.step);
         if !recorded.is_some_and(|step| (step - offset).amax() < SAME_STEP) {
-            return state.depart(ReplayDeparture::Step { at, commanded: *offset, recorded });
+            return state.depart(ReplayDeparture::Step {
+                at,
+                commanded: *offset,
+                recorded,
+            });
         }
-        if let Some(Stop { fault: Some(Fault::Robot(error)), .. }) = state.here() {
+        if let Some(Stop {
+            fault: Some(Fault::Robot(error)),
+            ..
+        }) = state.here()
+        {
             return Err(error.clone());
         }
         if state.next() == state.stops.len() {
@@ -192,16 +221,27 @@ impl Manipulator for ReplayedRobot {
 impl Indicator for ReplayedIndicator {
     fn read(&mut self) -> Result<f64, IndicatorError> {
         match self.0.borrow().here() {
-            Some(Stop { fault: Some(Fault::Indicator(axis, error)), reading: None, .. }) if *axis == self.1 => Err(error.clone()),
-            Some(Stop { reading: Some(reading), .. }) => Ok(reading[self.1]),
+            Some(Stop {
+                fault: Some(Fault::Indicator(axis, error)),
+                reading: None,
+                ..
+            }) if *axis == self.1 => Err(error.clone()),
+            Some(Stop {
+                reading: Some(reading), ..
+            }) => Ok(reading[self.1]),
             // The other two answered when one failed; what they said was of no use and is not recorded.
-            Some(Stop { fault: Some(Fault::Indicator(..)), .. }) => Ok(0.0),
+            Some(Stop {
+                fault: Some(Fault::Indicator(..)),
+                ..
+            }) => Ok(0.0),
             _ => Err(IndicatorError::Silent),
         }
     }
 
     fn preset(&mut self, _value: f64) -> Result<(), IndicatorError> {
-        Err(IndicatorError::Fault { detail: "a recording cannot be mastered again".into() })
+        Err(IndicatorError::Fault {
+            detail: "a recording cannot be mastered again".into(),
+        })
     }
 }
 
@@ -235,7 +275,11 @@ impl<'a> Table<'a> {
 
     fn wrong(&self, row: &csv::StringRecord, field: &str, problem: String, remedy: &str) -> FileError {
         let line = row.position().map(|p| p.line() as usize);
-        FileError { line, field: field.into(), ..FileError::whole(self.path, problem, remedy) }
+        FileError {
+            line,
+            field: field.into(),
+            ..FileError::whole(self.path, problem, remedy)
+        }
     }
 
     /// A finite number, or nothing in an empty field.
@@ -248,7 +292,12 @@ impl<'a> Table<'a> {
             Ok(value) if value.is_finite() => Ok(Some(value)),
             _ => {
                 let field = self.header.get(column).unwrap_or_default();
-                Err(self.wrong(row, field, format!("'{text}' is no finite number"), "write a number, or leave the field empty"))
+                Err(self.wrong(
+                    row,
+                    field,
+                    format!("'{text}' is no finite number"),
+                    "write a number, or leave the field empty",
+                ))
             }
         }
     }
@@ -266,7 +315,11 @@ impl<'a> Table<'a> {
             }
         }
         let vector = |row: &csv::StringRecord, columns: &[usize; 3]| -> Result<Option<Vector3<f64>>, FileError> {
-            let [x, y, z] = [self.number(row, columns[0])?, self.number(row, columns[1])?, self.number(row, columns[2])?];
+            let [x, y, z] = [
+                self.number(row, columns[0])?,
+                self.number(row, columns[1])?,
+                self.number(row, columns[2])?,
+            ];
             Ok(x.zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z) * UM))
         };
         let stop = |row: &csv::StringRecord| {
@@ -291,7 +344,12 @@ impl<'a> Table<'a> {
         let (name, place) = text.split_once(':').unwrap_or((text, ""));
         let counted = |of: usize| match place.parse::<usize>() {
             Ok(place) if (1..=of).contains(&place) => Ok(place),
-            _ => Err(self.wrong(row, "fault", format!("'{text}' names no indicator or joint"), "put its number after a colon")),
+            _ => Err(self.wrong(
+                row,
+                "fault",
+                format!("'{text}' names no indicator or joint"),
+                "put its number after a colon",
+            )),
         };
         let indicator = |error| Ok(Some(Fault::Indicator(counted(3)? - 1, error)));
         let robot = |error| Ok(Some(Fault::Robot(error)));
@@ -312,5 +370,8 @@ impl<'a> Table<'a> {
 }
 
 fn in_um(step: &Option<Vector3<f64>>) -> String {
-    step.map_or_else(|| "no step".into(), |s| format!("({:.4}, {:.4}, {:.4}) um", s.x / UM, s.y / UM, s.z / UM))
+    step.map_or_else(
+        || "no step".into(),
+        |s| format!("({:.4}, {:.4}, {:.4}) um", s.x / UM, s.y / UM, s.z / UM),
+    )
 }

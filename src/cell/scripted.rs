@@ -39,6 +39,13 @@ pub enum ScriptedFault {
         /// The other.
         b: usize,
     },
+    /// An indicator's reading creeps.
+    Drifts {
+        /// Which.
+        axis: usize,
+        /// By how much from one reading to the next, m.
+        per_reading: f64,
+    },
     /// An indicator counts backwards.
     CountsBackwards {
         /// Which.
@@ -137,8 +144,17 @@ impl ScriptedCell {
         let ideal = script.trical.free_reading();
         let zero = script.placement.map(|off| ideal + off);
         let (joints, motions) = (Vector3::zeros(), Vec::new());
-        let state =
-            State { script, joints, seated: None, zero, readings: [0; 3], held: [None; 3], motions, gone: None, time_s: 0.0 };
+        let state = State {
+            script,
+            joints,
+            seated: None,
+            zero,
+            readings: [0; 3],
+            held: [None; 3],
+            motions,
+            gone: None,
+            time_s: 0.0,
+        };
         ScriptedCell(Rc::new(RefCell::new(state)))
     }
 
@@ -154,8 +170,8 @@ impl ScriptedCell {
 
     /// What a mastering finds as free readings, m.
     pub fn free_reading(&self) -> [f64; 3] {
-        let script = &self.0.borrow().script;
-        script.placement.map(|off| script.trical.free_reading() + off)
+        let state = self.0.borrow();
+        std::array::from_fn(|axis| state.script.trical.free_reading() + state.script.placement[state.plunger_of(axis)])
     }
 
     /// Every motion commanded so far, also those that failed.
@@ -179,6 +195,11 @@ impl ScriptedCell {
         self.0.borrow_mut().script.ball = ball;
     }
 
+    /// Shifts what an indicator reads, as one does that was not mastered, m.
+    pub fn shift_zero(&self, axis: usize, by: f64) {
+        self.0.borrow_mut().zero[axis] += by;
+    }
+
     /// Lets one more thing go wrong.
     pub fn add_fault(&self, fault: ScriptedFault) {
         self.0.borrow_mut().script.faults.push(fault);
@@ -186,6 +207,15 @@ impl ScriptedCell {
 }
 
 impl State {
+    /// The plunger behind an indicator: its own, unless two are exchanged.
+    fn plunger_of(&self, indicator: usize) -> usize {
+        self.script.faults.iter().fold(indicator, |axis, fault| match fault {
+            ScriptedFault::Exchanged { a, b } if *a == axis => *b,
+            ScriptedFault::Exchanged { a, b } if *b == axis => *a,
+            _ => axis,
+        })
+    }
+
     /// How far the plunger of `axis` is pushed in, m.
     fn pushed_in(&self, axis: usize) -> f64 {
         let trical = &self.script.trical;
@@ -261,21 +291,10 @@ impl Manipulator for ScriptedRobot {
     }
 }
 
-impl ScriptedIndicator {
-    /// The indicator that answers for this one, were two exchanged.
-    fn plunger(&self, state: &State) -> usize {
-        state.script.faults.iter().fold(self.1, |axis, fault| match fault {
-            ScriptedFault::Exchanged { a, b } if *a == axis => *b,
-            ScriptedFault::Exchanged { a, b } if *b == axis => *a,
-            _ => axis,
-        })
-    }
-}
-
 impl Indicator for ScriptedIndicator {
     fn read(&mut self) -> Result<f64, IndicatorError> {
         let mut state = self.0.borrow_mut();
-        let plunger = self.plunger(&state);
+        let plunger = state.plunger_of(self.1);
         let number = state.readings[self.1];
         state.readings[self.1] += 1;
         state.time_s += state.script.reading_s;
@@ -283,12 +302,16 @@ impl Indicator for ScriptedIndicator {
         let mut stuck = false;
         for fault in &state.script.faults {
             match fault {
-                ScriptedFault::Answer { axis, from, times, error }
-                    if *axis == self.1 && (*from..from.saturating_add(*times)).contains(&number) =>
-                {
+                ScriptedFault::Answer {
+                    axis,
+                    from,
+                    times,
+                    error,
+                } if *axis == self.1 && (*from..from.saturating_add(*times)).contains(&number) => {
                     return Err(error.clone());
                 }
                 ScriptedFault::Stuck { axis, from } if *axis == plunger && *from <= number => stuck = true,
+                ScriptedFault::Drifts { axis, per_reading } if *axis == plunger => travelled += number as f64 * per_reading,
                 ScriptedFault::CountsBackwards { axis } if *axis == plunger => travelled = -travelled,
                 _ => {}
             }
@@ -301,10 +324,15 @@ impl Indicator for ScriptedIndicator {
 
     fn preset(&mut self, value: f64) -> Result<(), IndicatorError> {
         let mut state = self.0.borrow_mut();
-        let plunger = self.plunger(&state);
+        let plunger = state.plunger_of(self.1);
         let faults = &state.script.faults;
-        let backwards = faults.iter().any(|f| matches!(f, ScriptedFault::CountsBackwards { axis } if *axis == plunger));
-        if !faults.iter().any(|f| matches!(f, ScriptedFault::PresetIgnored { axis } if *axis == plunger)) {
+        let backwards = faults
+            .iter()
+            .any(|f| matches!(f, ScriptedFault::CountsBackwards { axis } if *axis == plunger));
+        if !faults
+            .iter()
+            .any(|f| matches!(f, ScriptedFault::PresetIgnored { axis } if *axis == plunger))
+        {
             let pushed_in = state.pushed_in(plunger);
             state.zero[plunger] = value - if backwards { -pushed_in } else { pushed_in };
         }

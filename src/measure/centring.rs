@@ -138,10 +138,24 @@ struct Departure {
 /// eight times the last digit of a KUKA's read-back (float32 degrees).
 const STANDSTILL: f64 = 1e-6;
 
+/// Difference between commanded and read-back joints at which the arm is not where it was sent, rad: 0.06 degrees, more than any
+/// servo leaves, less than any planned motion.
+const NOT_THERE: f64 = 1e-3;
+
+fn arrived(target: &[f64], joints: &[f64]) -> bool {
+    joints.len() == target.len() && joints.iter().zip(target).all(|(q, target)| (q - target).abs() < NOT_THERE)
+}
+
 impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// A controller for this cell; `free_reading` (m) is what mastering found.
     pub fn new(robot: M, indicators: [I; 3], trical: TriCal, free_reading: [f64; 3], settings: CentringSettings) -> Self {
-        CenteringController { robot, indicators, trical, free_reading, settings }
+        CenteringController {
+            robot,
+            indicators,
+            trical,
+            free_reading,
+            settings,
+        }
     }
 
     /// The robot, e.g. for its clock.
@@ -170,7 +184,9 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     ) -> Result<Centred, CentringFailure> {
         let mut course = Course::default();
         loop {
-            let centred = self.stop(Phase::Centring, contact.take(), note, |cell, at| cell.step_or_finish(&mut course, at))?;
+            let centred = self.stop(Phase::Centring, contact.take(), note, |cell, at| {
+                cell.step_or_finish(&mut course, at)
+            })?;
             if let Some(centred) = centred {
                 return Ok(centred);
             }
@@ -186,7 +202,15 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         act: impl FnOnce(&mut Self, &mut Iteration) -> Result<T, CentringFailure>,
     ) -> Result<T, CentringFailure> {
         let joints = target.map(<[f64]>::to_vec).unwrap_or_default();
-        let mut at = Iteration { phase, time_s: 0.0, joints, reading: None, step: None, retries: 0, fault: None };
+        let mut at = Iteration {
+            phase,
+            time_s: 0.0,
+            joints,
+            reading: None,
+            step: None,
+            retries: 0,
+            fault: None,
+        };
         let result = self.arrive(target, &mut at).and_then(|()| act(self, &mut at));
         at.fault = result.as_ref().err().cloned();
         note(&at);
@@ -198,6 +222,9 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         at.time_s = self.robot.clock_s();
         moved?;
         at.joints = self.robot.joints()?;
+        if target.is_some_and(|target| !arrived(target, &at.joints)) {
+            return Err(CentringFailure::RobotDidNotMove);
+        }
         at.reading = Some(self.read(&mut at.retries)?);
         at.time_s = self.robot.clock_s();
         Ok(())
@@ -222,24 +249,45 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         let doubt = self.doubt(course, &at.joints, &reading);
         // A wrong sign soon drives a plunger to its end: then the sign is the news, not the end. A tool frame merely suspected is not.
         match (doubt, self.contact(&reading)) {
-            (Some(CentringFailure::NotShrinking { suspicion: Suspicion::WrongToolFrame, .. }) | None, Err(state)) => Err(state),
+            (
+                Some(CentringFailure::NotShrinking {
+                    suspicion: Suspicion::WrongToolFrame,
+                    ..
+                })
+                | None,
+                Err(state),
+            ) => Err(state),
             (Some(doubt), _) => Err(doubt),
             (None, Ok(())) => Ok(()),
         }?;
         if reading.amax() < self.settings.tolerance {
             let joints = at.joints.clone();
-            return Ok(Some(Centred { joints, reading, time_s: at.time_s, steps: course.steps }));
+            return Ok(Some(Centred {
+                joints,
+                reading,
+                time_s: at.time_s,
+                steps: course.steps,
+            }));
         }
         if course.steps == self.settings.max_steps {
-            return Err(CentringFailure::DidNotConverge { steps: course.steps, remaining: reading.amax() });
+            return Err(CentringFailure::DidNotConverge {
+                steps: course.steps,
+                remaining: reading.amax(),
+            });
         }
         if reading.norm() > self.settings.max_step {
-            return Err(CentringFailure::StepTooLarge { axis: reading.iamax(), step: reading.norm() });
+            return Err(CentringFailure::StepTooLarge {
+                axis: reading.iamax(),
+                step: reading.norm(),
+            });
         }
         at.step = Some(reading);
         self.robot.move_in_tool(&reading)?;
         course.steps += 1;
-        course.last = Some(Departure { joints: at.joints.clone(), reading });
+        course.last = Some(Departure {
+            joints: at.joints.clone(),
+            reading,
+        });
         Ok(None)
     }
 
@@ -288,11 +336,15 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             return None;
         }
         if !moved {
-            return Some(CentringFailure::RobotDidNotMove { step: before });
+            return Some(CentringFailure::RobotDidNotMove);
         }
         match explain(&step, &change) {
             Response::Stuck { axis } => Some(CentringFailure::StuckIndicator { axis }),
-            Response::Suspect(suspicion) => Some(CentringFailure::NotShrinking { before, after, suspicion }),
+            Response::Suspect(suspicion) => Some(CentringFailure::NotShrinking {
+                before,
+                after,
+                suspicion,
+            }),
             Response::Overshoots => {
                 course.overshoots += 1;
                 (course.overshoots >= self.settings.overshoots).then_some(CentringFailure::Oscillating { remaining: after })

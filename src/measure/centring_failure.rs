@@ -34,7 +34,10 @@ pub enum CentringFailure {
     #[error("no plunger touches a ball; is it there, and is the artifact where it should be?")]
     NoContact,
     /// Some plungers are pushed in and others are not: the ball is beyond the range of the gauge.
-    #[error("indicator(s) {} do not touch the ball while others do: it is beyond the range of the gauge", numbers(free))]
+    #[error(
+        "indicator(s) {} do not touch the ball while others do: it is beyond the range of the gauge",
+        numbers(free)
+    )]
     BeyondRange {
         /// Which plungers are free.
         free: [bool; 3],
@@ -115,12 +118,9 @@ pub enum CentringFailure {
         /// As it says.
         reason: String,
     },
-    /// The robot accepted a motion and stood still.
-    #[error("the robot was told to move {:.3} mm and its joints did not", step / MM)]
-    RobotDidNotMove {
-        /// Length of the step commanded.
-        step: f64,
-    },
+    /// The robot accepted a motion, and its joints are not where that should have brought them.
+    #[error("the robot says it moved, but its joints did not; is its program running, and its override above zero?")]
+    RobotDidNotMove,
     /// The ball is further away than one step may be.
     #[error("a step of {:.3} mm, mostly along axis {}, is more than is allowed", step / MM, axis + 1)]
     StepTooLarge {
@@ -160,8 +160,11 @@ impl CentringFailure {
 
     /// Whether it is the robot that failed, so that the arm may not be where it was sent.
     pub(super) fn is_robot_s(&self) -> bool {
-        use CentringFailure::{JointLimit, RobotLost, RobotRefused, RobotStopped, Unreachable};
-        matches!(self, RobotLost { .. } | RobotStopped { .. } | RobotRefused { .. } | JointLimit { .. } | Unreachable)
+        use CentringFailure::{JointLimit, RobotDidNotMove, RobotLost, RobotRefused, RobotStopped, Unreachable};
+        matches!(
+            self,
+            RobotLost { .. } | RobotStopped { .. } | RobotRefused { .. } | RobotDidNotMove | JointLimit { .. } | Unreachable
+        )
     }
 
     /// The name used in files; with [`CentringFailure::place`] after a colon where there is one.
@@ -184,7 +187,7 @@ impl CentringFailure {
             CentringFailure::RobotLost { .. } => "robot_lost",
             CentringFailure::RobotStopped { .. } => "robot_stopped",
             CentringFailure::RobotRefused { .. } => "robot_refused",
-            CentringFailure::RobotDidNotMove { .. } => "robot_did_not_move",
+            CentringFailure::RobotDidNotMove => "robot_did_not_move",
             CentringFailure::StepTooLarge { .. } => "step_too_large",
             CentringFailure::JointLimit { .. } => "joint_limit",
             CentringFailure::Unreachable => "unreachable",
@@ -200,7 +203,10 @@ impl CentringFailure {
             | CentringFailure::GarbledIndicator { axis, .. }
             | CentringFailure::FaultyIndicator { axis, .. }
             | CentringFailure::StepTooLarge { axis, .. }
-            | CentringFailure::NotShrinking { suspicion: Suspicion::WrongSign { axis }, .. } => Some(axis + 1),
+            | CentringFailure::NotShrinking {
+                suspicion: Suspicion::WrongSign { axis },
+                ..
+            } => Some(axis + 1),
             CentringFailure::JointLimit { joint } => Some(*joint),
             _ => None,
         }
@@ -208,7 +214,8 @@ impl CentringFailure {
 
     /// [`CentringFailure::name`] and [`CentringFailure::place`] as files hold them, e.g. `silent_indicator:2`.
     pub fn token(&self) -> String {
-        self.place().map_or_else(|| self.name().to_owned(), |place| format!("{}:{place}", self.name()))
+        self.place()
+            .map_or_else(|| self.name().to_owned(), |place| format!("{}:{place}", self.name()))
     }
 }
 

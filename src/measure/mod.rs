@@ -18,7 +18,7 @@ mod reading;
 mod response;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
-pub use centring::{Centred, CenteringController, CentringSettings, Iteration, Phase};
+pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
 pub use centring_failure::{CentringFailure, Suspicion};
 pub use dataset::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Measured, Noise, Sample, SampleSet};
 pub use dataset_file::{read_dataset, write_dataset};

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Centred, CenteringController, CentringFailure, Iteration, Phase};
+use super::{CenteringController, Centred, CentringFailure, Iteration, Phase};
 use crate::cell::{Indicator, Manipulator};
 
 /// A pose at which a ball is to be probed.
@@ -55,26 +55,36 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             watch(iteration);
             iterations.push(iteration.clone());
         });
-        Probing { outcome, iterations, started_s, duration_s: self.robot.clock_s() - started_s }
+        Probing {
+            outcome,
+            iterations,
+            started_s,
+            duration_s: self.robot.clock_s() - started_s,
+        }
     }
 
-    fn approach_and_probe(
-        &mut self,
-        pose: &PlannedPose,
-        note: &mut dyn FnMut(&Iteration),
-    ) -> Result<Centred, ProbingFailure> {
+    fn approach_and_probe(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> Result<Centred, ProbingFailure> {
         self.stop(Phase::Approach, Some(&pose.approach), note, |cell, at| cell.all_free(at))
-            .map_err(|reason| ProbingFailure { backed_off: reason.robot_obeys(), reason })?;
+            .map_err(|reason| ProbingFailure {
+                backed_off: reason.robot_obeys(),
+                reason,
+            })?;
         let centred = self.centre_at(Some(&pose.contact), note);
         match centred {
-            Err(reason) if !reason.robot_obeys() => Err(ProbingFailure { reason, backed_off: false }),
+            Err(reason) if !reason.robot_obeys() => Err(ProbingFailure {
+                reason,
+                backed_off: false,
+            }),
             centred => {
                 let (arrived, free) = self.retreat(pose, note);
                 let reason = match (centred, free) {
                     (Ok(centred), Ok(())) => return Ok(centred),
                     (Err(reason), _) | (Ok(_), Err(reason)) => reason,
                 };
-                Err(ProbingFailure { reason, backed_off: arrived })
+                Err(ProbingFailure {
+                    reason,
+                    backed_off: arrived,
+                })
             }
         }
     }

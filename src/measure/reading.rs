@@ -5,11 +5,17 @@ use crate::cell::{Indicator, IndicatorError};
 /// Reads once; after a lost, mangled or faulty answer asks up to `retries` times more and counts each in `spent`.
 ///
 /// A plunger outside its range stays there however often one asks, so that is reported at once.
-pub(super) fn read_patiently<I: Indicator>(indicator: &mut I, retries: usize, spent: &mut usize) -> Result<f64, IndicatorError> {
+pub(super) fn read_patiently<I: Indicator>(
+    indicator: &mut I,
+    retries: usize,
+    spent: &mut usize,
+) -> Result<f64, IndicatorError> {
     let mut left = retries;
     loop {
         let answer = match indicator.read() {
-            Ok(value) if !value.is_finite() => Err(IndicatorError::Garbled { frame: value.to_string() }),
+            Ok(value) if !value.is_finite() => Err(IndicatorError::Garbled {
+                frame: value.to_string(),
+            }),
             answer => answer,
         };
         match answer {
