@@ -1,15 +1,23 @@
 //! What the arm is: a chain of revolute joints in modified DH with Hayati's beta, its masses, limits and solids.
 
+mod builtin;
 mod kinematics;
+mod kr6_r700;
 mod link;
+mod panda;
 mod rigid_fit;
+mod robot_file;
 mod sites;
 pub mod solids;
 mod statics;
+mod ur10;
+mod ur5;
 
+pub use builtin::{BUILT_IN, built_in};
 pub use kinematics::{Frame, Posture, world_from_tool};
 pub use rigid_fit::rigid_fit;
 pub use link::{FramePose, Link, MdhLink, Pose};
+pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use statics::{Loads, Payload};

@@ -258,12 +258,7 @@ mod tests {
 
     /// Three joints in a row along x, one metre apart, all about z.
     fn planar_arm(solids: Vec<Solid>) -> Robot {
-        let link = |a| Link {
-            mdh: MdhLink { a, ..MdhLink::default() },
-            limits: [-3.0, 3.0],
-            mass: 0.0,
-            com: Vector3::zeros(),
-        };
+        let link = |a| Link { mdh: MdhLink { a, ..MdhLink::default() }, limits: [-3.0, 3.0], mass: 0.0, com: Vector3::zeros() };
         Robot {
             name: "planar".into(),
             source: String::new(),
@@ -294,11 +289,7 @@ mod tests {
         // Three sides of a square: the third lies a metre from the first, antiparallel.
         let square = clearance(&robot, &posture(&robot, &[0.0, FRAC_PI_2, FRAC_PI_2]), &Surroundings::default()).unwrap();
         assert!((square.distance - 0.9).abs() < TOLERANCE, "{square:?}");
-        assert!(!ClearanceCheck::new(&robot, &Surroundings::default()).is_clear(
-            &posture(&robot, &[0.0, 3.0, 3.0]),
-            0.0,
-            None
-        ));
+        assert!(!ClearanceCheck::new(&robot, &Surroundings::default()).is_clear(&posture(&robot, &[0.0, 3.0, 3.0]), 0.0, None));
     }
 
     #[test]

@@ -1,0 +1,350 @@
+//! The robot file: any chain of revolute joints as TOML, format `calibench-robot/1`, in mm, deg and kg.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::{BUILT_IN, Link, MdhLink, Robot, Shape, Solid, built_in};
+use crate::files::{FileError, field_error, parse_toml, read_text};
+use crate::units::{DEG, MM};
+
+/// What the key `format` says.
+pub const ROBOT_FORMAT: &str = "calibench-robot/1";
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    format: String,
+    name: String,
+    #[serde(default)]
+    source: String,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    gear_ratios: Vec<f64>,
+    link: Vec<LinkEntry>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    solid: Vec<SolidEntry>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LinkEntry {
+    alpha_deg: f64,
+    a_mm: f64,
+    #[serde(default)]
+    beta_deg: f64,
+    #[serde(default)]
+    theta_deg: f64,
+    d_mm: f64,
+    min_deg: f64,
+    max_deg: f64,
+    #[serde(default)]
+    mass_kg: f64,
+    com_mm: Option<[f64; 3]>,
+}
+
+/// A capsule (`from_mm`, `to_mm`, `radius_mm`) or a box (`centre_mm`, `half_size_mm`).
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SolidEntry {
+    name: String,
+    frame: usize,
+    from_mm: Option<[f64; 3]>,
+    to_mm: Option<[f64; 3]>,
+    radius_mm: Option<f64>,
+    centre_mm: Option<[f64; 3]>,
+    half_size_mm: Option<[f64; 3]>,
+}
+
+/// The robot of a file or a built-in one: `reference` is a built-in name, or a path from the folder `relative_to`.
+///
+/// # Errors
+/// When the name is not built in and there is no such file, or the file is not a robot.
+pub fn robot(reference: &str, relative_to: &Path) -> Result<Robot, FileError> {
+    if let Some(robot) = built_in(reference) {
+        return Ok(robot);
+    }
+    let path = relative_to.join(reference);
+    if !path.exists() {
+        let remedy = format!("name a robot file, or one of the built-in robots: {}", BUILT_IN.join(", "));
+        return Err(FileError::whole(&path, format!("there is no robot '{reference}'"), remedy));
+    }
+    load_robot(&path)
+}
+
+/// Reads a robot file.
+///
+/// # Errors
+/// When it cannot be read, a key is unknown, missing or of the wrong kind, or a number cannot be: with line and key.
+pub fn load_robot(path: &Path) -> Result<Robot, FileError> {
+    robot_from_toml(path, &read_text(path)?)
+}
+
+fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
+    let document: Document = parse_toml(path, text)?;
+    let wrong = |key: &str, problem: &str, remedy: &str| field_error(path, text, key, problem, remedy);
+    if document.format != ROBOT_FORMAT {
+        let problem = format!("is '{}'", document.format);
+        return Err(wrong("format", &problem, &format!("this version reads '{ROBOT_FORMAT}'")));
+    }
+    if document.name.trim().is_empty() {
+        return Err(wrong("name", "is empty", "give the robot a short name"));
+    }
+    let joints = document.link.len();
+    if joints == 0 {
+        return Err(wrong("link", "has no entries", "give one [[link]] for every joint"));
+    }
+    for (i, link) in document.link.iter().enumerate() {
+        check_link(i, link).map_err(|(key, problem, remedy)| wrong(&key, problem, remedy))?;
+    }
+    if !document.gear_ratios.is_empty() && document.gear_ratios.len() != joints {
+        let problem = format!("has {} entries for {joints} joints", document.gear_ratios.len());
+        return Err(wrong("gear_ratios", &problem, "give one ratio for every joint, or leave the key out"));
+    }
+    if document.gear_ratios.iter().any(|r| !(r.is_finite() && *r > 0.0)) {
+        return Err(wrong("gear_ratios", "has a ratio that is not positive", "give motor turns per turn of the joint"));
+    }
+    let mut solids = Vec::with_capacity(document.solid.len());
+    for (k, entry) in document.solid.iter().enumerate() {
+        let solid = solid_of(k, entry, joints).map_err(|(key, problem, remedy)| wrong(&key, problem, remedy))?;
+        solids.push(solid);
+    }
+    Ok(Robot {
+        name: document.name,
+        source: document.source,
+        links: document.link.iter().map(link_of).collect(),
+        gear_ratios: document.gear_ratios,
+        solids,
+    })
+}
+
+/// Key, problem and remedy.
+type Fault = (String, &'static str, &'static str);
+
+fn check_link(i: usize, link: &LinkEntry) -> Result<(), Fault> {
+    let key = |name: &str| format!("link[{i}].{name}");
+    let numbers = [
+        ("alpha_deg", link.alpha_deg),
+        ("a_mm", link.a_mm),
+        ("beta_deg", link.beta_deg),
+        ("theta_deg", link.theta_deg),
+        ("d_mm", link.d_mm),
+        ("min_deg", link.min_deg),
+        ("max_deg", link.max_deg),
+        ("mass_kg", link.mass_kg),
+    ];
+    if let Some((name, _)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
+        return Err((key(name), "is not a finite number", "give a number"));
+    }
+    if link.min_deg >= link.max_deg {
+        return Err((key("min_deg"), "is not below max_deg", "give the smallest angle first"));
+    }
+    if link.mass_kg < 0.0 {
+        return Err((key("mass_kg"), "is negative", "give the mass, or 0 where it is unknown"));
+    }
+    match link.com_mm {
+        None if link.mass_kg > 0.0 => Err((key("com_mm"), "is missing", "a mass needs its centre, in the link's MDH frame")),
+        Some(com) if com.iter().any(|c| !c.is_finite()) => Err((key("com_mm"), "is not finite", "give three numbers")),
+        _ => Ok(()),
+    }
+}
+
+fn link_of(entry: &LinkEntry) -> Link {
+    Link {
+        mdh: MdhLink {
+            alpha: entry.alpha_deg * DEG,
+            a: entry.a_mm * MM,
+            beta: entry.beta_deg * DEG,
+            theta: entry.theta_deg * DEG,
+            d: entry.d_mm * MM,
+        },
+        limits: [entry.min_deg * DEG, entry.max_deg * DEG],
+        mass: entry.mass_kg,
+        com: metres(&entry.com_mm.unwrap_or_default()),
+    }
+}
+
+fn metres(mm: &[f64; 3]) -> Vector3<f64> {
+    Vector3::from(*mm).map(|c| c * MM)
+}
+
+fn solid_of(k: usize, entry: &SolidEntry, joints: usize) -> Result<Solid, Fault> {
+    let key = |name: &str| format!("solid[{k}].{name}");
+    if entry.frame > joints {
+        return Err((key("frame"), "is beyond the last link", "0 is the base, k the frame of link k"));
+    }
+    let points = [entry.from_mm, entry.to_mm, entry.centre_mm, entry.half_size_mm];
+    if points.iter().flatten().flatten().chain(&entry.radius_mm).any(|v| !v.is_finite()) {
+        return Err((format!("solid[{k}]"), "has a number that is not finite", "give numbers"));
+    }
+    let shape = match (entry.from_mm, entry.to_mm, entry.radius_mm, entry.centre_mm, entry.half_size_mm) {
+        (Some(from), Some(to), Some(radius), None, None) => {
+            if radius <= 0.0 {
+                return Err((key("radius_mm"), "is not positive", "give the radius of the capsule"));
+            }
+            Shape::Capsule { ends: [metres(&from), metres(&to)], radius: radius * MM }
+        }
+        (None, None, None, Some(centre), Some(half_size)) => {
+            if half_size.iter().any(|h| *h <= 0.0) {
+                return Err((key("half_size_mm"), "is not positive", "give half the size along each axis"));
+            }
+            Shape::Box { centre: metres(&centre), half_size: metres(&half_size) }
+        }
+        _ => {
+            let remedy = "give from_mm, to_mm and radius_mm (a capsule), or centre_mm and half_size_mm (a box)";
+            return Err((format!("solid[{k}]"), "is neither a capsule nor a box", remedy));
+        }
+    };
+    Ok(Solid { name: entry.name.clone(), frame: entry.frame, shape })
+}
+
+/// The robot as the text of a robot file. Numbers are rounded to 1e-9 mm and deg: below any meaning, above the noise of conversion.
+pub fn to_toml(robot: &Robot) -> String {
+    let written = |value: f64| (value * 1e9).round() / 1e9;
+    let mm = |v: &Vector3<f64>| [v.x, v.y, v.z].map(|c| written(c / MM));
+    let deg = |angle: f64| written(angle / DEG);
+    let link = |l: &Link| LinkEntry {
+        alpha_deg: deg(l.mdh.alpha),
+        a_mm: written(l.mdh.a / MM),
+        beta_deg: deg(l.mdh.beta),
+        theta_deg: deg(l.mdh.theta),
+        d_mm: written(l.mdh.d / MM),
+        min_deg: deg(l.limits[0]),
+        max_deg: deg(l.limits[1]),
+        mass_kg: written(l.mass),
+        com_mm: Some(mm(&l.com)),
+    };
+    let solid = |s: &Solid| {
+        let entry = SolidEntry { name: s.name.clone(), frame: s.frame, ..SolidEntry::default() };
+        match &s.shape {
+            Shape::Capsule { ends, radius } => SolidEntry {
+                from_mm: Some(mm(&ends[0])),
+                to_mm: Some(mm(&ends[1])),
+                radius_mm: Some(written(radius / MM)),
+                ..entry
+            },
+            Shape::Box { centre, half_size } => {
+                SolidEntry { centre_mm: Some(mm(centre)), half_size_mm: Some(mm(half_size)), ..entry }
+            }
+        }
+    };
+    let document = Document {
+        format: ROBOT_FORMAT.into(),
+        name: robot.name.clone(),
+        source: robot.source.clone(),
+        gear_ratios: robot.gear_ratios.clone(),
+        link: robot.links.iter().map(link).collect(),
+        solid: robot.solids.iter().map(solid).collect(),
+    };
+    toml::to_string(&document).expect("a document of strings, numbers and tables after them is always TOML")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "format = 'calibench-robot/1'
+name = 'two'
+gear_ratios = [100.0, 80]
+
+[[link]]
+alpha_deg = 0.0
+a_mm = 0
+d_mm = 400.0
+min_deg = -170.0
+max_deg = 170.0
+mass_kg = 8.0
+com_mm = [1.0, 2.0, 3.0]
+
+[[link]]
+alpha_deg = 90.0
+a_mm = 25.0
+d_mm = 0.0
+min_deg = -100.0
+max_deg = 100.0
+
+[[solid]]
+name = 'base'
+frame = 0
+from_mm = [0.0, 0.0, 0.0]
+to_mm = [0.0, 0.0, 100.0]
+radius_mm = 80.0
+";
+
+    fn read(text: &str) -> Result<Robot, FileError> {
+        robot_from_toml(Path::new("two.toml"), text)
+    }
+
+    #[test]
+    fn built_in_robots_survive_their_own_file() {
+        for name in BUILT_IN {
+            let robot = built_in(name).unwrap();
+            let back = read(&to_toml(&robot)).unwrap();
+            assert_eq!((&back.name, &back.source, &back.gear_ratios), (&robot.name, &robot.source, &robot.gear_ratios));
+            for (read, written) in back.links.iter().zip(&robot.links) {
+                // Written to 1e-9 mm and deg, so within half of that.
+                let angle = |m: &MdhLink| Vector3::new(m.alpha, m.beta, m.theta);
+                assert!((angle(&read.mdh) - angle(&written.mdh)).amax() < 1e-11);
+                assert!((read.mdh.a - written.mdh.a).abs() < 1e-12 && (read.mdh.d - written.mdh.d).abs() < 1e-12);
+                assert!(
+                    (read.limits[0] - written.limits[0]).abs() < 1e-11 && (read.limits[1] - written.limits[1]).abs() < 1e-11
+                );
+                assert!((read.com - written.com).amax() < 1e-12 && (read.mass - written.mass).abs() < 1e-9);
+            }
+            assert_eq!(back.links.len(), robot.links.len());
+            assert_eq!(back.solids.len(), robot.solids.len());
+            assert_eq!(to_toml(&back), to_toml(&robot));
+        }
+    }
+
+    #[test]
+    fn a_small_file_is_read_with_its_defaults() {
+        let robot = read(GOOD).unwrap();
+        assert_eq!(robot.joints(), 2);
+        assert_eq!(robot.gear_ratios, [100.0, 80.0]);
+        assert_eq!(robot.links[0].com, Vector3::new(1.0, 2.0, 3.0) * MM);
+        assert_eq!((robot.links[1].mass, robot.links[1].mdh.beta, robot.links[1].mdh.theta), (0.0, 0.0, 0.0));
+        assert_eq!(robot.solids[0].name, "base");
+    }
+
+    #[test]
+    fn every_fault_is_named_with_line_key_and_remedy() {
+        let faults = [
+            ("calibench-robot/1", "calibench-robot/9", 1, "format"),
+            ("name = 'two'", "name = ''", 2, "name"),
+            ("[100.0, 80]", "[100.0]", 3, "gear_ratios"),
+            ("[100.0, 80]", "[100.0, -80]", 3, "gear_ratios"),
+            ("a_mm = 25.0", "a_mm = nan", 16, "link[1].a_mm"),
+            ("d_mm = 400.0", "d_mm = inf", 8, "link[0].d_mm"),
+            ("a_mm = 25.0", "a_mm = '25'", 16, "link[1].a_mm"),
+            ("a_mm = 25.0", "a_cm = 2.5", 16, "link[1].a_cm"),
+            ("a_mm = 25.0\n", "", 14, "link[1].a_mm"),
+            ("min_deg = -100.0", "min_deg = 100.0", 18, "link[1].min_deg"),
+            ("mass_kg = 8.0", "mass_kg = -8.0", 11, "link[0].mass_kg"),
+            ("com_mm = [1.0, 2.0, 3.0]", "com_mm = [1.0, 2.0]", 12, "link[0].com_mm"),
+            ("com_mm = [1.0, 2.0, 3.0]", "", 5, "link[0].com_mm"),
+            ("frame = 0", "frame = 3", 23, "solid[0].frame"),
+            ("radius_mm = 80.0", "radius_mm = 0.0", 26, "solid[0].radius_mm"),
+            ("radius_mm = 80.0", "", 21, "solid[0]"),
+            ("to_mm = [0.0, 0.0, 100.0]", "to_mm = [0.0, nan, 100.0]", 21, "solid[0]"),
+        ];
+        for (good, bad, line, field) in faults {
+            assert!(GOOD.contains(good), "{good}");
+            let error = read(&GOOD.replacen(good, bad, 1)).expect_err(bad);
+            assert_eq!((error.line, error.field.as_str()), (Some(line), field), "{bad}: {error}");
+            assert!(!error.problem.is_empty() && !error.remedy.is_empty());
+        }
+        assert_eq!(read("format = 'calibench-robot/1'\nname = 'x'\nlink = []\n").unwrap_err().field, "link");
+    }
+
+    #[test]
+    fn a_reference_is_a_name_or_a_path() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("two.toml"), GOOD).unwrap();
+        assert_eq!(robot("panda", folder.path()).unwrap().joints(), 7);
+        assert_eq!(robot("two.toml", folder.path()).unwrap().name, "two");
+        assert!(robot("three.toml", folder.path()).unwrap_err().remedy.contains("kr6_r700"));
+        std::fs::write(folder.path().join("empty.toml"), "").unwrap();
+        assert!(robot("empty.toml", folder.path()).is_err());
+    }
+}
