@@ -81,17 +81,14 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
     Ok(())
 }
 
-/// The known name that `given` most likely meant: the same without its unit, or a slip of the hand away.
+/// The known name that `given` most likely meant: the same but for its unit, or a slip of the hand away.
 pub fn nearest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = given.to_lowercase();
-    let mut nearest: Option<(usize, &str)> = None;
-    for name in known {
-        let lacks_unit = name.strip_prefix(lower.as_str()).is_some_and(|rest| rest.starts_with('_'));
-        let distance = if lacks_unit { 0 } else { strsim::damerau_levenshtein(&lower, name) };
-        if nearest.is_none_or(|(least, _)| distance < least) {
-            nearest = Some((distance, name));
-        }
-    }
+    let distance = |name: &str| match unit_slip(&lower, name) {
+        Some(_) => 0,
+        None => strsim::damerau_levenshtein(&lower, name),
+    };
+    let nearest = known.into_iter().map(|name| (distance(name), name)).min_by_key(|(distance, _)| *distance);
     // A third of the letters wrong is a different word.
     nearest.filter(|(distance, name)| 3 * distance <= name.len().max(3)).map(|(_, name)| name)
 }
@@ -99,11 +96,27 @@ pub fn nearest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
 /// What to do about a name that is not known: the unit it lacks, the name it is near to, or all there are.
 pub fn name_remedy(given: &str, known: &[&str]) -> String {
     match nearest_name(given, known.iter().copied()) {
-        Some(name) if name.starts_with(&format!("{}_", given.to_lowercase())) => {
-            format!("write `{name}`: the unit is part of the name")
-        }
-        Some(name) => format!("did you mean `{name}`?"),
+        Some(name) => match unit_slip(&given.to_lowercase(), name) {
+            Some(UnitSlip::Missing) => format!("write `{name}`: the unit is part of the name"),
+            Some(UnitSlip::Another) => format!("give it as `{name}`, in that unit"),
+            None => format!("did you mean `{name}`?"),
+        },
         None if known.is_empty() => "remove it".into(),
         None => format!("known here: {}", known.join(", ")),
+    }
+}
+
+/// How a name differs from a known one, where it is only by its unit.
+enum UnitSlip {
+    Missing,
+    Another,
+}
+
+fn unit_slip(given: &str, known: &str) -> Option<UnitSlip> {
+    let (stem, _) = known.rsplit_once('_')?;
+    if given == stem {
+        Some(UnitSlip::Missing)
+    } else {
+        (given.rsplit_once('_')?.0 == stem && given != known).then_some(UnitSlip::Another)
     }
 }

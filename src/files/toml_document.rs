@@ -177,7 +177,7 @@ mod tests {
         let ball = "[base]\nx_mm = 1\n[[ball]]\nx_mm = 1.0\n[[ball]]\n";
         for (text, line, field, remedy) in [
             (format!("{ball}x = 3"), Some(6), "ball[1].x", "the unit is part of the name"),
-            (format!("{ball}x_m = 3"), Some(6), "ball[1].x_m", "did you mean `x_mm`"),
+            (format!("{ball}x_m = 3"), Some(6), "ball[1].x_m", "as `x_mm`, in that unit"),
             (format!("{ball}x_mm = nan"), Some(6), "ball[1].x_mm", "finite"),
             (format!("{ball}x_mm = -inf"), Some(6), "ball[1].x_mm", "finite"),
             (format!("{ball}x_mm = 1e999"), Some(6), "ball[1].x_mm", "finite"),

@@ -4,11 +4,13 @@ mod calibration;
 mod fit;
 mod linalg;
 mod model;
+mod model_file;
 mod observability;
 mod problem;
 
 pub use calibration::{Calibration, Estimate, identify};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit};
 pub use model::Model;
+pub use model_file::{ModelFile, check_effects, read_model, write_model};
 pub use observability::Observability;
 pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
