@@ -28,13 +28,7 @@ pub struct FileError {
 impl FileError {
     /// An error of the whole file.
     pub fn whole(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        FileError {
-            path: path.into(),
-            line: None,
-            field: String::new(),
-            problem: problem.into(),
-            remedy: remedy.into(),
-        }
+        FileError { path: path.into(), line: None, field: String::new(), problem: problem.into(), remedy: remedy.into() }
     }
 }
 
@@ -54,21 +48,11 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
         .and_then(|file| file.take(LONGEST_TEXT + 1).read_to_end(&mut bytes))
         .map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions"))?;
     if bytes.len() as u64 > LONGEST_TEXT {
-        return Err(FileError::whole(
-            path,
-            "is longer than 64 MiB",
-            "check that it is the file you meant",
-        ));
+        return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
     }
     let text = String::from_utf8(bytes).map_err(|e| {
-        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count();
-        FileError {
-            line: Some(line),
-            ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8")
-        }
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        FileError { line: Some(line), ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8") }
     })?;
     if text.trim().is_empty() {
         return Err(FileError::whole(path, "is empty", "give a file with content"));
@@ -82,58 +66,57 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
 /// When the folder cannot be written.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
     let fail = |e: std::io::Error| {
-        FileError::whole(
-            path,
-            format!("cannot be written: {e}"),
-            "check the folder, its permissions and free space",
-        )
+        FileError::whole(path, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
     };
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(fail)?;
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(content)
-        .and_then(|()| file.as_file().sync_all())
-        .map_err(fail)?;
+    file.write_all(content).and_then(|()| file.as_file().sync_all()).map_err(fail)?;
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        file.as_file()
-            .set_permissions(std::fs::Permissions::from_mode(0o644))
-            .map_err(fail)?;
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
     }
     file.persist(path).map_err(|e| fail(e.error))?;
     Ok(())
 }
 
-/// The known name that `given` most likely meant: the same without its unit, or a slip of the hand away.
+/// The known name that `given` most likely meant: the same but for its unit, or a slip of the hand away.
 pub fn nearest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = given.to_lowercase();
-    let mut nearest: Option<(usize, &str)> = None;
-    for name in known {
-        let lacks_unit = name.strip_prefix(lower.as_str()).is_some_and(|rest| rest.starts_with('_'));
-        let distance = if lacks_unit {
-            0
-        } else {
-            strsim::damerau_levenshtein(&lower, name)
-        };
-        if nearest.is_none_or(|(least, _)| distance < least) {
-            nearest = Some((distance, name));
-        }
-    }
+    let distance = |name: &str| match unit_slip(&lower, name) {
+        Some(_) => 0,
+        None => strsim::damerau_levenshtein(&lower, name),
+    };
+    let nearest = known.into_iter().map(|name| (distance(name), name)).min_by_key(|(distance, _)| *distance);
     // A third of the letters wrong is a different word.
-    nearest
-        .filter(|(distance, name)| 3 * distance <= name.len().max(3))
-        .map(|(_, name)| name)
+    nearest.filter(|(distance, name)| 3 * distance <= name.len().max(3)).map(|(_, name)| name)
 }
 
 /// What to do about a name that is not known: the unit it lacks, the name it is near to, or all there are.
 pub fn name_remedy(given: &str, known: &[&str]) -> String {
     match nearest_name(given, known.iter().copied()) {
-        Some(name) if name.starts_with(&format!("{}_", given.to_lowercase())) => {
-            format!("write `{name}`: the unit is part of the name")
-        }
-        Some(name) => format!("did you mean `{name}`?"),
+        Some(name) => match unit_slip(&given.to_lowercase(), name) {
+            Some(UnitSlip::Missing) => format!("write `{name}`: the unit is part of the name"),
+            Some(UnitSlip::Another) => format!("give it as `{name}`, in that unit"),
+            None => format!("did you mean `{name}`?"),
+        },
         None if known.is_empty() => "remove it".into(),
         None => format!("known here: {}", known.join(", ")),
+    }
+}
+
+/// How a name differs from a known one, where it is only by its unit.
+enum UnitSlip {
+    Missing,
+    Another,
+}
+
+fn unit_slip(given: &str, known: &str) -> Option<UnitSlip> {
+    let (stem, _) = known.rsplit_once('_')?;
+    if given == stem {
+        Some(UnitSlip::Missing)
+    } else {
+        (given.rsplit_once('_')?.0 == stem && given != known).then_some(UnitSlip::Another)
     }
 }

@@ -85,7 +85,7 @@ mod tests {
     fn numbers_read_back_as_they_were_written() {
         for unit in [MM, UM, DEG, ARCSEC, 1.0] {
             for k in 1..20_000 {
-                let written = f64::from(k) * 0.001 - 3.3;
+                let written = (f64::from(k) - 3300.0) / 1000.0;
                 let text = format!("{written}");
                 let si = text.parse::<f64>().expect("a number") * unit;
                 assert_eq!(readable(si, unit) * unit, si, "{text} in units of {unit}");

@@ -197,8 +197,24 @@ fn any_dataset_reads_back_as_written() {
             assert_eq!(numberless(w), numberless(r), "case {case}");
         }
         assert_eq!(
-            (dataset.contact_force, dataset.absolute_accuracy, &dataset.provenance, dataset.ball_ids(), &dataset.extra_columns, dataset.tool_free, dataset.gravity),
-            (first.contact_force, first.absolute_accuracy, &first.provenance, first.ball_ids(), &first.extra_columns, first.tool_free, first.gravity)
+            (
+                dataset.contact_force,
+                dataset.absolute_accuracy,
+                &dataset.provenance,
+                dataset.ball_ids(),
+                &dataset.extra_columns,
+                dataset.tool_free,
+                dataset.gravity
+            ),
+            (
+                first.contact_force,
+                first.absolute_accuracy,
+                &first.provenance,
+                first.ball_ids(),
+                &first.extra_columns,
+                first.tool_free,
+                first.gravity
+            )
         );
     }
 }
@@ -268,4 +284,22 @@ fn a_dataset_that_contradicts_itself_replaces_nothing() {
     assert_eq!(std::fs::read_to_string(at.join("notes.txt")).expect("carried over"), "kept");
     let left: Vec<_> = std::fs::read_dir(folder.path()).expect("readable").flatten().map(|e| e.file_name()).collect();
     assert_eq!(left.len(), 3, "nothing temporary stays: {left:?}");
+}
+
+#[test]
+fn a_robot_that_is_not_built_in_travels_with_its_dataset() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut dataset = kr6(folder.path());
+    let mut robot = (*dataset.robot).clone();
+    robot.name = "mine".into();
+    robot.links[0].mdh.d = 0.5;
+    dataset.robot = Arc::new(robot);
+    dataset.robot_reference = "/nowhere/mine.toml".into();
+    let at = folder.path().join("set");
+    write_dataset(&dataset, &at).expect("writable");
+    let moved = folder.path().join("elsewhere").join("set");
+    std::fs::create_dir(folder.path().join("elsewhere")).expect("writable");
+    std::fs::rename(&at, &moved).expect("writable");
+    let back = read_dataset(&moved).expect("self-contained");
+    assert_eq!((back.robot_reference.as_str(), back.robot.name.as_str(), back.robot.links[0].mdh.d), ("robot.toml", "mine", 0.5));
 }

@@ -53,9 +53,7 @@ pub fn field_error(
     let mut best: Option<(usize, usize)> = None;
     if let Ok(document) = DeTable::parse(text) {
         walk(document.get_ref(), "", &mut |key, key_span, _, _| {
-            let leads = key_path
-                .strip_prefix(key)
-                .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
+            let leads = key_path.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
             if leads && best.is_none_or(|(length, _)| key.len() >= length) {
                 best = Some((key.len(), line_of(text, key_span.start)));
             }
@@ -78,11 +76,7 @@ fn line_of(text: &str, byte: usize) -> usize {
 /// Calls `visit(key path, span of the key, value, span of the value)` for everything in a table, outer before inner.
 fn walk<'a>(table: &DeTable<'a>, above: &str, visit: &mut dyn FnMut(&str, Range<usize>, &DeValue<'a>, Range<usize>)) {
     for (key, value) in table {
-        let path = if above.is_empty() {
-            key.get_ref().to_string()
-        } else {
-            format!("{above}.{}", key.get_ref())
-        };
+        let path = if above.is_empty() { key.get_ref().to_string() } else { format!("{above}.{}", key.get_ref()) };
         walk_value(&path, key.span(), value.get_ref(), value.span(), visit);
     }
 }
@@ -99,13 +93,7 @@ fn walk_value<'a>(
         DeValue::Table(table) => walk(table, path, visit),
         DeValue::Array(elements) => {
             for (k, element) in elements.iter().enumerate() {
-                walk_value(
-                    &format!("{path}[{k}]"),
-                    element.span(),
-                    element.get_ref(),
-                    element.span(),
-                    visit,
-                );
+                walk_value(&format!("{path}[{k}]"), element.span(), element.get_ref(), element.span(), visit);
             }
         }
         _ => {}
@@ -115,10 +103,7 @@ fn walk_value<'a>(
 /// Says in the house's way what the TOML reader found.
 fn toml_error(path: &Path, text: &str, error: &toml::de::Error, table: Option<&DeTable<'_>>) -> FileError {
     // The whole document has an empty span: a key missing from it has no line.
-    let start = error
-        .span()
-        .filter(|span| table.is_none() || !span.is_empty())
-        .map(|span| span.start.min(text.len()));
+    let start = error.span().filter(|span| table.is_none() || !span.is_empty()).map(|span| span.start.min(text.len()));
     let mut field = String::new();
     if let (Some(start), Some(table)) = (start, table) {
         let mut narrowest = usize::MAX;
@@ -135,22 +120,12 @@ fn toml_error(path: &Path, text: &str, error: &toml::de::Error, table: Option<&D
     let name = quoted.first().copied().unwrap_or_default();
     let message = error.message();
     let (problem, remedy) = if message.starts_with("unknown field") {
-        (
-            "there is no such key".to_owned(),
-            name_remedy(name, quoted.get(1..).unwrap_or_default()),
-        )
+        ("there is no such key".to_owned(), name_remedy(name, quoted.get(1..).unwrap_or_default()))
     } else if message.starts_with("missing field") {
-        field = if field.is_empty() {
-            name.to_owned()
-        } else {
-            format!("{field}.{name}")
-        };
+        field = if field.is_empty() { name.to_owned() } else { format!("{field}.{name}") };
         ("is missing".to_owned(), format!("add `{name}`"))
     } else if message.starts_with("unknown variant") {
-        (
-            format!("`{name}` is not known"),
-            name_remedy(name, quoted.get(1..).unwrap_or_default()),
-        )
+        (format!("`{name}` is not known"), name_remedy(name, quoted.get(1..).unwrap_or_default()))
     } else if message.starts_with("invalid type") || message.starts_with("invalid value") {
         let expected = message.rsplit_once("expected ").map_or("another kind of value", |(_, e)| e);
         let expected = match expected {
@@ -165,20 +140,11 @@ fn toml_error(path: &Path, text: &str, error: &toml::de::Error, table: Option<&D
     } else if message == "duplicate key" {
         (message.to_owned(), "keep one of them".into())
     } else if table.is_none() {
-        (
-            message.to_owned(),
-            "correct the TOML here (strings in quotes, decimal points, one `key = value` a line)".into(),
-        )
+        (message.to_owned(), "correct the TOML here (strings in quotes, decimal points, one `key = value` a line)".into())
     } else {
         (message.to_owned(), "correct this value".into())
     };
-    FileError {
-        path: path.into(),
-        line: start.map(|s| line_of(text, s)),
-        field,
-        problem,
-        remedy,
-    }
+    FileError { path: path.into(), line: start.map(|s| line_of(text, s)), field, problem, remedy }
 }
 
 #[cfg(test)]
@@ -211,24 +177,14 @@ mod tests {
         let ball = "[base]\nx_mm = 1\n[[ball]]\nx_mm = 1.0\n[[ball]]\n";
         for (text, line, field, remedy) in [
             (format!("{ball}x = 3"), Some(6), "ball[1].x", "the unit is part of the name"),
-            (format!("{ball}x_m = 3"), Some(6), "ball[1].x_m", "did you mean `x_mm`"),
+            (format!("{ball}x_m = 3"), Some(6), "ball[1].x_m", "as `x_mm`, in that unit"),
             (format!("{ball}x_mm = nan"), Some(6), "ball[1].x_mm", "finite"),
             (format!("{ball}x_mm = -inf"), Some(6), "ball[1].x_mm", "finite"),
             (format!("{ball}x_mm = 1e999"), Some(6), "ball[1].x_mm", "finite"),
             (format!("{ball}com_mm = [1, 2, 3]"), Some(5), "ball[1].x_mm", "add `x_mm`"),
             (format!("{ball}x_mm = \"1\""), Some(6), "ball[1].x_mm", "a number"),
-            (
-                format!("{ball}x_mm = 1\ncom_mm = [1, 2]"),
-                Some(7),
-                "ball[1].com_mm",
-                "that many",
-            ),
-            (
-                format!("{ball}x_mm = 1\ncom_mm = [1, nan, 3]"),
-                Some(7),
-                "ball[1].com_mm[1]",
-                "finite",
-            ),
+            (format!("{ball}x_mm = 1\ncom_mm = [1, 2]"), Some(7), "ball[1].com_mm", "that many"),
+            (format!("{ball}x_mm = 1\ncom_mm = [1, nan, 3]"), Some(7), "ball[1].com_mm[1]", "finite"),
             ("ball = []".into(), None, "base", "add `base`"),
             ("[base]\nx_mm = 1,5".into(), Some(2), "", "decimal points"),
             ("[base]\nx_mm = 1\nx_mm = 2".into(), Some(3), "", "keep one"),

@@ -5,6 +5,7 @@ mod calibration_file;
 mod fit;
 mod linalg;
 mod model;
+mod model_file;
 mod observability;
 mod problem;
 
@@ -12,5 +13,6 @@ pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupNam
 pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit};
 pub use model::Model;
+pub use model_file::{ModelFile, check_effects, read_model, write_model};
 pub use observability::Observability;
 pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};

@@ -1,17 +1,17 @@
 //! A dataset on disk: a folder with `dataset.toml` and `samples.csv`.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::dataset_folder::replace_folder;
-use super::robot_reference::resolve_robot;
 use super::samples_file::{read_samples, samples_text};
 use super::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Noise};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
-use crate::robot::{FramePose, Payload, Robot};
+use crate::robot::{BUILT_IN, FramePose, Payload, Robot, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM, readable};
 
 /// The format this version reads and writes.
@@ -20,6 +20,8 @@ const FORMAT: &str = "calibench-dataset/1";
 pub(super) const DATASET_TOML: &str = "dataset.toml";
 /// The measurements.
 pub(super) const SAMPLES_CSV: &str = "samples.csv";
+/// The robot, where it is not built in.
+const ROBOT_TOML: &str = "robot.toml";
 /// Two balls nearer than this cannot both be there, m: the smallest precision balls in use are larger.
 const APART: f64 = 1.0 * MM;
 
@@ -163,16 +165,24 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
 
 /// Writes a dataset: the folder appears whole or not at all, and only if it can be read back.
 ///
-/// A dataset that is there is replaced; whatever else lies in its folder is kept. [`Dataset::hash`] is that of the files read
-/// back, not of `dataset`.
+/// A dataset that is there is replaced; whatever else lies in its folder is kept. A robot that is not built in is written beside
+/// the samples as `robot.toml`, so that the folder can be moved.
 ///
 /// # Errors
 /// When the folder holds something that is not a dataset, cannot be written, or when `dataset` contradicts itself.
 pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> {
     let fail = |e: String| FileError::whole(folder, format!("cannot be written: {e}"), "correct the dataset");
-    let description = toml::to_string(&describe(dataset)).map_err(|e| fail(e.to_string()))?;
+    let mut description = describe(dataset);
+    let own_robot = !BUILT_IN.contains(&dataset.robot_reference.as_str());
+    if own_robot {
+        description.robot = ROBOT_TOML.into();
+    }
+    let description = toml::to_string(&description).map_err(|e| fail(e.to_string()))?;
     let samples = samples_text(dataset).map_err(|e| fail(e.to_string()))?;
     replace_folder(folder, |new| {
+        if own_robot {
+            write_whole(&new.join(ROBOT_TOML), to_toml(&dataset.robot).as_bytes())?;
+        }
         write_whole(&new.join(DATASET_TOML), description.as_bytes())?;
         write_whole(&new.join(SAMPLES_CSV), &samples)?;
         read_dataset(new).map(drop)
@@ -198,13 +208,7 @@ impl Reading<'_> {
             return Err(self.wrong("format", format!("`{format}` is not read by this version"), format!("write `{FORMAT}`")));
         }
         let file: DatasetToml = parse_toml(self.path, self.text)?;
-        let robot = resolve_robot(&file.robot, folder).map_err(|problem| {
-            self.wrong(
-                "robot",
-                problem,
-                "name a built-in (`calibench robots` lists them) or a robot file, relative to this one",
-            )
-        })?;
+        let robot = self.robot(&file.robot, folder)?;
         let payloads = self.payloads(&file.payload)?;
         let balls = self.balls(&file.ball)?;
         let t = &file.tool;
@@ -228,6 +232,14 @@ impl Reading<'_> {
             samples: Vec::new(),
             hash: String::new(),
         })
+    }
+
+    fn robot(&self, reference: &str, folder: &Path) -> Result<Arc<Robot>, FileError> {
+        if !BUILT_IN.contains(&reference) && !folder.join(reference).is_file() {
+            let remedy = format!("name a built-in robot ({}), or a robot file relative to this one", BUILT_IN.join(", "));
+            return Err(self.wrong("robot", format!("there is no robot `{reference}`"), remedy));
+        }
+        robot(reference, folder).map(Arc::new)
     }
 
     fn not_negative(&self, key: &str, value: f64) -> Result<f64, FileError> {

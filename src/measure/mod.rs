@@ -4,7 +4,6 @@ mod columns;
 mod dataset;
 mod dataset_file;
 mod dataset_folder;
-mod robot_reference;
 mod samples_file;
 mod campaign;
 mod campaign_files;

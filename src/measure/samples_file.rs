@@ -187,12 +187,12 @@ impl Header {
                 return Err(error("", format!("fields are separated by {what}"), remedy.into()));
             }
         }
-        if names.iter().all(|n| n.parse::<f64>().is_ok()) {
-            return Err(error("", "the header is missing".into(), "begin with a line that names the columns".into()));
-        }
         let known = Column::all(joints);
         let known_names: Vec<String> = known.iter().map(|c| c.name()).collect();
         let known_texts: Vec<&str> = known_names.iter().map(String::as_str).collect();
+        if names.iter().any(|n| n.parse::<f64>().is_ok()) {
+            return Err(error("", "the header is missing".into(), "begin with a line that names the columns".into()));
+        }
         let mut seen = HashSet::new();
         let mut header = Header { names: names.clone(), place: HashMap::new(), extra: Vec::new() };
         for (place, name) in names.iter().enumerate() {

@@ -326,7 +326,7 @@ radius_mm = 80.0
             ("frame = 0", "frame = 3", 23, "solid[0].frame"),
             ("radius_mm = 80.0", "radius_mm = 0.0", 26, "solid[0].radius_mm"),
             ("radius_mm = 80.0", "", 21, "solid[0]"),
-            ("to_mm = [0.0, 0.0, 100.0]", "to_mm = [0.0, nan, 100.0]", 21, "solid[0]"),
+            ("to_mm = [0.0, 0.0, 100.0]", "to_mm = [0.0, nan, 100.0]", 25, "solid[0].to_mm[1]"),
         ];
         for (good, bad, line, field) in faults {
             assert!(GOOD.contains(good), "{good}");

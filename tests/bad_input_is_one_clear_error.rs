@@ -1,0 +1,462 @@
+//! Whatever is wrong with a file, there is one error that names file, line, field and remedy, and never a panic.
+//!
+//! A new kind of file is one entry of [`kinds`]; a new mistake is one row.
+
+use std::fs;
+use std::path::Path;
+
+use calibench::effects::Subject;
+use calibench::files::FileError;
+use calibench::identify::read_model;
+use calibench::measure::read_dataset;
+use calibench::robot::{built_in, load_robot};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A kind of file: a good specimen, how it is read, and what can be done to it.
+struct Kind {
+    /// The file that is corrupted.
+    file: &'static str,
+    /// Good files, by name.
+    specimen: &'static [(&'static str, &'static str)],
+    /// Reads them from their folder.
+    read: fn(&Path) -> Result<(), FileError>,
+    mistakes: Vec<Mistake>,
+}
+
+struct Mistake {
+    name: &'static str,
+    corrupt: Corrupt,
+    line: Option<usize>,
+    field: &'static str,
+    remedy: &'static str,
+}
+
+type Corrupt = Box<dyn Fn(&Path)>;
+
+fn row(
+    name: &'static str,
+    corrupt: Corrupt,
+    line: impl Into<Option<usize>>,
+    field: &'static str,
+    remedy: &'static str,
+) -> Mistake {
+    Mistake { name, corrupt, line: line.into(), field, remedy }
+}
+
+/// Puts `new` in the place of the first `old`, which must be there.
+fn replace(old: &'static str, new: &'static str) -> Corrupt {
+    Box::new(move |path| {
+        let text = fs::read_to_string(path).expect("a good specimen");
+        assert!(text.contains(old), "the specimen has no {old:?}");
+        fs::write(path, text.replacen(old, new, 1)).expect("writable");
+    })
+}
+
+/// Changes the text of the file.
+fn text(change: fn(String) -> String) -> Corrupt {
+    Box::new(move |path| fs::write(path, change(fs::read_to_string(path).expect("a good specimen"))).expect("writable"))
+}
+
+/// Changes the bytes of the file.
+fn bytes(change: fn(Vec<u8>) -> Vec<u8>) -> Corrupt {
+    Box::new(move |path| fs::write(path, change(fs::read(path).expect("a good specimen"))).expect("writable"))
+}
+
+/// Takes the file away.
+fn remove() -> Corrupt {
+    Box::new(|path| fs::remove_file(path).expect("removable"))
+}
+
+/// Puts a folder in its place.
+fn folder() -> Corrupt {
+    Box::new(|path| {
+        fs::remove_file(path).expect("removable");
+        fs::create_dir(path).expect("writable");
+    })
+}
+
+const DATASET: &str = r#"format = "calibench-dataset/1"
+robot = "kr6_r700"
+gravity_m_s2 = [0.0, 0.0, -9.81]
+
+[base]
+x_mm = -536.320
+y_mm = -21.901
+z_mm = -58.349
+
+[tool]
+x_mm = 60.0
+y_mm = 0.0
+z_mm = -125.0
+sigma_um = 5.0
+
+[[payload]]
+name = "heavy"
+mass_kg = 6.0
+com_mm = [25.0, 0.0, -70.0]
+
+[[ball]]
+id = "1"
+x_mm = -79.539
+y_mm = -330.141
+z_mm = 17.531
+sigma_um = 1.9
+
+[[ball]]
+id = "2"
+x_mm = -79.193
+y_mm = 287.805
+z_mm = 18.740
+
+[[ball_distance]]
+between = ["1", "2"]
+d_mm = 617.9
+sigma_um = 20.0
+
+[[anchor]]
+id = "drum"
+x_mm = 100.0
+y_mm = 0.0
+z_mm = 0.0
+
+[noise]
+ball_um = 2.2
+joint_arcsec = [1.4, 1.4, 1.9, 2.9, 4.1, 4.1]
+"#;
+
+const SAMPLES: &str = "\
+id,kind,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,ball,r1_um,r2_um,r3_um,x_mm,y_mm,z_mm,anchor,d_mm,set,payload,sigma_um,approach1,approach2,approach3,approach4,approach5,approach6
+a,ball,0,-90,90,0,45,0,1,0.5,-0.5,1,,,,,,fit,heavy,,1,1,-1,0,1,1
+b,ball,10,-80,80,5,40,1,2,0,0,0,,,,,,,,2.5,,,,,,
+c,point,20,-70,70,0,30,2,,,,,100.5,200.25,300,,,validation,,,,,,,,
+d,distance,30,-60,60,0,20,3,,,,,,,,drum,812.5,,,,,,,,,
+";
+
+const MODEL: &str = "effects = [\"base_frame\", \"mdh\",\n  \"joint_compliance:2\"]\n";
+
+const ROBOT: &str = r#"format = "calibench-robot/1"
+name = "two"
+
+[[link]]
+alpha_deg = 0.0
+a_mm = 0.0
+d_mm = 300.0
+min_deg = -170.0
+max_deg = 170.0
+
+[[link]]
+alpha_deg = 90.0
+a_mm = 25.0
+d_mm = 0.0
+min_deg = -90.0
+max_deg = 90.0
+"#;
+
+fn dataset(folder: &Path) -> Result<(), FileError> {
+    read_dataset(folder).map(drop)
+}
+
+fn model(folder: &Path) -> Result<(), FileError> {
+    let robot = built_in("kr6_r700").expect("built in");
+    let balls = ["1".to_owned(), "2".to_owned()];
+    read_model(&folder.join("model.toml"), &Subject { robot: &robot, balls: &balls }).map(drop)
+}
+
+fn robot(folder: &Path) -> Result<(), FileError> {
+    load_robot(&folder.join("robot.toml")).map(drop)
+}
+
+fn kinds() -> Vec<Kind> {
+    let both = &[("dataset.toml", DATASET), ("samples.csv", SAMPLES)];
+    let toml = || {
+        vec![
+            row("empty", text(|_| String::new()), None, "", "content"),
+            row("blank", text(|_| " \n\n".into()), None, "", "content"),
+            row("a folder", folder(), None, "", "a file"),
+            row("not UTF-8", bytes(|b| [&b[..3], &[0xff, 0xfe, b'\n'], &b[3..]].concat()), 1, "", "UTF-8"),
+            row(
+                "UTF-16",
+                bytes(|b| [0xff, 0xfe].into_iter().chain(b.into_iter().flat_map(|c| [c, 0])).collect()),
+                1,
+                "",
+                "UTF-8",
+            ),
+            row("prose", text(|_| "See the other file.\n".into()), 1, "", "TOML"),
+        ]
+    };
+    let mut in_dataset = vec![
+        row("missing file", remove(), None, "", "dataset.toml and samples.csv"),
+        row("other format", replace("dataset/1", "dataset/2"), 1, "format", "calibench-dataset/1"),
+        row("no format", replace("format = \"calibench-dataset/1\"", ""), None, "format", "add"),
+        row("unknown robot", replace("kr6_r700", "kr5"), 2, "robot", "built-in"),
+        row("missing key", replace("y_mm = -21.901", ""), 5, "base.y_mm", "add `y_mm`"),
+        row("missing table", replace("[base]\nx_mm = -536.320\ny_mm = -21.901\nz_mm = -58.349", ""), None, "base", "add"),
+        row("key without unit", replace("x_mm = 60.0", "x = 60.0"), 11, "tool.x", "the unit is part of the name"),
+        row("key in another unit", replace("x_mm = 60.0", "x_m = 0.06"), 11, "tool.x_m", "as `x_mm`, in that unit"),
+        row("unknown table", replace("[noise]", "[nose]"), 45, "nose", "did you mean `noise`"),
+        row("unknown key", replace("mass_kg", "weight_of_it"), 18, "payload[0].weight_of_it", "known here"),
+        row("NaN", replace("x_mm = -536.320", "x_mm = nan"), 6, "base.x_mm", "finite"),
+        row("infinity", replace("-9.81", "-inf"), 3, "gravity_m_s2[2]", "finite"),
+        row("text for a number", replace("6.0", "\"six\""), 18, "payload[0].mass_kg", "a number"),
+        row("two coordinates", replace("[25.0, 0.0, -70.0]", "[25.0, 0.0]"), 19, "payload[0].com_mm", "that many"),
+        row("decimal comma", replace("-79.539", "-79,539"), 23, "", "decimal points"),
+        row("key twice", replace("y_mm = 0.0", "x_mm = 0.0"), 12, "", "keep one"),
+        row("quote not closed", replace("\"heavy\"", "\"heavy"), 17, "", ""),
+        row("cut off", text(|t| t[..t.len() - 20].into()), 47, "", ""),
+        row("negative mass", replace("6.0", "-6.0"), 18, "payload[0].mass_kg", "zero or more"),
+        row("negative sigma of a ball", replace("sigma_um = 1.9", "sigma_um = -1.9"), 26, "ball[0].sigma_um", "zero or more"),
+        row("negative sigma of the tool", replace("sigma_um = 5.0", "sigma_um = -5.0"), 14, "tool.sigma_um", "zero or more"),
+        row("noise zero", replace("2.2", "0"), 46, "noise.ball_um", "positive"),
+        row("noise of four joints", replace("1.4, 1.4, ", ""), 47, "noise.joint_arcsec", "one a joint"),
+        row("negative lost motion", replace("2.9", "-2.9"), 47, "noise.joint_arcsec[3]", "zero or more"),
+        row("ball twice", replace("id = \"2\"", "id = \"1\""), 29, "ball[1].id", "its own name"),
+        row("ball without a name", replace("id = \"2\"", "id = \"\""), 29, "ball[1].id", "plain name"),
+        row(
+            "two balls at one place",
+            replace("x_mm = -79.193\ny_mm = 287.805\nz_mm = 18.740", "x_mm = -79.539\ny_mm = -330.141\nz_mm = 17.6"),
+            28,
+            "ball[1]",
+            "position",
+        ),
+        row(
+            "distance to an unknown ball",
+            replace("[\"1\", \"2\"]", "[\"1\", \"7\"]"),
+            35,
+            "ball_distance[0].between[1]",
+            "balls: 1, 2",
+        ),
+        row("distance to itself", replace("[\"1\", \"2\"]", "[\"1\", \"1\"]"), 35, "ball_distance[0].between", "two balls"),
+        row("distance zero", replace("617.9", "0.0"), 36, "ball_distance[0].d_mm", "positive"),
+        row("distance sigma zero", replace("sigma_um = 20.0", "sigma_um = 0"), 37, "ball_distance[0].sigma_um", "positive"),
+        row("distance without sigma", replace("sigma_um = 20.0", ""), 34, "ball_distance[0].sigma_um", "add `sigma_um`"),
+    ];
+    in_dataset.extend(toml());
+
+    let in_samples = vec![
+        row("missing file", remove(), None, "", "dataset.toml and samples.csv"),
+        row("a folder", folder(), None, "", "samples.csv"),
+        row("empty", text(|_| String::new()), None, "", "header"),
+        row("blank", text(|_| "\n \n\r\n".into()), None, "", "header"),
+        row("header only", text(|t| t.lines().next().unwrap_or_default().into()), None, "", "one row a measurement"),
+        row("header missing", text(|t| t.split_once('\n').unwrap_or_default().1.into()), 1, "", "names the columns"),
+        row("numbers for a header", text(|t| format!("1,2,3\n{t}")), 1, "", "names the columns"),
+        row("cut in the last row", text(|t| t[..t.len() - 12].into()), 5, "set", "restore"),
+        row("a field too few", replace("a,ball,", "a,"), 2, "approach6", "between two commas"),
+        row("a field too many", replace("b,ball,10,", "b,ball,10,5,"), 3, "", "decimal points"),
+        row("decimal comma", replace("100.5", "100,5"), 4, "", "decimal points"),
+        row("decimal comma in quotes", replace("100.5", "\"100,5\""), 4, "x_mm", "decimal point"),
+        row("semicolons", text(|t| t.replace(',', ";")), 1, "", "import"),
+        row("tabs", text(|t| t.replace(',', "\t")), 1, "", "import"),
+        row("unknown column", replace("sigma_um", "humidity"), 1, "humidity", "extra_humidity"),
+        row("column misspelt", replace("payload", "payloads"), 1, "payloads", "did you mean `payload`"),
+        row("column without unit", replace("d_mm", "d"), 1, "d", "the unit is part of the name"),
+        row("joint without unit", replace("q3_deg", "q3"), 1, "q3", "`q3_deg`"),
+        row("joint in radians", replace("q3_deg", "q3_rad"), 1, "q3_rad", "as `q3_deg`, in that unit"),
+        row("coordinate without unit", replace("x_mm", "x"), 1, "x", "the unit is part of the name"),
+        row("prefix alone", replace("sigma_um", "extra_"), 1, "extra_", ""),
+        row("column without a name", replace(",sigma_um,", ",,"), 1, "", "name it"),
+        row("column twice", replace("q2_deg", "q1_deg"), 1, "q1_deg", "keep one"),
+        row("no id column", replace("id,kind", "extra_id,kind"), 1, "id", "add it"),
+        row("no kind column", replace("kind", "extra_kind"), 1, "kind", "add it"),
+        row("no joint 6", replace("q6_deg", "extra_q6"), 1, "q6_deg", "6"),
+        row("no y", replace("y_mm", "extra_y"), 1, "y_mm", "3"),
+        row("a joint too many", replace("sigma_um", "q7_deg"), 1, "q7_deg", "did you mean"),
+        row("no id", replace("\nc,", "\n,"), 4, "id", "fill it"),
+        row("id twice", replace("\nb,", "\na,"), 3, "id", "its own id"),
+        row("unknown kind", replace("point", "points"), 4, "kind", "did you mean `point`"),
+        row("no kind", replace("point", ""), 4, "kind", "fill it"),
+        row("NaN", replace("90,0,45", "nan,0,45"), 2, "q3_deg", "leave the row out"),
+        row("infinity", replace("200.25", "-inf"), 4, "y_mm", "leave the row out"),
+        row("too large for a number", replace("200.25", "1e999"), 4, "y_mm", "leave the row out"),
+        row("text for a number", replace("200.25", "far"), 4, "y_mm", "without its unit"),
+        row("number with its unit", replace("200.25", "200.25 mm"), 4, "y_mm", "without its unit"),
+        row("no joint", replace("20,-70,70", "20,,70"), 4, "q2_deg", "fill it"),
+        row("joint outside its limits", replace("20,-70,70", "20,-70,157.5"), 4, "q3_deg", "degrees"),
+        row("unknown ball", replace("45,0,1,", "45,0,3,"), 2, "ball", "dataset.toml has 1, 2"),
+        row("no ball", replace("45,0,1,", "45,0,,"), 2, "ball", "fill it"),
+        row("unknown payload", replace("heavy", "light"), 2, "payload", "dataset.toml has heavy"),
+        row("unknown anchor", replace("drum", "box"), 5, "anchor", "dataset.toml has drum"),
+        row("no distance", replace("812.5", ""), 5, "d_mm", "fill it"),
+        row("distance zero", replace("812.5", "0"), 5, "d_mm", "positive"),
+        row("point without a coordinate", replace("200.25", ""), 4, "y_mm", "fill it"),
+        row("point without any", replace("100.5,200.25,300", ",,"), 4, "x_mm", "x_mm, y_mm, z_mm"),
+        row("point with a ball", replace("30,2,,", "30,2,1,"), 4, "ball", "correct the kind"),
+        row("ball with a point", replace("0,0,0,,,", "0,0,0,1,2,3"), 3, "x_mm", "correct the kind"),
+        row("two of three readings", replace("0.5,-0.5,1", "0.5,,1"), 2, "r2_um", "leave all of them empty"),
+        row("another set", replace("validation", "test"), 4, "set", "`fit` or `validation`"),
+        row("sigma zero", replace("2.5", "0"), 3, "sigma_um", "positive"),
+        row("sigma negative", replace("2.5", "-2.5"), 3, "sigma_um", "positive"),
+        row("approach of two", replace("1,1,-1,0,1,1", "1,1,-2,0,1,1"), 2, "approach3", "-1, 0, 1"),
+        row("approach missing", replace("1,1,-1,0,1,1", "1,1,,0,1,1"), 2, "approach3", "leave all of them empty"),
+        row("not UTF-8", bytes(|b| b.iter().map(|&c| if c == b'x' { 0xe9 } else { c }).collect()), 1, "", "UTF-8"),
+        row(
+            "not UTF-8 in a row",
+            bytes(|b| {
+                b.split(|&c| c == b'\n')
+                    .enumerate()
+                    .map(|(k, l)| if k == 3 { [&[0xe9][..], l].concat() } else { l.to_vec() })
+                    .collect::<Vec<_>>()
+                    .join(&b'\n')
+            }),
+            4,
+            "",
+            "UTF-8",
+        ),
+        row("quote not closed", replace("\nc,", "\n\"c,"), 4, "", "close it"),
+        row(
+            "a line of 2 MB",
+            text(|t| t.replacen("\nc,", &format!("\n{},", "c".repeat(2 << 20)), 1)),
+            4,
+            "",
+            "quotes are closed",
+        ),
+        row("zeros", bytes(|b| vec![0; b.len()]), 1, "", ""),
+        // The line is right whatever ends the lines, and with blank ones between.
+        row("Windows line ends", text(|t| t.replace('\n', "\r\n").replace("point", "pint")), 4, "kind", "did you mean `point`"),
+        row("blank lines", text(|t| t.replace("\nc,point", "\n\n \n\nc,pint")), 7, "kind", "did you mean `point`"),
+        row("byte-order mark", text(|t| format!("\u{feff}{}", t.replace("point", "pint"))), 4, "kind", "did you mean `point`"),
+    ];
+
+    let mut in_model = vec![
+        row("missing file", remove(), None, "", "check the path"),
+        row("no effects", text(|_| "# nothing\n".into()), None, "effects", "add"),
+        row("empty list", text(|_| "effects = []\n".into()), 1, "effects", "at least one"),
+        row("not a list", text(|_| "effects = \"mdh\"\n".into()), 1, "effects", "sequence"),
+        row("not a name", text(|_| "effects = [1]\n".into()), 1, "effects[0]", "string"),
+        row("unknown effect", replace("mdh", "mhd"), 1, "effects[1]", "did you mean `mdh`"),
+        row("nothing like it", replace("mdh", "phlogiston"), 1, "effects[1]", "catalogue"),
+        row("joint that is not there", replace(":2", ":9"), 2, "effects[2]", "joint_compliance:J"),
+        row("argument too many", replace(":2", ":2:3"), 2, "effects[2]", "joint_compliance:J"),
+        row("named twice", replace("mdh", "base_frame"), 1, "effects[1]", "keep one"),
+        row("unknown key", text(|t| format!("{t}effcts = []\n")), 3, "effcts", "did you mean `effects`"),
+        row(
+            "user-written effect",
+            text(|t| {
+                format!(
+                    "{t}\n[[effect]]\nname = \"r\"\nunit = \"deg\"\nterms = [{{ site = \"theta:3\", basis = \"sin(q3)\" }}]\n"
+                )
+            }),
+            4,
+            "effect",
+            "calibench effects",
+        ),
+        row(
+            "user-written effect without terms",
+            text(|t| format!("{t}[[effect]]\nname = \"r\"\nunit = \"deg\"\n")),
+            3,
+            "effect[0].terms",
+            "add `terms`",
+        ),
+    ];
+    in_model.extend(toml());
+
+    let mut in_robot = vec![
+        row("missing file", remove(), None, "", "check the path"),
+        row("unknown key", replace("a_mm = 25.0", "a_mm = 25.0\ncolour = \"orange\""), 14, "link[1].colour", ""),
+        row("missing key", replace("a_mm = 25.0", ""), 11, "link[1].a_mm", "add"),
+        row("key without unit", replace("a_mm = 25.0", "a = 25.0"), 13, "link[1].a", "the unit is part of the name"),
+        row("NaN", replace("a_mm = 25.0", "a_mm = nan"), 13, "link[1].a_mm", "finite"),
+        row("text for a number", replace("a_mm = 25.0", "a_mm = \"25\""), 13, "link[1].a_mm", "a number"),
+        row("limits the wrong way round", replace("min_deg = -90.0", "min_deg = 95.0"), None, "link[1]", ""),
+        row("other format", replace("robot/1", "robot/7"), 1, "format", "calibench-robot/1"),
+    ];
+    in_robot.extend(toml());
+
+    vec![
+        Kind { file: "dataset.toml", specimen: both, read: dataset, mistakes: in_dataset },
+        Kind { file: "samples.csv", specimen: both, read: dataset, mistakes: in_samples },
+        Kind { file: "model.toml", specimen: &[("model.toml", MODEL)], read: model, mistakes: in_model },
+        Kind { file: "robot.toml", specimen: &[("robot.toml", ROBOT)], read: robot, mistakes: in_robot },
+    ]
+}
+
+/// A fresh folder with the good files of a kind.
+fn good(kind: &Kind) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, text) in kind.specimen {
+        fs::write(folder.path().join(name), text).expect("writable");
+    }
+    folder
+}
+
+#[test]
+fn every_mistake_is_named_with_its_place_and_remedy() {
+    let mut wrong = Vec::new();
+    for kind in kinds() {
+        for mistake in &kind.mistakes {
+            let folder = good(&kind);
+            let path = folder.path().join(kind.file);
+            (mistake.corrupt)(&path);
+            let what = format!("{}: {}", kind.file, mistake.name);
+            match (kind.read)(folder.path()) {
+                Ok(()) => wrong.push(format!("{what}: was accepted")),
+                Err(e) => {
+                    // A row that gives no line leaves it open only where the whole file is to blame.
+                    let placed =
+                        e.path == path && (mistake.line.is_none() || e.line == mistake.line) && e.field.contains(mistake.field);
+                    if !placed || !e.remedy.contains(mistake.remedy) || e.problem.is_empty() || e.remedy.is_empty() {
+                        wrong.push(format!("{what}: {e} [line {:?}, field {:?}, remedy {:?}]", e.line, e.field, e.remedy));
+                    }
+                    assert!(!e.to_string().contains('\n'), "{what}: an error is one line: {e}");
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} of the mistakes:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn the_specimens_are_good_whatever_ends_their_lines() {
+    for kind in kinds() {
+        for change in [
+            |t: &str| t.to_owned(),
+            |t: &str| t.replace('\n', "\r\n"),
+            |t: &str| format!("\u{feff}{t}"),
+            |t: &str| format!("{t}\n\n"),
+        ] {
+            let folder = good(&kind);
+            for (name, text) in kind.specimen {
+                fs::write(folder.path().join(name), change(text)).expect("writable");
+            }
+            (kind.read)(folder.path()).unwrap_or_else(|e| panic!("{}: {e}", kind.file));
+        }
+    }
+}
+
+#[test]
+fn random_damage_never_panics() {
+    // Damage of four kinds, one to four at a time; what is still good may be read, what is not is one error of the damaged file.
+    let mut random = ChaCha8Rng::seed_from_u64(20_201_019);
+    for kind in kinds() {
+        let folder = good(&kind);
+        let path = folder.path().join(kind.file);
+        let whole = fs::read(&path).expect("a good specimen");
+        let mut refused = 0;
+        for _ in 0..500 {
+            let mut bytes = whole.clone();
+            for _ in 0..random.random_range(1..5) {
+                if bytes.len() < 2 {
+                    break;
+                }
+                let at = random.random_range(0..bytes.len());
+                let end = at + random.random_range(0..(bytes.len() - at).min(40));
+                match random.random_range(0..4) {
+                    0 => bytes[at] ^= 1 << random.random_range(0..8),
+                    1 => bytes.truncate(at),
+                    2 => drop(bytes.drain(at..end)),
+                    _ => {
+                        let piece = bytes[at..end].to_vec();
+                        bytes.splice(end..end, piece);
+                    }
+                }
+            }
+            fs::write(&path, &bytes).expect("writable");
+            if let Err(e) = (kind.read)(folder.path()) {
+                refused += 1;
+                assert!(!e.problem.is_empty() && !e.remedy.is_empty(), "{e}");
+            }
+        }
+        assert!(refused > 250, "{}: only {refused} of 500 damaged files were refused", kind.file);
+    }
+}
