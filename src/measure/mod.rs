@@ -15,6 +15,9 @@ mod order;
 mod probing;
 mod reading;
 mod response;
+mod draws;
+mod free_poses;
+mod pool;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
@@ -24,3 +27,6 @@ pub use dataset_file::{read_dataset, write_dataset};
 pub use mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master};
 pub use order::interleave;
 pub use probing::{PlannedPose, Probing, ProbingFailure};
+pub use draws::{Margins, PoolError, Refusals};
+pub use free_poses::{Facing, FreePosesRequest, free_poses};
+pub use pool::{Candidate, PoolRequest, ProbedBall, feasible_pool};
