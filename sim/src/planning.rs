@@ -1,18 +1,17 @@
 //! The plan of a scenario: a pool of feasible poses, the selected ones, and the poses for the tracker.
 
-use calibench::identify::{Model, Observability, Problem, ProblemError, Use, independent_parameters};
-use calibench::identify::FitError;
+use calibench::identify::{FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, observability_of};
+use calibench::measure::selection::{Candidates, Quota, Request, Selection, SelectionError, select};
 use calibench::measure::{
-    Candidates, Dataset, Measured, PlannedPose, PoolError, PoolRequest, Quota, Request, Sample, Selection, SelectionError, ball_pool,
-    free_pool, interleave, select,
+    Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample, feasible_pool,
+    free_poses, interleave,
 };
-use calibench::robot::SiteIndex;
-use calibench::robot::{Posture, Surroundings};
+use calibench::robot::Surroundings;
 use calibench::units::{DEG, MM};
-use nalgebra::{Unit, Vector3};
+use nalgebra::{DMatrix, Unit, Vector3};
 use thiserror::Error;
 
-use crate::scenario::{Order, Scenario};
+use crate::scenario::{Order, Scenario, ball_body};
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
@@ -73,24 +72,26 @@ const TRACKER_POOL: usize = 2000;
 /// When a ball cannot be probed or the pool does not determine the model.
 pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
     let cell = scenario.dataset();
-    let surroundings = scenario.surroundings();
-    let pool = ball_pool(&PoolRequest {
+    let balls: Vec<ProbedBall> = cell
+        .balls
+        .iter()
+        .zip(scenario.outward())
+        .map(|(b, outward)| ProbedBall { id: b.id.clone(), centre: b.position, outward, body: Some(ball_body(&b.id)) })
+        .collect();
+    let pool = feasible_pool(&PoolRequest {
         robot: &cell.robot,
         base: &cell.base,
         tool: &cell.tool,
-        balls: &cell.balls.iter().map(|b| b.position).collect::<Vec<_>>(),
-        outward: &scenario.outward(),
-        retreat: Unit::new_normalize(Vector3::repeat(1.0)),
-        retreat_length: scenario.plan.retreat_mm * MM,
+        balls: &balls,
+        approach: retreat(),
+        approach_length: scenario.plan.retreat_mm * MM,
         cone: scenario.plan.cone_deg * DEG,
-        clearance: scenario.plan.clearance_mm * MM,
-        surroundings: &surroundings,
+        surroundings: &scenario.surroundings(),
+        margins: margins(scenario),
         count_per_ball: scenario.plan.pool_per_ball,
         seed,
     })?;
-    let samples = pool.iter().enumerate().map(|(k, c)| {
-        Sample::new(k.to_string(), c.contact.clone(), Measured::Ball { ball: c.ball, reading: None })
-    });
+    let samples = pool.iter().enumerate().map(|(k, c)| Sample::new(k.to_string(), c.q.clone(), Measured::Ball { ball: c.ball, reading: None }));
     let groups: Vec<usize> = pool.iter().map(|c| c.ball).collect();
     let quota = Quota::PerGroup(vec![scenario.plan.poses_per_ball; cell.balls.len()]);
     let (selection, trical) = choose(&cell, samples.collect(), Some(&groups), quota, &scenario.model(), scenario.plan.starts, seed)?;
@@ -102,8 +103,8 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
             id: format!("p{:02}", k + 1),
             ball: pool[p].ball,
             payload: 0,
-            contact: pool[p].contact.clone(),
-            approach: pool[p].approach.clone(),
+            contact: pool[p].q.clone(),
+            approach: pool[p].q_approach.clone(),
         })
         .collect();
     let order = match scenario.plan.order {
@@ -120,22 +121,24 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
 pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanError> {
     let cell = scenario.dataset();
     // The artifact is removed before the tracker measures (paper, section 6); the table stays.
-    let fixed = scenario.surroundings().fixed.into_iter().filter(|s| !on_artifact(&s.name)).collect();
-    let surroundings = Surroundings { fixed, ..scenario.surroundings() };
-    let tracker = Vector3::from(scenario.tracker.position_mm) * MM;
-    let mut posture = Posture::new(&cell.robot);
-    let zero = vec![0.0; SiteIndex::new(cell.robot.joints()).len()];
-    let facing = (scenario.tracker.facing_deg * DEG).cos();
-    let mut sees = |q: &[f64]| {
-        posture.set(&cell.robot, &cell.base, &cell.tool, q, &zero);
-        let tool = posture.world_from_tool(&cell.tool);
-        // The socket opens along -(1, 1, 1) of the tool, where a ball comes from; the reflector looks out of it.
-        let outwards = -(tool.rotation * Vector3::repeat(1.0)).normalize();
-        (tracker - posture.tcp()).normalize().dot(&outwards) > facing
-    };
-    let clearance = scenario.plan.clearance_mm * MM;
-    let count = TRACKER_POOL + scenario.tracker.validation_poses;
-    let mut free = free_pool(&cell.robot, &cell.base, &cell.tool, &surroundings, clearance, count, seed, &mut sees)?;
+    let Surroundings { mut fixed, carried } = scenario.surroundings();
+    fixed.retain(|s| !on_artifact(&s.name));
+    let surroundings = Surroundings { fixed, carried };
+    let mut free = free_poses(&FreePosesRequest {
+        robot: &cell.robot,
+        base: &cell.base,
+        tool: &cell.tool,
+        surroundings: &surroundings,
+        margins: margins(scenario),
+        facing: Some(Facing {
+            // The socket opens where a ball comes from; the reflector looks out of it.
+            looks: -retreat(),
+            tracker: Vector3::from(scenario.tracker.position_mm) * MM,
+            within: scenario.tracker.facing_deg * DEG,
+        }),
+        count: TRACKER_POOL + scenario.tracker.validation_poses,
+        seed,
+    })?;
     let validation = free.split_off(TRACKER_POOL);
     let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(Vector3::zeros())));
     let quota = Quota::Free(scenario.tracker.identification_poses);
@@ -145,7 +148,16 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
 }
 
 fn on_artifact(name: &str) -> bool {
-    name.starts_with("riser") || name.starts_with("stem")
+    ["riser", "stem", "ball"].iter().any(|part| name.starts_with(part))
+}
+
+/// The way out of a ball, in the tool's axes: the middle of the three channels.
+fn retreat() -> Unit<Vector3<f64>> {
+    Unit::new_normalize(Vector3::repeat(1.0))
+}
+
+fn margins(scenario: &Scenario) -> Margins {
+    Margins { clearance: scenario.plan.clearance_mm * MM, ..Margins::default() }
 }
 
 /// Selects by observability of what the pool can tell apart.
@@ -164,13 +176,15 @@ fn choose(
     let problem = Problem::new(&[("pool", &certain)], model, Use::Fit)?;
     let kept = independent_parameters(&problem)?;
     let jacobian = problem.plain_jacobian(&problem.start(), &kept);
-    let candidates = Candidates::new(&jacobian, groups)?;
+    let m = kept.len();
+    let row_major: Vec<f64> = (0..jacobian.nrows()).flat_map(|r| (0..m).map(move |c| (r, c))).map(|at| jacobian[at]).collect();
+    let candidates = Candidates::new(&row_major, m, groups.map_or_else(|| vec![0; certain.samples.len()], <[usize]>::to_vec))?;
     let selection = select(&candidates, &Request { starts, seed, ..Request::new(quota) })?;
-    let rows = nalgebra::DMatrix::from_fn(3 * selection.poses.len(), kept.len(), |r, c| jacobian[(3 * selection.poses[r / 3] + r % 3, c)]);
+    let rows = DMatrix::from_fn(3 * selection.poses.len(), m, |r, c| jacobian[(3 * selection.poses[r / 3] + r % 3, c)]);
     let chosen = Chosen {
         pool: certain.samples.len(),
         parameters: kept.iter().map(|&p| problem.parameters()[p].name.clone()).collect(),
-        observability: Observability::of_jacobian(&rows, selection.poses.len()).map_err(FitError::from)?,
+        observability: observability_of(&rows, selection.poses.len())?,
         starts: selection.starts.iter().map(|s| s.o1).collect(),
     };
     Ok((selection, chosen))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use calibench::assess::Validation;
 use calibench::cell::{Manipulator, TriCal};
-use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
+use calibench::identify::{Calibration, IdentifyError, Use, identify};
 use calibench::measure::{
     Abort, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Dataset, Mastering, MasteringError,
     MasteringSettings, Measured, Sample, SampleSet, Witness, master,
@@ -138,7 +138,9 @@ impl Plans {
 /// When a stage cannot be completed.
 pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dyn Witness) -> Result<Run, RunError> {
     let world = SharedWorld::new(World::new(scenario, &streams));
-    let mastering = master(&mut world.indicators(), &mut world.robot(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default())?;
+    let clock = || world.robot().clock_s();
+    let mastering =
+        master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
     let campaign = probe(scenario, &world, &plans.plan, &mastering, witness);
     if let Some(abort) = &campaign.aborted {
         return Err(abort.clone().into());
@@ -176,8 +178,7 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     };
     let trical = method("trical", trical_data)?;
     let tracker = method("tracker", tracker_data)?;
-    let nothing = Calibration::nominal(&trical.calibration);
-    let before = judge(&nothing, &validation)?;
+    let before = judge(&trical.calibration.as_drawn(), &validation)?;
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
     Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, trical, tracker, validation, before })
 }
@@ -242,9 +243,4 @@ impl Run {
             .filter_map(|(name, band)| Some(Check { name: name.clone(), value: *numbers.get(name.as_str())?, band: *band }))
             .collect()
     }
-}
-
-/// The model that knows nothing: for judging the robot as drawn.
-pub fn drawn() -> Model {
-    Model::of(&[])
 }

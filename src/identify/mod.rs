@@ -3,7 +3,7 @@
 mod calibration;
 mod calibration_file;
 mod fit;
-mod linalg;
+pub(crate) mod linalg;
 mod model;
 mod model_file;
 mod observability;
@@ -11,7 +11,8 @@ mod problem;
 
 pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
 pub use calibration_file::{read_calibration, write_calibration};
-pub use fit::{Fit, FitError, Stop, Unresolved, fit};
+pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};
+pub use linalg::LinalgError;
 pub use model::Model;
 pub use model_file::{ModelFile, check_effects, read_model, write_model};
 pub use observability::Observability;

@@ -18,6 +18,7 @@ mod response;
 mod draws;
 mod free_poses;
 mod pool;
+pub mod selection;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
