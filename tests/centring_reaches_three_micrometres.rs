@@ -142,5 +142,6 @@ fn a_robot_that_strays_as_far_as_the_tolerance_tries_until_it_is_within() {
     }
     // Standard error of the mean: sqrt(1 - p) / p / sqrt(500) = 0.12; six of them either way.
     let mean = steps as f64 / probings as f64;
-    assert!((mean - (1.0 + 1.0 / 0.318)).abs() < 6.0 * 0.12, "{mean} steps");
+    let within = 0.683_f64.powi(3);
+    assert!((mean - (1.0 + 1.0 / within)).abs() < 6.0 * 0.12, "{mean} steps");
 }
