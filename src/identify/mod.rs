@@ -14,6 +14,6 @@ pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};
 pub use linalg::LinalgError;
 pub use model::Model;
-pub use model_file::{ModelFile, check_effects, read_model, write_model};
+pub use model_file::{check_effects, read_model, write_model};
 pub use observability::Observability;
 pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};

@@ -17,6 +17,7 @@ mod reading;
 mod response;
 mod draws;
 mod free_poses;
+mod plan_file;
 mod pool;
 pub mod selection;
 
@@ -30,4 +31,5 @@ pub use order::interleave;
 pub use probing::{PlannedPose, Probing, ProbingFailure};
 pub use draws::{Margins, PoolError, Refusals};
 pub use free_poses::{Facing, FreePosesRequest, free_poses};
+pub use plan_file::{PLAN_FORMAT, read_plan, write_plan};
 pub use pool::{Candidate, PoolRequest, ProbedBall, feasible_pool};
