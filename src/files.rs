@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+mod rows;
 mod toml_document;
 
+pub(crate) use rows::{Record, Rows};
 pub use toml_document::{field_error, parse_toml};
 
 /// What is wrong with a file, where, and what to do about it.

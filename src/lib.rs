@@ -16,6 +16,7 @@ pub mod cell;
 pub mod effects;
 pub mod files;
 pub mod identify;
+pub mod import;
 pub mod measure;
 pub mod report;
 pub mod robot;

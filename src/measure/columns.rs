@@ -2,7 +2,7 @@
 
 /// A column that this version knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Column {
+pub(crate) enum Column {
     Id,
     Kind,
     Joint(usize),
@@ -25,7 +25,7 @@ pub(super) enum Column {
 }
 
 /// Columns that make one quantity: all of them are there, or none.
-pub(super) struct Quantity {
+pub(crate) struct Quantity {
     pub component: fn(usize) -> Column,
     pub count: usize,
 }
@@ -88,5 +88,20 @@ impl Column {
             Column::Torque(i) => format!("tau{}_nm", i + 1),
             Column::Sigma => "sigma_um".into(),
         }
+    }
+
+    /// Its name without the unit, by which an import map calls it: `q1`, `x`, `temp`.
+    pub fn quantity(self) -> String {
+        self.name().split('_').next().unwrap_or_default().to_owned()
+    }
+
+    /// The unit its name ends in: `deg`, `mm`, `um`, `nm`, `s`, `c`; `None` for text and signs.
+    pub fn unit(self) -> Option<String> {
+        self.name().split_once('_').map(|(_, unit)| unit.to_owned())
+    }
+
+    /// Whether it holds a number.
+    pub fn is_number(self) -> bool {
+        self.unit().is_some() || matches!(self, Column::Approach(_) | Column::Plunger(_))
     }
 }

@@ -30,9 +30,17 @@ struct FormatKey {
     format: String,
 }
 
+impl DatasetToml {
+    /// Whether the base is given.
+    pub fn has_base(&self) -> bool {
+        self.base.is_some()
+    }
+}
+
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct DatasetToml {
+pub(crate) struct DatasetToml {
+    #[serde(default)]
     format: String,
     robot: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,7 +48,8 @@ struct DatasetToml {
     /// Whether the controller's own absolute-accuracy option was on.
     #[serde(skip_serializing_if = "Option::is_none")]
     absolute_accuracy: Option<bool>,
-    base: FrameToml,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    base: Option<FrameToml>,
     tool: ToolToml,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     payload: Vec<PayloadToml>,
@@ -153,7 +162,7 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
         return Err(FileError::whole(&path, "is not there", "a dataset is a folder with dataset.toml and samples.csv"));
     }
     let text = read_text(&path)?;
-    let mut dataset = Reading { path: &path, text: &text }.dataset(folder)?;
+    let mut dataset = Reading { path: &path, text: &text, within: "" }.whole(folder)?;
     let mut hash = Sha256::new();
     // As the bytes stand, byte-order mark included: `cat dataset.toml samples.csv | sha256sum` gives the same.
     let bytes = std::fs::read(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
@@ -189,31 +198,46 @@ pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> 
     })
 }
 
-/// A `dataset.toml` being read.
-struct Reading<'a> {
-    path: &'a Path,
-    text: &'a str,
+/// A `dataset.toml`, or the table of the same keys of another file, being read.
+pub(crate) struct Reading<'a> {
+    pub path: &'a Path,
+    pub text: &'a str,
+    /// Where the table stands, with the dot after it.
+    pub within: &'a str,
 }
 
 impl Reading<'_> {
     fn wrong(&self, key: impl AsRef<str>, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
-        field_error(self.path, self.text, key.as_ref(), problem, remedy)
+        field_error(self.path, self.text, &format!("{}{}", self.within, key.as_ref()), problem, remedy)
     }
 
-    fn dataset(&self, folder: &Path) -> Result<Dataset, FileError> {
+    /// The content of a whole `dataset.toml` in `folder`.
+    fn whole(&self, folder: &Path) -> Result<Dataset, FileError> {
         // The format first: a later one may have keys that are unknown here.
         if let Ok(FormatKey { format }) = toml::from_str(self.text)
             && format != FORMAT
         {
-            return Err(self.wrong("format", format!("`{format}` is not read by this version"), format!("write `{FORMAT}`")));
+            let problem = format!("`{format}` is not read by this version");
+            return Err(self.wrong("format", problem, format!("write `{FORMAT}`")));
         }
         let file: DatasetToml = parse_toml(self.path, self.text)?;
+        if file.format.is_empty() {
+            return Err(self.wrong("format", "is missing", format!("add `format = \"{FORMAT}\"`")));
+        }
+        if file.base.is_none() {
+            return Err(self.wrong("base", "is missing", "add `[base]`, the nominal base of the robot in the world"));
+        }
+        self.dataset(file, folder)
+    }
+
+    /// The dataset that the keys describe, without its samples; its base is the world's frame where none is given.
+    pub fn dataset(&self, file: DatasetToml, folder: &Path) -> Result<Dataset, FileError> {
         let robot = self.robot(&file.robot, folder)?;
         let payloads = self.payloads(&file.payload)?;
         let balls = self.balls(&file.ball)?;
         let t = &file.tool;
         Ok(Dataset {
-            base: frame([file.base.x_mm, file.base.y_mm, file.base.z_mm], [file.base.a_deg, file.base.b_deg, file.base.c_deg]),
+            base: file.base.map_or(FramePose::default(), |b| frame([b.x_mm, b.y_mm, b.z_mm], [b.a_deg, b.b_deg, b.c_deg])),
             tool: frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg]),
             tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
             tool_free: t.free,
@@ -388,7 +412,7 @@ fn describe(dataset: &Dataset) -> DatasetToml {
         robot: dataset.robot_reference.clone(),
         gravity_m_s2: Some(dataset.gravity.into()),
         absolute_accuracy: dataset.absolute_accuracy,
-        base,
+        base: Some(base),
         tool,
         payload: if dataset.payloads == [Payload::none()] {
             Vec::new()

@@ -26,6 +26,9 @@ pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Ph
 pub use centring_failure::{CentringFailure, Suspicion};
 pub use dataset::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Measured, Noise, Sample, SampleSet};
 pub use dataset_file::{read_dataset, write_dataset};
+pub(crate) use columns::Column;
+pub(crate) use dataset_file::{DatasetToml, Reading};
+pub(crate) use samples_file::{Header, Row, number};
 pub use mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master};
 pub use order::interleave;
 pub use probing::{PlannedPose, Probing, ProbingFailure};

@@ -1,21 +1,18 @@
 //! `samples.csv`: one row a measurement. Every mistake is one error that names line, column and remedy.
 
 use std::collections::{HashMap, HashSet};
-use std::io::{BufRead, Read};
+use std::io::{BufReader, Read};
 use std::path::Path;
 
-use csv::StringRecord;
 use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::columns::Column;
 use super::{Dataset, Measured, Sample, SampleSet};
-use crate::files::{FileError, name_remedy};
+use crate::files::{FileError, Record, Rows, name_remedy};
 use crate::robot::Robot;
 use crate::units::{DEG, MM, UM, readable};
 
-/// Longest row, bytes: a row of a seven-joint arm with every column takes about a thousand.
-const LONGEST_ROW: u64 = 1 << 20;
 /// Most rows: a measurement takes seconds, so this is years of them.
 const MOST_ROWS: usize = 10_000_000;
 /// How far a reported joint may lie outside its limits, rad: controllers round, and limits are given to the degree.
@@ -31,7 +28,7 @@ pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256
     let file = std::fs::File::open(path).map_err(|e| {
         FileError::whole(path, format!("cannot be read: {e}"), "a dataset is a folder with dataset.toml and samples.csv")
     })?;
-    let mut rows = Rows { input: std::io::BufReader::new(file), path, hash, next_line: 1 };
+    let mut rows = Rows::new(BufReader::new(Hashed { input: file, hash }), path, b',');
     let Some(titles) = rows.next()? else {
         return Err(FileError::whole(path, "is empty", "give a header line and one row a measurement"));
     };
@@ -62,114 +59,36 @@ pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256
     Ok(())
 }
 
-/// A row of the file, split into its fields.
-struct Record {
-    line: usize,
-    fields: StringRecord,
-    /// The file ended without ending this line.
-    cut: bool,
-}
-
-/// The rows of a CSV file with their true line numbers, in bounded memory.
-struct Rows<'a, R> {
+/// A reader that hashes what passes.
+struct Hashed<'a, R> {
     input: R,
-    path: &'a Path,
     hash: &'a mut Sha256,
-    next_line: usize,
 }
 
-impl<R: BufRead> Rows<'_, R> {
-    fn error(&self, line: usize, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
-        FileError { line: Some(line), ..FileError::whole(self.path, problem, remedy) }
-    }
-
-    /// The next row that is not blank.
-    fn next(&mut self) -> Result<Option<Record>, FileError> {
-        loop {
-            let line = self.next_line;
-            let bytes = self.next_bytes()?;
-            if bytes.is_empty() {
-                return Ok(None);
-            }
-            let text = if line == 1 { bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes) } else { &bytes[..] };
-            if text.trim_ascii().is_empty() {
-                continue;
-            }
-            let mut fields = StringRecord::new();
-            csv::ReaderBuilder::new()
-                .has_headers(false)
-                .flexible(true)
-                .buffer_capacity(text.len())
-                .from_reader(text)
-                .read_record(&mut fields)
-                .map_err(|e| match e.kind() {
-                    csv::ErrorKind::Utf8 { .. } => self.error(line, "is not UTF-8 text", "save the file as UTF-8"),
-                    _ => self.error(line, e.to_string(), "correct the row"),
-                })?;
-            return Ok(Some(Record { line, fields, cut: bytes.last() != Some(&b'\n') }));
-        }
-    }
-
-    /// The bytes of the next row: one line, or more when quotes hold line breaks. Empty at the end of the file.
-    fn next_bytes(&mut self) -> Result<Vec<u8>, FileError> {
-        let line = self.next_line;
-        let mut bytes = Vec::new();
-        let mut quotes = Quotes::FieldStart;
-        loop {
-            let start = bytes.len();
-            // One more than allowed, so that too long a row is told from one that just fits.
-            let read = Read::take(&mut self.input, LONGEST_ROW + 1 - start as u64)
-                .read_until(b'\n', &mut bytes)
-                .map_err(|e| FileError::whole(self.path, format!("cannot be read: {e}"), "check the disk"))?;
-            if bytes.len() as u64 > LONGEST_ROW {
-                return Err(self.error(
-                    line,
-                    "a row is longer than 1 MiB",
-                    "check that quotes are closed and that the file is text",
-                ));
-            }
-            self.hash.update(&bytes[start..]);
-            self.next_line += usize::from(bytes[start..].ends_with(b"\n"));
-            quotes = bytes[start..].iter().fold(quotes, |state, &b| state.after(b));
-            match (quotes, read) {
-                (Quotes::Inside, 0) => return Err(self.error(line, "a quote is opened and never closed", "close it")),
-                (Quotes::Inside, _) => {}
-                _ => return Ok(bytes),
-            }
-        }
-    }
-}
-
-/// Where in a row the reading stands: a line break between quotes does not end it.
-#[derive(Clone, Copy, PartialEq)]
-enum Quotes {
-    FieldStart,
-    Outside,
-    Inside,
-    /// After a quote between quotes: the end, or the first of two that stand for one.
-    Closing,
-}
-
-impl Quotes {
-    fn after(self, byte: u8) -> Quotes {
-        match (self, byte) {
-            (Quotes::FieldStart | Quotes::Closing, b'"') => Quotes::Inside,
-            (Quotes::Inside, b'"') => Quotes::Closing,
-            (Quotes::Inside, _) => Quotes::Inside,
-            (_, b',' | b'\n') => Quotes::FieldStart,
-            _ => Quotes::Outside,
-        }
+impl<R: Read> Read for Hashed<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.input.read(buffer)?;
+        self.hash.update(&buffer[..read]);
+        Ok(read)
     }
 }
 
 /// Which column stands where.
-struct Header {
+pub(crate) struct Header {
     names: Vec<String>,
     place: HashMap<Column, usize>,
     extra: Vec<(String, usize)>,
 }
 
 impl Header {
+    /// A header of columns already known, then free ones.
+    pub fn new(columns: &[Column], extra: &[String]) -> Header {
+        let names = columns.iter().map(|c| c.name()).chain(extra.iter().cloned()).collect();
+        let place = columns.iter().enumerate().map(|(place, column)| (*column, place)).collect();
+        let extra = extra.iter().enumerate().map(|(k, name)| (name.clone(), columns.len() + k)).collect();
+        Header { names, place, extra }
+    }
+
     fn parse(path: &Path, titles: &Record, dataset: &Dataset) -> Result<Header, FileError> {
         let joints = dataset.robot.joints();
         let error = |field: &str, problem: String, remedy: String| FileError {
@@ -239,10 +158,10 @@ impl Header {
 }
 
 /// One row, read by column.
-struct Row<'a> {
-    path: &'a Path,
-    header: &'a Header,
-    record: &'a Record,
+pub(crate) struct Row<'a> {
+    pub path: &'a Path,
+    pub header: &'a Header,
+    pub record: &'a Record,
 }
 
 impl<'a> Row<'a> {
@@ -397,7 +316,8 @@ impl<'a> Row<'a> {
         Ok(measured)
     }
 
-    fn sample(&self, dataset: &Dataset) -> Result<Sample, FileError> {
+    /// The measurement of this row.
+    pub fn sample(&self, dataset: &Dataset) -> Result<Sample, FileError> {
         self.count_fields()?;
         let robot: &Robot = &dataset.robot;
         let joints = robot.joints();
@@ -527,7 +447,7 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
 }
 
 /// A quantity as a decimal number, in scientific notation where plain digits would be unreadable.
-fn number(si: f64, unit: f64) -> String {
+pub(crate) fn number(si: f64, unit: f64) -> String {
     let value = readable(si, unit);
     let size = value.abs();
     if size == 0.0 || (1e-7..1e15).contains(&size) { format!("{value}") } else { format!("{value:e}") }

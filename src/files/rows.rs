@@ -1,0 +1,118 @@
+//! The rows of a CSV file, each with the line it begins on, in bounded memory.
+
+use std::io::{BufRead, Read};
+use std::path::Path;
+
+use csv::StringRecord;
+
+use super::FileError;
+
+/// Longest row, bytes: a row of a seven-joint arm with every column takes about a thousand.
+const LONGEST_ROW: u64 = 1 << 20;
+
+/// A row of the file, split into its fields.
+pub(crate) struct Record {
+    /// Line it begins on, counted from 1.
+    pub line: usize,
+    /// Its fields.
+    pub fields: StringRecord,
+    /// The file ended without ending this line.
+    pub cut: bool,
+}
+
+/// The rows of a CSV file with their true line numbers, in bounded memory.
+pub(crate) struct Rows<'a, R> {
+    input: R,
+    path: &'a Path,
+    delimiter: u8,
+    next_line: usize,
+}
+
+impl<'a, R: BufRead> Rows<'a, R> {
+    /// The rows of `input`, which is the content of `path`.
+    pub fn new(input: R, path: &'a Path, delimiter: u8) -> Self {
+        Rows { input, path, delimiter, next_line: 1 }
+    }
+
+    fn error(&self, line: usize, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
+        FileError { line: Some(line), ..FileError::whole(self.path, problem, remedy) }
+    }
+
+    /// The next row that is not blank.
+    pub fn next(&mut self) -> Result<Option<Record>, FileError> {
+        loop {
+            let line = self.next_line;
+            let bytes = self.next_bytes()?;
+            if bytes.is_empty() {
+                return Ok(None);
+            }
+            let text = if line == 1 { bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes) } else { &bytes[..] };
+            if text.trim_ascii().is_empty() {
+                continue;
+            }
+            let mut fields = StringRecord::new();
+            csv::ReaderBuilder::new()
+                .has_headers(false)
+                .flexible(true)
+                .delimiter(self.delimiter)
+                .buffer_capacity(text.len())
+                .from_reader(text)
+                .read_record(&mut fields)
+                .map_err(|e| match e.kind() {
+                    csv::ErrorKind::Utf8 { .. } => self.error(line, "is not UTF-8 text", "save the file as UTF-8"),
+                    _ => self.error(line, e.to_string(), "correct the row"),
+                })?;
+            return Ok(Some(Record { line, fields, cut: bytes.last() != Some(&b'\n') }));
+        }
+    }
+
+    /// The bytes of the next row: one line, or more when quotes hold line breaks. Empty at the end of the file.
+    fn next_bytes(&mut self) -> Result<Vec<u8>, FileError> {
+        let line = self.next_line;
+        let mut bytes = Vec::new();
+        let mut quotes = Quotes::FieldStart;
+        loop {
+            let start = bytes.len();
+            // One more than allowed, so that too long a row is told from one that just fits.
+            let read = Read::take(&mut self.input, LONGEST_ROW + 1 - start as u64)
+                .read_until(b'\n', &mut bytes)
+                .map_err(|e| FileError::whole(self.path, format!("cannot be read: {e}"), "check the disk"))?;
+            if bytes.len() as u64 > LONGEST_ROW {
+                return Err(self.error(
+                    line,
+                    "a row is longer than 1 MiB",
+                    "check that quotes are closed and that the file is text",
+                ));
+            }
+            self.next_line += usize::from(bytes[start..].ends_with(b"\n"));
+            quotes = bytes[start..].iter().fold(quotes, |state, &b| state.after(b, self.delimiter));
+            match (quotes, read) {
+                (Quotes::Inside, 0) => return Err(self.error(line, "a quote is opened and never closed", "close it")),
+                (Quotes::Inside, _) => {}
+                _ => return Ok(bytes),
+            }
+        }
+    }
+}
+
+/// Where in a row the reading stands: a line break between quotes does not end it.
+#[derive(Clone, Copy, PartialEq)]
+enum Quotes {
+    FieldStart,
+    Outside,
+    Inside,
+    /// After a quote between quotes: the end, or the first of two that stand for one.
+    Closing,
+}
+
+impl Quotes {
+    fn after(self, byte: u8, delimiter: u8) -> Quotes {
+        match (self, byte) {
+            (Quotes::FieldStart | Quotes::Closing, b'"') => Quotes::Inside,
+            (Quotes::Inside, b'"') => Quotes::Closing,
+            (Quotes::Inside, _) => Quotes::Inside,
+            (_, b) if b == delimiter || b == b'\n' => Quotes::FieldStart,
+            _ => Quotes::Outside,
+        }
+    }
+}

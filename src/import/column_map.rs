@@ -1,0 +1,200 @@
+//! Which column of somebody's table is which of ours, in which unit.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::files::{FileError, field_error, name_remedy, parse_toml};
+use crate::measure::{Column, Dataset, DatasetToml, Reading};
+use crate::units::{DEG, MM, UM};
+
+/// The format this version reads.
+const FORMAT: &str = "calibench-import/1";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapToml {
+    format: String,
+    #[serde(default = "comma")]
+    delimiter: char,
+    #[serde(default = "point")]
+    decimal: char,
+    #[serde(default = "yes")]
+    header: bool,
+    #[serde(default)]
+    session_per_file: bool,
+    #[serde(default = "point_kind")]
+    kind: String,
+    columns: BTreeMap<String, Source>,
+    dataset: DatasetToml,
+}
+
+fn comma() -> char {
+    ','
+}
+
+fn point() -> char {
+    '.'
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn point_kind() -> String {
+    "point".into()
+}
+
+/// Where a quantity comes from: `scale * column + offset - minus`, in `unit`.
+#[derive(Deserialize, Debug, Clone)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Source {
+    pub column: ColumnName,
+    unit: Option<String>,
+    #[serde(default = "one")]
+    pub scale: f64,
+    #[serde(default)]
+    pub offset: f64,
+    pub minus: Option<ColumnName>,
+    /// The column may be missing from a file.
+    #[serde(default)]
+    pub optional: bool,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// A column of the source: by its title, or by its place, counted from 1.
+#[derive(Deserialize, Debug, Clone, PartialEq)]
+#[serde(untagged)]
+pub(super) enum ColumnName {
+    Title(String),
+    Place(usize),
+}
+
+/// What a source's number is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Measure {
+    /// This many SI units each.
+    Si(f64),
+    /// A date and time of day, written yyyymmddhhmmss.
+    Timestamp,
+}
+
+/// A column of ours that a map fills.
+#[derive(Debug, Clone)]
+pub(super) struct MappedColumn {
+    pub column: Column,
+    /// What its number is; `None` for text.
+    pub measure: Option<Measure>,
+    pub source: Source,
+}
+
+/// A column map, checked.
+#[derive(Debug, Clone)]
+pub(super) struct ColumnMap {
+    pub delimiter: u8,
+    pub decimal: char,
+    pub header: bool,
+    pub session_per_file: bool,
+    /// Of every row, where no column says it.
+    pub kind: String,
+    pub columns: Vec<MappedColumn>,
+    /// Free columns, copied as they are.
+    pub extra: Vec<(String, Source)>,
+    /// Whether the map gives the base.
+    pub has_base: bool,
+}
+
+impl ColumnMap {
+    /// Reads a map and the description of the dataset that it holds; a robot file is sought from `folder`.
+    pub fn parse(path: &Path, text: &str, folder: &Path) -> Result<(ColumnMap, Dataset), FileError> {
+        let wrong = |key: &str, problem: String, remedy: String| Err(field_error(path, text, key, problem, remedy));
+        let file: MapToml = parse_toml(path, text)?;
+        if file.format != FORMAT {
+            return wrong("format", format!("`{}` is not read by this version", file.format), format!("write `{FORMAT}`"));
+        }
+        let Ok(delimiter) = u8::try_from(file.delimiter) else {
+            return wrong("delimiter", format!("`{}` cannot separate fields", file.delimiter), "use `,`, `;` or a tab".into());
+        };
+        if !matches!(file.decimal, '.' | ',') || file.decimal == file.delimiter {
+            return wrong("decimal", format!("`{}` cannot be the decimal sign here", file.decimal), "use `.` or `,`".into());
+        }
+        if !["ball", "point", "distance"].contains(&file.kind.as_str()) {
+            return wrong("kind", format!("`{}` is not a kind", file.kind), "write `point`, `ball` or `distance`".into());
+        }
+        let has_base = file.dataset.has_base();
+        let dataset = Reading { path, text, within: "dataset." }.dataset(file.dataset, folder)?;
+        let known = Column::all(dataset.robot.joints());
+        let names: Vec<String> = known.iter().map(|c| c.quantity()).collect();
+        let mut map = ColumnMap {
+            delimiter,
+            decimal: file.decimal,
+            header: file.header,
+            session_per_file: file.session_per_file,
+            kind: file.kind,
+            columns: Vec::new(),
+            extra: Vec::new(),
+            has_base,
+        };
+        for (name, source) in file.columns {
+            let key = format!("columns.{name}");
+            for (part, column) in [("column", Some(&source.column)), ("minus", source.minus.as_ref())] {
+                let titled = matches!(column, Some(ColumnName::Title(_)));
+                if titled && !map.header || column == Some(&ColumnName::Place(0)) {
+                    let problem = "columns of a table without a header have places, the first is 1";
+                    return wrong(&format!("{key}.{part}"), problem.into(), "give the place as a number".into());
+                }
+            }
+            if name.starts_with("extra_") {
+                map.extra.push((name, source));
+                continue;
+            }
+            let Some(k) = names.iter().position(|n| *n == name) else {
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                return wrong(&key, "there is no such quantity".into(), name_remedy(&name, &names));
+            };
+            let column = known[k];
+            let measure = match (column.unit(), source.unit.as_deref()) {
+                (None, None) => column.is_number().then_some(Measure::Si(1.0)),
+                (None, Some(_)) => return wrong(&format!("{key}.unit"), format!("`{name}` has no unit"), "remove it".into()),
+                (Some(ours), given) => {
+                    let units = units_like(&ours);
+                    let Some((_, measure)) = units.iter().find(|(unit, _)| Some(*unit) == given) else {
+                        let problem =
+                            given.map_or("the unit is missing".into(), |u| format!("`{u}` is not a unit of `{name}`"));
+                        let list: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
+                        return wrong(&format!("{key}.unit"), problem, format!("give one of {}", list.join(", ")));
+                    };
+                    Some(*measure)
+                }
+            };
+            map.columns.push(MappedColumn { column, measure, source });
+        }
+        map.columns.sort_by_key(|m| known.iter().position(|c| *c == m.column));
+        Ok((map, dataset))
+    }
+
+    /// Whether a column of the source fills this one of ours.
+    pub fn fills(&self, column: Column) -> bool {
+        self.columns.iter().any(|m| m.column == column)
+    }
+}
+
+/// The units in which a quantity may be given that we write in `unit`.
+fn units_like(unit: &str) -> &'static [(&'static str, Measure)] {
+    match unit {
+        "deg" => &[("deg", Measure::Si(DEG)), ("rad", Measure::Si(1.0))],
+        "mm" | "um" => &[("mm", Measure::Si(MM)), ("m", Measure::Si(1.0)), ("um", Measure::Si(UM))],
+        "s" => &[
+            ("s", Measure::Si(1.0)),
+            ("ms", Measure::Si(1e-3)),
+            ("min", Measure::Si(60.0)),
+            ("yyyymmddhhmmss", Measure::Timestamp),
+        ],
+        "c" => &[("c", Measure::Si(1.0))],
+        _ => &[("nm", Measure::Si(1.0))],
+    }
+}

@@ -1,0 +1,43 @@
+//! `generic`: any delimited table, by a map of its columns (see `docs/importing.md`).
+
+use std::path::{Path, PathBuf};
+
+use super::column_map::ColumnMap;
+use super::initial_setup::fit_base_and_tool;
+use super::table::read_table;
+use super::{ImportError, ImportOptions, ImportReport, labels};
+use crate::files::read_text;
+use crate::measure::{Column, Dataset, SampleSet};
+
+/// Imports files by the map of the options.
+pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
+    let path = options.map.as_ref().ok_or(ImportError::NoMap)?;
+    let text = read_text(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (map, dataset) = ColumnMap::parse(path, &text, folder)?;
+    by_map(&map, dataset, files, &options.sets)
+}
+
+/// Imports files by a map; `sets` has one for each file, or none.
+pub(super) fn by_map(
+    map: &ColumnMap,
+    mut dataset: Dataset,
+    files: &[PathBuf],
+    sets: &[SampleSet],
+) -> Result<(Dataset, ImportReport), ImportError> {
+    let mut report = ImportReport::default();
+    for (k, (file, label)) in files.iter().zip(labels(files)).enumerate() {
+        let mut constants = vec![(Column::Kind, map.kind.clone())];
+        if map.session_per_file {
+            constants.push((Column::Session, label.clone()));
+        }
+        if sets.get(k) == Some(&SampleSet::Validation) {
+            constants.push((Column::Set, "validation".into()));
+        }
+        read_table(file, &label, map, &constants, &mut dataset, &mut report)?;
+    }
+    if !map.has_base {
+        fit_base_and_tool(&mut dataset);
+    }
+    Ok((dataset, report))
+}

@@ -1,0 +1,132 @@
+//! `mukca`: a ball on a Franka Panda seated by hand in printed sockets (github.com/platonics-delft/kinematics_calibration).
+//!
+//! `<place>/hole_{0,1}.csv` has one row a seating. Where the sockets are is unknown; that the two of a place are 50 mm apart is known.
+//! Every socket is a free ball, and the TCP is free. The world is the robot's base.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::column_map::ColumnMap;
+use super::initial_setup::flanges;
+use super::table::read_table;
+use super::{ImportError, ImportOptions, ImportReport};
+use crate::files::FileError;
+use crate::measure::{Ball, BallDistance, Column, Dataset, Measured, SampleSet};
+use crate::robot::Pose;
+use crate::units::{MM, UM};
+
+/// Between the two sockets of a place, m; and how well a printed part keeps it.
+const SOCKETS_APART: f64 = 50.0 * MM;
+const SOCKETS_APART_SIGMA: f64 = 100.0 * UM;
+/// How deep below a folder files are sought: robot / place / file.
+const DEPTH: usize = 3;
+
+/// Imports the files, or all `hole_*.csv` below the folders.
+pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
+    let (map, mut dataset) = ColumnMap::parse(Path::new("maps/mukca.toml"), include_str!("maps/mukca.toml"), Path::new(""))?;
+    let mut found: Vec<(PathBuf, SampleSet)> = Vec::new();
+    for (k, file) in files.iter().enumerate() {
+        let set = options.sets.get(k).copied().unwrap_or_default();
+        let before = found.len();
+        sockets_below(file, DEPTH, &mut |path| found.push((path, set)))?;
+        if found.len() == before {
+            return Err(FileError::whole(
+                file,
+                "holds no hole_0.csv or hole_1.csv",
+                "name the folder of one robot, such as panda_3",
+            )
+            .into());
+        }
+    }
+    found.sort_by(|a, b| a.0.cmp(&b.0));
+    found.dedup_by(|a, b| a.0 == b.0);
+    let robot_folder = |path: &Path| path.parent().and_then(Path::parent).map(Path::to_path_buf).unwrap_or_default();
+    if let Some((other, _)) = found.iter().find(|(path, _)| robot_folder(path) != robot_folder(&found[0].0)) {
+        return Err(ImportError::TwoRobots { one: robot_folder(&found[0].0), other: robot_folder(other) });
+    }
+    let mut report = ImportReport::default();
+    for (path, set) in &found {
+        let name = |p: Option<&Path>| p.and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let id = format!("{}/{}", name(path.parent()), name(Some(&path.with_extension(""))));
+        dataset.balls.push(Ball { id: id.clone(), position: Vector3::zeros(), sigma: 0.0, free: true });
+        let mut constants = vec![(Column::Kind, "ball".into()), (Column::Ball, id.clone())];
+        if *set == SampleSet::Validation {
+            constants.push((Column::Set, "validation".into()));
+        }
+        read_table(path, &id, &map, &constants, &mut dataset, &mut report)?;
+    }
+    pair_sockets(&mut dataset);
+    place_sockets(&mut dataset);
+    Ok((dataset, report))
+}
+
+/// Calls `take` for every `hole_*.csv` at or below `path`; `_pose.csv` is the controller's own opinion.
+fn sockets_below(path: &Path, depth: usize, take: &mut dyn FnMut(PathBuf)) -> Result<(), FileError> {
+    let fail = |e: std::io::Error| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions");
+    if !path.is_dir() {
+        take(path.to_owned());
+        return Ok(());
+    }
+    let mut inside: BTreeSet<PathBuf> = BTreeSet::new();
+    for entry in std::fs::read_dir(path).map_err(fail)? {
+        inside.insert(entry.map_err(fail)?.path());
+    }
+    for entry in inside {
+        let name = entry.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let is_socket =
+            name.strip_prefix("hole_").and_then(|n| n.strip_suffix(".csv")).is_some_and(|n| n.parse::<u32>().is_ok());
+        if entry.is_dir() && depth > 1 {
+            sockets_below(&entry, depth - 1, take)?;
+        } else if is_socket {
+            take(entry);
+        }
+    }
+    Ok(())
+}
+
+/// Ties the two sockets of each place.
+fn pair_sockets(dataset: &mut Dataset) {
+    let place = |b: &Ball| b.id.rsplit_once('/').map(|(place, _)| place.to_owned());
+    for k in 1..dataset.balls.len() {
+        if place(&dataset.balls[k - 1]) == place(&dataset.balls[k]) {
+            dataset.ball_distances.push(BallDistance {
+                between: [k - 1, k],
+                distance: SOCKETS_APART,
+                sigma: SOCKETS_APART_SIGMA,
+            });
+        }
+    }
+}
+
+/// The TCP that scatters the seatings of each socket least on the nominal arm, and the sockets where it then puts them.
+///
+/// With flange poses (R, p) the ball is at `R t + p`; the scatter about the mean of a socket is linear in t.
+fn place_sockets(dataset: &mut Dataset) {
+    let poses: Vec<Pose> = flanges(dataset).collect();
+    let of_socket = |ball: usize| {
+        let seated = move |m: &Measured| matches!(m, Measured::Ball { ball: b, .. } if *b == ball);
+        dataset.samples.iter().zip(&poses).filter(move |(s, _)| seated(&s.measured)).map(|(_, pose)| *pose)
+    };
+    let means: Vec<(Matrix3<f64>, Vector3<f64>)> = (0..dataset.balls.len())
+        .map(|ball| {
+            let count = of_socket(ball).count() as f64;
+            let rotation = of_socket(ball).map(|p| *p.rotation.matrix()).sum::<Matrix3<f64>>() / count;
+            (rotation, of_socket(ball).map(|p| p.translation.vector).sum::<Vector3<f64>>() / count)
+        })
+        .collect();
+    let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (ball, (rotation, position)) in means.iter().enumerate() {
+        for pose in of_socket(ball) {
+            let turned = pose.rotation.matrix() - rotation;
+            normal += turned.transpose() * turned;
+            right -= turned.transpose() * (pose.translation.vector - position);
+        }
+    }
+    let Some(tool) = normal.cholesky().map(|c| c.solve(&right)) else { return };
+    for (ball, (rotation, position)) in means.iter().enumerate() {
+        dataset.balls[ball].position = rotation * tool + position;
+    }
+    dataset.tool.xyz = tool.into();
+}

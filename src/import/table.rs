@@ -1,0 +1,201 @@
+//! A table of somebody's measurements, row by row, through a column map.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use csv::StringRecord;
+
+use super::column_map::{ColumnMap, ColumnName, Measure, Source};
+use super::{ImportError, ImportReport, Skipped};
+use crate::files::{FileError, Record, Rows};
+use crate::measure::{Column, Dataset, Header, Row, number};
+use crate::units::{DEG, MM, UM};
+
+/// Where the numbers of a source stand in a row.
+struct Places {
+    column: Option<usize>,
+    minus: Option<usize>,
+}
+
+/// Reads the rows of `path` into `dataset`. `constants` are columns of ours that are the same in every row; ids are `label:line`.
+pub(super) fn read_table(
+    path: &Path,
+    label: &str,
+    map: &ColumnMap,
+    constants: &[(Column, String)],
+    dataset: &mut Dataset,
+    report: &mut ImportReport,
+) -> Result<(), ImportError> {
+    if path.is_dir() {
+        return Err(FileError::whole(path, "is a directory", "name the files in it").into());
+    }
+    let file = File::open(path).map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path"))?;
+    let mut rows = Rows::new(BufReader::new(file), path, map.delimiter);
+    let titles = if map.header { rows.next()? } else { None };
+    let titles: Option<Vec<String>> = titles.map(|t| t.fields.iter().map(|t| t.trim().to_owned()).collect());
+    let place = |source: &Source| place(path, titles.as_deref(), source);
+    let places = map.columns.iter().map(|m| place(&m.source)).collect::<Result<Vec<Places>, FileError>>()?;
+    let extra = map.extra.iter().map(|(_, source)| place(source)).collect::<Result<Vec<Places>, FileError>>()?;
+
+    let constants: Vec<&(Column, String)> = constants.iter().filter(|(c, _)| !map.fills(*c)).collect();
+    let own_id = !map.fills(Column::Id);
+    let columns: Vec<Column> = map
+        .columns
+        .iter()
+        .map(|m| m.column)
+        .chain(constants.iter().map(|(c, _)| *c))
+        .chain(own_id.then_some(Column::Id))
+        .collect();
+    let names: Vec<String> = map.extra.iter().map(|(name, _)| name.clone()).collect();
+    let header = Header::new(&columns, &names);
+    let first = dataset.samples.len();
+    let (mut read, mut first_reason, mut dated) = (0, None, true);
+    let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
+    while let Some(source) = rows.next()? {
+        read += 1;
+        let mut skip = |reason: String| {
+            first_reason.get_or_insert_with(|| reason.clone());
+            report.skipped.push(Skipped { path: path.into(), line: source.line, reason });
+        };
+        let mut fields = Vec::with_capacity(columns.len() + extra.len());
+        let mut reason = None;
+        for (mapped, place) in map.columns.iter().zip(&places) {
+            match value(&source.fields, place, &mapped.source, mapped.measure, mapped.column, map.decimal) {
+                Ok(text) => {
+                    dated &= mapped.measure != Some(Measure::Timestamp) || !text.is_empty();
+                    fields.push(text);
+                }
+                Err(problem) => reason = reason.or(Some(problem)),
+            }
+        }
+        if let Some(reason) = reason {
+            skip(reason);
+            continue;
+        }
+        if let Some(line) = seen.insert(fields.clone(), source.line) {
+            skip(format!("the same as line {line}"));
+            continue;
+        }
+        fields.extend(constants.iter().map(|(_, text)| text.clone()));
+        fields.extend(own_id.then(|| format!("{label}:{}", source.line)));
+        fields.extend(
+            extra
+                .iter()
+                .map(|p| p.column.and_then(|k| source.fields.get(k)).unwrap_or_default().trim().replace(map.decimal, ".")),
+        );
+        let record = Record { line: source.line, fields: StringRecord::from(fields), cut: false };
+        dataset.samples.push(Row { path, header: &header, record: &record }.sample(dataset)?);
+    }
+    let kept = dataset.samples.len() - first;
+    if kept == 0 {
+        let reason = first_reason.unwrap_or_else(|| "there is none".into());
+        return Err(ImportError::NothingKept { path: path.into(), rows: read, reason });
+    }
+    report.rows_read += read;
+    report.rows_kept += kept;
+    let timed = map.columns.iter().any(|m| m.measure == Some(Measure::Timestamp));
+    if timed && !dated {
+        dataset.samples[first..].iter_mut().for_each(|s| s.time_s = None);
+        report.notes.push(format!("{}: its times of day are not whole, so its rows have no time", path.display()));
+    } else if timed {
+        let begun = dataset.samples[first..].iter().filter_map(|s| s.time_s).fold(f64::INFINITY, f64::min);
+        dataset.samples[first..].iter_mut().for_each(|s| s.time_s = s.time_s.map(|t| t - begun));
+    }
+    dataset.extra_columns = names;
+    Ok(())
+}
+
+/// Finds a source in the header.
+fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Places, FileError> {
+    let find = |name: &ColumnName| match name {
+        ColumnName::Place(place) => Ok(Some(place - 1)),
+        ColumnName::Title(title) => match titles.unwrap_or_default().iter().position(|t| t == title) {
+            None if !source.optional => Err(FileError {
+                path: path.into(),
+                line: Some(1),
+                field: title.clone(),
+                problem: "there is no such column".into(),
+                remedy: format!("this file has {}", titles.unwrap_or_default().join(", ")),
+            }),
+            place => Ok(place),
+        },
+    };
+    Ok(Places { column: find(&source.column)?, minus: source.minus.as_ref().map(find).transpose()?.flatten() })
+}
+
+/// What is written in a column of ours; empty where an optional source has nothing. The error is why the row cannot be used.
+fn value(
+    fields: &StringRecord,
+    places: &Places,
+    source: &Source,
+    measure: Option<Measure>,
+    column: Column,
+    decimal: char,
+) -> Result<String, String> {
+    let field = |place: usize| fields.get(place).map(str::trim).unwrap_or_default();
+    let Some(text) = places.column.map(field).filter(|t| !t.is_empty()) else {
+        return if source.optional { Ok(String::new()) } else { Err(format!("{} is empty", column.quantity())) };
+    };
+    let parse = |text: &str| match text.replace(decimal, ".").parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err(format!("{}: `{text}` is not a finite number", column.quantity())),
+    };
+    let Measure::Si(si) = (match measure {
+        None => return Ok(text.to_owned()),
+        Some(measure) => measure,
+    }) else {
+        return Ok(timestamp(text).map(|seconds| seconds.to_string()).unwrap_or_default());
+    };
+    let minus = places.minus.map(|place| parse(field(place))).transpose()?.unwrap_or(0.0);
+    let value = source.scale * parse(text)? + source.offset - minus;
+    let unit = match column.unit().as_deref() {
+        Some("deg") => DEG,
+        Some("mm") => MM,
+        Some("um") => UM,
+        _ => 1.0,
+    };
+    Ok(number(value * si, unit))
+}
+
+/// Seconds of a date and time of day written yyyymmddhhmmss, from 1970 on; `None` where it is not a whole one.
+fn timestamp(text: &str) -> Option<i64> {
+    if text.len() != 14 || !text.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    let part = |from: usize, to: usize| text[from..to].parse::<i64>().ok();
+    let (year, month, day) = (part(0, 4)?, part(4, 6)?, part(6, 8)?);
+    let (hour, minute, second) = (part(8, 10)?, part(10, 12)?, part(12, 14)?);
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || hour > 23 || minute > 59 || second > 60 {
+        return None;
+    }
+    // Days of the proleptic Gregorian calendar, counted in years that begin in March so that the leap day comes last.
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + (153 * month + 2) / 5 + day
+        - 1
+        - 719_468;
+    Some(((days * 24 + hour) * 60 + minute) * 60 + second)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_date_is_counted_as_the_calendar_does() {
+        // `date -u -d '...' +%s`
+        for (text, seconds) in [
+            ("19700101000000", 0),
+            ("20200229235959", 1_583_020_799),
+            ("20200301000000", 1_583_020_800),
+            ("20200714163904", 1_594_744_744),
+            ("21000301000000", 4_107_542_400),
+        ] {
+            assert_eq!(timestamp(text), Some(seconds), "{text}");
+        }
+        for text in ["2,02011E+13", "20201100000000", "2020071416390", "20200714246060"] {
+            assert_eq!(timestamp(text), None, "{text}");
+        }
+    }
+}
