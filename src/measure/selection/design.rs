@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::candidates::{Best, Candidates, Field, LANES, Lanes, Symmetric, Turn};
-use crate::identify::linalg::{Cholesky, LinalgError};
+use crate::identify::linalg::{Cholesky, LinalgError, normal_matrix};
 
 /// Information of an imaginary first measurement, as a share of that of one pose. It keeps a design of too few poses, met on the
 /// way, invertible (DuMouchel & Jones 1994), and is far below what any pose worth keeping adds. Results are judged without it.
@@ -47,7 +47,13 @@ impl<'a> Design<'a> {
         let mut design = Design {
             candidates,
             groups,
-            members: poses.iter().map(|&candidate| Member { candidate, variance: [0.0; 6] }).collect(),
+            members: poses
+                .iter()
+                .map(|&candidate| Member {
+                    candidate,
+                    variance: [0.0; 6],
+                })
+                .collect(),
             counts: vec![0; quotas.len()],
             inverse: Vec::new(),
             log_det: 0.0,
@@ -76,25 +82,21 @@ impl<'a> Design<'a> {
         self.members.iter().map(|member| member.candidate)
     }
 
-    /// Information of the poses alone, `sum A^T A` (m x m) of the scaled rows.
-    pub(super) fn information(&self) -> DMatrix<f64> {
+    /// The stacked scaled rows of the poses (3 k x m).
+    pub(super) fn jacobian(&self) -> DMatrix<f64> {
         let m = self.candidates.parameters();
-        let mut information = DMatrix::zeros(m, m);
-        for pose in self.poses() {
-            for row in self.candidates.rows(pose).chunks_exact(m) {
-                for (j, mut column) in information.column_iter_mut().enumerate() {
-                    column.iter_mut().zip(row).for_each(|(i, x)| *i += x * row[j]);
-                }
-            }
-        }
-        information
+        let rows: Vec<f64> = self.poses().flat_map(|pose| self.candidates.rows(pose)).copied().collect();
+        DMatrix::from_row_slice(3 * self.members.len(), m, &rows)
     }
 
     /// Computes everything from the poses alone, so that the rounding of many moves does not add up.
     pub(super) fn refresh(&mut self, field: &mut Field) -> Result<(), LinalgError> {
         let m = self.candidates.parameters();
+        let mut information = DMatrix::zeros(m, m);
+        normal_matrix(&self.jacobian(), &mut information);
+        (0..m).for_each(|p| information[(p, p)] += PRIOR);
         let mut cholesky = Cholesky::new(m);
-        cholesky.factor(&(self.information() + DMatrix::identity(m, m) * PRIOR))?;
+        cholesky.factor(&information)?;
         self.log_det = cholesky.log_determinant();
         let mut inverse = DMatrix::zeros(m, m);
         cholesky.inverse(&mut inverse);
@@ -110,7 +112,10 @@ impl<'a> Design<'a> {
             .step_by(3)
             .map(|first| {
                 let entry = |p: usize, s: usize| if first + s < m { root[(p, first + s)] } else { 0.0 };
-                Turn { sign: -1.0, factor: (0..m).map(|p| [entry(p, 0), entry(p, 1), entry(p, 2)]).collect() }
+                Turn {
+                    sign: -1.0,
+                    factor: (0..m).map(|p| [entry(p, 0), entry(p, 1), entry(p, 2)]).collect(),
+                }
             })
             .collect();
         Ok(())
@@ -132,11 +137,18 @@ impl<'a> Design<'a> {
     }
 
     /// The candidate, not in the design and of an `eligible` group, that adds most; brings `field` up to date.
-    pub(super) fn best_addition(&mut self, field: &mut Field, eligible: impl Fn(usize) -> bool, open: &mut [Lanes]) -> Option<Best> {
+    pub(super) fn best_addition(
+        &mut self,
+        field: &mut Field,
+        eligible: impl Fn(usize) -> bool,
+        open: &mut [Lanes],
+    ) -> Option<Best> {
         let groups: Vec<f64> = (0..self.counts.len()).map(|g| f64::from(u8::from(eligible(g)))).collect();
         for (open, members) in open.iter_mut().zip(self.groups.chunks(LANES)) {
             *open = [0.0; LANES];
-            open.iter_mut().zip(members).for_each(|(o, &g)| *o = groups[g]);
+            open.iter_mut()
+                .zip(members)
+                .for_each(|(o, &g)| *o = groups.get(g).copied().unwrap_or(0.0));
         }
         for pose in self.poses() {
             open[pose / LANES][pose % LANES] = 0.0;
@@ -159,14 +171,19 @@ impl<'a> Design<'a> {
             x * (y * z - yz * yz) - xy * (xy * z + yz * xz) - xz * (xy * yz + y * xz)
         };
         let candidates = self.members.iter().filter(|member| removable(member.candidate));
-        candidates.max_by(|a, b| left(a).total_cmp(&left(b))).map(|member| member.candidate)
+        candidates
+            .max_by(|a, b| left(a).total_cmp(&left(b)))
+            .map(|member| member.candidate)
     }
 
     /// Adds a candidate that is not in the design.
     pub(super) fn add(&mut self, candidate: usize) {
         let turn = self.turn(candidate, 1.0);
         self.counts[self.groups[candidate]] += 1;
-        self.members.push(Member { candidate, variance: [0.0; 6] });
+        self.members.push(Member {
+            candidate,
+            variance: [0.0; 6],
+        });
         let last = self.members.len() - 1;
         self.members[last].variance = self.directions(candidate).1;
         self.pending.push(turn);
@@ -174,7 +191,9 @@ impl<'a> Design<'a> {
 
     /// Takes a pose away; nothing happens if it is not in the design.
     pub(super) fn remove(&mut self, candidate: usize) {
-        let Some(place) = self.members.iter().position(|member| member.candidate == candidate) else { return };
+        let Some(place) = self.members.iter().position(|member| member.candidate == candidate) else {
+            return;
+        };
         self.members.swap_remove(place);
         self.counts[self.groups[candidate]] -= 1;
         let turn = self.turn(candidate, -1.0);
@@ -202,7 +221,9 @@ impl<'a> Design<'a> {
             *f = [x, y, z];
         }
         for (row, f) in self.inverse.chunks_exact_mut(m).zip(&factor) {
-            row.iter_mut().zip(&factor).for_each(|(i, g)| *i -= sign * (f[0] * g[0] + f[1] * g[1] + f[2] * g[2]));
+            row.iter_mut()
+                .zip(&factor)
+                .for_each(|(i, g)| *i -= sign * (f[0] * g[0] + f[1] * g[1] + f[2] * g[2]));
         }
         for member in &mut self.members {
             let mut t = [[0.0; 3]; 3];
@@ -211,7 +232,11 @@ impl<'a> Design<'a> {
                     (0..3).for_each(|s| t[s] += x * f[s]);
                 }
             }
-            for (g, (r, s)) in member.variance.iter_mut().zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]) {
+            for (g, (r, s)) in member
+                .variance
+                .iter_mut()
+                .zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
+            {
                 *g -= sign * (t[r][0] * t[s][0] + t[r][1] * t[s][1] + t[r][2] * t[s][2]);
             }
         }
