@@ -2,23 +2,6 @@
 
 mod columns;
 mod dataset;
-mod dataset_file;
-mod dataset_folder;
-mod samples_file;
-mod campaign;
-mod campaign_files;
-mod centring;
-mod centring_failure;
-mod last_motion;
-mod mastering;
-mod order;
-mod probing;
-mod reading;
-mod response;
-mod draws;
-mod free_poses;
-mod plan_file;
-mod pool;
 pub mod selection;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};

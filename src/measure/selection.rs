@@ -19,7 +19,8 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::identify::linalg::{Cholesky, LinalgError};
+use crate::identify::Observability;
+use crate::identify::linalg::{LinalgError, singular_values};
 
 /// How many poses, from where, and how hard to look.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +42,7 @@ pub struct Request {
 pub enum Quota {
     /// In all, of whatever groups.
     Free(usize),
-    /// Of each group.
+    /// Of each group; none of the groups beyond.
     PerGroup(Vec<usize>),
 }
 
@@ -133,13 +134,21 @@ pub enum SelectionError {
         /// Place in the pool.
         candidate: usize,
     },
-    /// The poses found cannot tell the parameters apart.
-    #[error("the poses found cannot tell all parameters apart; leave out what is not identifiable")]
-    NotIdentifiable(#[from] LinalgError),
+    /// The best poses there are cannot tell the parameters apart.
+    #[error("the poses found cannot tell all parameters apart (condition number {condition:.1e}); leave out what is redundant")]
+    NotIdentifiable {
+        /// Of the Jacobian of the poses, columns at equal scale.
+        condition: f64,
+    },
+    /// A factorisation failed.
+    #[error(transparent)]
+    Linalg(#[from] LinalgError),
 }
 
 /// An excursion must gain this much in `ln det M`, well above rounding (1e-12) and 1e-11 of O1, to count.
 const GAIN: f64 = 1e-9;
+/// Singular values below this share of the largest, of columns at equal scale, are rounding (1e-16) rather than information.
+const LEAST_SEEN: f64 = 1e-10;
 /// Share of the poses drawn at random, that makes the starts differ; the others are the best to add, which spares half the moves.
 const DRAWN: f64 = 0.3;
 /// Accepted excursions between two computations from the poses alone.
@@ -279,13 +288,15 @@ impl<'a> Plan<'a> {
         poses
     }
 
-    /// Observability index of the poses alone.
+    /// Observability index O1 (SI) of the poses alone.
     fn o1(&self, design: &Design<'_>) -> Result<f64, SelectionError> {
-        let m = self.candidates.parameters();
-        let mut cholesky = Cholesky::new(m);
-        cholesky.factor(&design.information())?;
-        let mean_log = (0.5 * cholesky.log_determinant() + self.candidates.log_scale()) / m as f64;
-        Ok(mean_log.exp() / (design.len() as f64).sqrt())
+        let scaled = Observability::new(&singular_values(&design.jacobian())?, design.len());
+        if scaled.o2 < LEAST_SEEN {
+            return Err(SelectionError::NotIdentifiable {
+                condition: scaled.condition(),
+            });
+        }
+        Ok(scaled.o1 * (self.candidates.log_scale() / self.candidates.parameters() as f64).exp())
     }
 }
 
@@ -561,7 +572,7 @@ mod tests {
         let dependent = Candidates::new(&rows, 7, vec![0; 10]).unwrap();
         assert!(matches!(
             select(&dependent, &Request::new(Quota::Free(5))),
-            Err(SelectionError::NotIdentifiable(_))
+            Err(SelectionError::NotIdentifiable { .. })
         ));
     }
 }

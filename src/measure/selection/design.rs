@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::candidates::{Best, Candidates, Field, LANES, Lanes, Symmetric, Turn};
-use crate::identify::linalg::{Cholesky, LinalgError};
+use crate::identify::linalg::{Cholesky, LinalgError, normal_matrix};
 
 /// Information of an imaginary first measurement, as a share of that of one pose. It keeps a design of too few poses, met on the
 /// way, invertible (DuMouchel & Jones 1994), and is far below what any pose worth keeping adds. Results are judged without it.
@@ -82,25 +82,21 @@ impl<'a> Design<'a> {
         self.members.iter().map(|member| member.candidate)
     }
 
-    /// Information of the poses alone, `sum A^T A` (m x m) of the scaled rows.
-    pub(super) fn information(&self) -> DMatrix<f64> {
+    /// The stacked scaled rows of the poses (3 k x m).
+    pub(super) fn jacobian(&self) -> DMatrix<f64> {
         let m = self.candidates.parameters();
-        let mut information = DMatrix::zeros(m, m);
-        for pose in self.poses() {
-            for row in self.candidates.rows(pose).chunks_exact(m) {
-                for (j, mut column) in information.column_iter_mut().enumerate() {
-                    column.iter_mut().zip(row).for_each(|(i, x)| *i += x * row[j]);
-                }
-            }
-        }
-        information
+        let rows: Vec<f64> = self.poses().flat_map(|pose| self.candidates.rows(pose)).copied().collect();
+        DMatrix::from_row_slice(3 * self.members.len(), m, &rows)
     }
 
     /// Computes everything from the poses alone, so that the rounding of many moves does not add up.
     pub(super) fn refresh(&mut self, field: &mut Field) -> Result<(), LinalgError> {
         let m = self.candidates.parameters();
+        let mut information = DMatrix::zeros(m, m);
+        normal_matrix(&self.jacobian(), &mut information);
+        (0..m).for_each(|p| information[(p, p)] += PRIOR);
         let mut cholesky = Cholesky::new(m);
-        cholesky.factor(&(self.information() + DMatrix::identity(m, m) * PRIOR))?;
+        cholesky.factor(&information)?;
         self.log_det = cholesky.log_determinant();
         let mut inverse = DMatrix::zeros(m, m);
         cholesky.inverse(&mut inverse);
@@ -150,7 +146,9 @@ impl<'a> Design<'a> {
         let groups: Vec<f64> = (0..self.counts.len()).map(|g| f64::from(u8::from(eligible(g)))).collect();
         for (open, members) in open.iter_mut().zip(self.groups.chunks(LANES)) {
             *open = [0.0; LANES];
-            open.iter_mut().zip(members).for_each(|(o, &g)| *o = groups[g]);
+            open.iter_mut()
+                .zip(members)
+                .for_each(|(o, &g)| *o = groups.get(g).copied().unwrap_or(0.0));
         }
         for pose in self.poses() {
             open[pose / LANES][pose % LANES] = 0.0;
