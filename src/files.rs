@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+mod folder;
 mod rows;
 mod toml_document;
 
+pub use folder::replace_folder;
 pub(crate) use rows::{Record, Rows};
 pub use toml_document::{field_error, parse_toml};
 

@@ -7,7 +7,7 @@ use calibench::cell::{Manipulator, TriCal};
 use calibench::identify::{Calibration, IdentifyError, Use, identify};
 use calibench::measure::{
     Abort, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Dataset, Mastering, MasteringError,
-    MasteringSettings, Measured, Sample, SampleSet, Witness, master,
+    MasteringSettings, Measured, PlannedPose, Sample, SampleSet, Witness, master,
 };
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
@@ -141,7 +141,7 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     let clock = || world.robot().clock_s();
     let mastering =
         master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
-    let campaign = probe(scenario, &world, &plans.plan, &mastering, witness);
+    let campaign = probe(scenario, &world, &plans.plan.probings, &mastering, witness);
     if let Some(abort) = &campaign.aborted {
         return Err(abort.clone().into());
     }
@@ -184,10 +184,10 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
 }
 
 /// Probes the balls of the plan.
-pub fn probe(scenario: &Scenario, world: &SharedWorld, plan: &Plan, mastering: &Mastering, witness: &mut dyn Witness) -> CampaignRecord {
+pub fn probe(scenario: &Scenario, world: &SharedWorld, poses: &[PlannedPose], mastering: &Mastering, witness: &mut dyn Witness) -> CampaignRecord {
     let settings = CentringSettings { tolerance: scenario.centring.tolerance_um * UM, ..CentringSettings::default() };
     let controller = CenteringController::new(world.robot(), world.indicators(), TriCal::default(), mastering.free_reading, settings);
-    Campaign::new(controller, CampaignSettings::default()).run(&plan.probings, witness)
+    Campaign::new(controller, CampaignSettings::default()).run(poses, witness)
 }
 
 fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, RunError> {

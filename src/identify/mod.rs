@@ -1,6 +1,19 @@
-//! Finding the numbers: what the measurements can tell, and how well.
+//! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
 
-pub mod linalg;
+mod calibration;
+mod calibration_file;
+mod fit;
+pub(crate) mod linalg;
+mod model;
+mod model_file;
 mod observability;
+mod problem;
 
+pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
+pub use calibration_file::{read_calibration, write_calibration};
+pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};
+pub use linalg::LinalgError;
+pub use model::Model;
+pub use model_file::{check_effects, read_model, write_model};
 pub use observability::Observability;
+pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};

@@ -7,10 +7,9 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::dataset_folder::replace_folder;
 use super::samples_file::{read_samples, samples_text};
 use super::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Noise};
-use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use crate::files::{FileError, field_error, parse_toml, read_text, write_whole, replace_folder};
 use crate::robot::{BUILT_IN, FramePose, Payload, Robot, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM, readable};
 
@@ -188,7 +187,7 @@ pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> 
     }
     let description = toml::to_string(&description).map_err(|e| fail(e.to_string()))?;
     let samples = samples_text(dataset).map_err(|e| fail(e.to_string()))?;
-    replace_folder(folder, |new| {
+    replace_folder(folder, "dataset", &[DATASET_TOML, SAMPLES_CSV], |new| {
         if own_robot {
             write_whole(&new.join(ROBOT_TOML), to_toml(&dataset.robot).as_bytes())?;
         }

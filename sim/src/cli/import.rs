@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::import::{ImportOptions, import};
+use calibench::import::{Holdout, ImportOptions, import};
 use calibench::measure::write_dataset;
 
 use super::{Failure, Outcome, print};
@@ -33,4 +33,14 @@ fn fraction(text: &str) -> Result<f64, String> {
         Ok(v) if (0.0..1.0).contains(&v) => Ok(v),
         _ => Err("give a share of at least 0 and below 1, e.g. 0.3".into()),
     }
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
+    let options = ImportOptions { holdout, map: arguments.map.clone(), ..ImportOptions::default() };
+    let (dataset, report) = import(&arguments.format, &arguments.files, &options)?;
+    write_dataset(&dataset, &arguments.output)?;
+    print(&report.to_string())?;
+    print(&format!("{} samples; dataset in {}", dataset.samples.len(), arguments.output.display()))?;
+    Ok(Outcome::Done)
 }

@@ -196,7 +196,8 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
-    replace_folder(folder, "result.json", |inside| {
+    const FILES: &[&str] = &["result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv"];
+    replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;
         write_dataset(&run.validation, &inside.join("validation"))?;

@@ -4,14 +4,21 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use super::dataset_file::{DATASET_TOML, SAMPLES_CSV};
-use crate::files::FileError;
+use super::FileError;
 
-/// Fills a new folder beside `folder` and puts it in its place, keeping whatever lies there besides the two files.
+/// Fills a new folder beside `folder` and puts it in its place, keeping whatever lies there besides `names`.
+///
+/// `what` is the kind of folder in words, for messages; a folder that holds something is replaced only when it holds the first of
+/// `names`.
 ///
 /// # Errors
-/// Those of `fill`, with the name the files were to have; that `folder` holds something that is not a dataset; those of the disk.
-pub(super) fn replace_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<(), FileError>) -> Result<(), FileError> {
+/// Those of `fill`, with the name the files were to have; that `folder` holds something else; those of the disk.
+pub fn replace_folder(
+    folder: &Path,
+    what: &str,
+    names: &[&str],
+    fill: impl FnOnce(&Path) -> Result<(), FileError>,
+) -> Result<(), FileError> {
     let fail = |e: io::Error| {
         FileError::whole(folder, format!("cannot be written: {e}"), "check the folder above, its permissions and free space")
     };
@@ -21,14 +28,14 @@ pub(super) fn replace_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<(
         return Err(FileError::whole(folder, "is a file", "name a folder"));
     }
     let (Some(name), Some(parent)) = (target.file_name(), target.parent()) else {
-        return Err(FileError::whole(folder, "cannot be made", "name a new folder, or one that holds a dataset"));
+        return Err(FileError::whole(folder, "cannot be made", format!("name a new folder, or one that holds a {what}")));
     };
     let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
-    if target.exists() && fs::read_dir(&target).map_err(fail)?.next().is_some() && !target.join(DATASET_TOML).is_file() {
+    if target.exists() && fs::read_dir(&target).map_err(fail)?.next().is_some() && !names.iter().take(1).all(|mark| target.join(mark).is_file()) {
         return Err(FileError::whole(
             folder,
-            "holds something that is not a dataset",
-            "name a new folder, or one that holds a dataset",
+            format!("holds something that is not a {what}"),
+            format!("name a new folder, or one that holds a {what}"),
         ));
     }
     fs::create_dir_all(parent).map_err(fail)?;
@@ -37,7 +44,7 @@ pub(super) fn replace_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<(
     let beside = || tempfile::Builder::new().prefix(&prefix).tempdir_in(parent).map_err(fail);
     let new = beside()?;
     if target.exists() {
-        carry_over(&target, new.path(), &[DATASET_TOML, SAMPLES_CSV]).map_err(fail)?;
+        carry_over(&target, new.path(), names).map_err(fail)?;
     }
     fill(new.path()).map_err(|e| match e.path.strip_prefix(new.path()) {
         Ok(inside) => FileError { path: folder.join(inside), ..e },
