@@ -94,18 +94,19 @@ impl Trig {
 pub struct Posture {
     sites: SiteIndex,
     base: Frame,
-    base_angles: [f64; 2],
+    /// Rz, Ry, Rx of the base, of which `base` keeps the axes: a base seldom turns between samples.
+    base_turned: [Trig; 3],
     /// Frame k before its flex displacement; 0 is the base.
     rigid: Vec<Frame>,
-    /// Frame k after it.
-    frames: Vec<Frame>,
-    flex: Vec<[f64; 6]>,
+    /// Frame k after it; only kept up when something flexes.
+    flexed: Vec<Frame>,
     flexible: bool,
+    /// Rz and Ry of each flex displacement.
+    flex_turned: Vec<[Trig; 2]>,
     alpha: Vec<Trig>,
     beta: Vec<Trig>,
     lengths: Vec<f64>,
     tcp: Vector3<f64>,
-    tool: Frame,
 }
 
 impl Posture {
@@ -115,16 +116,15 @@ impl Posture {
         Posture {
             sites: SiteIndex::new(n),
             base: Frame::identity(),
-            base_angles: [f64::NAN; 2],
+            base_turned: [Trig::ZERO; 3],
             rigid: vec![Frame::identity(); n + 1],
-            frames: vec![Frame::identity(); n + 1],
-            flex: vec![[0.0; 6]; n + 1],
+            flexed: vec![Frame::identity(); n + 1],
             flexible: false,
+            flex_turned: vec![[Trig::ZERO; 2]; n + 1],
             alpha: vec![Trig::ZERO; n],
             beta: vec![Trig::ZERO; n],
             lengths: vec![0.0; n],
             tcp: Vector3::zeros(),
-            tool: Frame::identity(),
         }
     }
 
@@ -137,8 +137,11 @@ impl Posture {
         for (c, d) in chi.iter_mut().zip(deviations) {
             *c += d;
         }
-        self.base = Frame::from_pose(&FramePose::from_array(chi).pose());
-        self.base_angles = [chi[3], chi[4]];
+        if self.base_turned.iter().zip(&chi[3..]).any(|(turned, angle)| turned.angle != *angle) {
+            self.base = Frame::from_pose(&FramePose::from_array(chi).pose());
+            self.base_turned.iter_mut().zip(&chi[3..]).for_each(|(turned, angle)| _ = turned.at(*angle));
+        }
+        self.base.o = Vector3::new(chi[0], chi[1], chi[2]);
         self.flexible = false;
         let mut frame = self.base;
         self.bend(0, &mut frame, deviations);
@@ -160,43 +163,60 @@ impl Posture {
         let t = &deviations[self.sites.tool()..][..3];
         let offset = Vector3::new(tool.xyz[0] + t[0], tool.xyz[1] + t[1], tool.xyz[2] + t[2]);
         self.tcp = frame.point(&offset);
-        self.tool = Frame { o: self.tcp, ..frame };
     }
 
     #[inline]
     fn bend(&mut self, k: usize, frame: &mut Frame, deviations: &[f64]) {
         self.rigid[k] = *frame;
         let v = &deviations[self.sites.flex(k)..][..6];
-        if v.iter().any(|&x| x != 0.0) {
+        let flexes = v.iter().any(|&x| x != 0.0);
+        if flexes && !self.flexible {
             self.flexible = true;
-            *frame = frame.displaced(v);
+            self.flexed[..k].copy_from_slice(&self.rigid[..k]);
+            self.flex_turned[..k].fill([Trig::ZERO; 2]);
         }
-        self.flex[k] = [v[0], v[1], v[2], v[3], v[4], v[5]];
-        self.frames[k] = *frame;
+        if self.flexible {
+            if flexes {
+                *frame = frame.displaced(v);
+            }
+            self.flex_turned[k][0].at(v[3]);
+            self.flex_turned[k][1].at(v[4]);
+            self.flexed[k] = *frame;
+        }
+    }
+
+    /// Frames after their flex displacements.
+    #[inline]
+    fn frames(&self) -> &[Frame] {
+        if self.flexible { &self.flexed } else { &self.rigid }
     }
 
     /// World position of the TCP, m.
+    #[inline]
     pub fn tcp(&self) -> Vector3<f64> {
         self.tcp
     }
 
     /// `world_from_frame` k: 0 is the base, k the frame of link k (counted from 1).
+    #[inline]
     pub fn frame(&self, k: usize) -> &Frame {
-        &self.frames[k]
+        &self.frames()[k]
     }
 
     /// The last frame, that carries the flange and the tool.
+    #[inline]
     pub fn flange(&self) -> &Frame {
-        &self.frames[self.frames.len() - 1]
+        &self.frames()[self.rigid.len() - 1]
     }
 
     /// `world_from_tool`, the tool's axes turned in the flange as `tool` says.
     pub fn world_from_tool(&self, tool: &FramePose) -> Pose {
         let turned = FramePose { xyz: [0.0; 3], ..*tool }.pose();
-        self.tool.pose() * turned
+        Frame { o: self.tcp, ..*self.flange() }.pose() * turned
     }
 
     /// Axis and origin of joint `i` (counted from 0) in the world.
+    #[inline]
     pub fn joint_axis(&self, i: usize) -> (Vector3<f64>, Vector3<f64>) {
         let f = &self.rigid[i + 1];
         (f.z, f.o)
@@ -208,9 +228,12 @@ impl Posture {
     #[inline]
     pub fn column(&self, site: Site) -> Vector3<f64> {
         match site {
-            Site::Base(axis) => displacement_column(&Frame { o: self.base.o, ..Frame::identity() }, axis, self.base_angles, &self.tcp),
+            Site::Base(axis) => {
+                let [rz, ry, _] = self.base_turned;
+                displacement_column(&Frame { o: self.base.o, ..Frame::identity() }, axis, [rz, ry], &self.tcp)
+            }
             Site::Mdh(i, entry) => {
-                let previous = &self.frames[i];
+                let previous = &self.frames()[i];
                 let next = &self.rigid[i + 1];
                 match entry {
                     MdhEntry::Alpha => previous.x.cross(&(self.tcp - previous.o)),
@@ -225,9 +248,9 @@ impl Posture {
                 }
             }
             Site::Flex(k, axis) => {
-                let v = &self.flex[k];
-                let origin = Frame { o: self.frames[k].o, ..self.rigid[k] };
-                displacement_column(&origin, axis, [v[3], v[4]], &self.tcp)
+                let origin = Frame { o: self.frames()[k].o, ..self.rigid[k] };
+                let turned = if self.flexible { self.flex_turned[k] } else { [Trig::ZERO; 2] };
+                displacement_column(&origin, axis, turned, &self.tcp)
             }
             Site::Tool(k) => {
                 let f = self.flange();
@@ -240,21 +263,15 @@ impl Posture {
 
 /// Column of one number of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the translation).
 #[inline]
-fn displacement_column(frame: &Frame, axis: Axis6, [rz, ry]: [f64; 2], tcp: &Vector3<f64>) -> Vector3<f64> {
+fn displacement_column(frame: &Frame, axis: Axis6, [rz, ry]: [Trig; 2], tcp: &Vector3<f64>) -> Vector3<f64> {
     let arm = tcp - frame.o;
     match axis {
         Axis6::X => frame.x,
         Axis6::Y => frame.y,
         Axis6::Z => frame.z,
         Axis6::Rz => frame.z.cross(&arm),
-        Axis6::Ry => {
-            let (s, c) = rz.sin_cos();
-            (frame.y * c - frame.x * s).cross(&arm)
-        }
-        Axis6::Rx => {
-            let ((sz, cz), (sy, cy)) = (rz.sin_cos(), ry.sin_cos());
-            ((frame.x * cz + frame.y * sz) * cy - frame.z * sy).cross(&arm)
-        }
+        Axis6::Ry => (frame.y * rz.cos - frame.x * rz.sin).cross(&arm),
+        Axis6::Rx => ((frame.x * rz.cos + frame.y * rz.sin) * ry.cos - frame.z * ry.sin).cross(&arm),
     }
 }
 
@@ -328,6 +345,42 @@ mod tests {
                 tcp(at);
                 let column = posture.column(site);
                 assert!((column - difference).norm() < TOLERANCE, "{site}: {column:?} against {difference:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_workspace_keeps_nothing_of_the_posture_before() {
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let robot = arm(6, &mut random);
+        let index = SiteIndex::new(6);
+        let (q, tool) = ([0.3, -0.8, 1.1, 0.4, -0.6, 2.0], FramePose { xyz: [0.1, 0.02, -0.2], rz_ry_rx: [0.0; 3] });
+        let with = |site: Site, value: f64| {
+            let mut deviations = vec![0.0; index.len()];
+            deviations[index.of(site)] = value;
+            deviations
+        };
+        let bases = [[0.1, 0.2, 0.3, 0.0, 0.0, 0.0], [0.1, 0.2, 0.4, 0.0, 0.0, 0.0], [0.1, 0.2, 0.4, 0.5, -0.2, 0.1]];
+        let cases = [
+            with(Site::Flex(3, Axis6::Rz), 0.2),
+            with(Site::Tool(0), 0.0),
+            with(Site::Flex(5, Axis6::X), 0.01),
+            with(Site::Base(Axis6::Ry), 0.1),
+            with(Site::Mdh(2, MdhEntry::Beta), 0.1),
+        ];
+        let mut kept = Posture::new(&robot);
+        for base in bases.map(FramePose::from_array) {
+            for deviations in &cases {
+                let mut fresh = Posture::new(&robot);
+                kept.set(&robot, &base, &tool, &q, deviations);
+                fresh.set(&robot, &base, &tool, &q, deviations);
+                assert_eq!(kept.tcp(), fresh.tcp());
+                for k in 0..=6 {
+                    assert_eq!(kept.frame(k), fresh.frame(k));
+                    for site in Axis6::ALL.map(|axis| Site::Flex(k, axis)).into_iter().chain(Axis6::ALL.map(Site::Base)) {
+                        assert_eq!(kept.column(site), fresh.column(site), "{site}");
+                    }
+                }
             }
         }
     }
