@@ -15,10 +15,7 @@ const TOLERANCE: f64 = 1e-11;
 
 /// That pose, torque and columns are those of the independent programs at their 200 configurations.
 fn check(arm: &mut Arm<'_>) {
-    let (poses, jacobians) = (
-        golden::read("fk_torque_200.json").unwrap(),
-        golden::read("jac31_200.json").unwrap(),
-    );
+    let (poses, jacobians) = (golden::read("fk_torque_200.json").unwrap(), golden::read("jac31_200.json").unwrap());
     let mut columns = [Vector3::zeros(); 31];
     for (k, q) in golden::rows(&poses["q"]).iter().enumerate() {
         arm.set(q);
@@ -40,9 +37,7 @@ fn kinematics(c: &mut Criterion) {
     let mut arm = Arm::new(&model);
     check(&mut arm);
     let mut group = c.benchmark_group("100,000 configurations");
-    group
-        .throughput(Throughput::Elements(configurations.len() as u64))
-        .sample_size(20);
+    group.throughput(Throughput::Elements(configurations.len() as u64)).sample_size(20);
     let mut columns = [Vector3::zeros(); 31];
     group.bench_function("W1 pose, 31 columns, torques", |b| {
         b.iter(|| {

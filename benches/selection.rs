@@ -20,15 +20,7 @@ fn selection(c: &mut Criterion) {
     group.bench_function("80 of 5,000, one start", |b| {
         b.iter(|| {
             seed += 1;
-            select(
-                &candidates,
-                &Request {
-                    starts: 1,
-                    seed,
-                    ..Request::new(Quota::Free(80))
-                },
-            )
-            .unwrap()
+            select(&candidates, &Request { starts: 1, seed, ..Request::new(Quota::Free(80)) }).unwrap()
         });
     });
     group.finish();

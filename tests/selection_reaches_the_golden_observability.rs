@@ -22,12 +22,7 @@ fn the_jacobian_of_the_golden_poses_has_their_singular_values_and_o1() {
     let Some(model) = golden::golden_model() else { return };
     let wanted = golden::read("o1_w3.json").unwrap();
     let (rows, _) = works::pool(&model);
-    let poses: Vec<usize> = wanted["selection"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|i| i.as_u64().unwrap() as usize)
-        .collect();
+    let poses: Vec<usize> = wanted["selection"].as_array().unwrap().iter().map(|i| i.as_u64().unwrap() as usize).collect();
     let picked: Vec<f64> = poses.iter().flat_map(|p| &rows[p * 93..][..93]).copied().collect();
     let mut sigma = DMatrix::from_row_slice(240, 31, &picked).singular_values().as_slice().to_vec();
     sigma.sort_by(|a, b| b.total_cmp(a));
@@ -51,10 +46,7 @@ fn eighty_of_five_thousand() {
     assert!(free.o1 >= GOLDEN, "{}", free.o1);
     assert!(free.poses.len() == 80 && free.poses.windows(2).all(|w| w[0] < w[1]));
 
-    let per_ball = Request {
-        starts: 5,
-        ..Request::new(Quota::PerGroup(vec![20; 4]))
-    };
+    let per_ball = Request { starts: 5, ..Request::new(Quota::PerGroup(vec![20; 4])) };
     let balanced = select(&candidates, &per_ball).unwrap();
     println!("20 a ball: O1 {:.7} of {:?}", balanced.o1, balanced.starts);
     assert!(balanced.o1 >= GOLDEN_20_A_BALL && balanced.o1 < free.o1, "{}", balanced.o1);

@@ -24,32 +24,17 @@ pub struct BallPose {
 
 fn table(name: &str) -> Vec<Vec<f64>> {
     let mut reader = csv::Reader::from_path(golden::folder().unwrap().join("inputs").join(name)).unwrap();
-    reader
-        .records()
-        .map(|r| r.unwrap().iter().map(|x| x.parse().unwrap()).collect())
-        .collect()
+    reader.records().map(|r| r.unwrap().iter().map(|x| x.parse().unwrap()).collect()).collect()
 }
 
 /// The poses of `w2_measured.csv` (W2) or `w3_pool.csv` (W3).
 pub fn ball_poses(name: &str) -> Vec<BallPose> {
-    table(name)
-        .into_iter()
-        .map(|row| BallPose {
-            ball: row[0] as usize,
-            q: row[1..].to_vec(),
-        })
-        .collect()
+    table(name).into_iter().map(|row| BallPose { ball: row[0] as usize, q: row[1..].to_vec() }).collect()
 }
 
 /// The 80 starts of W4: a selection of W3.
 pub fn centring_starts() -> Vec<BallPose> {
-    table("w2_selection.csv")
-        .into_iter()
-        .map(|row| BallPose {
-            ball: row[1] as usize,
-            q: row[2..].to_vec(),
-        })
-        .collect()
+    table("w2_selection.csv").into_iter().map(|row| BallPose { ball: row[1] as usize, q: row[2..].to_vec() }).collect()
 }
 
 /// The 1,000 true parameter vectors of W4 (31 each, SI, in the order of the model's parameters).
@@ -92,11 +77,7 @@ impl<'a> Arm<'a> {
             posture: Posture::new(&model.robot),
             loads: Loads::new(joints),
             nominal: vec![0.0; SiteIndex::new(joints).len()],
-            columns: model
-                .parameters
-                .iter()
-                .map(|p| (p.site, if p.compliance { torque(p.site) } else { None }))
-                .collect(),
+            columns: model.parameters.iter().map(|p| (p.site, if p.compliance { torque(p.site) } else { None })).collect(),
         }
     }
 
@@ -104,8 +85,7 @@ impl<'a> Arm<'a> {
     pub fn set(&mut self, q: &[f64]) {
         let m = self.model;
         self.posture.set(&m.robot, &m.base, &m.tool, q, &self.nominal);
-        self.loads
-            .weigh(&m.robot, &self.posture, &m.payload, &m.gravity, &Vector3::zeros());
+        self.loads.weigh(&m.robot, &self.posture, &m.payload, &m.gravity, &Vector3::zeros());
     }
 
     /// The 31 columns of the position Jacobian at the configuration last set.

@@ -43,10 +43,7 @@ fn copy(a: MatRef<'_, f64>) -> DMatrix<f64> {
 /// # Errors
 /// When they do not converge.
 pub fn singular_values(a: &DMatrix<f64>) -> Result<Vec<f64>, LinalgError> {
-    view(a).singular_values().map_err(|_| LinalgError::SvdDidNotConverge {
-        rows: a.nrows(),
-        columns: a.ncols(),
-    })
+    view(a).singular_values().map_err(|_| LinalgError::SvdDidNotConverge { rows: a.nrows(), columns: a.ncols() })
 }
 
 /// `a = u diag(s) v^T` with k = min(rows, columns) singular values.
@@ -65,15 +62,8 @@ pub struct ThinSvd {
 /// # Errors
 /// When it does not converge.
 pub fn thin_svd(a: &DMatrix<f64>) -> Result<ThinSvd, LinalgError> {
-    let svd = view(a).thin_svd().map_err(|_| LinalgError::SvdDidNotConverge {
-        rows: a.nrows(),
-        columns: a.ncols(),
-    })?;
-    Ok(ThinSvd {
-        u: copy(svd.U()),
-        s: svd.S().column_vector().iter().copied().collect(),
-        v: copy(svd.V()),
-    })
+    let svd = view(a).thin_svd().map_err(|_| LinalgError::SvdDidNotConverge { rows: a.nrows(), columns: a.ncols() })?;
+    Ok(ThinSvd { u: copy(svd.U()), s: svd.S().column_vector().iter().copied().collect(), v: copy(svd.V()) })
 }
 
 /// Writes `j^T j` (m x m, both triangles) for `j` (rows x m) into `out`, which must be m x m.
@@ -106,10 +96,7 @@ impl Cholesky {
         let factor = llt::factor::cholesky_in_place_scratch::<f64>(m, Par::Seq, Default::default());
         let solve = llt::solve::solve_in_place_scratch::<f64>(m, m, Par::Seq);
         let inverse = llt::inverse::inverse_scratch::<f64>(m, Par::Seq);
-        Cholesky {
-            l: Mat::zeros(m, m),
-            scratch: MemBuffer::new(factor.or(solve).or(inverse)),
-        }
+        Cholesky { l: Mat::zeros(m, m), scratch: MemBuffer::new(factor.or(solve).or(inverse)) }
     }
 
     /// Factors `a` (m x m), of which the lower triangle is read.
@@ -150,12 +137,7 @@ impl Cholesky {
     pub fn inverse(&mut self, out: &mut DMatrix<f64>) {
         let m = self.l.nrows();
         let stack = MemStack::new(&mut self.scratch);
-        llt::inverse::inverse(
-            MatMut::from_column_major_slice_mut(out.as_mut_slice(), m, m),
-            self.l.as_ref(),
-            Par::Seq,
-            stack,
-        );
+        llt::inverse::inverse(MatMut::from_column_major_slice_mut(out.as_mut_slice(), m, m), self.l.as_ref(), Par::Seq, stack);
         out.fill_upper_triangle_with_lower_triangle();
     }
 }
@@ -197,9 +179,7 @@ pub const ROUNDING_NORM: f64 = 1e-12;
 pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerance: f64) -> OrderedRank {
     let norms: Vec<f64> = j.column_iter().map(|c| c.norm()).collect();
     let floor = ROUNDING_NORM * norms.iter().copied().fold(0.0, f64::max);
-    let unit = Mat::from_fn(j.nrows(), j.ncols(), |r, c| {
-        if norms[c] > floor { j[(r, c)] / norms[c] } else { 0.0 }
-    });
+    let unit = Mat::from_fn(j.nrows(), j.ncols(), |r, c| if norms[c] > floor { j[(r, c)] / norms[c] } else { 0.0 });
     let triangle = copy(unit.qr().thin_R());
 
     let mut rank = OrderedRank::default();
@@ -208,11 +188,7 @@ pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerance: f64) -> OrderedR
     let mut factor: Vec<Vec<f64>> = Vec::new();
     for c in 0..j.ncols() {
         if norms[c] <= floor || norms[c].is_nan() {
-            rank.dependent.push(Dependent {
-                column: c,
-                combination: Vec::new(),
-                residual_ratio: 0.0,
-            });
+            rank.dependent.push(Dependent { column: c, combination: Vec::new(), residual_ratio: 0.0 });
             continue;
         }
         let mut rest: Vec<f64> = triangle.column(c).iter().copied().collect();
@@ -233,11 +209,7 @@ pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerance: f64) -> OrderedR
             rank.kept.push(c);
         } else {
             let combination = combination(&factor, &rank.kept, along);
-            rank.dependent.push(Dependent {
-                column: c,
-                combination,
-                residual_ratio,
-            });
+            rank.dependent.push(Dependent { column: c, combination, residual_ratio });
         }
     }
     rank
@@ -252,11 +224,7 @@ fn combination(factor: &[Vec<f64>], kept: &[usize], mut along: Vec<f64>) -> Vec<
         }
     }
     let largest = along.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-    kept.iter()
-        .copied()
-        .zip(along)
-        .filter(|(_, x)| x.abs() > NEGLIGIBLE_COEFFICIENT * largest)
-        .collect()
+    kept.iter().copied().zip(along).filter(|(_, x)| x.abs() > NEGLIGIBLE_COEFFICIENT * largest).collect()
 }
 
 #[cfg(test)]
@@ -360,11 +328,7 @@ mod tests {
         let rank = ordered_independent_columns(&pair, 1.1e-6);
         assert_eq!(rank.kept, [0]);
         assert!((rank.dependent[0].residual_ratio - 1e-6).abs() < 1e-13);
-        assert_eq!(
-            ordered_independent_columns(&a, 1e-10).kept,
-            [0, 1],
-            "the aside lies in the span of the first two"
-        );
+        assert_eq!(ordered_independent_columns(&a, 1e-10).kept, [0, 1], "the aside lies in the span of the first two");
     }
 
     #[test]

@@ -22,13 +22,7 @@ impl Observability {
     /// From the singular values of the stacked Jacobian, in any order, of `poses` poses; all zero where there is no parameter.
     pub fn new(singular_values: &[f64], poses: usize) -> Self {
         if singular_values.is_empty() || poses == 0 {
-            return Observability {
-                o1: 0.0,
-                o2: 0.0,
-                o3: 0.0,
-                o4: 0.0,
-                o5: 0.0,
-            };
+            return Observability { o1: 0.0, o2: 0.0, o3: 0.0, o4: 0.0, o5: 0.0 };
         }
         let m = singular_values.len() as f64;
         let max = singular_values.iter().copied().fold(0.0, f64::max);

@@ -49,13 +49,7 @@ pub enum Quota {
 impl Request {
     /// Ten starts, excursions of up to ten poses: what 80 of 5,000 need to come within 0.2 % of the largest O1 there is.
     pub fn new(poses: Quota) -> Self {
-        Request {
-            poses,
-            fixed: Vec::new(),
-            starts: 10,
-            seed: 0,
-            excursion: 10,
-        }
+        Request { poses, fixed: Vec::new(), starts: 10, seed: 0, excursion: 10 }
     }
 }
 
@@ -162,22 +156,14 @@ const REFRESH: usize = 64;
 /// When the request cannot be met by the pool, or the poses found leave a combination of parameters undetermined.
 pub fn select(candidates: &Candidates, request: &Request) -> Result<Selection, SelectionError> {
     let plan = Plan::new(candidates, request)?;
-    let found: Vec<(Vec<usize>, Start)> = (0..request.starts.max(1))
-        .into_par_iter()
-        .map(|start| plan.run(start))
-        .collect::<Result<_, _>>()?;
+    let found: Vec<(Vec<usize>, Start)> =
+        (0..request.starts.max(1)).into_par_iter().map(|start| plan.run(start)).collect::<Result<_, _>>()?;
     let starts: Vec<Start> = found.iter().map(|(_, start)| *start).collect();
     // The first of equals, so that the answer does not depend on who finished first.
     let start = (0..starts.len()).fold(0, |best, s| if starts[s].o1 > starts[best].o1 { s } else { best });
     let mut poses = found[start].0.clone();
     poses.sort_unstable();
-    Ok(Selection {
-        poses,
-        o1: starts[start].o1,
-        start,
-        starts,
-        seed: request.seed,
-    })
+    Ok(Selection { poses, o1: starts[start].o1, start, starts, seed: request.seed })
 }
 
 /// A request that has been checked against its pool.
@@ -201,11 +187,7 @@ impl<'a> Plan<'a> {
         let mut available = vec![0; quotas.len()];
         groups.iter().filter(|&&g| g < quotas.len()).for_each(|&g| available[g] += 1);
         if let Some(group) = (0..quotas.len()).find(|&g| available[g] < quotas[g]) {
-            return Err(SelectionError::TooFewCandidates {
-                group,
-                wanted: quotas[group],
-                available: available[group],
-            });
+            return Err(SelectionError::TooFewCandidates { group, wanted: quotas[group], available: available[group] });
         }
         let (poses, parameters) = (quotas.iter().sum::<usize>(), candidates.parameters());
         if 3 * poses < parameters {
@@ -214,23 +196,14 @@ impl<'a> Plan<'a> {
         let mut fixed = vec![false; candidates.len()];
         let mut room = quotas.clone();
         for &candidate in &request.fixed {
-            let group = groups
-                .get(candidate)
-                .copied()
-                .filter(|&g| room.get(g).is_some_and(|&r| r > 0) && !fixed[candidate]);
+            let group = groups.get(candidate).copied().filter(|&g| room.get(g).is_some_and(|&r| r > 0) && !fixed[candidate]);
             let Some(group) = group else {
                 return Err(SelectionError::Fixed { candidate });
             };
             fixed[candidate] = true;
             room[group] -= 1;
         }
-        Ok(Plan {
-            candidates,
-            request,
-            groups,
-            quotas,
-            fixed,
-        })
+        Ok(Plan { candidates, request, groups, quotas, fixed })
     }
 
     /// A design that no excursion improves, from the random beginning of this start.
@@ -238,13 +211,7 @@ impl<'a> Plan<'a> {
         let mut field = Field::new(self.candidates);
         let mut search = Search {
             plan: self,
-            home: Design::new(
-                self.candidates,
-                &self.groups,
-                &self.quotas,
-                &self.beginning(start),
-                &mut field,
-            )?,
+            home: Design::new(self.candidates, &self.groups, &self.quotas, &self.beginning(start), &mut field)?,
             away: field.clone(),
             field,
             open: vec![[0.0; LANES]; self.candidates.len().div_ceil(LANES)],
@@ -253,22 +220,15 @@ impl<'a> Plan<'a> {
         search.fill()?;
         search.improve()?;
         let poses: Vec<usize> = search.home.poses().collect();
-        Ok((
-            poses,
-            Start {
-                o1: self.o1(&search.home)?,
-                moves: search.moves,
-            },
-        ))
+        Ok((poses, Start { o1: self.o1(&search.home)?, moves: search.moves }))
     }
 
     /// The fixed candidates and, at random, a share of the others.
     fn beginning(&self, start: usize) -> Vec<usize> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.request.seed);
         rng.set_stream(start as u64);
-        let mut order: Vec<usize> = (0..self.candidates.len())
-            .filter(|&c| !self.fixed[c] && self.groups[c] < self.quotas.len())
-            .collect();
+        let mut order: Vec<usize> =
+            (0..self.candidates.len()).filter(|&c| !self.fixed[c] && self.groups[c] < self.quotas.len()).collect();
         order.shuffle(&mut rng);
         let mut poses = self.request.fixed.clone();
         let mut room = self.quotas.clone();
@@ -292,9 +252,7 @@ impl<'a> Plan<'a> {
     fn o1(&self, design: &Design<'_>) -> Result<f64, SelectionError> {
         let scaled = Observability::new(&singular_values(&design.jacobian())?, design.len());
         if scaled.o2 < LEAST_SEEN {
-            return Err(SelectionError::NotIdentifiable {
-                condition: scaled.condition(),
-            });
+            return Err(SelectionError::NotIdentifiable { condition: scaled.condition() });
         }
         Ok(scaled.o1 * (self.candidates.log_scale() / self.candidates.parameters() as f64).exp())
     }
@@ -317,13 +275,7 @@ impl<'a> Search<'a> {
     fn fill(&mut self) -> Result<(), SelectionError> {
         let quotas = &self.plan.quotas;
         loop {
-            let short: Vec<bool> = self
-                .home
-                .counts()
-                .iter()
-                .zip(quotas)
-                .map(|(count, quota)| count < quota)
-                .collect();
+            let short: Vec<bool> = self.home.counts().iter().zip(quotas).map(|(count, quota)| count < quota).collect();
             let best = if short.contains(&true) {
                 self.home.best_addition(&mut self.field, |g| short[g], &mut self.open)
             } else {
@@ -362,9 +314,7 @@ impl<'a> Search<'a> {
             }
             out.add(best.candidate);
             let mut back = out.clone();
-            let Plan {
-                groups, quotas, fixed, ..
-            } = self.plan;
+            let Plan { groups, quotas, fixed, .. } = self.plan;
             for _ in 0..length {
                 let counts = back.counts().to_vec();
                 let Some(pose) = back.least_missed(|c| !fixed[c] && counts[groups[c]] > quotas[groups[c]]) else {
@@ -423,20 +373,14 @@ mod tests {
 
     fn pool(candidates: usize, parameters: usize, groups: usize, seed: u64) -> (Vec<f64>, Candidates) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let rows: Vec<f64> = (0..candidates * 3 * parameters)
-            .map(|_| rng.random_range(-1.0..1.0))
-            .collect();
+        let rows: Vec<f64> = (0..candidates * 3 * parameters).map(|_| rng.random_range(-1.0..1.0)).collect();
         let candidates = Candidates::new(&rows, parameters, (0..candidates).map(|c| c % groups).collect()).unwrap();
         (rows, candidates)
     }
 
     /// O1 of the poses from the unscaled rows, by a way of its own.
     fn o1(rows: &[f64], parameters: usize, poses: &[usize]) -> f64 {
-        let picked: Vec<f64> = poses
-            .iter()
-            .flat_map(|p| &rows[p * 3 * parameters..][..3 * parameters])
-            .copied()
-            .collect();
+        let picked: Vec<f64> = poses.iter().flat_map(|p| &rows[p * 3 * parameters..][..3 * parameters]).copied().collect();
         let j = nalgebra::DMatrix::from_row_slice(3 * poses.len(), parameters, &picked);
         let log: f64 = j.singular_values().iter().map(|s| s.ln()).sum();
         (log / parameters as f64).exp() / (poses.len() as f64).sqrt()
@@ -459,51 +403,28 @@ mod tests {
     fn quotas_and_fixed_poses_are_kept_and_no_pose_is_taken_twice() {
         let (rows, candidates) = pool(301, 9, 3, 2);
         let fixed = vec![7, 100, 299];
-        let request = Request {
-            fixed: fixed.clone(),
-            starts: 3,
-            ..Request::new(Quota::PerGroup(vec![5, 2, 4]))
-        };
+        let request = Request { fixed: fixed.clone(), starts: 3, ..Request::new(Quota::PerGroup(vec![5, 2, 4])) };
         let found = select(&candidates, &request).unwrap();
         assert!(found.poses.windows(2).all(|w| w[0] < w[1]));
         assert!(fixed.iter().all(|f| found.poses.contains(f)));
         let count = |group| found.poses.iter().filter(|&&p| p % 3 == group).count();
         assert_eq!([count(0), count(1), count(2)], [5, 2, 4]);
         assert!((found.o1 - o1(&rows, 9, &found.poses)).abs() < 1e-12);
-        let free = select(
-            &candidates,
-            &Request {
-                fixed,
-                starts: 3,
-                ..Request::new(Quota::Free(11))
-            },
-        )
-        .unwrap();
+        let free = select(&candidates, &Request { fixed, starts: 3, ..Request::new(Quota::Free(11)) }).unwrap();
         assert!(free.o1 >= found.o1, "freedom cannot hurt");
     }
 
     #[test]
     fn the_answer_does_not_depend_on_the_number_of_threads_and_a_start_stands_alone() {
         let (_, candidates) = pool(400, 10, 2, 3);
-        let request = Request {
-            starts: 6,
-            seed: 42,
-            ..Request::new(Quota::Free(20))
-        };
+        let request = Request { starts: 6, seed: 42, ..Request::new(Quota::Free(20)) };
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| select(&candidates, &request)).unwrap()
         };
         let (one, four) = (on(1), on(4));
         assert_eq!(one, four);
-        let fewer = select(
-            &candidates,
-            &Request {
-                starts: 2,
-                ..request.clone()
-            },
-        )
-        .unwrap();
+        let fewer = select(&candidates, &Request { starts: 2, ..request.clone() }).unwrap();
         assert_eq!(fewer.starts, one.starts[..2]);
     }
 
@@ -531,48 +452,20 @@ mod tests {
     fn what_cannot_be_met_says_why() {
         let (mut rows, candidates) = pool(10, 7, 2, 5);
         let fails = |request: Request| select(&candidates, &request).unwrap_err();
-        assert_eq!(
-            fails(Request::new(Quota::Free(2))),
-            SelectionError::TooFewPoses { poses: 2, parameters: 7 }
-        );
+        assert_eq!(fails(Request::new(Quota::Free(2))), SelectionError::TooFewPoses { poses: 2, parameters: 7 });
         let many = Request::new(Quota::PerGroup(vec![3, 6]));
-        assert_eq!(
-            fails(many),
-            SelectionError::TooFewCandidates {
-                group: 1,
-                wanted: 6,
-                available: 5
-            }
-        );
-        let twice = Request {
-            fixed: vec![3, 3],
-            ..Request::new(Quota::Free(4))
-        };
+        assert_eq!(fails(many), SelectionError::TooFewCandidates { group: 1, wanted: 6, available: 5 });
+        let twice = Request { fixed: vec![3, 3], ..Request::new(Quota::Free(4)) };
         assert_eq!(fails(twice), SelectionError::Fixed { candidate: 3 });
-        let outside = Request {
-            fixed: vec![10],
-            ..Request::new(Quota::Free(4))
-        };
+        let outside = Request { fixed: vec![10], ..Request::new(Quota::Free(4)) };
         assert_eq!(fails(outside), SelectionError::Fixed { candidate: 10 });
-        assert!(matches!(
-            Candidates::new(&rows[1..], 7, vec![0; 10]),
-            Err(SelectionError::Shape { .. })
-        ));
+        assert!(matches!(Candidates::new(&rows[1..], 7, vec![0; 10]), Err(SelectionError::Shape { .. })));
         rows[3 * 7 + 4] = f64::INFINITY;
-        assert_eq!(
-            Candidates::new(&rows, 7, vec![0; 10]).unwrap_err(),
-            SelectionError::NotFinite { candidate: 1, column: 4 }
-        );
+        assert_eq!(Candidates::new(&rows, 7, vec![0; 10]).unwrap_err(), SelectionError::NotFinite { candidate: 1, column: 4 });
         rows.iter_mut().skip(4).step_by(7).for_each(|x| *x = 0.0);
-        assert_eq!(
-            Candidates::new(&rows, 7, vec![0; 10]).unwrap_err(),
-            SelectionError::Unseen { column: 4 }
-        );
+        assert_eq!(Candidates::new(&rows, 7, vec![0; 10]).unwrap_err(), SelectionError::Unseen { column: 4 });
         rows.chunks_exact_mut(7).for_each(|row| row[4] = 2.0 * row[1]);
         let dependent = Candidates::new(&rows, 7, vec![0; 10]).unwrap();
-        assert!(matches!(
-            select(&dependent, &Request::new(Quota::Free(5))),
-            Err(SelectionError::NotIdentifiable { .. })
-        ));
+        assert!(matches!(select(&dependent, &Request::new(Quota::Free(5))), Err(SelectionError::NotIdentifiable { .. })));
     }
 }

@@ -89,6 +89,16 @@ impl Trig {
     }
 }
 
+/// An MDH line with its deviations and its joint's angle.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    alpha: Trig,
+    a: f64,
+    beta: Trig,
+    theta: Trig,
+    d: f64,
+}
+
 /// The arm in one posture: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
 #[derive(Debug, Clone)]
 pub struct Posture {
@@ -103,9 +113,7 @@ pub struct Posture {
     flexible: bool,
     /// Rz and Ry of each flex displacement.
     flex_turned: Vec<[Trig; 2]>,
-    alpha: Vec<Trig>,
-    beta: Vec<Trig>,
-    lengths: Vec<f64>,
+    lines: Vec<Line>,
     tcp: Vector3<f64>,
 }
 
@@ -121,9 +129,7 @@ impl Posture {
             flexed: vec![Frame::identity(); n + 1],
             flexible: false,
             flex_turned: vec![[Trig::ZERO; 2]; n + 1],
-            alpha: vec![Trig::ZERO; n],
-            beta: vec![Trig::ZERO; n],
-            lengths: vec![0.0; n],
+            lines: vec![Line { alpha: Trig::ZERO, a: 0.0, beta: Trig::ZERO, theta: Trig::ZERO, d: 0.0 }; n],
             tcp: Vector3::zeros(),
         }
     }
@@ -143,16 +149,21 @@ impl Posture {
         }
         self.base.o = Vector3::new(chi[0], chi[1], chi[2]);
         self.flexible = false;
+        // All sines first: between their calls the frames below would leave the registers.
+        for (i, ((line, link), q)) in self.lines.iter_mut().zip(&robot.links).zip(q).enumerate() {
+            let dev = &deviations[self.sites.link(i)..][..5];
+            let mdh = &link.mdh;
+            line.alpha.at(mdh.alpha + dev[0]);
+            line.a = mdh.a + dev[1];
+            line.beta.at(mdh.beta + dev[2]);
+            line.theta.at(q + mdh.theta + dev[3]);
+            line.d = mdh.d + dev[4];
+        }
         let mut frame = self.base;
         self.bend(0, &mut frame, deviations);
         for i in 0..n {
-            let dev = &deviations[self.sites.link(i)..][..5];
-            let mdh = &robot.links[i].mdh;
-            let (sa, ca) = self.alpha[i].at(mdh.alpha + dev[0]);
-            let (sb, cb) = self.beta[i].at(mdh.beta + dev[2]);
-            let (st, ct) = (q[i] + mdh.theta + dev[3]).sin_cos();
-            let (a, d) = (mdh.a + dev[1], mdh.d + dev[4]);
-            self.lengths[i] = a;
+            let Line { alpha, a, beta, theta, d } = self.lines[i];
+            let (sa, ca, sb, cb, st, ct) = (alpha.sin, alpha.cos, beta.sin, beta.cos, theta.sin, theta.cos);
             let y = frame.y * ca + frame.z * sa;
             let z_twisted = frame.z * ca - frame.y * sa;
             let x_skewed = frame.x * cb - z_twisted * sb;
@@ -239,9 +250,9 @@ impl Posture {
                     MdhEntry::Alpha => previous.x.cross(&(self.tcp - previous.o)),
                     MdhEntry::A => previous.x,
                     MdhEntry::Beta => {
-                        let Trig { sin, cos, .. } = self.alpha[i];
-                        let y = previous.y * cos + previous.z * sin;
-                        y.cross(&(self.tcp - previous.o - previous.x * self.lengths[i]))
+                        let Line { alpha, a, .. } = self.lines[i];
+                        let y = previous.y * alpha.cos + previous.z * alpha.sin;
+                        y.cross(&(self.tcp - previous.o - previous.x * a))
                     }
                     MdhEntry::Theta => next.z.cross(&(self.tcp - next.o)),
                     MdhEntry::D => next.z,

@@ -33,17 +33,10 @@ impl Candidates {
     /// When the sizes do not fit, a number is not finite, or a column is zero in the whole pool.
     pub fn new(rows: &[f64], parameters: usize, groups: Vec<usize>) -> Result<Self, SelectionError> {
         if parameters == 0 || rows.len() != groups.len() * 3 * parameters {
-            return Err(SelectionError::Shape {
-                numbers: rows.len(),
-                candidates: groups.len(),
-                parameters,
-            });
+            return Err(SelectionError::Shape { numbers: rows.len(), candidates: groups.len(), parameters });
         }
         if let Some(place) = rows.iter().position(|x| !x.is_finite()) {
-            return Err(SelectionError::NotFinite {
-                candidate: place / (3 * parameters),
-                column: place % parameters,
-            });
+            return Err(SelectionError::NotFinite { candidate: place / (3 * parameters), column: place % parameters });
         }
         // A common scale makes the average candidate weigh one in every column; the determinant's maximum stays where it is.
         let mut scale = vec![0.0; parameters];
@@ -54,28 +47,17 @@ impl Candidates {
         if let Some(column) = scale.iter().position(|&s| s <= 0.0) {
             return Err(SelectionError::Unseen { column });
         }
-        let scaled: Vec<f64> = rows
-            .chunks_exact(parameters)
-            .flat_map(|row| row.iter().zip(&scale).map(|(x, s)| x / s))
-            .collect();
+        let scaled: Vec<f64> =
+            rows.chunks_exact(parameters).flat_map(|row| row.iter().zip(&scale).map(|(x, s)| x / s)).collect();
         let mut blocks = vec![[[0.0; LANES]; 3]; groups.len().div_ceil(LANES) * parameters];
         for (candidate, rows) in scaled.chunks_exact(3 * parameters).enumerate() {
             let block = &mut blocks[candidate / LANES * parameters..][..parameters];
             for (row, numbers) in rows.chunks_exact(parameters).enumerate() {
-                block
-                    .iter_mut()
-                    .zip(numbers)
-                    .for_each(|(b, x)| b[row][candidate % LANES] = *x);
+                block.iter_mut().zip(numbers).for_each(|(b, x)| b[row][candidate % LANES] = *x);
             }
         }
         let log_scale = scale.iter().map(|s| s.ln()).sum();
-        Ok(Candidates {
-            parameters,
-            groups,
-            rows: scaled,
-            blocks,
-            log_scale,
-        })
+        Ok(Candidates { parameters, groups, rows: scaled, blocks, log_scale })
     }
 
     /// Number of candidates.
@@ -134,9 +116,7 @@ pub(super) struct Best {
 
 impl Field {
     pub(super) fn new(candidates: &Candidates) -> Self {
-        Field {
-            variance: vec![[[0.0; LANES]; 6]; candidates.blocks().len()],
-        }
+        Field { variance: vec![[[0.0; LANES]; 6]; candidates.blocks().len()] }
     }
 
     pub(super) fn clear(&mut self) {
@@ -152,12 +132,7 @@ impl Field {
     /// The pass is compiled for several generations of processors and takes the best there is. Multiplications and additions are
     /// not contracted and their order is fixed, so the numbers do not depend on which it takes.
     pub(super) fn pass(&mut self, candidates: &Candidates, turns: &[Turn], open: &[Lanes]) -> Option<Best> {
-        pulp::Arch::new().dispatch(Pass {
-            field: self,
-            candidates,
-            turns,
-            open,
-        })
+        pulp::Arch::new().dispatch(Pass { field: self, candidates, turns, open })
     }
 }
 
@@ -175,12 +150,8 @@ impl pulp::WithSimd for Pass<'_> {
     fn with_simd<S: pulp::Simd>(self, _: S) -> Option<Best> {
         let mut best = [0.0; LANES];
         let mut place = [0.0; LANES];
-        for (number, ((block, variance), open)) in self
-            .candidates
-            .blocks()
-            .zip(&mut self.field.variance)
-            .zip(self.open)
-            .enumerate()
+        for (number, ((block, variance), open)) in
+            self.candidates.blocks().zip(&mut self.field.variance).zip(self.open).enumerate()
         {
             for turn in self.turns {
                 update(variance, &product(block, &turn.factor), turn.sign);
@@ -195,10 +166,7 @@ impl pulp::WithSimd for Pass<'_> {
         }
         (0..LANES)
             .filter(|&l| best[l] > 0.0)
-            .map(|l| Best {
-                candidate: place[l] as usize * LANES + l,
-                determinant: best[l],
-            })
+            .map(|l| Best { candidate: place[l] as usize * LANES + l, determinant: best[l] })
             .reduce(|a, b| {
                 let earlier = b.determinant == a.determinant && b.candidate < a.candidate;
                 if b.determinant > a.determinant || earlier { b } else { a }

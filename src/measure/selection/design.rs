@@ -47,13 +47,7 @@ impl<'a> Design<'a> {
         let mut design = Design {
             candidates,
             groups,
-            members: poses
-                .iter()
-                .map(|&candidate| Member {
-                    candidate,
-                    variance: [0.0; 6],
-                })
-                .collect(),
+            members: poses.iter().map(|&candidate| Member { candidate, variance: [0.0; 6] }).collect(),
             counts: vec![0; quotas.len()],
             inverse: Vec::new(),
             log_det: 0.0,
@@ -112,10 +106,7 @@ impl<'a> Design<'a> {
             .step_by(3)
             .map(|first| {
                 let entry = |p: usize, s: usize| if first + s < m { root[(p, first + s)] } else { 0.0 };
-                Turn {
-                    sign: -1.0,
-                    factor: (0..m).map(|p| [entry(p, 0), entry(p, 1), entry(p, 2)]).collect(),
-                }
+                Turn { sign: -1.0, factor: (0..m).map(|p| [entry(p, 0), entry(p, 1), entry(p, 2)]).collect() }
             })
             .collect();
         Ok(())
@@ -146,9 +137,7 @@ impl<'a> Design<'a> {
         let groups: Vec<f64> = (0..self.counts.len()).map(|g| f64::from(u8::from(eligible(g)))).collect();
         for (open, members) in open.iter_mut().zip(self.groups.chunks(LANES)) {
             *open = [0.0; LANES];
-            open.iter_mut()
-                .zip(members)
-                .for_each(|(o, &g)| *o = groups.get(g).copied().unwrap_or(0.0));
+            open.iter_mut().zip(members).for_each(|(o, &g)| *o = groups.get(g).copied().unwrap_or(0.0));
         }
         for pose in self.poses() {
             open[pose / LANES][pose % LANES] = 0.0;
@@ -171,19 +160,14 @@ impl<'a> Design<'a> {
             x * (y * z - yz * yz) - xy * (xy * z + yz * xz) - xz * (xy * yz + y * xz)
         };
         let candidates = self.members.iter().filter(|member| removable(member.candidate));
-        candidates
-            .max_by(|a, b| left(a).total_cmp(&left(b)))
-            .map(|member| member.candidate)
+        candidates.max_by(|a, b| left(a).total_cmp(&left(b))).map(|member| member.candidate)
     }
 
     /// Adds a candidate that is not in the design.
     pub(super) fn add(&mut self, candidate: usize) {
         let turn = self.turn(candidate, 1.0);
         self.counts[self.groups[candidate]] += 1;
-        self.members.push(Member {
-            candidate,
-            variance: [0.0; 6],
-        });
+        self.members.push(Member { candidate, variance: [0.0; 6] });
         let last = self.members.len() - 1;
         self.members[last].variance = self.directions(candidate).1;
         self.pending.push(turn);
@@ -221,9 +205,7 @@ impl<'a> Design<'a> {
             *f = [x, y, z];
         }
         for (row, f) in self.inverse.chunks_exact_mut(m).zip(&factor) {
-            row.iter_mut()
-                .zip(&factor)
-                .for_each(|(i, g)| *i -= sign * (f[0] * g[0] + f[1] * g[1] + f[2] * g[2]));
+            row.iter_mut().zip(&factor).for_each(|(i, g)| *i -= sign * (f[0] * g[0] + f[1] * g[1] + f[2] * g[2]));
         }
         for member in &mut self.members {
             let mut t = [[0.0; 3]; 3];
@@ -232,11 +214,7 @@ impl<'a> Design<'a> {
                     (0..3).for_each(|s| t[s] += x * f[s]);
                 }
             }
-            for (g, (r, s)) in member
-                .variance
-                .iter_mut()
-                .zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
-            {
+            for (g, (r, s)) in member.variance.iter_mut().zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]) {
                 *g -= sign * (t[r][0] * t[s][0] + t[r][1] * t[s][1] + t[r][2] * t[s][2]);
             }
         }
