@@ -1,8 +1,18 @@
-//! sim
+//! What stands in for the factory: the simulated cell, the truth it keeps, and the score.
+//!
+//! The procedure in [`calibench`] cannot name anything in here; it meets the simulated cell through the same traits as a real one.
 
+pub mod arm;
+pub mod cli;
 pub mod cmm;
 pub mod contact;
+pub mod controller;
 pub mod gauge;
+pub mod planning;
 pub mod plunger;
 pub mod random;
+pub mod run;
+pub mod scenario;
+pub mod score;
 pub mod tracker;
+pub mod world;

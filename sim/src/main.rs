@@ -1,1 +1,7 @@
-fn main(){}
+//! The program `calibench`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    calibench_sim::cli::main()
+}

@@ -15,6 +15,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use crate::arm::TrueEffect;
+use crate::contact::DATUM_RADIUS;
 use crate::controller::ControllerSpec;
 use crate::plunger::PlungerSpec;
 use crate::tracker::TrackerSpec;
@@ -478,7 +479,11 @@ impl Scenario {
     /// What stands around the arm.
     pub fn surroundings(&self) -> Surroundings {
         // Checked when the scenario was read.
-        let fixed = self.solids("solid", &self.solids).unwrap_or_default();
+        let mut fixed = self.solids("solid", &self.solids).unwrap_or_default();
+        fixed.extend(self.balls.iter().map(|b| {
+            let centre = Vector3::new(b.x_mm, b.y_mm, b.z_mm) * MM;
+            Solid::capsule(ball_body(&b.id), 0, [centre, centre], DATUM_RADIUS)
+        }));
         Surroundings { fixed, carried: self.solids("carried", &self.carried).unwrap_or_default() }
     }
 
@@ -541,6 +546,11 @@ impl Scenario {
         let t = &self.truth.tracker;
         TrackerSpec { shot: t.sigma_um * UM, point_shots: t.point_shots, nest_shots: t.nest_shots }
     }
+}
+
+/// Name of a ball's body among the surroundings.
+pub fn ball_body(id: &str) -> String {
+    format!("ball {id}")
 }
 
 /// Key of a parameter in `[truth.effects.ID]`: its name without what the id already says, and its unit.

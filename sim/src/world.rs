@@ -5,13 +5,14 @@ use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
 use calibench::measure::{Attendant, CalledOff, Dataset};
-use calibench::robot::{FramePose, Payload, Pose, RelToolWorkspace, Robot};
+use calibench::robot::{FramePose, Payload, Pose, RelTool, RelToolError, Robot};
 use calibench::units::UM;
 use nalgebra::{Point3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::arm::{Arm, Moment};
+use crate::contact::DATUM_RADIUS;
 use crate::controller::Joints;
 use crate::gauge::Gauge;
 use crate::plunger::PresentedBall;
@@ -35,7 +36,7 @@ pub struct World {
     balls: Vec<PresentedBall>,
     ball_form: f64,
     nominal: Dataset,
-    rel_tool: RelToolWorkspace,
+    rel_tool: RelTool,
     approach: Vec<i8>,
     time_s: f64,
     pose: Pose,
@@ -47,9 +48,6 @@ pub struct World {
 fn normal(sigma: f64, rng: &mut ChaCha8Rng) -> f64 {
     sigma * Distribution::<f64>::sample(&StandardNormal, rng)
 }
-
-/// Radius of a 1-inch ball, m.
-const DATUM_RADIUS: f64 = 12.7e3 * UM;
 
 impl World {
     /// The cell of a scenario, its errors drawn from the streams of a trial.
@@ -85,7 +83,7 @@ impl World {
             gauge: Gauge::draw(&scenario.plungers(), streams),
             balls,
             ball_form: truth.indicators.ball_form_um * UM,
-            rel_tool: RelToolWorkspace::new(&nominal.robot),
+            rel_tool: RelTool::new(&nominal.robot),
             nominal,
             approach: vec![0; robot.joints()],
             time_s: 0.0,
@@ -151,15 +149,12 @@ impl World {
     }
 
     fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
-        let q = self.joints.reported().to_vec();
-        let target = self
-            .rel_tool
-            .solve(&self.nominal.robot, &self.nominal.base, &self.nominal.tool, &q, offset)
-            .ok_or(ManipulatorError::Unreachable)?
-            .to_vec();
-        if let Some(joint) = self.nominal.robot.outside_limits(&target, 0.0) {
-            return Err(ManipulatorError::JointLimit { joint: joint + 1 });
-        }
+        let mut target = self.joints.reported().to_vec();
+        let Dataset { robot, base, tool, .. } = &self.nominal;
+        self.rel_tool.shift(robot, base, tool, &mut target, offset).map_err(|e| match e {
+            RelToolError::JointLimit { joint } => ManipulatorError::JointLimit { joint },
+            RelToolError::Singular => ManipulatorError::Unreachable,
+        })?;
         self.note_approach(&target);
         self.time_s += self.joints.move_small(&target);
         self.settle();

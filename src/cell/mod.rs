@@ -5,6 +5,7 @@
 
 mod indicator;
 mod manipulator;
+mod recorded_stops;
 mod replay;
 pub mod scripted;
 mod trical;

@@ -10,26 +10,10 @@ use std::rc::Rc;
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use super::recorded_stops::{Fault, Stop, read_stops};
 use super::{Indicator, IndicatorError, Manipulator, ManipulatorError};
-use crate::files::{FileError, read_text};
-use crate::units::{DEG, UM};
-
-/// One stop of a recorded arm, a row of `iterations.csv`.
-#[derive(Debug, Clone, PartialEq)]
-struct Stop {
-    time_s: f64,
-    joints: Vec<f64>,
-    reading: Option<Vector3<f64>>,
-    step: Option<Vector3<f64>>,
-    fault: Option<Fault>,
-}
-
-/// What a device answered in the place of a result.
-#[derive(Debug, Clone, PartialEq)]
-enum Fault {
-    Indicator(usize, IndicatorError),
-    Robot(ManipulatorError),
-}
+use crate::files::FileError;
+use crate::units::UM;
 
 /// Where a command differs from the recorded one. Steps are counted from 1, the first row after the header of `iterations.csv`.
 #[derive(Debug, Error, Clone, PartialEq)]
@@ -88,7 +72,7 @@ impl Recording {
     /// # Errors
     /// When the file cannot be read, a column is missing, or a value is no number.
     pub fn read(path: &Path) -> Result<Recording, FileError> {
-        let stops = Table::read(path)?.stops()?;
+        let stops = read_stops(path)?;
         Ok(Recording(Rc::new(RefCell::new(State {
             stops,
             at: None,
@@ -172,6 +156,7 @@ impl Manipulator for ReplayedRobot {
         let Some(next) = state.stops.get(state.next()) else {
             return state.depart(ReplayDeparture::End { at: at - 1 });
         };
+        let stood_still = next.fault == Some(Fault::StoodStill);
         let same =
             next.joints.len() == target.len() && next.joints.iter().zip(target).all(|(a, b)| (a - b).abs() < SAME_JOINTS);
         // A stop that was left by a step along the tool is not left by a joint motion.
@@ -179,7 +164,7 @@ impl Manipulator for ReplayedRobot {
             .at
             .and_then(|at| state.stops.get(at))
             .is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
-        if stepped || !same {
+        if stepped || !(same || stood_still) {
             return state.depart(ReplayDeparture::Joints {
                 at,
                 commanded: target.to_vec(),
@@ -242,130 +227,6 @@ impl Indicator for ReplayedIndicator {
         Err(IndicatorError::Fault {
             detail: "a recording cannot be mastered again".into(),
         })
-    }
-}
-
-/// `iterations.csv` as text.
-struct Table<'a> {
-    path: &'a Path,
-    header: csv::StringRecord,
-    rows: Vec<csv::StringRecord>,
-}
-
-impl<'a> Table<'a> {
-    fn read(path: &'a Path) -> Result<Self, FileError> {
-        let text = read_text(path)?;
-        let fail = |e: csv::Error| FileError {
-            line: e.position().map(|p| p.line() as usize),
-            ..FileError::whole(path, e.to_string(), "every row needs the columns of the header")
-        };
-        let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let header = reader.headers().map_err(fail)?.clone();
-        let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(fail)?;
-        Ok(Table { path, header, rows })
-    }
-
-    fn column(&self, name: &str) -> Result<usize, FileError> {
-        self.header.iter().position(|h| h == name).ok_or_else(|| FileError {
-            line: Some(1),
-            field: name.into(),
-            ..FileError::whole(self.path, "the column is missing", "give the iterations.csv of a campaign")
-        })
-    }
-
-    fn wrong(&self, row: &csv::StringRecord, field: &str, problem: String, remedy: &str) -> FileError {
-        let line = row.position().map(|p| p.line() as usize);
-        FileError {
-            line,
-            field: field.into(),
-            ..FileError::whole(self.path, problem, remedy)
-        }
-    }
-
-    /// A finite number, or nothing in an empty field.
-    fn number(&self, row: &csv::StringRecord, column: usize) -> Result<Option<f64>, FileError> {
-        let text = row.get(column).unwrap_or_default();
-        if text.is_empty() {
-            return Ok(None);
-        }
-        match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(Some(value)),
-            _ => {
-                let field = self.header.get(column).unwrap_or_default();
-                Err(self.wrong(
-                    row,
-                    field,
-                    format!("'{text}' is no finite number"),
-                    "write a number, or leave the field empty",
-                ))
-            }
-        }
-    }
-
-    fn stops(&self) -> Result<Vec<Stop>, FileError> {
-        let (time, fault) = (self.column("time_s")?, self.column("fault")?);
-        let mut joints = vec![self.column("q1_deg")?];
-        while let Ok(column) = self.column(&format!("q{}_deg", joints.len() + 1)) {
-            joints.push(column);
-        }
-        let mut three = [[0; 3]; 2];
-        for (columns, letter) in three.iter_mut().zip(["r", "step"]) {
-            for (k, column) in columns.iter_mut().enumerate() {
-                *column = self.column(&format!("{letter}{}_um", k + 1))?;
-            }
-        }
-        let vector = |row: &csv::StringRecord, columns: &[usize; 3]| -> Result<Option<Vector3<f64>>, FileError> {
-            let [x, y, z] = [
-                self.number(row, columns[0])?,
-                self.number(row, columns[1])?,
-                self.number(row, columns[2])?,
-            ];
-            Ok(x.zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z) * UM))
-        };
-        let stop = |row: &csv::StringRecord| {
-            let mut angles = Vec::with_capacity(joints.len());
-            for &column in &joints {
-                angles.extend(self.number(row, column)?.map(|q| q * DEG));
-            }
-            Ok(Stop {
-                time_s: self.number(row, time)?.unwrap_or_default(),
-                joints: angles,
-                reading: vector(row, &three[0])?,
-                step: vector(row, &three[1])?,
-                fault: self.fault(row, fault, joints.len())?,
-            })
-        };
-        self.rows.iter().map(stop).collect()
-    }
-
-    /// The device's answer behind a recorded failure; what the controller concluded from readings it will conclude again.
-    fn fault(&self, row: &csv::StringRecord, column: usize, joints: usize) -> Result<Option<Fault>, FileError> {
-        let text = row.get(column).unwrap_or_default();
-        let (name, place) = text.split_once(':').unwrap_or((text, ""));
-        let counted = |of: usize| match place.parse::<usize>() {
-            Ok(place) if (1..=of).contains(&place) => Ok(place),
-            _ => Err(self.wrong(
-                row,
-                "fault",
-                format!("'{text}' names no indicator or joint"),
-                "put its number after a colon",
-            )),
-        };
-        let indicator = |error| Ok(Some(Fault::Indicator(counted(3)? - 1, error)));
-        let robot = |error| Ok(Some(Fault::Robot(error)));
-        let as_recorded = || "as recorded".to_owned();
-        match name {
-            "silent_indicator" => indicator(IndicatorError::Silent),
-            "garbled_indicator" => indicator(IndicatorError::Garbled { frame: as_recorded() }),
-            "faulty_indicator" => indicator(IndicatorError::Fault { detail: as_recorded() }),
-            "plunger_at_stop" => indicator(IndicatorError::OverRange),
-            "robot_lost" => robot(ManipulatorError::Lost { detail: as_recorded() }),
-            "robot_stopped" => robot(ManipulatorError::Stopped { reason: as_recorded() }),
-            "robot_refused" => robot(ManipulatorError::Refused { reason: as_recorded() }),
-            "joint_limit" => robot(ManipulatorError::JointLimit { joint: counted(joints)? }),
-            "unreachable" => robot(ManipulatorError::Unreachable),
-            _ => Ok(None),
-        }
     }
 }
 

@@ -81,6 +81,19 @@ pub enum Needs {
     Balls,
 }
 
+impl Needs {
+    /// In the words of the files.
+    pub fn words(self) -> &'static str {
+        match self {
+            Needs::Masses => "link masses or tau1_nm ...",
+            Needs::Approach => "approach1 ...",
+            Needs::Time => "time_s",
+            Needs::Temperature => "temp_c",
+            Needs::Balls => "samples of kind ball",
+        }
+    }
+}
+
 /// Whose property a parameter is: one robot may stand in several sessions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Owner {

@@ -164,6 +164,13 @@ impl Calibration {
         self.estimates.iter().find(|e| e.name == name)
     }
 
+    /// The same robot as drawn: every parameter at its nominal value.
+    pub fn as_drawn(&self) -> Self {
+        let mut drawn = self.clone();
+        drawn.estimates.iter_mut().for_each(|e| e.value = e.nominal);
+        drawn
+    }
+
     /// Errors of the calibrated model on samples, m: three a sample.
     ///
     /// What belongs to a set-up that the calibration has not seen (its base, a free tool, a free ball) is fitted to these samples

@@ -119,6 +119,23 @@ pub fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Fit,
     Solver::new(problem, start, free)?.run(start.to_vec())
 }
 
+/// The flat parameters that the problem's samples can tell apart at its start, ascending.
+///
+/// # Errors
+/// When the numbers are not finite.
+pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError> {
+    let all: Vec<usize> = (0..problem.parameters().len()).collect();
+    Ok(ordered_rank(problem, &problem.start(), &all)?.kept)
+}
+
+/// Observability indices of a Jacobian (3 x poses rows, SI).
+///
+/// # Errors
+/// When it cannot be decomposed.
+pub fn observability_of(jacobian: &DMatrix<f64>, poses: usize) -> Result<Observability, FitError> {
+    Ok(Observability::new(&linalg::singular_values(jacobian)?, poses))
+}
+
 struct Solver<'a> {
     problem: &'a Problem,
     kept: Vec<usize>,
@@ -255,12 +272,12 @@ impl<'a> Solver<'a> {
         let residuals = problem.residuals(&values);
         let rms = (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt();
         let mut plain = problem.plain_jacobian(&values, &flat);
-        let observability = Observability::new(&linalg::singular_values(&plain)?, problem.sample_count());
+        let observability = observability_of(&plain, problem.sample_count())?;
         for mut column in plain.column_iter_mut() {
             let norm = column.norm();
             column /= norm;
         }
-        let condition = Observability::new(&linalg::singular_values(&plain)?, problem.sample_count()).condition();
+        let condition = observability_of(&plain, problem.sample_count())?.condition();
         Ok(Fit {
             values,
             kept: self.kept,

@@ -6,6 +6,7 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::triangular_inverse;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 use thiserror::Error;
@@ -135,6 +136,14 @@ impl Cholesky {
     /// Natural logarithm of the determinant of the factored matrix.
     pub fn log_determinant(&self) -> f64 {
         2.0 * (0..self.l.nrows()).map(|i| self.l[(i, i)].ln()).sum::<f64>()
+    }
+
+    /// Writes `S = L^-T` (m x m, upper triangular) into `out`: the inverse is `S S^T`.
+    pub fn inverse_root(&self, out: &mut DMatrix<f64>) {
+        let m = self.l.nrows();
+        out.fill(0.0);
+        let transposed = MatMut::from_row_major_slice_mut(out.as_mut_slice(), m, m);
+        triangular_inverse::invert_lower_triangular(transposed, self.l.as_ref(), Par::Seq);
     }
 
     /// Writes the inverse (m x m, both triangles) into `out`: the covariance, where the factored matrix is the information.
@@ -283,6 +292,9 @@ mod tests {
         let mut covariance = DMatrix::zeros(31, 31);
         cholesky.inverse(&mut covariance);
         assert!((&covariance * &normal - DMatrix::identity(31, 31)).norm() < 1e-12);
+        let mut root = DMatrix::zeros(31, 31);
+        cholesky.inverse_root(&mut root);
+        assert!((&root * root.transpose() - &covariance).norm() < 1e-13 * covariance.norm());
         let oracle = nalgebra::Cholesky::new(normal.clone()).unwrap();
         assert!((cholesky.log_determinant() - oracle.ln_determinant()).abs() < 1e-11);
         let b = random(31, 1, 3);

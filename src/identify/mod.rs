@@ -1,18 +1,6 @@
-//! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
+//! Finding the numbers: what the measurements can tell, and how well.
 
-mod calibration;
-mod calibration_file;
-mod fit;
-mod linalg;
-mod model;
-mod model_file;
+pub mod linalg;
 mod observability;
-mod problem;
 
-pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
-pub use calibration_file::{read_calibration, write_calibration};
-pub use fit::{Fit, FitError, Stop, Unresolved, fit};
-pub use model::Model;
-pub use model_file::{ModelFile, check_effects, read_model, write_model};
 pub use observability::Observability;
-pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};

@@ -1,5 +1,7 @@
 //! Which effects the identifier may use.
 
+use crate::measure::Dataset;
+
 /// The model: a list of effect ids, and where joint torques come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Model {
@@ -13,6 +15,11 @@ impl Model {
     /// A model of these effects.
     pub fn of(effects: &[&str]) -> Self {
         Model { effects: effects.iter().map(|e| (*e).into()).collect(), measured_torques: false }
+    }
+
+    /// The model that a dataset gets when none is named: the paper's, without joint compliance where no link mass is known.
+    pub fn default_for(dataset: &Dataset) -> Self {
+        if dataset.robot.has_masses() { Model::paper() } else { Model::of(&["base_frame", "mdh"]) }
     }
 
     /// The paper's model: base, links, joint compliance. On the KR6 with a known tool it has 31 independent parameters.

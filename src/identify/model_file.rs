@@ -4,20 +4,17 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::Model;
 use crate::effects::{self, EffectError, Subject};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
-
-/// What the identifier may use, by the ids of the catalogue.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ModelFile {
-    /// Ids such as `mdh` or `harmonic1:2`, in the order given.
-    pub effects: Vec<String>,
-}
 
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct ModelToml {
     effects: Vec<String>,
+    /// Take joint torques from the dataset's `tau1_nm` ... columns, not from link masses.
+    #[serde(default)]
+    measured_torques: bool,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<UserEffectToml>,
 }
@@ -44,7 +41,7 @@ struct TermToml {
 /// # Errors
 /// The first mistake, with line, key and remedy: an unknown or a missing key, an effect that does not exist, does not fit the
 /// robot or the artifact, or is named twice; user-written effects, which this version does not evaluate.
-pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<ModelFile, FileError> {
+pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError> {
     let text = read_text(path)?;
     let file: ModelToml = parse_toml(path, &text)?;
     if !file.effect.is_empty() {
@@ -52,7 +49,7 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<ModelFile, FileE
         return Err(field_error(path, &text, "effect[0]", "user-written effects are not supported yet", remedy));
     }
     check_effects(path, &text, "effects", &file.effects, subject)?;
-    Ok(ModelFile { effects: file.effects })
+    Ok(Model { effects: file.effects, measured_torques: file.measured_torques })
 }
 
 /// Checks a list of effects that stands under `key` of the TOML document `text`, such as `model.effects` of a scenario.
@@ -89,7 +86,8 @@ pub fn check_effects(path: &Path, text: &str, key: &str, ids: &[String], subject
 ///
 /// # Errors
 /// When the folder cannot be written.
-pub fn write_model(model: &ModelFile, path: &Path) -> Result<(), FileError> {
+pub fn write_model(model: &Model, path: &Path) -> Result<(), FileError> {
     let quoted: Vec<String> = model.effects.iter().map(|id| toml::Value::from(id.as_str()).to_string()).collect();
-    write_whole(path, format!("effects = [{}]\n", quoted.join(", ")).as_bytes())
+    let torques = if model.measured_torques { "measured_torques = true\n" } else { "" };
+    write_whole(path, format!("effects = [{}]\n{torques}", quoted.join(", ")).as_bytes())
 }

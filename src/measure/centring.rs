@@ -184,8 +184,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     ) -> Result<Centred, CentringFailure> {
         let mut course = Course::default();
         loop {
-            let centred = self.stop(Phase::Centring, contact.take(), note, |cell, at| {
-                cell.step_or_finish(&mut course, at)
+            let centred = self.stop(Phase::Centring, contact.take(), note, |cell, at, reading| {
+                cell.step_or_finish(&mut course, at, reading)
             })?;
             if let Some(centred) = centred {
                 return Ok(centred);
@@ -199,7 +199,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         phase: Phase,
         target: Option<&[f64]>,
         note: &mut dyn FnMut(&Iteration),
-        act: impl FnOnce(&mut Self, &mut Iteration) -> Result<T, CentringFailure>,
+        act: impl FnOnce(&mut Self, &mut Iteration, Vector3<f64>) -> Result<T, CentringFailure>,
     ) -> Result<T, CentringFailure> {
         let joints = target.map(<[f64]>::to_vec).unwrap_or_default();
         let mut at = Iteration {
@@ -211,13 +211,13 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             retries: 0,
             fault: None,
         };
-        let result = self.arrive(target, &mut at).and_then(|()| act(self, &mut at));
+        let result = self.arrive(target, &mut at).and_then(|reading| act(self, &mut at, reading));
         at.fault = result.as_ref().err().cloned();
         note(&at);
         result
     }
 
-    fn arrive(&mut self, target: Option<&[f64]>, at: &mut Iteration) -> Result<(), CentringFailure> {
+    fn arrive(&mut self, target: Option<&[f64]>, at: &mut Iteration) -> Result<Vector3<f64>, CentringFailure> {
         let moved = target.map_or(Ok(()), |target| self.robot.move_joints(target));
         at.time_s = self.robot.clock_s();
         moved?;
@@ -225,9 +225,10 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         if target.is_some_and(|target| !arrived(target, &at.joints)) {
             return Err(CentringFailure::RobotDidNotMove);
         }
-        at.reading = Some(self.read(&mut at.retries)?);
+        let reading = self.read(&mut at.retries)?;
+        at.reading = Some(reading);
         at.time_s = self.robot.clock_s();
-        Ok(())
+        Ok(reading)
     }
 
     /// The three readings, m, averaged over as many as the settings ask for.
@@ -244,8 +245,12 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     }
 
     /// At a stop with readings: finished, or one step further.
-    fn step_or_finish(&mut self, course: &mut Course, at: &mut Iteration) -> Result<Option<Centred>, CentringFailure> {
-        let Some(reading) = at.reading else { return Ok(None) };
+    fn step_or_finish(
+        &mut self,
+        course: &mut Course,
+        at: &mut Iteration,
+        reading: Vector3<f64>,
+    ) -> Result<Option<Centred>, CentringFailure> {
         let doubt = self.doubt(course, &at.joints, &reading);
         // A wrong sign soon drives a plunger to its end: then the sign is the news, not the end. A tool frame merely suspected is not.
         match (doubt, self.contact(&reading)) {
@@ -306,8 +311,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     }
 
     /// That all three plungers stand at their free readings, with nothing touching them.
-    pub(super) fn all_free(&self, at: &Iteration) -> Result<(), CentringFailure> {
-        let Some(reading) = at.reading else { return Ok(()) };
+    pub(super) fn all_free(&self, reading: &Vector3<f64>) -> Result<(), CentringFailure> {
         match (0..3).find(|&k| (reading[k] - self.free_reading[k]).abs() > self.settings.end_band) {
             Some(axis) => Err(CentringFailure::StuckIndicator { axis }),
             None => Ok(()),

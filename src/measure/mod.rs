@@ -2,19 +2,7 @@
 
 mod columns;
 mod dataset;
-mod dataset_file;
-mod dataset_folder;
-mod samples_file;
-mod campaign;
-mod campaign_files;
-mod centring;
-mod centring_failure;
-mod last_motion;
-mod mastering;
-mod order;
-mod probing;
-mod reading;
-mod response;
+pub mod selection;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
@@ -27,3 +15,7 @@ pub(crate) use samples_file::{Header, Row, number};
 pub use mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master};
 pub use order::interleave;
 pub use probing::{PlannedPose, Probing, ProbingFailure};
+pub use draws::{Margins, PoolError, Refusals};
+pub use free_poses::{Facing, FreePosesRequest, free_poses};
+pub use plan_file::{PLAN_FORMAT, read_plan, write_plan};
+pub use pool::{Candidate, PoolRequest, ProbedBall, feasible_pool};

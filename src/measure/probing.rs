@@ -64,11 +64,13 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     }
 
     fn approach_and_probe(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> Result<Centred, ProbingFailure> {
-        self.stop(Phase::Approach, Some(&pose.approach), note, |cell, at| cell.all_free(at))
-            .map_err(|reason| ProbingFailure {
-                backed_off: reason.robot_obeys(),
-                reason,
-            })?;
+        self.stop(Phase::Approach, Some(&pose.approach), note, |cell, _, reading| {
+            cell.all_free(&reading)
+        })
+        .map_err(|reason| ProbingFailure {
+            backed_off: reason.robot_obeys(),
+            reason,
+        })?;
         let centred = self.centre_at(Some(&pose.contact), note);
         match centred {
             Err(reason) if !reason.robot_obeys() => Err(ProbingFailure {
@@ -96,7 +98,9 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// line asks the controller for inverse kinematics again, which is just what may have failed (a joint limit, an unreachable
     /// target), and along a tool axis that may be the very one that is wrong.
     fn retreat(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> (bool, Result<(), CentringFailure>) {
-        let free = self.stop(Phase::Retreat, Some(&pose.approach), note, |cell, at| cell.all_free(at));
+        let free = self.stop(Phase::Retreat, Some(&pose.approach), note, |cell, _, reading| {
+            cell.all_free(&reading)
+        });
         (!matches!(&free, Err(reason) if reason.is_robot_s()), free)
     }
 }

@@ -4,4 +4,4 @@ mod json;
 mod tables;
 
 pub use json::{calibration_json, validation_json};
-pub use tables::{histogram, parameter_table, unresolved_sentences, validation_row, validation_table};
+pub use tables::{histogram, parameter_table, plain_table, unresolved_sentences, validation_row, validation_table};

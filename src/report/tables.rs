@@ -16,6 +16,15 @@ fn table(header: &[&str]) -> Table {
     table
 }
 
+/// A table of plain rows: the first column text, the others numbers.
+pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> String {
+    let mut out = table(header);
+    for row in rows {
+        out.add_row(row);
+    }
+    out.to_string()
+}
+
 /// Digits after the point that show a value to a tenth of its one-sigma, between 3 (as the paper prints) and 6.
 fn decimals(sigma: f64) -> usize {
     if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(3.0, 6.0) as usize } else { 3 }

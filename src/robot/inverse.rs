@@ -98,7 +98,7 @@ pub struct InverseKinematics {
 }
 
 /// Lever, m, that makes metres of radians in the error: about the size of a hand and its tool, so that neither is neglected.
-const LEVER: f64 = 0.3;
+pub(super) const LEVER: f64 = 0.3;
 /// Damping (m²) to begin with, its floor, and where the search is given up; the arm's J J^T is of order 0.1 m².
 const DAMPING: [f64; 3] = [1e-4, 1e-14, 1e4];
 /// The largest joint motion in one step, rad: beyond it the linear picture is worthless.

@@ -1,6 +1,7 @@
 //! What the arm is: a chain of revolute joints in modified DH with Hayati's beta, its masses, limits and solids.
 
 mod builtin;
+mod dexterity;
 mod inverse;
 mod kinematics;
 mod kr6_r700;
@@ -17,6 +18,7 @@ mod ur10;
 mod ur5;
 
 pub use builtin::{BUILT_IN, built_in};
+pub use dexterity::dexterity;
 pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
 pub use kinematics::{Frame, Posture, world_from_tool};
 pub use rigid_fit::rigid_fit;

@@ -197,28 +197,31 @@ impl SphericalWrist {
         [theta4, sin5.atan2(cos5), sin6.atan2(cos6)]
     }
 
+    /// Calls `found` with every set of joint angles inside the limits less `margin` (rad) that is `q` but for whole turns.
+    pub fn whole_turns(&self, q: &[f64; 6], margin: f64, mut found: impl FnMut(&[f64; 6])) {
+        let mut lowest = *q;
+        let mut most = [0u32; 6];
+        for i in 0..6 {
+            let [low, high] = [self.limits[i][0] + margin, self.limits[i][1] - margin];
+            lowest[i] += TAU * ((low - q[i]) / TAU).ceil();
+            if lowest[i] > high {
+                return;
+            }
+            most[i] = ((high - lowest[i]) / TAU) as u32;
+        }
+        // Counts through all combinations like an odometer.
+        let mut turns = [0u32; 6];
+        loop {
+            found(&std::array::from_fn(|i| lowest[i] + TAU * f64::from(turns[i])));
+            let Some(i) = (0..6).find(|&i| turns[i] < most[i]) else { break };
+            turns[..i].fill(0);
+            turns[i] += 1;
+        }
+    }
+
     /// All joint angles inside the limits less `margin` (rad) that put frame 6 at `base_from_flange`: every branch, every whole turn.
     pub fn solutions(&self, base_from_flange: &Pose, margin: f64, mut found: impl FnMut(&[f64; 6])) {
-        self.branches(base_from_flange, |branch| {
-            let mut lowest = branch.q;
-            let mut turns = [0u32; 6];
-            for i in 0..6 {
-                let [low, high] = self.limits[i];
-                lowest[i] += TAU * ((low + margin - branch.q[i]) / TAU).ceil();
-                if lowest[i] > high - margin {
-                    return;
-                }
-                turns[i] = ((high - margin - lowest[i]) / TAU) as u32;
-            }
-            // Counts through all combinations like an odometer.
-            let mut turn = [0u32; 6];
-            loop {
-                found(&std::array::from_fn(|i| lowest[i] + TAU * f64::from(turn[i])));
-                let Some(i) = (0..6).find(|&i| turn[i] < turns[i]) else { break };
-                turn[..i].fill(0);
-                turn[i] += 1;
-            }
-        });
+        self.branches(base_from_flange, |branch| self.whole_turns(&branch.q, margin, &mut found));
     }
 }
 

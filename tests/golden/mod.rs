@@ -93,7 +93,10 @@ fn vector(value: &Value) -> Vector3<f64> {
 fn frame(value: &Value) -> FramePose {
     let xyz = vector(&value["xyz_mm"]) * MM;
     let angles = vector(&value["alpha_beta_gamma_deg"]) * DEG;
-    FramePose { xyz: xyz.into(), rz_ry_rx: angles.into() }
+    FramePose {
+        xyz: xyz.into(),
+        rz_ry_rx: angles.into(),
+    }
 }
 
 /// The golden model, or `None` where the folder is absent.
@@ -122,7 +125,11 @@ pub fn golden_model() -> Option<GoldenModel> {
     for body in model["inertial"]["links"].as_array().unwrap() {
         let (mass, com) = (number(&body["mass_kg"]), vector(&body["com_m"]));
         if body.get("name").is_some() {
-            payload = Payload { name: "TriCal".into(), mass, com };
+            payload = Payload {
+                name: "TriCal".into(),
+                mass,
+                com,
+            };
         } else {
             let link = &mut links[body["frame"].as_u64().unwrap() as usize - 1];
             (link.mass, link.com) = (mass, com);
@@ -134,7 +141,12 @@ pub fn golden_model() -> Option<GoldenModel> {
         "beta" => Site::Mdh(joint - 1, MdhEntry::Beta),
         "theta" | "c" => Site::Mdh(joint - 1, MdhEntry::Theta),
         "d" => Site::Mdh(joint - 1, MdhEntry::D),
-        base => Site::Base(Axis6::ALL.into_iter().find(|axis| base == format!("base_{}", axis.name())).unwrap()),
+        base => Site::Base(
+            Axis6::ALL
+                .into_iter()
+                .find(|axis| base == format!("base_{}", axis.name()))
+                .unwrap(),
+        ),
     };
     let parameters = model["params"]
         .as_array()
@@ -163,7 +175,10 @@ pub fn golden_model() -> Option<GoldenModel> {
         tool: frame(&model["tool"]),
         payload,
         gravity: vector(&model["gravity_world_m_s2"]),
-        balls: rows(&model["balls_world_mm"]).iter().map(|b| Vector3::from_column_slice(b) * MM).collect(),
+        balls: rows(&model["balls_world_mm"])
+            .iter()
+            .map(|b| Vector3::from_column_slice(b) * MM)
+            .collect(),
         parameters,
     })
 }

@@ -1,0 +1,136 @@
+//! The inputs of the benchmark works W1 to W6, and the pool of W3, on the model of the reference numbers.
+//!
+//! They live beside the repository, in `../shared/golden` of the root package; without them there is nothing to measure.
+
+#![allow(dead_code, clippy::unwrap_used)] // Each bench uses its part, and a bad reference file should stop it at once.
+
+#[path = "../../tests/golden/mod.rs"]
+pub mod golden;
+
+use calibench::robot::{Loads, Posture, Site, SiteIndex};
+use golden::GoldenModel;
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A pose of a ball: which, by place, and the joints, rad.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BallPose {
+    /// Ball.
+    pub ball: usize,
+    /// Joints, rad.
+    pub q: Vec<f64>,
+}
+
+fn table(name: &str) -> Vec<Vec<f64>> {
+    let mut reader = csv::Reader::from_path(golden::folder().unwrap().join("inputs").join(name)).unwrap();
+    reader
+        .records()
+        .map(|r| r.unwrap().iter().map(|x| x.parse().unwrap()).collect())
+        .collect()
+}
+
+/// The poses of `w2_measured.csv` (W2) or `w3_pool.csv` (W3).
+pub fn ball_poses(name: &str) -> Vec<BallPose> {
+    table(name)
+        .into_iter()
+        .map(|row| BallPose {
+            ball: row[0] as usize,
+            q: row[1..].to_vec(),
+        })
+        .collect()
+}
+
+/// The 80 starts of W4: a selection of W3.
+pub fn centring_starts() -> Vec<BallPose> {
+    table("w2_selection.csv")
+        .into_iter()
+        .map(|row| BallPose {
+            ball: row[1] as usize,
+            q: row[2..].to_vec(),
+        })
+        .collect()
+}
+
+/// The 1,000 true parameter vectors of W4 (31 each, SI, in the order of the model's parameters).
+pub fn truths() -> Vec<Vec<f64>> {
+    table("w4_truth.csv")
+}
+
+/// The 500 validation configurations of W4, rad.
+pub fn validation() -> Vec<Vec<f64>> {
+    table("w4_validation.csv")
+}
+
+/// Random configurations inside the joint limits (W1, W5), rad.
+pub fn random_configurations(model: &GoldenModel, count: usize) -> Vec<[f64; 6]> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    (0..count)
+        .map(|_| std::array::from_fn(|i| rng.random_range(model.robot.links[i].limits[0]..model.robot.links[i].limits[1])))
+        .collect()
+}
+
+/// The nominal arm of the works, with room for one configuration.
+pub struct Arm<'a> {
+    model: &'a GoldenModel,
+    /// The posture last set.
+    pub posture: Posture,
+    /// Its loads.
+    pub loads: Loads,
+    nominal: Vec<f64>,
+    /// Where each parameter acts, and the joint whose torque multiplies it.
+    columns: Vec<(Site, Option<usize>)>,
+}
+
+impl<'a> Arm<'a> {
+    /// The arm of the reference model.
+    pub fn new(model: &'a GoldenModel) -> Self {
+        let joints = model.robot.joints();
+        let torque = |site| if let Site::Mdh(joint, _) = site { Some(joint) } else { None };
+        Arm {
+            model,
+            posture: Posture::new(&model.robot),
+            loads: Loads::new(joints),
+            nominal: vec![0.0; SiteIndex::new(joints).len()],
+            columns: model
+                .parameters
+                .iter()
+                .map(|p| (p.site, if p.compliance { torque(p.site) } else { None }))
+                .collect(),
+        }
+    }
+
+    /// Poses and weighs the arm (W5; with [`Arm::columns`], W1).
+    pub fn set(&mut self, q: &[f64]) {
+        let m = self.model;
+        self.posture.set(&m.robot, &m.base, &m.tool, q, &self.nominal);
+        self.loads
+            .weigh(&m.robot, &self.posture, &m.payload, &m.gravity, &Vector3::zeros());
+    }
+
+    /// The 31 columns of the position Jacobian at the configuration last set.
+    pub fn columns(&self, out: &mut [Vector3<f64>]) {
+        for (out, (site, torque)) in out.iter_mut().zip(&self.columns) {
+            let column = self.posture.column(*site);
+            // The reference counts torque as holding the arm, `Loads` as the load's own.
+            *out = torque.map_or(column, |joint| column * -self.loads.tau[joint]);
+        }
+    }
+}
+
+/// The candidates of W3: 5,000 blocks of 3 x 31 rows, row-major, and the ball of each.
+pub fn pool(model: &GoldenModel) -> (Vec<f64>, Vec<usize>) {
+    let poses = ball_poses("w3_pool.csv");
+    let m = model.parameters.len();
+    let mut arm = Arm::new(model);
+    let mut columns = vec![Vector3::zeros(); m];
+    let mut rows = vec![0.0; poses.len() * 3 * m];
+    for (pose, rows) in poses.iter().zip(rows.chunks_exact_mut(3 * m)) {
+        arm.set(&pose.q);
+        arm.columns(&mut columns);
+        for (k, column) in columns.iter().enumerate() {
+            (0..3).for_each(|r| rows[r * m + k] = column[r]);
+        }
+    }
+    (rows, poses.into_iter().map(|p| p.ball).collect())
+}

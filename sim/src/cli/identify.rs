@@ -1,0 +1,73 @@
+//! `identify DATASET... [--model M] -o CALIBRATION`.
+
+use std::path::PathBuf;
+
+use calibench::effects::Subject;
+use calibench::identify::{Calibration, Model, identify, read_model, write_calibration};
+use calibench::report::{calibration_json, parameter_table, unresolved_sentences};
+use calibench::units::MM;
+
+use super::{Failure, Outcome, named, print, print_json, read_datasets};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Dataset folders: one robot; each session in each has its own base and tool
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
+    #[arg(long)]
+    model: Option<PathBuf>,
+    /// Where to write the calibration
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let datasets = read_datasets(&arguments.datasets)?;
+    let model = match &arguments.model {
+        Some(path) => {
+            let first = &datasets[0].1;
+            read_model(path, &Subject { robot: &first.robot, balls: &first.ball_ids() })?
+        }
+        None => Model::default_for(&datasets[0].1),
+    };
+    let mut calibration = identify(&named(&datasets), &model)?;
+    calibration.robot_reference = datasets[0].1.robot_reference.clone();
+    if let Some(path) = &arguments.output {
+        write_calibration(&calibration, path)?;
+    }
+    if arguments.json {
+        print_json(&calibration_json(&calibration))?;
+    } else {
+        print(&story(&calibration))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// A calibration in words and tables.
+pub fn story(c: &Calibration) -> String {
+    let mut out = parameter_table(c);
+    let o = &c.observability;
+    out.push_str(&format!(
+        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D), chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps\n",
+        c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations
+    ));
+    if !c.noise_stated {
+        out.push_str("The data do not state their noise: uncertainties are scaled by the residuals, and chi2 says nothing of the fit.\n");
+    }
+    out.push_str(&format!(
+        "Observability (SI): O1 {:.4}, O2 {:.2e}, O3 {:.3}, O4 {:.2e}, O5 {:.4}; condition of the scaled Jacobian {:.0}\n",
+        o.o1, o.o2, o.o3, o.o4, o.o5, c.condition
+    ));
+    let unresolved = unresolved_sentences(c);
+    if !unresolved.is_empty() {
+        out.push_str("Left at their drawing values, because these data cannot tell them apart:\n");
+        for sentence in unresolved {
+            out.push_str(&format!("  {sentence}\n"));
+        }
+    }
+    out
+}

@@ -1,0 +1,53 @@
+//! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell.
+
+use std::path::PathBuf;
+
+use calibench::cell::{Manipulator, TriCal};
+use calibench::measure::{Dataset, MasteringSettings, master, read_plan, write_dataset};
+
+use super::progress::CampaignBar;
+use super::{Failure, Outcome, print};
+use crate::planning::plan;
+use crate::random::Streams;
+use crate::run::probe;
+use crate::scenario::load_scenario;
+use crate::world::{SharedWorld, World};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// Where to write the dataset (a folder)
+    #[arg(short, long)]
+    output: PathBuf,
+    /// A plan that `plan` wrote; the default is to plan anew
+    #[arg(long)]
+    plan: Option<PathBuf>,
+    /// Seed in place of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let scenario = load_scenario(&arguments.scenario)?;
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let cell = scenario.dataset();
+    let poses = match &arguments.plan {
+        Some(path) => read_plan(path, &cell)?,
+        None => plan(&scenario, seed)?.probings,
+    };
+    let world = SharedWorld::new(World::new(&scenario, &Streams { seed, trial: 0 }));
+    let clock = || world.robot().clock_s();
+    let mastering = master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
+    let mut bar = CampaignBar::new(poses.len());
+    let record = probe(&scenario, &world, &poses, &mastering, &mut bar);
+    bar.clear();
+    if let Some(abort) = record.aborted {
+        return Err(abort.into());
+    }
+    let measured = record.samples.len();
+    let dataset = Dataset { contact_force: World::nominal_contact_force(&scenario), samples: record.samples, ..cell };
+    write_dataset(&dataset, &arguments.output)?;
+    print(&format!("{measured} of {} planned probings measured; dataset in {}", poses.len(), arguments.output.display()))?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,125 @@
+//! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
+
+mod catalogue;
+mod identify;
+mod import;
+mod measure;
+mod plan;
+mod progress;
+mod run;
+mod validate;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use calibench::files::FileError;
+use calibench::measure::{Dataset, read_dataset};
+use clap::{Parser, Subcommand};
+
+/// Anything that ends a verb; printed with the chain of its reasons.
+type Failure = Box<dyn std::error::Error>;
+
+/// How a verb that came to its end went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Done,
+    ExpectationFailed,
+}
+
+/// A simulation-first testbench for calibrating industrial robots.
+#[derive(Parser)]
+#[command(name = "calibench", version, about, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// The whole procedure on a simulated cell: plan, master, probe, identify, validate; checks what the scenario expects
+    Run(run::Arguments),
+    /// Choose the poses to probe, by observability
+    Plan(plan::Arguments),
+    /// Probe the balls and write a dataset
+    Measure(measure::Arguments),
+    /// Find the robot's parameters from datasets
+    Identify(identify::Arguments),
+    /// Judge a calibration on poses that it has not seen
+    Validate(validate::Arguments),
+    /// Turn other people's data into a dataset
+    Import(import::Arguments),
+    /// The catalogue of what can be wrong with an arm
+    Effects(catalogue::Arguments),
+    /// The built-in robots
+    Robots(catalogue::Arguments),
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(e) => {
+            // Help and version are not mistakes.
+            let code = if e.use_stderr() { 2 } else { 0 };
+            drop(e.print());
+            return ExitCode::from(code);
+        }
+    };
+    let result = match &arguments.verb {
+        Verb::Run(a) => run::run(a),
+        Verb::Plan(a) => plan::run(a),
+        Verb::Measure(a) => measure::run(a),
+        Verb::Identify(a) => identify::run(a),
+        Verb::Validate(a) => validate::run(a),
+        Verb::Import(a) => import::run(a),
+        Verb::Effects(a) => catalogue::effects(a),
+        Verb::Robots(a) => catalogue::robots(a),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::ExpectationFailed) => ExitCode::from(1),
+        Err(failure) => {
+            if is_closed_pipe(failure.as_ref()) {
+                return ExitCode::SUCCESS;
+            }
+            let mut message = format!("calibench: {failure}");
+            let mut reason = failure.source();
+            while let Some(inner) = reason {
+                message.push_str(&format!(": {inner}"));
+                reason = inner.source();
+            }
+            drop(writeln!(std::io::stderr(), "{message}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Whoever read the output has seen enough.
+fn is_closed_pipe(failure: &(dyn std::error::Error + 'static)) -> bool {
+    failure.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// Prints text to standard output; a closed pipe is an error, not a panic.
+fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.write_all(b"\n")?;
+    Ok(())
+}
+
+/// Prints one JSON document.
+fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
+    print(&serde_json::to_string_pretty(value)?)
+}
+
+/// Datasets with the names of their folders.
+fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, FileError> {
+    let name = |folder: &Path| folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
+    folders.iter().map(|f| Ok((name(f), read_dataset(f)?))).collect()
+}
+
+/// Borrowed, as the library takes them.
+fn named(datasets: &[(String, Dataset)]) -> Vec<(&str, &Dataset)> {
+    datasets.iter().map(|(n, d)| (n.as_str(), d)).collect()
+}

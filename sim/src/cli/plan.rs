@@ -1,0 +1,42 @@
+//! `plan SCENARIO -o PLAN`.
+
+use std::path::PathBuf;
+
+use calibench::measure::write_plan;
+
+use super::{Failure, Outcome, print};
+use crate::planning::{Chosen, plan};
+use crate::scenario::load_scenario;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// Where to write the plan (CSV)
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Seed in place of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let scenario = load_scenario(&arguments.scenario)?;
+    let plan = plan(&scenario, arguments.seed.unwrap_or(scenario.seed))?;
+    if let Some(path) = &arguments.output {
+        write_plan(path, &plan.probings, &scenario.dataset())?;
+    }
+    print(&chosen_sentence("probings", plan.probings.len(), &plan.trical))?;
+    Ok(Outcome::Done)
+}
+
+/// What was chosen, in words.
+pub fn chosen_sentence(what: &str, count: usize, chosen: &Chosen) -> String {
+    let o = &chosen.observability;
+    let best = chosen.starts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = chosen.starts.iter().copied().fold(f64::INFINITY, f64::min);
+    format!(
+        "{count} {what} of {} feasible ones, chosen for {} parameters: O1 {:.4}, O2 {:.2e}, O3 {:.3}, O4 {:.2e}, O5 {:.4} (SI); {} starts reached O1 {least:.4} to {best:.4}",
+        chosen.pool, chosen.parameters.len(), o.o1, o.o2, o.o3, o.o4, o.o5, chosen.starts.len()
+    )
+}

@@ -1,0 +1,208 @@
+//! `run SCENARIO`: the procedure's story, from the plan to the paper's Table 9.
+
+use std::path::{Path, PathBuf};
+
+use calibench::files::{FileError, replace_folder, write_whole};
+use calibench::identify::write_calibration;
+use calibench::measure::write_dataset;
+use calibench::report::{calibration_json, histogram, plain_table, validation_json, validation_row, validation_table};
+use calibench::units::{MM, UM};
+use serde_json::{Value, json};
+
+use super::identify::story;
+use super::plan::chosen_sentence;
+use super::progress::CampaignBar;
+use super::{Failure, Outcome, print, print_json};
+use crate::random::Streams;
+use crate::run::{Check, Method, Plans, Run, run as procedure};
+use crate::scenario::{Scenario, load_scenario};
+
+/// The paper's Table 9, mm: mean, maximum, standard deviation.
+const PAPER: [(&str, [f64; 3]); 2] = [("trical", [0.326, 0.624, 0.107]), ("tracker", [0.231, 0.539, 0.087])];
+
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum PlantKind {
+    Analytic,
+}
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// Folder for datasets, calibrations, iterations and result.json
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// What plays the cell
+    #[arg(long, value_enum, default_value = "analytic")]
+    plant: PlantKind,
+    /// Seed in place of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Print one JSON document instead of the story
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let PlantKind::Analytic = arguments.plant;
+    let scenario = load_scenario(&arguments.scenario)?;
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let plans = Plans::new(&scenario, seed)?;
+    let mut bar = CampaignBar::new(plans.plan.probings.len());
+    let result = procedure(&scenario, plans, Streams { seed, trial: 0 }, &mut bar);
+    bar.clear();
+    let run = result?;
+    let checks = run.checks(&scenario);
+    let document = document(&scenario, &run, &checks);
+    if let Some(folder) = &arguments.out {
+        write_run(folder, &scenario, &run, &document)?;
+    }
+    if arguments.json {
+        print_json(&document)?;
+    } else {
+        tell(&scenario, &run, &checks)?;
+        if let Some(folder) = &arguments.out {
+            print(&format!("Written to {}", folder.display()))?;
+        }
+    }
+    Ok(if checks.iter().all(Check::met) { Outcome::Done } else { Outcome::ExpectationFailed })
+}
+
+/// The whole story, in the order of the work.
+fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure> {
+    print(&format!("{}: {}\nrobot {}, seed {}\n", scenario.name, scenario.question, scenario.robot, run.seed))?;
+    print("PLAN")?;
+    print(&chosen_sentence("probings", run.plan.probings.len(), &run.plan.trical))?;
+    print(&chosen_sentence("tracker poses", run.tracker_plan.identification.len(), &run.tracker_plan.chosen))?;
+    print("\nMASTERING")?;
+    let free = run.mastering.free_reading.map(|r| r / MM);
+    let left = run.mastering.preset_residual.map(|r| r / UM);
+    print(&format!(
+        "free readings {:.4}, {:.4}, {:.4} mm (ideal -6.1500); after the preset the master ball reads {:+.1}, {:+.1}, {:+.1} um off",
+        free[0], free[1], free[2], left[0], left[1], left[2]
+    ))?;
+    print("\nCENTRING")?;
+    print(&probings_table(run))?;
+    print(&centring_summary(run))?;
+    print("\nPARAMETERS, by TriCal")?;
+    print(&story(&run.trical.calibration))?;
+    print("POSITION ERRORS after calibration, on the tracker's validation poses (paper: Table 9)")?;
+    let mut rows = vec![validation_row("as drawn", &run.before)];
+    for method in [&run.trical, &run.tracker] {
+        rows.push(validation_row(title(method.name), &method.validation));
+        if let Some((_, paper)) = PAPER.iter().find(|(name, _)| *name == method.name) {
+            let [mean, max, std] = paper.map(|v| format!("{v:.3}"));
+            rows.push([format!("  the paper's {}", title(method.name)), mean, max, std, String::new(), String::new(), String::new()]);
+        }
+    }
+    print(&validation_table(&rows))?;
+    print("\nHISTOGRAM of the TriCal's position errors")?;
+    print(&histogram(&run.trical.validation, 12))?;
+    print("TRUTH against estimate (the simulated cell keeps score)")?;
+    print(&format!(
+        "{:.0} % of {} parameters within 1 sigma, {:.0} % within 2, {:.0} % within 3; a perfect model gives 68, 95, 99.7",
+        100.0 * run.trical.score.within(1.0), run.trical.score.parameters.len(), 100.0 * run.trical.score.within(2.0), 100.0 * run.trical.score.within(3.0)
+    ))?;
+    if !checks.is_empty() {
+        print("\nEXPECTED")?;
+        for c in checks {
+            let verdict = if c.met() { "met" } else { "NOT MET" };
+            print(&format!("  {:18} {:10.4}  in [{}, {}]  {verdict}", c.name, c.value, c.band[0], c.band[1]))?;
+        }
+    }
+    Ok(())
+}
+
+fn title(name: &str) -> &str {
+    if name == "trical" { "TriCal" } else { "laser tracker" }
+}
+
+/// Every probing with its readings; a line each.
+fn probings_table(run: &Run) -> String {
+    let um = |r: f64| format!("{:+.1}", r / UM);
+    let rows: Vec<[String; 7]> = run
+        .campaign
+        .probings
+        .iter()
+        .map(|p| {
+            let pose = &run.plan.probings[p.pose];
+            let ball = run.trical.dataset.balls[pose.ball].id.clone();
+            let time = format!("{:.1}", p.probing.duration_s);
+            let first = p.probing.iterations.iter().filter(|i| i.step.is_some()).find_map(|i| i.reading);
+            let arrived = first.map_or_else(String::new, |r| format!("{:.3}", r.norm() / MM));
+            match &p.probing.outcome {
+                Ok(c) => [
+                    pose.id.clone(),
+                    ball,
+                    arrived,
+                    (c.steps + 1).to_string(),
+                    [um(c.reading.x), um(c.reading.y), um(c.reading.z)].join("  "),
+                    time,
+                    String::new(),
+                ],
+                Err(failure) => [pose.id.clone(), ball, arrived, String::new(), String::new(), time, failure.to_string()],
+            }
+        })
+        .collect();
+    plain_table(&["probing", "ball", "off at first mm", "readings", "left um", "time s", ""], &rows)
+}
+
+fn centring_summary(run: &Run) -> String {
+    let probings = &run.campaign.probings;
+    let time: f64 = probings.iter().map(|p| p.probing.duration_s).sum();
+    format!(
+        "{} of {} probings centred, {:.2} readings each; {:.1} s a probing, {:.0} min of cell time in all (the paper: about 30 s a probing)",
+        run.campaign.samples.len(),
+        run.plan.probings.len(),
+        run.readings_mean(),
+        time / probings.len().max(1) as f64,
+        time / 60.0
+    )
+}
+
+fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
+    let method = |m: &Method| {
+        let parameters: Vec<Value> = m
+            .score
+            .parameters
+            .iter()
+            .filter_map(|p| {
+                let unit = m.calibration.estimate(&p.name)?.unit;
+                Some(json!({"name": p.name, "truth": unit.from_si(p.truth), "estimate": unit.from_si(p.estimate), "sigma": unit.from_si(p.sigma), "unit": unit.symbol}))
+            })
+            .collect();
+        let mut out = json!({"name": m.name, "probings": m.dataset.samples.len(), "validation": validation_json(&m.validation),
+            "calibration": calibration_json(&m.calibration), "score": parameters});
+        if m.name == "trical" {
+            out["readings_mean"] = json!(run.readings_mean());
+        }
+        out
+    };
+    let paper: serde_json::Map<String, Value> =
+        PAPER.iter().map(|(name, [mean, max, std])| ((*name).into(), json!({"mean_mm": mean, "max_mm": max, "std_mm": std}))).collect();
+    let checked: Vec<Value> =
+        checks.iter().map(|c| json!({"name": c.name, "value": c.value, "band": c.band, "met": c.met()})).collect();
+    json!({
+        "format": "calibench-run/1",
+        "scenario": scenario.name,
+        "plant": "analytic",
+        "seed": run.seed,
+        "methods": [method(&run.trical), method(&run.tracker)],
+        "before": {"mean_mm": run.before.mean / MM, "max_mm": run.before.max / MM},
+        "paper": paper,
+        "expect": {"met": checks.iter().all(Check::met), "checks": checked},
+    })
+}
+
+/// The run folder: appears whole or not at all.
+fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
+    replace_folder(folder, "result.json", |inside| {
+        write_dataset(&run.trical.dataset, &inside.join("trical"))?;
+        write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;
+        write_dataset(&run.validation, &inside.join("validation"))?;
+        write_calibration(&run.trical.calibration, &inside.join("trical.toml"))?;
+        write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
+        run.campaign.write(inside, &run.plan.probings, &scenario.ball_ids())?;
+        write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())
+    })
+}

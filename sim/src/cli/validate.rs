@@ -1,0 +1,41 @@
+//! `validate CALIBRATION DATASET...`.
+
+use std::path::PathBuf;
+
+use calibench::assess::Validation;
+use calibench::identify::{Use, read_calibration};
+use calibench::measure::SampleSet;
+use calibench::report::{histogram, validation_json, validation_row, validation_table};
+
+use super::{Failure, Outcome, named, print, print_json, read_datasets};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A calibration that `identify` wrote
+    calibration: PathBuf,
+    /// Dataset folders: their rows of set 'validation', or all rows where there are none
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let calibration = read_calibration(&arguments.calibration)?;
+    let datasets = read_datasets(&arguments.datasets)?;
+    let held_out = datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Validation));
+    let which = if held_out { Use::Validation } else { Use::All };
+    let prediction = calibration.predict(&named(&datasets), which)?;
+    let validation = Validation::of(&prediction).ok_or("there are no samples to judge")?;
+    if arguments.json {
+        print_json(&validation_json(&validation))?;
+        return Ok(Outcome::Done);
+    }
+    print(&validation_table(&[validation_row(&format!("{} samples", validation.samples), &validation)]))?;
+    print(&histogram(&validation, 12))?;
+    if !validation.refitted.is_empty() {
+        print(&format!("Not in the calibration, so fitted to these samples first: {}", validation.refitted.join(", ")))?;
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,50 @@
+//! How far a posture is from a singularity.
+
+use nalgebra::{Matrix6, SymmetricEigen};
+
+use super::Posture;
+use super::inverse::LEVER;
+use super::rel_tool::screw;
+
+/// The smallest singular value of the 6 x N Jacobian, angles of the tool taken at a lever of 0.3 m: how far (m) the tool moves per
+/// radian of the joints in its most reluctant direction. It falls to zero at the wrist's, the elbow's and the shoulder's singularity
+/// alike, on any arm.
+pub fn dexterity(posture: &Posture, joints: usize) -> f64 {
+    let mut gram = Matrix6::zeros();
+    for i in 0..joints {
+        let mut column = screw(posture, i);
+        column.fixed_rows_mut::<3>(3).scale_mut(LEVER);
+        gram.ger(1.0, &column, &column, 1.0);
+    }
+    SymmetricEigen::new(gram).eigenvalues.min().max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::robot::{FramePose, Posture, SiteIndex, built_in, dexterity};
+
+    fn at(q: [f64; 6]) -> f64 {
+        let robot = built_in("kr6_r700").unwrap();
+        let mut posture = Posture::new(&robot);
+        posture.set(&robot, &FramePose::default(), &FramePose::default(), &q, &vec![0.0; SiteIndex::new(6).len()]);
+        dexterity(&posture, 6)
+    }
+
+    #[test]
+    fn all_three_singularities_are_seen() {
+        let plain = at([0.0, -1.2, 1.4, 0.4, 0.9, 0.0]);
+        assert!(plain > 0.05, "{plain}");
+        assert!(at([0.3, -1.2, 1.4, 0.4, 0.0, 0.5]) < 1e-7, "wrist lined up");
+        assert!(at([0.3, -1.2, 35f64.atan2(365.0), 0.4, 0.9, 0.5]) < 1e-7, "elbow stretched");
+        // Wrist centre on axis 1: 25 + 315 cos A2 + L cos(A2 + A3 - atan2(35, 365)) = 0 (mm).
+        let reach = (25.0 + 315.0 * (-1.0f64).cos()) / 365f64.hypot(35.0);
+        let third = (-reach).acos() + 35f64.atan2(365.0) + 1.0;
+        assert!(at([0.3, -1.0, third, 0.4, 0.9, 0.5]) < 1e-7, "over the shoulder");
+    }
+
+    #[test]
+    fn it_shrinks_with_the_sine_of_joint_5() {
+        let [near, nearer] = [0.1, 0.05].map(|q5| at([0.0, -1.2, 1.4, 0.4, q5, 0.0]));
+        assert!((near / nearer - 2.0).abs() < 0.1, "{near} {nearer}");
+    }
+}
