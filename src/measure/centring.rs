@@ -15,8 +15,9 @@ use crate::units::{MM, UM};
 pub struct CentringSettings {
     /// A ball is centred when every reading is smaller, m. 3 um: paper, section 3.
     pub tolerance: f64,
-    /// Longest step allowed, m. 5 mm: the paper's safe range of the gauge (section 2.1); a ball further away is not where it was
-    /// planned, and a robot that moves further than planned may hit something.
+    /// Longest step allowed along one axis, m. 5 mm: the paper's safe range of the gauge (section 2.1); a ball further away is not
+    /// where it was planned, and a robot that moves further than planned may hit something. Nor is a step taken from where the ball
+    /// meets the rim of a tip: the reading is no longer its coordinate.
     pub max_step: f64,
     /// Steps before giving up. 30: a probing lasts about 30 s (paper, section 3) and a step about a second.
     pub max_steps: usize,
@@ -280,11 +281,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
                 remaining: reading.amax(),
             });
         }
-        if reading.norm() > self.settings.max_step {
-            return Err(CentringFailure::StepTooLarge {
-                axis: reading.iamax(),
-                step: reading.norm(),
-            });
+        if reading.amax() > self.settings.max_step || self.off_the_flat(&reading) {
+            return Err(CentringFailure::StepTooLarge { axis: reading.iamax(), step: reading.norm() });
         }
         at.step = Some(reading);
         self.robot.move_in_tool(&reading)?;
@@ -294,6 +292,11 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             reading,
         });
         Ok(None)
+    }
+
+    /// Whether the ball is further off some plunger's axis than its flat tip reaches.
+    fn off_the_flat(&self, reading: &Vector3<f64>) -> bool {
+        (0..3).any(|k| (reading.norm_squared() - reading[k] * reading[k]).max(0.0).sqrt() > self.trical.tip_radius)
     }
 
     /// Whether all three plungers are pushed in and none is at its stop.
