@@ -102,7 +102,7 @@ fn each_fault_has_its_name_and_the_arm_is_back_at_the_approach() {
             answers(1, 1, IndicatorError::OverRange),
             "plunger_at_stop:2",
         ),
-        ("ball 5.5 mm off", off_by(0.0, 5.5, 0.0), "step_too_large:2"),
+        ("ball 6 mm off", off_by(0.0, 6.0, 0.0), "step_too_large:2"),
         (
             "sign of y reversed",
             tool(Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0))),

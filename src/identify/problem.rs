@@ -20,6 +20,9 @@ use crate::units::MM;
 /// One-sigma taken for the weighting of samples whose noise is not stated; their common scale is then estimated from the fit.
 const UNSTATED_SIGMA: f64 = 0.1 * MM;
 
+/// A joint that gravity loads less than this, N·m, is taken as unloaded.
+const UNLOADED: f64 = 1e-6;
+
 /// Why datasets and model do not make a problem.
 #[derive(Debug, Error)]
 pub enum ProblemError {
@@ -452,9 +455,9 @@ impl<'a> Assembly<'a> {
                 check_needs(effect.as_ref(), &self.robot, dataset, self.measured_torques)?;
                 let all = &mut self.parameters;
                 let first = match effect.owner() {
-                    Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| push(all, effect.as_ref(), "", knowledge))],
+                    Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| add(all, effect.as_ref(), "", knowledge))],
                     Owner::Artifact => {
-                        let first = push(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, knowledge);
+                        let first = add(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, knowledge);
                         let ball = dataset.balls.iter().find(|b| effect.id() == format!("ball:{}", b.id));
                         if let Some(ball) = ball {
                             place(&mut all[first..], ball.position.as_slice(), ball.position.as_slice());
@@ -466,7 +469,7 @@ impl<'a> Assembly<'a> {
                         let mut first = vec![usize::MAX; self.setups.len()];
                         for s in (0..self.setups.len()).filter(|&s| mine(s)) {
                             let setup = &self.setups[s];
-                            first[s] = push(all, effect.as_ref(), &setup.label, knowledge);
+                            first[s] = add(all, effect.as_ref(), &setup.label, knowledge);
                             all[first[s]..].iter_mut().for_each(|p| p.setup = Some(s));
                             match effect.id() {
                                 "base_frame" => place(&mut all[first[s]..], &setup.base.to_array(), &setup.start.to_array()),
@@ -513,7 +516,10 @@ impl<'a> Assembly<'a> {
                     Measured::Ball { .. } => posture.flange().direction(&(tool_turn * dataset.contact_force)),
                     _ => Vector3::zeros(),
                 };
-                loads.weigh(&self.robot, &posture, payload, &setup.gravity, &force);
+                loads.weigh(&self.robot, &posture, payload, &setup.gravity, &Vector3::zeros());
+                if force != Vector3::zeros() {
+                    push(&mut loads, &posture, &force);
+                }
                 if self.measured_torques && let Some(tau) = &sample.tau {
                     loads.tau.copy_from_slice(tau);
                 }
@@ -598,8 +604,24 @@ impl<'a> Assembly<'a> {
     }
 }
 
+/// Adds a force on the TCP (world, N) to the loads of gravity, but not on joints that gravity leaves unloaded: the springs' force is
+/// known from a data sheet only, and a compliance seen through nothing else would be a calibration of the springs.
+fn push(loads: &mut Loads, posture: &Posture, force: &Vector3<f64>) {
+    for i in 0..loads.tau.len() {
+        let (axis, origin) = posture.joint_axis(i);
+        let moment = (posture.tcp() - origin).cross(force);
+        loads.moment[i + 1] += moment;
+        if loads.tau[i].abs() > UNLOADED {
+            loads.tau[i] += axis.dot(&moment);
+        }
+        loads.force[i + 1] += force;
+    }
+    loads.moment[0] += (posture.tcp() - posture.frame(0).o).cross(force);
+    loads.force[0] += force;
+}
+
 /// Appends the parameters of an effect; returns the place of the first.
-fn push(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, knowledge: Knowledge) -> usize {
+fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, knowledge: Knowledge) -> usize {
     let first = all.len();
     all.extend(effect.parameters().iter().map(|spec| Parameter {
         name: if label.is_empty() { spec.name.clone() } else { format!("{}@{label}", spec.name) },

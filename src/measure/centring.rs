@@ -15,8 +15,8 @@ use crate::units::{MM, UM};
 pub struct CentringSettings {
     /// A ball is centred when every reading is smaller, m. 3 um: paper, section 3.
     pub tolerance: f64,
-    /// Longest step allowed, m. 5 mm: the paper's safe range of the gauge (section 2.1); a ball further away is not where it was
-    /// planned, and a robot that moves further than planned may hit something.
+    /// Longest step commanded along one axis, m. 5 mm: the paper's safe range of the gauge (section 2.1); from further away the way
+    /// is gone in two. Further than the flat of a tip reaches (5.75 mm) the ball is not where it was planned, and no step is taken.
     pub max_step: f64,
     /// Steps before giving up. 30: a probing lasts about 30 s (paper, section 3) and a step about a second.
     pub max_steps: usize,
@@ -132,6 +132,7 @@ struct Course {
 struct Departure {
     joints: Vec<f64>,
     reading: Vector3<f64>,
+    step: Vector3<f64>,
 }
 
 /// Joint motion below which the arm stood still, rad: an eighth of what the smallest step (3 um) asks of a joint 0.4 m away,
@@ -280,19 +281,14 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
                 remaining: reading.amax(),
             });
         }
-        if reading.norm() > self.settings.max_step {
-            return Err(CentringFailure::StepTooLarge {
-                axis: reading.iamax(),
-                step: reading.norm(),
-            });
+        if reading.amax() > self.trical.tip_radius {
+            return Err(CentringFailure::StepTooLarge { axis: reading.iamax(), step: reading.norm() });
         }
-        at.step = Some(reading);
-        self.robot.move_in_tool(&reading)?;
+        let step = reading * (self.settings.max_step / reading.amax()).min(1.0);
+        at.step = Some(step);
+        self.robot.move_in_tool(&step)?;
         course.steps += 1;
-        course.last = Some(Departure {
-            joints: at.joints.clone(),
-            reading,
-        });
+        course.last = Some(Departure { joints: at.joints.clone(), reading, step });
         Ok(None)
     }
 
@@ -324,7 +320,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// `max_steps * judged_above` of where it began, whatever the indicators say.
     fn doubt(&self, course: &mut Course, joints: &[f64], reading: &Vector3<f64>) -> Option<CentringFailure> {
         let last = course.last.as_ref()?;
-        let (step, change) = (last.reading, reading - last.reading);
+        let (step, change) = (last.step, reading - last.reading);
         let moved = last.joints.iter().zip(joints).any(|(a, b)| (a - b).abs() > STANDSTILL);
         for axis in 0..3 {
             let asked = step[axis].abs();

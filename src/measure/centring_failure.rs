@@ -122,7 +122,7 @@ pub enum CentringFailure {
     #[error("the robot says it moved, but its joints did not; is its program running, and its override above zero?")]
     RobotDidNotMove,
     /// The ball is further away than one step may be.
-    #[error("a step of {:.3} mm, mostly along axis {}, is more than is allowed", step / MM, axis + 1)]
+    #[error("the ball is {:.3} mm away, mostly along axis {}: further than one step may be", step / MM, axis + 1)]
     StepTooLarge {
         /// Axis of its largest component.
         axis: usize,

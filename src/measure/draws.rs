@@ -108,10 +108,10 @@ pub enum PoolError {
     },
 }
 
-/// Draws for each one wanted before giving up: an arm that can probe a ball at all does so in one draw of ten or twenty.
-const DRAWS_PER_WANTED: usize = 100;
-/// Fewest draws before giving up.
-const FEWEST_DRAWS: usize = 2_000;
+/// Draws spent before giving up: these first, and so many more for each one found. A ball that less than one tool pose in a hundred
+/// can probe stands in the wrong place.
+const FIRST_DRAWS: usize = 2_000;
+const DRAWS_PER_FOUND: usize = 100;
 /// Draws handed out at a time: many enough for all threads, few enough to waste little.
 const BLOCK: [usize; 2] = [64, 2048];
 /// Takes draws in order until `wanted` results are found, or too many were in vain.
@@ -120,10 +120,9 @@ pub(super) fn drawn<W: Send, R: Send>(
     workspace: impl Fn() -> W + Sync + Send,
     draw: impl Fn(&mut W, u64) -> (Vec<R>, Refusals) + Sync + Send,
 ) -> (Vec<R>, usize, Refusals) {
-    let most = (wanted * DRAWS_PER_WANTED).max(FEWEST_DRAWS);
     let (mut found, mut tried, mut because) = (Vec::new(), 0, Refusals::default());
-    while found.len() < wanted && tried < most {
-        let block = (wanted - found.len()).clamp(BLOCK[0], BLOCK[1]).min(most - tried);
+    while found.len() < wanted && tried < FIRST_DRAWS + DRAWS_PER_FOUND * found.len() {
+        let block = (wanted - found.len()).clamp(BLOCK[0], BLOCK[1]);
         let numbers = tried as u64..(tried + block) as u64;
         let results: Vec<_> = numbers.into_par_iter().map_init(&workspace, &draw).collect();
         for (results, refused) in results {

@@ -67,7 +67,8 @@ pub struct Candidate {
 /// Along the approach, clearance is looked at this often, m: about half the thinnest body of a cell.
 const APPROACH_STEP: f64 = 10.0 * MM;
 
-/// Postures from which each ball can be probed: up to `count_per_ball` of each, ball by ball, in order of draw.
+/// Postures from which each ball can be probed: `count_per_ball` of each, ball by ball, in order of draw; fewer of a ball that hardly
+/// one tool pose in a hundred can probe.
 ///
 /// A draw puts the TCP on the ball, its retreat in a random direction of the cone, at a random turn about it, and looks at every
 /// branch of the inverse kinematics (of the whole turns of a joint one is taken at random).
@@ -91,7 +92,7 @@ pub fn feasible_pool(request: &PoolRequest<'_>) -> Result<Vec<Candidate>, PoolEr
 /// How poses are turned into joints.
 #[derive(Clone)]
 enum Inverse {
-    ClosedForm { wrist: SphericalWrist, branches: Vec<Branch>, turns: Vec<[f64; 6]> },
+    ClosedForm { wrist: Box<SphericalWrist>, branches: Vec<Branch>, turns: Vec<[f64; 6]> },
     Iterative(InverseKinematics),
 }
 
@@ -105,7 +106,9 @@ struct Prober {
 impl Prober {
     fn new(request: &PoolRequest<'_>, ball: usize) -> Result<Self, PoolError> {
         let inverse = match SphericalWrist::new(request.robot) {
-            Ok(wrist) => Inverse::ClosedForm { wrist, branches: Vec::with_capacity(8), turns: Vec::with_capacity(64) },
+            Ok(wrist) => {
+                Inverse::ClosedForm { wrist: Box::new(wrist), branches: Vec::with_capacity(8), turns: Vec::with_capacity(64) }
+            }
             Err(_) => Inverse::Iterative(InverseKinematics::new(request.robot.joints())),
         };
         Ok(Prober { inverse, approach: Approach::new(request, ball)? })

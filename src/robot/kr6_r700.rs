@@ -73,11 +73,12 @@ pub(super) fn robot() -> Robot {
         name: "kr6_r700".into(),
         source: "geometry: Icli, Stepanenko, Bonev, Sensors 20 (2020) 5919, Table 4; limits: KUKA data sheet; masses: surrogate, \
                  KR 6 R700-2 of kroshu/kuka_robot_descriptions at 7766e92 (Apache-2.0) scaled by 50/53.16; gear ratios: assumed; \
-                 solids: estimated from the outline drawing"
+                 solids: estimated from the link lengths"
             .into(),
         links: links(&ROWS),
         gear_ratios: GEAR_RATIOS_ASSUMED.into(),
-        // Reasoned from the link lengths and the outline drawing; the forearm is slim where its fork lets the wrist swing.
+        // Estimated from the link lengths, no drawing at hand; upper arm and forearm end short of the elbow and the wrist, slim enough
+        // that the joint limits alone keep them apart.
         solids: vec![
             capsule("base", 0, [0.0, 0.0, 90.0], [0.0, 0.0, 170.0], 100.0),
             capsule("shoulder", 1, [0.0, 0.0, 100.0], [25.0, 0.0, 0.0], 95.0),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, replace_folder, write_whole};
 use calibench::identify::write_calibration;
-use calibench::measure::write_dataset;
+use calibench::measure::{Phase, write_dataset};
 use calibench::report::{calibration_json, histogram, plain_table, validation_json, validation_row, validation_table};
 use calibench::units::{MM, UM};
 use serde_json::{Value, json};
@@ -128,7 +128,7 @@ fn probings_table(run: &Run) -> String {
             let pose = &run.plan.probings[p.pose];
             let ball = run.trical.dataset.balls[pose.ball].id.clone();
             let time = format!("{:.1}", p.probing.duration_s);
-            let first = p.probing.iterations.iter().filter(|i| i.step.is_some()).find_map(|i| i.reading);
+            let first = p.probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading);
             let arrived = first.map_or_else(String::new, |r| format!("{:.3}", r.norm() / MM));
             match &p.probing.outcome {
                 Ok(c) => [
