@@ -518,7 +518,7 @@ impl Scenario {
 
     /// The model.
     pub fn model(&self) -> Model {
-        Model { effects: self.model.effects.clone(), measured_torques: false }
+        Model { effects: self.model.effects.clone(), ..Model::default() }
     }
 
     /// Flaws of the indicators.

@@ -1,5 +1,5 @@
 //! The torque by which load-dependent effects are scaled: the largest that gravity exerts on each joint of the bare arm with a
-//! load of a tenth of its mass at the flange.
+//! load of a tenth of its mass before the flange.
 
 use nalgebra::Vector3;
 
@@ -9,8 +9,9 @@ use crate::robot::{FramePose, Loads, Payload, Posture, Robot, SiteIndex};
 /// Postures tried; the largest of 512 is within a few per cent of the supremum, and only a scale is wanted.
 const POSTURES: usize = 512;
 
-/// Distance of the load from the flange, m.
-const LOAD_DISTANCE: f64 = 0.1;
+/// How far the load's centre stands before the flange, and beside the last axis, m.
+const LOAD_BEFORE: f64 = 0.1;
+const LOAD_BESIDE: f64 = 0.05;
 
 /// No joint is scaled by less than this, N·m: a vertical axis carries no torque at all.
 const LEAST: f64 = 1.0;
@@ -19,7 +20,9 @@ const LEAST: f64 = 1.0;
 pub(super) fn reference_torque(robot: &Robot) -> Vec<f64> {
     let n = robot.joints();
     let mass = 0.1 * robot.links.iter().map(|l| l.mass).sum::<f64>();
-    let com = Vector3::new(0.0, 0.0, LOAD_DISTANCE);
+    // The last axis may point out of the flange or back into the wrist; its offset shows which.
+    let outwards = robot.links.last().map_or(1.0, |l| l.mdh.d.signum());
+    let com = Vector3::new(LOAD_BESIDE, 0.0, LOAD_BEFORE * outwards);
     let payload = Payload { name: String::new(), mass, com };
     let zero = vec![0.0; SiteIndex::new(n).len()];
     let (mut posture, mut loads) = (Posture::new(robot), Loads::new(n));

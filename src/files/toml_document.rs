@@ -73,21 +73,18 @@ fn line_of(text: &str, byte: usize) -> usize {
     1 + text.as_bytes().iter().take(byte).filter(|&&b| b == b'\n').count()
 }
 
+/// Called with the key path, the span of the key, the value, and the span of the value.
+type Visit<'v, 'a> = dyn FnMut(&str, Range<usize>, &DeValue<'a>, Range<usize>) + 'v;
+
 /// Calls `visit(key path, span of the key, value, span of the value)` for everything in a table, outer before inner.
-fn walk<'a>(table: &DeTable<'a>, above: &str, visit: &mut dyn FnMut(&str, Range<usize>, &DeValue<'a>, Range<usize>)) {
+fn walk<'a>(table: &DeTable<'a>, above: &str, visit: &mut Visit<'_, 'a>) {
     for (key, value) in table {
         let path = if above.is_empty() { key.get_ref().to_string() } else { format!("{above}.{}", key.get_ref()) };
         walk_value(&path, key.span(), value.get_ref(), value.span(), visit);
     }
 }
 
-fn walk_value<'a>(
-    path: &str,
-    key_span: Range<usize>,
-    value: &DeValue<'a>,
-    span: Range<usize>,
-    visit: &mut dyn FnMut(&str, Range<usize>, &DeValue<'a>, Range<usize>),
-) {
+fn walk_value<'a>(path: &str, key_span: Range<usize>, value: &DeValue<'a>, span: Range<usize>, visit: &mut Visit<'_, 'a>) {
     visit(path, key_span, value, span);
     match value {
         DeValue::Table(table) => walk(table, path, visit),

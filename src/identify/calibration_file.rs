@@ -199,7 +199,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     Ok(Calibration {
         robot: std::sync::Arc::new(robot),
         robot_reference: file.robot.clone(),
-        model: Model { effects: file.effects, measured_torques: file.measured_torques },
+        model: Model { effects: file.effects, measured_torques: file.measured_torques, ..Model::default() },
         estimates,
         correlation,
         unresolved: file.unresolved,

@@ -18,6 +18,12 @@ const STEP_TOLERANCE: f64 = 1e-8;
 
 const MAX_ITERATIONS: usize = 60;
 
+/// The posture has settled when no parameter moves by more than this share of its uncertainty.
+const SETTLED: f64 = 1e-3;
+
+/// Each weighing shrinks the change by the ratio of deflection to arm length, about 1e-2: three are enough.
+const MOST_WEIGHINGS: usize = 5;
+
 /// Why the iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
@@ -96,6 +102,12 @@ impl Fit {
         Some(self.covariance[(k, k)].max(0.0).sqrt())
     }
 
+    /// Largest difference of a kept parameter from `values`, in its sigmas.
+    fn steps_from(&self, values: &[f64]) -> f64 {
+        let step = |k: usize, p: usize| (self.values[p] - values[p]).abs() / self.covariance[(k, k)].sqrt();
+        self.kept.iter().enumerate().map(|(k, &p)| step(k, p)).fold(0.0, f64::max)
+    }
+
     /// Number of flat parameters estimated.
     pub fn rank(&self, parameters: &[Parameter]) -> usize {
         self.kept.iter().filter(|&&p| parameters[p].knowledge == Knowledge::Flat).count()
@@ -106,17 +118,44 @@ impl Fit {
 ///
 /// # Errors
 /// When there are fewer residuals than unknowns or the numbers are not finite.
-pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
+pub fn fit(problem: &mut Problem) -> Result<Fit, FitError> {
     let all: Vec<usize> = (0..problem.parameters().len()).collect();
-    fit_some(problem, &problem.start(), &all)
+    let start = problem.start();
+    fit_some(problem, &start, &all)
 }
 
 /// Fits the parameters listed in `free` (ascending) and leaves the others at `start` (deviations, SI).
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
-    Solver::new(problem, start, free)?.run(start.to_vec())
+pub fn fit_some(problem: &mut Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
+    let (kept, unresolved) = determined(problem, start, free)?;
+    let mut fit = Solver::new(problem, &kept)?.run(start.to_vec())?;
+    for _ in 0..MOST_WEIGHINGS {
+        if !problem.reweigh(&fit.values) {
+            break;
+        }
+        let before = fit;
+        fit = Solver::new(problem, &kept)?.run(before.values.clone())?;
+        fit.iterations += before.iterations;
+        if fit.steps_from(&before.values) < SETTLED {
+            break;
+        }
+    }
+    fit.unresolved = unresolved;
+    Ok(fit)
+}
+
+/// The parameters to estimate (ascending): the flat ones that the data tell apart, and those stated; and what is left out.
+fn determined(problem: &Problem, start: &[f64], free: &[usize]) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
+    let Rank { mut kept, unresolved } = ordered_rank(problem, start, free)?;
+    let flat = kept.len();
+    kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Knowledge::Flat));
+    kept.sort_unstable();
+    if problem.row_count() < flat {
+        return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat });
+    }
+    Ok((kept, unresolved))
 }
 
 /// The flat parameters that the problem's samples can tell apart at its start, ascending.
@@ -139,30 +178,17 @@ pub fn observability_of(jacobian: &DMatrix<f64>, poses: usize) -> Result<Observa
 struct Solver<'a> {
     problem: &'a Problem,
     kept: Vec<usize>,
-    unresolved: Vec<Unresolved>,
     /// 1/sigma² of the kept parameters; zero when flat.
     information: DVector<f64>,
 }
 
 impl<'a> Solver<'a> {
-    fn new(problem: &'a Problem, start: &[f64], free: &[usize]) -> Result<Self, FitError> {
-        let parameters = problem.parameters();
-        let rank = ordered_rank(problem, start, free)?;
-        let mut kept = rank.kept;
-        let flat = kept.len();
-        kept.extend(free.iter().filter(|&&p| parameters[p].knowledge != Knowledge::Flat));
-        kept.sort_unstable();
-        if problem.row_count() < flat {
-            return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat });
-        }
-        let information = DVector::from_iterator(
-            kept.len(),
-            kept.iter().map(|&p| match parameters[p].knowledge {
-                Knowledge::Flat => 0.0,
-                Knowledge::Stated(sigma) => 1.0 / (sigma * sigma),
-            }),
-        );
-        Ok(Solver { problem, kept, unresolved: rank.unresolved, information })
+    fn new(problem: &'a Problem, kept: &[usize]) -> Result<Self, FitError> {
+        let information = kept.iter().map(|&p| match problem.parameters()[p].knowledge {
+            Knowledge::Flat => 0.0,
+            Knowledge::Stated(sigma) => 1.0 / (sigma * sigma),
+        });
+        Ok(Solver { problem, kept: kept.to_vec(), information: DVector::from_iterator(kept.len(), information) })
     }
 
     fn run(self, mut values: Vec<f64>) -> Result<Fit, FitError> {
@@ -282,7 +308,7 @@ impl<'a> Solver<'a> {
             values,
             kept: self.kept,
             covariance,
-            unresolved: self.unresolved,
+            unresolved: Vec::new(),
             rms,
             chi2,
             dof,

@@ -2,6 +2,17 @@
 
 use crate::measure::Dataset;
 
+/// At which posture the joint torques of the model are evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TorquePosture {
+    /// At rest in the posture that the identified model gives, evaluated anew until it settles: the gearbox "is modeled
+    /// iteratively" (paper, section 5).
+    #[default]
+    Identified,
+    /// In the posture of the drawing, once: cheaper, and some thousandths of the deflection wrong.
+    Drawn,
+}
+
 /// The model: a list of effect ids, and where joint torques come from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Model {
@@ -9,12 +20,14 @@ pub struct Model {
     pub effects: Vec<String>,
     /// Use the dataset's `tau1_nm` ... columns in place of link masses. Their sign is that of the load about +z.
     pub measured_torques: bool,
+    /// Where torques are evaluated.
+    pub torque_posture: TorquePosture,
 }
 
 impl Model {
     /// A model of these effects.
     pub fn of(effects: &[&str]) -> Self {
-        Model { effects: effects.iter().map(|e| (*e).into()).collect(), measured_torques: false }
+        Model { effects: effects.iter().map(|e| (*e).into()).collect(), measured_torques: false, torque_posture: TorquePosture::default() }
     }
 
     /// The model that a dataset gets when none is named: the paper's, without joint compliance where no link mass is known.

@@ -49,7 +49,7 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
         return Err(field_error(path, &text, "effect[0]", "user-written effects are not supported yet", remedy));
     }
     check_effects(path, &text, "effects", &file.effects, subject)?;
-    Ok(Model { effects: file.effects, measured_torques: file.measured_torques })
+    Ok(Model { effects: file.effects, measured_torques: file.measured_torques, ..Model::default() })
 }
 
 /// Checks a list of effects that stands under `key` of the TOML document `text`, such as `model.effects` of a scenario.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use thiserror::Error;
 
-use super::Model;
+use super::{Model, TorquePosture};
 use crate::effects::{self, Effect, EffectError, Needs, Owner, ParameterSpec, Situation, Subject};
 use crate::measure::{Dataset, Measured, Sample, SampleSet};
 use crate::robot::{FramePose, Loads, Payload, Posture, Robot, Site, SiteIndex};
@@ -126,6 +126,21 @@ struct Row {
     /// W with W^T W = Sigma^-1; only (0, 0) for a distance.
     whitener: Matrix3<f64>,
     first_row: usize,
+    circumstances: Circumstances,
+}
+
+/// What effects may depend on besides the posture.
+#[derive(Debug, Clone)]
+struct Circumstances {
+    dataset: usize,
+    payload: Payload,
+    /// Force of the plungers on the tool, in the axes of the last frame, N.
+    contact_force: Vector3<f64>,
+    tau: Option<Vec<f64>>,
+    ball: Option<usize>,
+    time_s: Option<f64>,
+    temp_c: Option<f64>,
+    approach: Option<Vec<i8>>,
 }
 
 /// Rows of the known distances between balls: `d - |b1 - b2|`.
@@ -166,11 +181,13 @@ pub struct Problem {
     robot: Arc<Robot>,
     setups: Vec<Setup>,
     parameters: Vec<Parameter>,
+    effects: Vec<Vec<Placed>>,
     rows: Vec<Row>,
     terms: Vec<Term>,
     distances: Vec<DistanceRow>,
     row_count: usize,
     noise_stated: bool,
+    torque_posture: TorquePosture,
     sample_ids: Vec<String>,
     joint_ranges: Vec<[f64; 2]>,
 }
@@ -227,6 +244,60 @@ impl Problem {
     /// A workspace of this problem's size.
     pub fn workspace(&self) -> Workspace {
         Workspace { posture: Posture::new(&self.robot), deviations: vec![0.0; SiteIndex::new(self.robot.joints()).len()] }
+    }
+
+    /// Weighs every sample's arm in the posture that `values` give, and so renews what effects depend on loads.
+    ///
+    /// Returns whether anything may have changed: not when the model takes its torques from the drawing's posture.
+    pub fn reweigh(&mut self, values: &[f64]) -> bool {
+        if self.torque_posture == TorquePosture::Drawn {
+            return false;
+        }
+        self.weigh(values);
+        true
+    }
+
+    fn weigh(&mut self, values: &[f64]) {
+        let sites = SiteIndex::new(self.robot.joints());
+        let mut work = self.workspace();
+        let mut loads = Loads::new(self.robot.joints());
+        let mut terms = Vec::with_capacity(self.terms.len());
+        for r in 0..self.rows.len() {
+            self.pose(&self.rows[r], values, &mut work);
+            let row = &self.rows[r];
+            let at = &row.circumstances;
+            let setup = &self.setups[row.setup];
+            loads.weigh(&self.robot, &work.posture, &at.payload, &setup.gravity, &Vector3::zeros());
+            if at.contact_force != Vector3::zeros() {
+                let force = work.posture.flange().direction(&at.contact_force);
+                push(&mut loads, &work.posture, &force);
+            }
+            if let Some(tau) = &at.tau {
+                loads.tau.copy_from_slice(tau);
+            }
+            let situation = Situation {
+                robot: &self.robot,
+                q: &row.q,
+                posture: &work.posture,
+                loads: &loads,
+                payload: &at.payload,
+                ball: at.ball,
+                time_s: at.time_s,
+                temp_c: at.temp_c,
+                approach: at.approach.as_deref(),
+            };
+            let from = terms.len();
+            for placed in &self.effects[at.dataset] {
+                let first = placed.first[if placed.first.len() > 1 { row.setup } else { 0 }];
+                placed.effect.terms(&situation, &mut |k, site, weight| {
+                    if weight != 0.0 {
+                        terms.push(Term { parameter: first + k, site, place: sites.of(site), weight });
+                    }
+                });
+            }
+            self.rows[r].terms = from..terms.len();
+        }
+        self.terms = terms;
     }
 
     fn pose(&self, row: &Row, values: &[f64], work: &mut Workspace) {
@@ -349,6 +420,7 @@ struct Assembly<'a> {
     robot: Arc<Robot>,
     which: Use,
     measured_torques: bool,
+    torque_posture: TorquePosture,
     setups: Vec<Setup>,
     /// Set-up of (dataset, session).
     setup_of: HashMap<(usize, Option<&'a str>), usize>,
@@ -376,6 +448,7 @@ impl<'a> Assembly<'a> {
             robot,
             which,
             measured_torques: model.measured_torques,
+            torque_posture: model.torque_posture,
             setups: Vec::new(),
             setup_of: HashMap::new(),
             parameters: Vec::new(),
@@ -488,15 +561,14 @@ impl<'a> Assembly<'a> {
     }
 
     fn rows(self) -> Result<Problem, ProblemError> {
-        let sites = SiteIndex::new(self.robot.joints());
-        let zero = vec![0.0; sites.len()];
+        let zero = vec![0.0; SiteIndex::new(self.robot.joints()).len()];
         let mut posture = Posture::new(&self.robot);
-        let mut loads = Loads::new(self.robot.joints());
-        let none = Payload::none();
         let mut problem = Problem {
             robot: self.robot.clone(),
             setups: self.setups,
             parameters: self.parameters,
+            effects: self.effects,
+            torque_posture: self.torque_posture,
             rows: Vec::new(),
             terms: Vec::new(),
             distances: Vec::new(),
@@ -510,22 +582,12 @@ impl<'a> Assembly<'a> {
             for sample in dataset.samples.iter().filter(|s| self.which.takes(s)) {
                 let s = self.setup_of[&(d, sample.session.as_deref())];
                 let setup = &problem.setups[s];
-                let payload = dataset.payloads.get(sample.payload).unwrap_or(&none);
                 posture.set(&self.robot, &setup.start, &setup.tool, &sample.q, &zero);
-                let force = match sample.measured {
-                    Measured::Ball { .. } => posture.flange().direction(&(tool_turn * dataset.contact_force)),
-                    _ => Vector3::zeros(),
-                };
-                loads.weigh(&self.robot, &posture, payload, &setup.gravity, &Vector3::zeros());
-                if force != Vector3::zeros() {
-                    push(&mut loads, &posture, &force);
-                }
-                if self.measured_torques && let Some(tau) = &sample.tau {
-                    loads.tau.copy_from_slice(tau);
-                }
                 let mut tool = dataset.tool;
+                let mut contact_force = Vector3::zeros();
                 let (target, ball) = match &sample.measured {
                     Measured::Ball { ball, reading } => {
+                        contact_force = tool_turn * dataset.contact_force;
                         if let Some(reading) = reading {
                             let shift = tool_turn * reading;
                             for axis in 0..3 {
@@ -539,41 +601,30 @@ impl<'a> Assembly<'a> {
                         (Target::Distance { anchor: dataset.anchors[*anchor].position, distance: *distance }, None)
                     }
                 };
-                let situation = Situation {
-                    robot: &self.robot,
-                    q: &sample.q,
-                    posture: &posture,
-                    loads: &loads,
-                    payload,
+                let circumstances = Circumstances {
+                    dataset: d,
+                    payload: dataset.payloads.get(sample.payload).cloned().unwrap_or_else(Payload::none),
+                    contact_force,
+                    tau: sample.tau.clone().filter(|_| self.measured_torques),
                     ball,
                     time_s: sample.time_s,
                     temp_c: sample.temp_c,
-                    approach: sample.approach.as_deref(),
+                    approach: sample.approach.clone(),
                 };
-                let from = problem.terms.len();
-                for placed in &self.effects[d] {
-                    let first = placed.first[if placed.first.len() > 1 { s } else { 0 }];
-                    let terms = &mut problem.terms;
-                    placed.effect.terms(&situation, &mut |k, site, weight| {
-                        if weight != 0.0 {
-                            terms.push(Term { parameter: first + k, site, place: sites.of(site), weight });
-                        }
-                    });
-                }
                 let (whitener, stated) = whitener(&self.robot, dataset, sample, &posture);
                 problem.noise_stated &= stated;
                 let height = if matches!(target, Target::Distance { .. }) { 1 } else { 3 };
-                let (terms, first_row) = (from..problem.terms.len(), problem.row_count);
+                let first_row = problem.row_count;
                 problem.row_count += height;
                 for (range, &q) in problem.joint_ranges.iter_mut().zip(&sample.q) {
                     *range = [range[0].min(q), range[1].max(q)];
                 }
                 problem.sample_ids.push(sample.id.clone());
-                problem.rows.push(Row { setup: s, q: sample.q.clone(), tool, target, terms, whitener, first_row });
+                problem.rows.push(Row { setup: s, q: sample.q.clone(), tool, target, terms: 0..0, whitener, first_row, circumstances });
             }
             for known in &dataset.ball_distances {
                 let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
-                let parameters = ids.map(|id| self.effects[d].iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
+                let parameters = ids.map(|id| problem.effects[d].iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
                 // A free ball that none of these samples probes has no position to measure from.
                 let known_ball = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
                 problem.distances.push(DistanceRow {
@@ -593,6 +644,8 @@ impl<'a> Assembly<'a> {
             };
             return Err(ProblemError::NoSamples { of });
         }
+        let start = problem.start();
+        problem.weigh(&start);
         for term in &problem.terms {
             if let Site::Mdh(i, _) = term.site {
                 problem.parameters[term.parameter].link = Some(i);

@@ -4,17 +4,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
-use super::samples_file::{read_samples, samples_text};
+use super::dataset_toml::{AnchorToml, BallDistanceToml, BallToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, describe};
+use super::samples_file::read_samples;
+use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Noise};
-use crate::files::{FileError, field_error, parse_toml, read_text, write_whole, replace_folder};
+use crate::files::{FileError, field_error, parse_toml, read_text, replace_folder, write_whole};
 use crate::robot::{BUILT_IN, FramePose, Payload, Robot, robot, to_toml};
-use crate::units::{ARCSEC, DEG, MM, UM, readable};
+use crate::units::{ARCSEC, DEG, MM, UM};
 
-/// The format this version reads and writes.
-const FORMAT: &str = "calibench-dataset/1";
 /// What the measurements were made with.
 pub(super) const DATASET_TOML: &str = "dataset.toml";
 /// The measurements.
@@ -27,125 +27,6 @@ const APART: f64 = 1.0 * MM;
 #[derive(Deserialize)]
 struct FormatKey {
     format: String,
-}
-
-impl DatasetToml {
-    /// Whether the base is given.
-    pub fn has_base(&self) -> bool {
-        self.base.is_some()
-    }
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct DatasetToml {
-    #[serde(default)]
-    format: String,
-    robot: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gravity_m_s2: Option<[f64; 3]>,
-    /// Whether the controller's own absolute-accuracy option was on.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    absolute_accuracy: Option<bool>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    base: Option<FrameToml>,
-    tool: ToolToml,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    payload: Vec<PayloadToml>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    ball: Vec<BallToml>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    ball_distance: Vec<BallDistanceToml>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    anchor: Vec<AnchorToml>,
-    #[serde(default)]
-    noise: NoiseToml,
-    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
-    provenance: toml::Table,
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct FrameToml {
-    x_mm: f64,
-    y_mm: f64,
-    z_mm: f64,
-    #[serde(default)]
-    a_deg: f64,
-    #[serde(default)]
-    b_deg: f64,
-    #[serde(default)]
-    c_deg: f64,
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct ToolToml {
-    x_mm: f64,
-    y_mm: f64,
-    z_mm: f64,
-    #[serde(default)]
-    a_deg: f64,
-    #[serde(default)]
-    b_deg: f64,
-    #[serde(default)]
-    c_deg: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sigma_um: Option<f64>,
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    free: bool,
-    /// Force of the three plungers on the tool when a ball is centred, tool axes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    contact_force_n: Option<[f64; 3]>,
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct PayloadToml {
-    name: String,
-    mass_kg: f64,
-    com_mm: [f64; 3],
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct BallToml {
-    id: String,
-    x_mm: f64,
-    y_mm: f64,
-    z_mm: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sigma_um: Option<f64>,
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    free: bool,
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct BallDistanceToml {
-    between: [String; 2],
-    d_mm: f64,
-    sigma_um: f64,
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct AnchorToml {
-    id: String,
-    x_mm: f64,
-    y_mm: f64,
-    z_mm: f64,
-}
-
-#[derive(Deserialize, Serialize, Default)]
-#[serde(deny_unknown_fields)]
-struct NoiseToml {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ball_um: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    point_um: Option<f64>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    joint_arcsec: Vec<f64>,
 }
 
 /// Reads a dataset: the folder with `dataset.toml` and `samples.csv`.
@@ -373,68 +254,4 @@ impl Reading<'_> {
 
 fn frame(xyz_mm: [f64; 3], abc_deg: [f64; 3]) -> FramePose {
     FramePose { xyz: xyz_mm.map(|v| v * MM), rz_ry_rx: abc_deg.map(|v| v * DEG) }
-}
-
-/// The content of `dataset.toml`. A ball that is not in the dataset is named by its place.
-fn describe(dataset: &Dataset) -> DatasetToml {
-    let mm = |v: f64| readable(v, MM);
-    let um = |v: f64| readable(v, UM);
-    let sigma = |v: f64| (v != 0.0).then(|| um(v));
-    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.base);
-    let base = FrameToml { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg };
-    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.tool);
-    let tool = ToolToml {
-        x_mm,
-        y_mm,
-        z_mm,
-        a_deg,
-        b_deg,
-        c_deg,
-        sigma_um: sigma(dataset.tool_sigma),
-        free: dataset.tool_free,
-        contact_force_n: (dataset.contact_force != Vector3::zeros()).then(|| dataset.contact_force.into()),
-    };
-    let payload = |p: &Payload| PayloadToml { name: p.name.clone(), mass_kg: p.mass, com_mm: p.com.map(mm).into() };
-    let ball = |b: &Ball| BallToml {
-        id: b.id.clone(),
-        x_mm: mm(b.position.x),
-        y_mm: mm(b.position.y),
-        z_mm: mm(b.position.z),
-        sigma_um: sigma(b.sigma),
-        free: b.free,
-    };
-    let ball_id = |k: usize| dataset.balls.get(k).map_or_else(|| format!("#{k}"), |b| b.id.clone());
-    let anchor =
-        |a: &Anchor| AnchorToml { id: a.id.clone(), x_mm: mm(a.position.x), y_mm: mm(a.position.y), z_mm: mm(a.position.z) };
-    DatasetToml {
-        format: FORMAT.into(),
-        robot: dataset.robot_reference.clone(),
-        gravity_m_s2: Some(dataset.gravity.into()),
-        absolute_accuracy: dataset.absolute_accuracy,
-        base: Some(base),
-        tool,
-        payload: if dataset.payloads == [Payload::none()] {
-            Vec::new()
-        } else {
-            dataset.payloads.iter().map(payload).collect()
-        },
-        ball: dataset.balls.iter().map(ball).collect(),
-        ball_distance: dataset
-            .ball_distances
-            .iter()
-            .map(|d| BallDistanceToml { between: d.between.map(ball_id), d_mm: mm(d.distance), sigma_um: um(d.sigma) })
-            .collect(),
-        anchor: dataset.anchors.iter().map(anchor).collect(),
-        noise: NoiseToml {
-            ball_um: dataset.noise.ball.map(um),
-            point_um: dataset.noise.point.map(um),
-            joint_arcsec: dataset.noise.joint.iter().map(|v| readable(*v, ARCSEC)).collect(),
-        },
-        provenance: dataset.provenance.clone(),
-    }
-}
-
-/// Position in mm and angles in deg.
-fn shown(frame: &FramePose) -> ([f64; 3], [f64; 3]) {
-    (frame.xyz.map(|v| readable(v, MM)), frame.rz_ry_rx.map(|v| readable(v, DEG)))
 }

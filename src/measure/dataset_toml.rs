@@ -1,0 +1,195 @@
+//! The keys of `dataset.toml`, and how a dataset is written in them.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::{Anchor, Ball, Dataset};
+use crate::robot::{FramePose, Payload};
+use crate::units::{ARCSEC, DEG, MM, UM, readable};
+
+/// The format this version reads and writes.
+pub(super) const FORMAT: &str = "calibench-dataset/1";
+
+/// The whole file; but for its format, also a table of the same keys in an import map.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DatasetToml {
+    #[serde(default)]
+    pub(super) format: String,
+    pub(super) robot: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) gravity_m_s2: Option<[f64; 3]>,
+    /// Whether the controller's own absolute-accuracy option was on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) absolute_accuracy: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) base: Option<FrameToml>,
+    pub(super) tool: ToolToml,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) payload: Vec<PayloadToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) ball: Vec<BallToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) ball_distance: Vec<BallDistanceToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) anchor: Vec<AnchorToml>,
+    #[serde(default)]
+    pub(super) noise: NoiseToml,
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub(super) provenance: toml::Table,
+}
+
+impl DatasetToml {
+    /// Whether the base is given.
+    pub fn has_base(&self) -> bool {
+        self.base.is_some()
+    }
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FrameToml {
+    pub x_mm: f64,
+    pub y_mm: f64,
+    pub z_mm: f64,
+    #[serde(default)]
+    pub a_deg: f64,
+    #[serde(default)]
+    pub b_deg: f64,
+    #[serde(default)]
+    pub c_deg: f64,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ToolToml {
+    pub x_mm: f64,
+    pub y_mm: f64,
+    pub z_mm: f64,
+    #[serde(default)]
+    pub a_deg: f64,
+    #[serde(default)]
+    pub b_deg: f64,
+    #[serde(default)]
+    pub c_deg: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub free: bool,
+    /// Force of the three plungers on the tool when a ball is centred, tool axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_force_n: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PayloadToml {
+    pub name: String,
+    pub mass_kg: f64,
+    pub com_mm: [f64; 3],
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BallToml {
+    pub id: String,
+    pub x_mm: f64,
+    pub y_mm: f64,
+    pub z_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub free: bool,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct BallDistanceToml {
+    pub between: [String; 2],
+    pub d_mm: f64,
+    pub sigma_um: f64,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AnchorToml {
+    pub id: String,
+    pub x_mm: f64,
+    pub y_mm: f64,
+    pub z_mm: f64,
+}
+
+#[derive(Deserialize, Serialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct NoiseToml {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ball_um: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_arcsec: Vec<f64>,
+}
+
+/// The content of `dataset.toml`. A ball that is not in the dataset is named by its place.
+pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
+    let mm = |v: f64| readable(v, MM);
+    let um = |v: f64| readable(v, UM);
+    let sigma = |v: f64| (v != 0.0).then(|| um(v));
+    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.base);
+    let base = FrameToml { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg };
+    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.tool);
+    let tool = ToolToml {
+        x_mm,
+        y_mm,
+        z_mm,
+        a_deg,
+        b_deg,
+        c_deg,
+        sigma_um: sigma(dataset.tool_sigma),
+        free: dataset.tool_free,
+        contact_force_n: (dataset.contact_force != Vector3::zeros()).then(|| dataset.contact_force.into()),
+    };
+    let payload = |p: &Payload| PayloadToml { name: p.name.clone(), mass_kg: p.mass, com_mm: p.com.map(mm).into() };
+    let ball = |b: &Ball| BallToml {
+        id: b.id.clone(),
+        x_mm: mm(b.position.x),
+        y_mm: mm(b.position.y),
+        z_mm: mm(b.position.z),
+        sigma_um: sigma(b.sigma),
+        free: b.free,
+    };
+    let ball_id = |k: usize| dataset.balls.get(k).map_or_else(|| format!("#{k}"), |b| b.id.clone());
+    let anchor =
+        |a: &Anchor| AnchorToml { id: a.id.clone(), x_mm: mm(a.position.x), y_mm: mm(a.position.y), z_mm: mm(a.position.z) };
+    DatasetToml {
+        format: FORMAT.into(),
+        robot: dataset.robot_reference.clone(),
+        gravity_m_s2: Some(dataset.gravity.into()),
+        absolute_accuracy: dataset.absolute_accuracy,
+        base: Some(base),
+        tool,
+        payload: if dataset.payloads == [Payload::none()] {
+            Vec::new()
+        } else {
+            dataset.payloads.iter().map(payload).collect()
+        },
+        ball: dataset.balls.iter().map(ball).collect(),
+        ball_distance: dataset
+            .ball_distances
+            .iter()
+            .map(|d| BallDistanceToml { between: d.between.map(ball_id), d_mm: mm(d.distance), sigma_um: um(d.sigma) })
+            .collect(),
+        anchor: dataset.anchors.iter().map(anchor).collect(),
+        noise: NoiseToml {
+            ball_um: dataset.noise.ball.map(um),
+            point_um: dataset.noise.point.map(um),
+            joint_arcsec: dataset.noise.joint.iter().map(|v| readable(*v, ARCSEC)).collect(),
+        },
+        provenance: dataset.provenance.clone(),
+    }
+}
+
+/// Position in mm and angles in deg.
+fn shown(frame: &FramePose) -> ([f64; 3], [f64; 3]) {
+    (frame.xyz.map(|v| readable(v, MM)), frame.rz_ry_rx.map(|v| readable(v, DEG)))
+}
