@@ -301,5 +301,8 @@ fn a_robot_that_is_not_built_in_travels_with_its_dataset() {
     std::fs::create_dir(folder.path().join("elsewhere")).expect("writable");
     std::fs::rename(&at, &moved).expect("writable");
     let back = read_dataset(&moved).expect("self-contained");
-    assert_eq!((back.robot_reference.as_str(), back.robot.name.as_str(), back.robot.links[0].mdh.d), ("robot.toml", "mine", 0.5));
+    assert_eq!(
+        (back.robot_reference.as_str(), back.robot.name.as_str(), back.robot.links[0].mdh.d),
+        ("robot.toml", "mine", 0.5)
+    );
 }

@@ -13,13 +13,7 @@ fn plan() -> Vec<PlannedPose> {
     let pose = |k: usize| {
         let contact = vec![0.4 * MM * k as f64, -0.3 * MM * k as f64, 0.0];
         let approach = contact.iter().map(|q| q + 30.0 * MM).collect();
-        PlannedPose {
-            id: format!("p{k}"),
-            ball: 0,
-            payload: 0,
-            contact,
-            approach,
-        }
+        PlannedPose { id: format!("p{k}"), ball: 0, payload: 0, contact, approach }
     };
     (0..5).map(pose).collect()
 }
@@ -36,37 +30,15 @@ fn campaign(
 
 /// A day with a lost answer, an indicator silent for a while and a refused step.
 fn eventful() -> Script {
-    let silent = |from, times| ScriptedFault::Answer {
-        axis: 1,
-        from,
-        times,
-        error: IndicatorError::Silent,
-    };
-    let refused = ManipulatorError::Refused {
-        reason: "drives off".into(),
-    };
-    let faults = vec![
-        silent(2, 1),
-        silent(9, 3),
-        ScriptedFault::Motion {
-            number: 18,
-            error: refused,
-        },
-    ];
-    Script {
-        faults,
-        ..Script::default()
-    }
+    let silent = |from, times| ScriptedFault::Answer { axis: 1, from, times, error: IndicatorError::Silent };
+    let refused = ManipulatorError::Refused { reason: "drives off".into() };
+    let faults = vec![silent(2, 1), silent(9, 3), ScriptedFault::Motion { number: 18, error: refused }];
+    Script { faults, ..Script::default() }
 }
 
 fn recorded(folder: &Path) -> (CampaignRecord, [f64; 3]) {
     let cell = ScriptedCell::new(eventful());
-    let record = campaign(
-        cell.robot(),
-        cell.indicators(),
-        cell.free_reading(),
-        CentringSettings::default(),
-    );
+    let record = campaign(cell.robot(), cell.indicators(), cell.free_reading(), CentringSettings::default());
     record.write(folder, &plan(), &["1".into()]).expect("a writable folder");
     (record, cell.free_reading())
 }
@@ -112,19 +84,11 @@ fn a_stricter_controller_departs_and_is_told_where() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (first, free) = recorded(folder.path());
     let recording = Recording::read(&folder.path().join("iterations.csv")).expect("its own file");
-    let strict = CentringSettings {
-        tolerance: 0.01 * UM,
-        ..CentringSettings::default()
-    };
+    let strict = CentringSettings { tolerance: 0.01 * UM, ..CentringSettings::default() };
     let again = campaign(recording.robot(), recording.indicators(), free, strict);
     // It steps on where the recording was content: at the last stop on the ball, the one before the first retreat.
     let at = first.probings[0].probing.iterations.len() - 1;
-    let Some(ReplayDeparture::Step {
-        at: departed,
-        recorded: None,
-        ..
-    }) = recording.departure()
-    else {
+    let Some(ReplayDeparture::Step { at: departed, recorded: None, .. }) = recording.departure() else {
         panic!("{:?}", recording.departure())
     };
     assert_eq!(departed, at);
@@ -138,13 +102,7 @@ fn commands_of_another_plan_depart_at_once() {
     let recording = Recording::read(&folder.path().join("iterations.csv")).expect("its own file");
     let elsewhere = recording.robot().move_joints(&[1.0, 2.0, 3.0]);
     assert!(matches!(elsewhere, Err(ManipulatorError::Lost { .. })));
-    assert_eq!(
-        recording.departure(),
-        Some(ReplayDeparture::Joints {
-            at: 1,
-            commanded: vec![1.0, 2.0, 3.0]
-        })
-    );
+    assert_eq!(recording.departure(), Some(ReplayDeparture::Joints { at: 1, commanded: vec![1.0, 2.0, 3.0] }));
     // Once departed, it stays so.
     assert!(recording.robot().move_joints(&plan()[0].approach).is_err());
 }

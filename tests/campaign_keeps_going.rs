@@ -15,34 +15,20 @@ fn plan(gone: &[usize]) -> Vec<PlannedPose> {
         let off = if gone.contains(&k) { 40.0 * MM } else { 0.0 };
         let contact = vec![0.2 * MM * k as f64 + off, -0.1 * MM * k as f64, 0.0];
         let approach = contact.iter().map(|q| q + 30.0 * MM).collect();
-        PlannedPose {
-            id: format!("p{k}"),
-            ball: k % 4,
-            payload: 0,
-            contact,
-            approach,
-        }
+        PlannedPose { id: format!("p{k}"), ball: k % 4, payload: 0, contact, approach }
     };
     (0..12).map(pose).collect()
 }
 
 fn run(cell: &ScriptedCell, poses: &[PlannedPose], witness: &mut dyn Witness) -> CampaignRecord {
     let settings = CentringSettings::default();
-    let controller = CenteringController::new(
-        cell.robot(),
-        cell.indicators(),
-        TriCal::default(),
-        cell.free_reading(),
-        settings,
-    );
+    let controller =
+        CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), cell.free_reading(), settings);
     Campaign::new(controller, CampaignSettings::default()).run(poses, witness)
 }
 
 fn motion(number: usize, error: ManipulatorError) -> ScriptedCell {
-    ScriptedCell::new(Script {
-        faults: vec![ScriptedFault::Motion { number, error }],
-        ..Script::default()
-    })
+    ScriptedCell::new(Script { faults: vec![ScriptedFault::Motion { number, error }], ..Script::default() })
 }
 
 #[test]
@@ -66,21 +52,12 @@ fn missing_balls_cost_their_poses_only() {
 #[test]
 fn samples_hold_what_the_dataset_needs() {
     // A perfect tool frame: one step from the contact pose to the ball.
-    let script = Script {
-        tool_response: Matrix3::identity(),
-        ..Script::default()
-    };
+    let script = Script { tool_response: Matrix3::identity(), ..Script::default() };
     let error = script.error;
     let record = run(&ScriptedCell::new(script), &plan(&[]), &mut ());
     assert_eq!(record.samples.len(), 12);
     for (k, sample) in record.samples.iter().enumerate() {
-        let Measured::Ball {
-            ball,
-            reading: Some(reading),
-        } = &sample.measured
-        else {
-            panic!("{sample:?}")
-        };
+        let Measured::Ball { ball, reading: Some(reading) } = &sample.measured else { panic!("{sample:?}") };
         assert_eq!(*ball, k % 4);
         assert!(reading.amax() < 3.0 * UM);
         // The ball is at the origin, so the stage reads minus its error, less what is left.
@@ -96,15 +73,10 @@ fn samples_hold_what_the_dataset_needs() {
 
 #[test]
 fn a_lost_robot_ends_it_and_keeps_what_was_measured() {
-    let lost = ManipulatorError::Lost {
-        detail: "connection reset".into(),
-    };
+    let lost = ManipulatorError::Lost { detail: "connection reset".into() };
     let cell = motion(20, lost);
     let record = run(&cell, &plan(&[]), &mut ());
-    assert!(matches!(
-        record.aborted,
-        Some(Abort::Robot(CentringFailure::RobotLost { .. }))
-    ));
+    assert!(matches!(record.aborted, Some(Abort::Robot(CentringFailure::RobotLost { .. }))));
     assert_eq!(cell.motions().len(), 21, "nothing is commanded after it");
     assert!(!record.samples.is_empty() && record.samples.len() < 12);
 }
@@ -112,40 +84,17 @@ fn a_lost_robot_ends_it_and_keeps_what_was_measured() {
 #[test]
 fn an_arm_that_cannot_be_backed_off_ends_it() {
     // Motions of the first probing: approach, contact, two steps, and 4 is the retreat.
-    let record = run(
-        &motion(
-            4,
-            ManipulatorError::Refused {
-                reason: "drives off".into(),
-            },
-        ),
-        &plan(&[]),
-        &mut (),
-    );
-    assert!(
-        matches!(
-            record.aborted,
-            Some(Abort::NotBackedOff(CentringFailure::RobotRefused { .. }))
-        ),
-        "{:?}",
-        record.aborted
-    );
+    let record = run(&motion(4, ManipulatorError::Refused { reason: "drives off".into() }), &plan(&[]), &mut ());
+    assert!(matches!(record.aborted, Some(Abort::NotBackedOff(CentringFailure::RobotRefused { .. }))), "{:?}", record.aborted);
     assert_eq!(record.probings.len(), 1);
 }
 
 #[test]
 fn a_dead_indicator_ends_it_after_five_poses() {
     let cell = ScriptedCell::new(Script::default());
-    cell.add_fault(ScriptedFault::Answer {
-        axis: 2,
-        from: 12,
-        times: usize::MAX,
-        error: IndicatorError::Silent,
-    });
+    cell.add_fault(ScriptedFault::Answer { axis: 2, from: 12, times: usize::MAX, error: IndicatorError::Silent });
     let record = run(&cell, &plan(&[]), &mut ());
-    let Some(Abort::TooManyFailures { skipped: 5, last }) = record.aborted else {
-        panic!("{:?}", record.aborted)
-    };
+    let Some(Abort::TooManyFailures { skipped: 5, last }) = record.aborted else { panic!("{:?}", record.aborted) };
     assert_eq!(last, CentringFailure::SilentIndicator { axis: 2 });
     assert_eq!(record.samples.len(), 2);
 }
@@ -178,21 +127,12 @@ impl Witness for Bar {
 
 #[test]
 fn a_witness_hears_everything_and_a_slow_robot_is_estimated() {
-    let cell = ScriptedCell::new(Script {
-        motion_s: 7.0,
-        ..Script::default()
-    });
+    let cell = ScriptedCell::new(Script { motion_s: 7.0, ..Script::default() });
     let mut bar = Bar::default();
     let record = run(&cell, &plan(&[4]), &mut bar);
     assert_eq!((bar.started, bar.finished, bar.samples), (13, 13, 11));
-    assert_eq!(
-        bar.iterations,
-        record.probings.iter().map(|p| p.probing.iterations.len()).sum::<usize>()
-    );
-    let took = record
-        .probings
-        .last()
-        .map_or(0.0, |p| p.probing.started_s + p.probing.duration_s);
+    assert_eq!(bar.iterations, record.probings.iter().map(|p| p.probing.iterations.len()).sum::<usize>());
+    let took = record.probings.last().map_or(0.0, |p| p.probing.started_s + p.probing.duration_s);
     // Twelve poses at 30 s before anything is known; then at the pace seen, 20 % apart at most since probings differ by a step or two.
     assert_eq!(bar.estimates[0], 360.0);
     assert!((bar.estimates[6] / took - 1.0).abs() < 0.2, "{} {took}", bar.estimates[6]);
@@ -207,20 +147,14 @@ fn the_files_have_a_row_for_everything() {
     record.write(folder.path(), &poses, &balls).expect("a writable folder");
     let rows = |name: &str| -> Vec<Vec<String>> {
         let mut reader = csv::Reader::from_path(folder.path().join(name)).expect("just written");
-        reader
-            .records()
-            .map(|r| r.expect("a row").iter().map(String::from).collect())
-            .collect()
+        reader.records().map(|r| r.expect("a row").iter().map(String::from).collect()).collect()
     };
     let probings = rows("probings.csv");
     assert_eq!(probings.len(), 13);
     assert_eq!(probings[4][1..5], ["p4", "1", "1", "no_contact"]);
     assert_eq!(probings[6][1..5], ["p5", "2", "1", "centred"]);
     let iterations = rows("iterations.csv");
-    assert_eq!(
-        iterations.len(),
-        record.probings.iter().map(|p| p.probing.iterations.len()).sum::<usize>()
-    );
+    assert_eq!(iterations.len(), record.probings.iter().map(|p| p.probing.iterations.len()).sum::<usize>());
     // probing, phase, time, 3 joints, 3 readings, 3 steps, retries, fault
     assert!(iterations.iter().all(|row| row.len() == 14));
 }

@@ -14,23 +14,12 @@ use rand_distr::{Distribution, Normal};
 const APPROACH: [f64; 3] = [0.03, 0.03, 0.03];
 
 fn pose() -> PlannedPose {
-    PlannedPose {
-        id: "1".into(),
-        ball: 0,
-        payload: 0,
-        contact: vec![0.0; 3],
-        approach: APPROACH.to_vec(),
-    }
+    PlannedPose { id: "1".into(), ball: 0, payload: 0, contact: vec![0.0; 3], approach: APPROACH.to_vec() }
 }
 
 fn probe(cell: &ScriptedCell, settings: CentringSettings) -> calibench::measure::Probing {
-    let mut controller = CenteringController::new(
-        cell.robot(),
-        cell.indicators(),
-        TriCal::default(),
-        cell.free_reading(),
-        settings,
-    );
+    let mut controller =
+        CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), cell.free_reading(), settings);
     controller.probe(&pose(), &mut |_| {})
 }
 
@@ -41,10 +30,7 @@ fn anywhere_in_the_safe_range() {
         let direction = Vector3::from_fn(|_, _| random.random_range(-1.0..1.0)).normalize();
         let distance: f64 = random.random_range(0.0..4.99);
         let error = direction * distance * MM;
-        let cell = ScriptedCell::new(Script {
-            error,
-            ..Script::default()
-        });
+        let cell = ScriptedCell::new(Script { error, ..Script::default() });
         let mut on_ball = Vector3::zeros();
         let mut controller = CenteringController::new(
             cell.robot(),
@@ -72,23 +58,15 @@ fn anywhere_in_the_safe_range() {
 #[test]
 fn even_with_a_tool_frame_turned_by_twenty_degrees() {
     let tool_response = Rotation3::from_axis_angle(&Vector3::y_axis(), 20f64.to_radians()).into_inner();
-    let cell = ScriptedCell::new(Script {
-        tool_response,
-        ..Script::default()
-    });
-    let centred = probe(&cell, CentringSettings::default())
-        .outcome
-        .expect("20 degrees leave 0.35 a step");
+    let cell = ScriptedCell::new(Script { tool_response, ..Script::default() });
+    let centred = probe(&cell, CentringSettings::default()).outcome.expect("20 degrees leave 0.35 a step");
     // ln(2.3 mm / 3 um) / -ln(2 sin 10 deg) = 6.3
     assert_eq!(centred.steps, 7);
 }
 
 #[test]
 fn a_ball_that_is_centred_already_takes_no_step() {
-    let cell = ScriptedCell::new(Script {
-        error: Vector3::zeros(),
-        ..Script::default()
-    });
+    let cell = ScriptedCell::new(Script { error: Vector3::zeros(), ..Script::default() });
     let probing = probe(&cell, CentringSettings::default());
     assert_eq!(probing.outcome.expect("centred").steps, 0);
     let phases: Vec<Phase> = probing.iterations.iter().map(|i| i.phase).collect();
@@ -129,11 +107,7 @@ fn a_robot_that_strays_as_far_as_the_tolerance_tries_until_it_is_within() {
     let (probings, mut steps) = (500, 0);
     for seed in 0..probings {
         let cell = ScriptedCell::new(Script::default());
-        let robot = Restless {
-            robot: cell.robot(),
-            random: ChaCha8Rng::seed_from_u64(seed),
-            sigma: 3.0 * UM,
-        };
+        let robot = Restless { robot: cell.robot(), random: ChaCha8Rng::seed_from_u64(seed), sigma: 3.0 * UM };
         let settings = CentringSettings::default();
         let mut controller =
             CenteringController::new(robot, cell.indicators(), TriCal::default(), cell.free_reading(), settings);

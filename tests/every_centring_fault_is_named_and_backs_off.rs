@@ -9,20 +9,9 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 const APPROACH: [f64; 3] = [0.03, 0.03, 0.03];
 
 fn probe_with(cell: &ScriptedCell, settings: CentringSettings) -> Probing {
-    let pose = PlannedPose {
-        id: "1".into(),
-        ball: 0,
-        payload: 0,
-        contact: vec![0.0; 3],
-        approach: APPROACH.to_vec(),
-    };
-    let mut controller = CenteringController::new(
-        cell.robot(),
-        cell.indicators(),
-        TriCal::default(),
-        cell.free_reading(),
-        settings,
-    );
+    let pose = PlannedPose { id: "1".into(), ball: 0, payload: 0, contact: vec![0.0; 3], approach: APPROACH.to_vec() };
+    let mut controller =
+        CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), cell.free_reading(), settings);
     controller.probe(&pose, &mut |_| {})
 }
 
@@ -31,20 +20,12 @@ fn probe(cell: &ScriptedCell) -> Probing {
 }
 
 fn fault(fault: ScriptedFault) -> Script {
-    Script {
-        faults: vec![fault],
-        ..Script::default()
-    }
+    Script { faults: vec![fault], ..Script::default() }
 }
 
 /// An indicator that fails for good from its reading `from` on; its reading 0 is taken at the approach, 1 at contact.
 fn answers(axis: usize, from: usize, error: IndicatorError) -> Script {
-    fault(ScriptedFault::Answer {
-        axis,
-        from,
-        times: usize::MAX,
-        error,
-    })
+    fault(ScriptedFault::Answer { axis, from, times: usize::MAX, error })
 }
 
 /// A robot that fails at a motion: 0 is the approach, 1 the contact, 2 the first step.
@@ -54,23 +35,15 @@ fn motion(number: usize, error: ManipulatorError) -> Script {
 
 fn off_by(x: f64, y: f64, z: f64) -> Script {
     // The ball in the tool frame is minus the stage's error.
-    Script {
-        error: Vector3::new(-x, -y, -z) * MM,
-        ..Script::default()
-    }
+    Script { error: Vector3::new(-x, -y, -z) * MM, ..Script::default() }
 }
 
 fn tool(tool_response: Matrix3<f64>) -> Script {
-    Script {
-        tool_response,
-        ..Script::default()
-    }
+    Script { tool_response, ..Script::default() }
 }
 
 fn lost() -> ManipulatorError {
-    ManipulatorError::Lost {
-        detail: "connection reset".into(),
-    }
+    ManipulatorError::Lost { detail: "connection reset".into() }
 }
 
 #[test]
@@ -78,75 +51,30 @@ fn each_fault_has_its_name_and_the_arm_is_back_at_the_approach() {
     let silent = IndicatorError::Silent;
     let garbled = IndicatorError::Garbled { frame: "+0a1.2".into() };
     let own_fault = IndicatorError::Fault { detail: "ERR0".into() };
-    let refused = ManipulatorError::Refused {
-        reason: "drives off".into(),
-    };
+    let refused = ManipulatorError::Refused { reason: "drives off".into() };
     let turned = Rotation3::from_axis_angle(&Vector3::x_axis(), 100f64.to_radians()).into_inner();
     let table: Vec<(&str, Script, &str)> = vec![
-        (
-            "ball missing",
-            Script {
-                ball: None,
-                ..Script::default()
-            },
-            "no_contact",
-        ),
+        ("ball missing", Script { ball: None, ..Script::default() }, "no_contact"),
         ("ball 7 mm short of the gauge", off_by(-7.0, 0.0, 0.0), "beyond_range"),
-        (
-            "ball pushing a plunger to its stop",
-            off_by(0.0, 0.0, 7.0),
-            "plunger_at_stop:3",
-        ),
-        (
-            "plunger outside its range",
-            answers(1, 1, IndicatorError::OverRange),
-            "plunger_at_stop:2",
-        ),
+        ("ball pushing a plunger to its stop", off_by(0.0, 0.0, 7.0), "plunger_at_stop:3"),
+        ("plunger outside its range", answers(1, 1, IndicatorError::OverRange), "plunger_at_stop:2"),
         ("ball 6 mm off", off_by(0.0, 6.0, 0.0), "step_too_large:2"),
-        (
-            "sign of y reversed",
-            tool(Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0))),
-            "wrong_sign:2",
-        ),
-        (
-            "indicators 1 and 3 exchanged",
-            fault(ScriptedFault::Exchanged { a: 0, b: 2 }),
-            "swapped_axes",
-        ),
+        ("sign of y reversed", tool(Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0))), "wrong_sign:2"),
+        ("indicators 1 and 3 exchanged", fault(ScriptedFault::Exchanged { a: 0, b: 2 }), "swapped_axes"),
         ("tool frame turned by 100 degrees", tool(turned), "wrong_tool_frame"),
         ("steps twice as long", tool(Matrix3::identity() * 2.05), "oscillating"),
-        (
-            "stuck at contact",
-            fault(ScriptedFault::Stuck { axis: 0, from: 1 }),
-            "stuck_indicator:1",
-        ),
-        (
-            "stuck once centred",
-            fault(ScriptedFault::Stuck { axis: 2, from: 3 }),
-            "stuck_indicator:3",
-        ),
-        (
-            "stuck before contact",
-            fault(ScriptedFault::Stuck { axis: 1, from: 0 }),
-            "beyond_range",
-        ),
+        ("stuck at contact", fault(ScriptedFault::Stuck { axis: 0, from: 1 }), "stuck_indicator:1"),
+        ("stuck once centred", fault(ScriptedFault::Stuck { axis: 2, from: 3 }), "stuck_indicator:3"),
+        ("stuck before contact", fault(ScriptedFault::Stuck { axis: 1, from: 0 }), "beyond_range"),
         ("silent at contact", answers(2, 1, silent.clone()), "silent_indicator:3"),
         ("silent on the ball", answers(0, 2, silent.clone()), "silent_indicator:1"),
         ("silent at the approach", answers(0, 0, silent), "silent_indicator:1"),
         ("garbled", answers(1, 2, garbled), "garbled_indicator:2"),
-        (
-            "not a number",
-            answers(1, 2, IndicatorError::Garbled { frame: "NaN".into() }),
-            "garbled_indicator:2",
-        ),
+        ("not a number", answers(1, 2, IndicatorError::Garbled { frame: "NaN".into() }), "garbled_indicator:2"),
         ("fault of its own", answers(2, 2, own_fault), "faulty_indicator:3"),
         ("contact refused", motion(1, refused.clone()), "robot_refused"),
         ("step refused", motion(2, refused), "robot_refused"),
-        (
-            "joint limit",
-            motion(2, ManipulatorError::JointLimit { joint: 5 }),
-            "joint_limit:5",
-        ),
+        ("joint limit", motion(2, ManipulatorError::JointLimit { joint: 5 }), "joint_limit:5"),
         ("unreachable", motion(3, ManipulatorError::Unreachable), "unreachable"),
     ];
     for (what, script, name) in table {
@@ -156,34 +84,21 @@ fn each_fault_has_its_name_and_the_arm_is_back_at_the_approach() {
         assert_eq!(failure.reason.token(), name, "{what}: {failure}");
         assert!(failure.backed_off, "{what}");
         let last = cell.motions().pop();
-        assert_eq!(
-            last,
-            Some(Motion::Joints(APPROACH.to_vec())),
-            "{what}: the last motion is the way out"
-        );
-        assert!(
-            probing.iterations.iter().any(|i| i.fault.as_ref() == Some(&failure.reason)),
-            "{what}: the record says where"
-        );
+        assert_eq!(last, Some(Motion::Joints(APPROACH.to_vec())), "{what}: the last motion is the way out");
+        assert!(probing.iterations.iter().any(|i| i.fault.as_ref() == Some(&failure.reason)), "{what}: the record says where");
     }
 }
 
 #[test]
 fn a_robot_that_is_gone_is_told_nothing_more() {
-    let stopped = ManipulatorError::Stopped {
-        reason: "emergency stop".into(),
-    };
+    let stopped = ManipulatorError::Stopped { reason: "emergency stop".into() };
     for (error, name) in [(lost(), "robot_lost"), (stopped, "robot_stopped")] {
         for number in 0..5 {
             let cell = ScriptedCell::new(motion(number, error.clone()));
             let failure = probe(&cell).outcome.expect_err(name);
             assert_eq!(failure.reason.token(), name);
             assert!(!failure.backed_off, "{name} at motion {number}");
-            assert_eq!(
-                cell.motions().len(),
-                number + 1,
-                "{name} at motion {number}: nothing was commanded after it"
-            );
+            assert_eq!(cell.motions().len(), number + 1, "{name} at motion {number}: nothing was commanded after it");
         }
     }
 }
@@ -201,16 +116,9 @@ fn a_robot_that_only_says_it_moves_is_found_out() {
 
 #[test]
 fn too_few_steps_say_how_much_is_left() {
-    let settings = CentringSettings {
-        max_steps: 1,
-        ..CentringSettings::default()
-    };
-    let failure = probe_with(&ScriptedCell::new(Script::default()), settings)
-        .outcome
-        .expect_err("one step is too few");
-    let CentringFailure::DidNotConverge { steps: 1, remaining } = failure.reason else {
-        panic!("{failure}")
-    };
+    let settings = CentringSettings { max_steps: 1, ..CentringSettings::default() };
+    let failure = probe_with(&ScriptedCell::new(Script::default()), settings).outcome.expect_err("one step is too few");
+    let CentringFailure::DidNotConverge { steps: 1, remaining } = failure.reason else { panic!("{failure}") };
     // 2 to 3 % of 2.3 mm.
     assert!((20e-6..70e-6).contains(&remaining), "{remaining}");
     assert!(failure.backed_off);
@@ -232,12 +140,7 @@ fn a_small_stuck_reading_is_found_too() {
 #[test]
 fn a_glitch_is_asked_again_and_counted() {
     for times in 1..=2 {
-        let glitch = ScriptedFault::Answer {
-            axis: 1,
-            from: 2,
-            times,
-            error: IndicatorError::Silent,
-        };
+        let glitch = ScriptedFault::Answer { axis: 1, from: 2, times, error: IndicatorError::Silent };
         let probing = probe(&ScriptedCell::new(fault(glitch)));
         assert!(probing.outcome.is_ok());
         assert_eq!(probing.iterations.iter().map(|i| i.retries).sum::<usize>(), times);
@@ -247,12 +150,8 @@ fn a_glitch_is_asked_again_and_counted() {
 #[test]
 fn the_suspicion_names_the_axes() {
     for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-        let failure = probe(&ScriptedCell::new(fault(ScriptedFault::Exchanged { a, b })))
-            .outcome
-            .expect_err("exchanged");
-        let CentringFailure::NotShrinking { suspicion, .. } = failure.reason else {
-            panic!("{failure}")
-        };
+        let failure = probe(&ScriptedCell::new(fault(ScriptedFault::Exchanged { a, b }))).outcome.expect_err("exchanged");
+        let CentringFailure::NotShrinking { suspicion, .. } = failure.reason else { panic!("{failure}") };
         assert_eq!(suspicion, Suspicion::SwappedAxes { a, b });
     }
 }

@@ -28,7 +28,12 @@ fn measured() -> Option<Dataset> {
         base: model.base,
         tool: model.tool,
         payloads: vec![model.payload.clone()],
-        balls: model.balls.iter().enumerate().map(|(k, p)| Ball { id: (k + 1).to_string(), position: *p, sigma: 0.0, free: false }).collect(),
+        balls: model
+            .balls
+            .iter()
+            .enumerate()
+            .map(|(k, p)| Ball { id: (k + 1).to_string(), position: *p, sigma: 0.0, free: false })
+            .collect(),
         noise: Noise { ball: Some(1e-6), ..Noise::default() },
         samples,
         ..Dataset::default()
@@ -42,7 +47,14 @@ fn frozen() -> Model {
 
 /// The golden's name of one of our parameters.
 fn golden_name(name: &str) -> String {
-    let base = [("base_x", "x_0W"), ("base_y", "y_0W"), ("base_z", "z_0W"), ("base_rz", "alpha_0W"), ("base_ry", "beta_0W"), ("base_rx", "gamma_0W")];
+    let base = [
+        ("base_x", "x_0W"),
+        ("base_y", "y_0W"),
+        ("base_z", "z_0W"),
+        ("base_rz", "alpha_0W"),
+        ("base_ry", "beta_0W"),
+        ("base_rx", "gamma_0W"),
+    ];
     if let Some((_, golden)) = base.iter().find(|(ours, _)| *ours == name) {
         return (*golden).into();
     }

@@ -29,18 +29,8 @@ impl Attendant for Hand {
 fn mastered(script: Script, radius: Option<f64>, removes: bool) -> Result<Mastering, MasteringError> {
     // No datum ball near the gauge while it is mastered.
     let cell = ScriptedCell::new(Script { ball: None, ..script });
-    let mut hand = Hand {
-        cell: cell.clone(),
-        radius,
-        removes,
-    };
-    master(
-        &mut cell.indicators(),
-        &mut hand,
-        &TriCal::default(),
-        &MasteringSettings::default(),
-        || 12.0,
-    )
+    let mut hand = Hand { cell: cell.clone(), radius, removes };
+    master(&mut cell.indicators(), &mut hand, &TriCal::default(), &MasteringSettings::default(), || 12.0)
 }
 
 fn master_ball() -> Option<f64> {
@@ -50,15 +40,7 @@ fn master_ball() -> Option<f64> {
 #[test]
 fn the_master_ball_is_accepted_and_the_free_readings_are_measured() {
     let placement = [0.15 * MM, 1.2 * MM, 0.4 * MM];
-    let mastering = mastered(
-        Script {
-            placement,
-            ..Script::default()
-        },
-        master_ball(),
-        true,
-    )
-    .expect("sound");
+    let mastering = mastered(Script { placement, ..Script::default() }, master_ball(), true).expect("sound");
     for k in 0..3 {
         // -6.150 mm ideally (paper, section 2.1); an indicator too far out by e is pushed in less and reads e more when free.
         assert!((mastering.free_reading[k] - (-6.150 * MM + placement[k])).abs() < 1e-9);
@@ -83,44 +65,18 @@ fn other_balls_are_refused() {
 #[test]
 fn a_ball_that_was_never_there_or_never_left_is_noticed() {
     assert_eq!(mastered(Script::default(), None, true), Err(MasteringError::BallNotRemoved));
-    assert_eq!(
-        mastered(Script::default(), master_ball(), false),
-        Err(MasteringError::BallNotRemoved)
-    );
+    assert_eq!(mastered(Script::default(), master_ball(), false), Err(MasteringError::BallNotRemoved));
 }
 
 #[test]
 fn unsound_indicators_are_named() {
     let all = usize::MAX;
-    let silent = ScriptedFault::Answer {
-        axis: 1,
-        from: 3,
-        times: all,
-        error: IndicatorError::Silent,
-    };
+    let silent = ScriptedFault::Answer { axis: 1, from: 3, times: all, error: IndicatorError::Silent };
     let table: Vec<(ScriptedFault, MasteringError)> = vec![
-        (
-            silent,
-            MasteringError::Indicator {
-                axis: 1,
-                error: IndicatorError::Silent,
-            },
-        ),
-        (
-            ScriptedFault::PresetIgnored { axis: 0 },
-            MasteringError::PresetNotTaken {
-                axis: 0,
-                reading: 6.5 * MM,
-            },
-        ),
-        (
-            ScriptedFault::Stuck { axis: 2, from: 5 },
-            MasteringError::PlungerStuck { axis: 2 },
-        ),
-        (
-            ScriptedFault::CountsBackwards { axis: 1 },
-            MasteringError::CountsBackwards { axis: 1 },
-        ),
+        (silent, MasteringError::Indicator { axis: 1, error: IndicatorError::Silent }),
+        (ScriptedFault::PresetIgnored { axis: 0 }, MasteringError::PresetNotTaken { axis: 0, reading: 6.5 * MM }),
+        (ScriptedFault::Stuck { axis: 2, from: 5 }, MasteringError::PlungerStuck { axis: 2 }),
+        (ScriptedFault::CountsBackwards { axis: 1 }, MasteringError::CountsBackwards { axis: 1 }),
     ];
     for (fault, expected) in table {
         let script = Script {
@@ -132,19 +88,9 @@ fn unsound_indicators_are_named() {
         if let MasteringError::PresetNotTaken { .. } = expected {
             cell.shift_zero(0, 0.15 * MM);
         }
-        let mut hand = Hand {
-            cell: cell.clone(),
-            radius: master_ball(),
-            removes: true,
-        };
-        let error = master(
-            &mut cell.indicators(),
-            &mut hand,
-            &TriCal::default(),
-            &MasteringSettings::default(),
-            || 0.0,
-        )
-        .expect_err("unsound");
+        let mut hand = Hand { cell: cell.clone(), radius: master_ball(), removes: true };
+        let error = master(&mut cell.indicators(), &mut hand, &TriCal::default(), &MasteringSettings::default(), || 0.0)
+            .expect_err("unsound");
         match (&error, &expected) {
             (MasteringError::PresetNotTaken { axis: a, reading }, MasteringError::PresetNotTaken { axis: b, reading: r }) => {
                 assert!(a == b && (reading - r).abs() < 0.1 * UM, "{error}");
@@ -157,45 +103,19 @@ fn unsound_indicators_are_named() {
 #[test]
 fn an_indicator_far_from_its_place_is_refused_alone() {
     let placement = [0.2 * MM, 2.0 * MM, 0.2 * MM];
-    let error = mastered(
-        Script {
-            placement,
-            ..Script::default()
-        },
-        master_ball(),
-        true,
-    )
-    .expect_err("misplaced");
+    let error = mastered(Script { placement, ..Script::default() }, master_ball(), true).expect_err("misplaced");
     assert!(matches!(error, MasteringError::Misplaced { axis: 1, .. }), "{error}");
 }
 
 #[test]
 fn a_reading_that_does_not_settle_is_refused() {
-    let cell = ScriptedCell::new(Script {
-        ball: None,
-        ..Script::default()
-    });
-    cell.add_fault(ScriptedFault::Drifts {
-        axis: 2,
-        per_reading: 5.0 * UM,
-    });
-    let mut hand = Hand {
-        cell: cell.clone(),
-        radius: master_ball(),
-        removes: true,
-    };
-    let error = master(
-        &mut cell.indicators(),
-        &mut hand,
-        &TriCal::default(),
-        &MasteringSettings::default(),
-        || 0.0,
-    )
-    .expect_err("drifting");
+    let cell = ScriptedCell::new(Script { ball: None, ..Script::default() });
+    cell.add_fault(ScriptedFault::Drifts { axis: 2, per_reading: 5.0 * UM });
+    let mut hand = Hand { cell: cell.clone(), radius: master_ball(), removes: true };
+    let error = master(&mut cell.indicators(), &mut hand, &TriCal::default(), &MasteringSettings::default(), || 0.0)
+        .expect_err("drifting");
     // Five readings span four intervals.
-    let MasteringError::Unstable { axis: 2, spread } = error else {
-        panic!("{error}")
-    };
+    let MasteringError::Unstable { axis: 2, spread } = error else { panic!("{error}") };
     assert!((spread - 20.0 * UM).abs() < 1e-9);
 }
 
@@ -211,12 +131,6 @@ fn an_attendant_may_call_it_off() {
         }
     }
     let cell = ScriptedCell::new(Script::default());
-    let result = master(
-        &mut cell.indicators(),
-        &mut Nobody,
-        &TriCal::default(),
-        &MasteringSettings::default(),
-        || 0.0,
-    );
+    let result = master(&mut cell.indicators(), &mut Nobody, &TriCal::default(), &MasteringSettings::default(), || 0.0);
     assert_eq!(result, Err(MasteringError::CalledOff(CalledOff)));
 }

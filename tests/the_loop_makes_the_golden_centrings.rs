@@ -18,10 +18,7 @@ use serde_json::Value;
 const READING: f64 = 1e-9;
 
 fn numbers(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .map(|a| a.iter().filter_map(Value::as_f64).collect())
-        .unwrap_or_default()
+    value.as_array().map(|a| a.iter().filter_map(Value::as_f64).collect()).unwrap_or_default()
 }
 
 fn vector(value: &Value) -> Vector3<f64> {
@@ -30,10 +27,7 @@ fn vector(value: &Value) -> Vector3<f64> {
 
 fn frame(value: &Value) -> FramePose {
     let ([x, y, z], [a, b, c]) = (vector(&value["xyz_mm"]).into(), vector(&value["alpha_beta_gamma_deg"]).into());
-    FramePose {
-        xyz: [x * MM, y * MM, z * MM],
-        rz_ry_rx: [a * DEG, b * DEG, c * DEG],
-    }
+    FramePose { xyz: [x * MM, y * MM, z * MM], rz_ry_rx: [a * DEG, b * DEG, c * DEG] }
 }
 
 /// An arm that deviates and a controller that does not know.
@@ -61,22 +55,13 @@ impl Arm {
                 theta: number(mdh, "theta_offs_deg") * DEG,
                 d: number(mdh, "d_mm") * MM,
             };
-            links.push(Link {
-                mdh,
-                limits: [-7.0, 7.0],
-                mass: 0.0,
-                com: Vector3::zeros(),
-            });
+            links.push(Link { mdh, limits: [-7.0, 7.0], mass: 0.0, com: Vector3::zeros() });
         }
         let mut payload = Payload::none();
         for body in model["inertial"]["links"].as_array().expect("bodies") {
             let (mass, com) = (number(body, "mass_kg"), vector(&body["com_m"]));
             if body["name"].is_string() {
-                payload = Payload {
-                    name: "TriCal".into(),
-                    mass,
-                    com,
-                };
+                payload = Payload { name: "TriCal".into(), mass, com };
             } else {
                 let link = &mut links[body["frame"].as_u64().expect("a frame") as usize - 1];
                 (link.mass, link.com) = (mass, com);
@@ -106,13 +91,7 @@ impl Arm {
             };
             deviations[sites.of(site)] = deviation;
         }
-        let robot = Robot {
-            name: "golden".into(),
-            source: String::new(),
-            links,
-            gear_ratios: vec![],
-            solids: vec![],
-        };
+        let robot = Robot { name: "golden".into(), source: String::new(), links, gear_ratios: vec![], solids: vec![] };
         Arm {
             robot,
             base: frame(&model["base_nominal"]),
@@ -214,37 +193,20 @@ fn eighty_times() {
     let arm = Rc::new(RefCell::new(Arm::read(&model)));
     let indicators = std::array::from_fn(|axis| Ideal(Rc::clone(&arm), axis));
     let settings = CentringSettings::default();
-    let mut controller = CenteringController::new(
-        NominalController(Rc::clone(&arm)),
-        indicators,
-        trical,
-        [trical.free_reading(); 3],
-        settings,
-    );
+    let mut controller =
+        CenteringController::new(NominalController(Rc::clone(&arm)), indicators, trical, [trical.free_reading(); 3], settings);
     for k in 0..80 {
         let ball = golden["ball"][k].as_u64().expect("a ball") as usize;
         arm.borrow_mut().ball = vector(&model["balls_world_mm"][ball]) * MM;
         arm.borrow_mut().q = numbers(&golden["q_start"][k]);
         let mut readings = Vec::new();
-        let centred = controller
-            .centre(&mut |stop| readings.extend(stop.reading))
-            .expect("a sound cell");
-        assert_eq!(
-            readings.len(),
-            golden["iterations"][k].as_u64().expect("a count") as usize,
-            "centring {k}"
-        );
+        let centred = controller.centre(&mut |stop| readings.extend(stop.reading)).expect("a sound cell");
+        assert_eq!(readings.len(), golden["iterations"][k].as_u64().expect("a count") as usize, "centring {k}");
         for (reading, expected) in readings.iter().zip(golden["readings_m"][k].as_array().expect("readings")) {
-            assert!(
-                (reading - vector(expected)).amax() < READING,
-                "centring {k}: {reading} {expected}"
-            );
+            assert!((reading - vector(expected)).amax() < READING, "centring {k}: {reading} {expected}");
         }
         let q_final = numbers(&golden["q_final"][k]);
         // A nanometre at a metre.
-        assert!(
-            centred.joints.iter().zip(&q_final).all(|(a, b)| (a - b).abs() < 1e-9),
-            "centring {k}"
-        );
+        assert!(centred.joints.iter().zip(&q_final).all(|(a, b)| (a - b).abs() < 1e-9), "centring {k}");
     }
 }

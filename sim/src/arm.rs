@@ -52,7 +52,14 @@ pub struct Moment<'a> {
 
 impl Arm {
     /// An arm with those errors.
-    pub fn new(robot: Arc<Robot>, base: FramePose, tool: FramePose, payload: Payload, gravity: Vector3<f64>, effects: Vec<TrueEffect>) -> Self {
+    pub fn new(
+        robot: Arc<Robot>,
+        base: FramePose,
+        tool: FramePose,
+        payload: Payload,
+        gravity: Vector3<f64>,
+        effects: Vec<TrueEffect>,
+    ) -> Self {
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
         Arm { robot, base, tool, payload, gravity, effects, posture, loads, deviations }

@@ -1,10 +1,12 @@
 //! The plan of a scenario: a pool of feasible poses, the selected ones, and the poses for the tracker.
 
-use calibench::identify::{FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, observability_of};
+use calibench::identify::{
+    FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, observability_of,
+};
 use calibench::measure::selection::{Candidates, Quota, Request, Selection, SelectionError, select};
 use calibench::measure::{
-    Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample, feasible_pool,
-    free_poses, interleave,
+    Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample,
+    feasible_pool, free_poses, interleave,
 };
 use calibench::robot::Surroundings;
 use calibench::units::{DEG, MM};
@@ -91,10 +93,14 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
         count_per_ball: scenario.plan.pool_per_ball,
         seed,
     })?;
-    let samples = pool.iter().enumerate().map(|(k, c)| Sample::new(k.to_string(), c.q.clone(), Measured::Ball { ball: c.ball, reading: None }));
+    let samples = pool
+        .iter()
+        .enumerate()
+        .map(|(k, c)| Sample::new(k.to_string(), c.q.clone(), Measured::Ball { ball: c.ball, reading: None }));
     let groups: Vec<usize> = pool.iter().map(|c| c.ball).collect();
     let quota = Quota::PerGroup(vec![scenario.plan.poses_per_ball; cell.balls.len()]);
-    let (selection, trical) = choose(&cell, samples.collect(), Some(&groups), quota, &scenario.model(), scenario.plan.starts, seed)?;
+    let (selection, trical) =
+        choose(&cell, samples.collect(), Some(&groups), quota, &scenario.model(), scenario.plan.starts, seed)?;
     let poses: Vec<PlannedPose> = selection
         .poses
         .iter()
@@ -140,7 +146,8 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
         seed,
     })?;
     let validation = free.split_off(TRACKER_POOL);
-    let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(Vector3::zeros())));
+    let samples =
+        free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(Vector3::zeros())));
     let quota = Quota::Free(scenario.tracker.identification_poses);
     let (selection, chosen) = choose(&cell, samples.collect(), None, quota, &scenario.model(), scenario.plan.starts, seed)?;
     let identification = selection.poses.iter().map(|&p| free[p].clone()).collect();

@@ -6,8 +6,8 @@ use calibench::assess::Validation;
 use calibench::cell::{Manipulator, TriCal};
 use calibench::identify::{Calibration, IdentifyError, Use, identify};
 use calibench::measure::{
-    Abort, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Dataset, Mastering, MasteringError,
-    MasteringSettings, Measured, PlannedPose, Sample, SampleSet, Witness, master,
+    Abort, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Dataset, Mastering,
+    MasteringError, MasteringSettings, Measured, PlannedPose, Sample, SampleSet, Witness, master,
 };
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
@@ -146,7 +146,8 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
         return Err(abort.clone().into());
     }
     let cell = scenario.dataset();
-    let trical_data = Dataset { contact_force: World::nominal_contact_force(scenario), samples: campaign.samples.clone(), ..cell.clone() };
+    let trical_data =
+        Dataset { contact_force: World::nominal_contact_force(scenario), samples: campaign.samples.clone(), ..cell.clone() };
 
     let mut rng = streams.stream("tracker");
     let nests = scenario.tracker.nests_mm.map(|n| Vector3::from(n) * MM);
@@ -184,9 +185,16 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
 }
 
 /// Probes the balls of the plan.
-pub fn probe(scenario: &Scenario, world: &SharedWorld, poses: &[PlannedPose], mastering: &Mastering, witness: &mut dyn Witness) -> CampaignRecord {
+pub fn probe(
+    scenario: &Scenario,
+    world: &SharedWorld,
+    poses: &[PlannedPose],
+    mastering: &Mastering,
+    witness: &mut dyn Witness,
+) -> CampaignRecord {
     let settings = CentringSettings { tolerance: scenario.centring.tolerance_um * UM, ..CentringSettings::default() };
-    let controller = CenteringController::new(world.robot(), world.indicators(), TriCal::default(), mastering.free_reading, settings);
+    let controller =
+        CenteringController::new(world.robot(), world.indicators(), TriCal::default(), mastering.free_reading, settings);
     Campaign::new(controller, CampaignSettings::default()).run(poses, witness)
 }
 
@@ -198,12 +206,8 @@ fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, Run
 
 /// Median of the final number of readings is not asked for; their mean is what the paper's half minute is made of.
 fn readings_mean(campaign: &CampaignRecord) -> f64 {
-    let centred: Vec<f64> = campaign
-        .probings
-        .iter()
-        .filter_map(|p| p.probing.outcome.as_ref().ok())
-        .map(|c| (c.steps + 1) as f64)
-        .collect();
+    let centred: Vec<f64> =
+        campaign.probings.iter().filter_map(|p| p.probing.outcome.as_ref().ok()).map(|c| (c.steps + 1) as f64).collect();
     centred.iter().sum::<f64>() / centred.len().max(1) as f64
 }
 

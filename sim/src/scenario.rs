@@ -272,10 +272,24 @@ fn extend(path: &Path, mut own: Table, files: &mut Vec<(PathBuf, String)>) -> Re
         return Err(field_error(&here.0, &here.1, "extends", "is not a file name", "name one scenario file, in quotes"));
     };
     let parent_path = path.parent().unwrap_or(Path::new(".")).join(name);
-    let parent_text = read_text(&parent_path).map_err(|e| field_error(&here.0, &here.1, "extends", format!("names a file that cannot be used: {e}"), "name an existing scenario file"))?;
+    let parent_text = read_text(&parent_path).map_err(|e| {
+        field_error(
+            &here.0,
+            &here.1,
+            "extends",
+            format!("names a file that cannot be used: {e}"),
+            "name an existing scenario file",
+        )
+    })?;
     let mut parent: Table = parse_toml(&parent_path, &parent_text)?;
     if parent.contains_key("extends") {
-        return Err(field_error(&parent_path, &parent_text, "extends", "a file that is extended extends another", "extend one level only"));
+        return Err(field_error(
+            &parent_path,
+            &parent_text,
+            "extends",
+            "a file that is extended extends another",
+            "extend one level only",
+        ));
     }
     merge(&mut parent, own);
     files.push((parent_path, parent_text));
@@ -324,7 +338,8 @@ impl Scenario {
         if self.format != FORMAT {
             return Err(self.wrong("format", format!("is '{}'", self.format), format!("write format = \"{FORMAT}\"")));
         }
-        let robot = robot(&self.robot, &self.folder()).map_err(|e| self.wrong("robot", e.to_string(), "name a built-in robot or a robot file"))?;
+        let robot = robot(&self.robot, &self.folder())
+            .map_err(|e| self.wrong("robot", e.to_string(), "name a built-in robot or a robot file"))?;
         let n = robot.joints();
         self.loaded = Some(Arc::new(robot));
         if self.payloads.is_empty() {
@@ -335,10 +350,18 @@ impl Scenario {
         }
         for (k, ball) in self.balls.iter().enumerate() {
             if self.balls[..k].iter().any(|b| b.id == ball.id) {
-                return Err(self.wrong(&format!("ball[{k}].id"), format!("'{}' is used twice", ball.id), "give every ball its own id"));
+                return Err(self.wrong(
+                    &format!("ball[{k}].id"),
+                    format!("'{}' is used twice", ball.id),
+                    "give every ball its own id",
+                ));
             }
             if ball.outward.iter().all(|&v| v == 0.0) {
-                return Err(self.wrong(&format!("ball[{k}].outward"), "has no direction", "point it away from the ball's stem"));
+                return Err(self.wrong(
+                    &format!("ball[{k}].outward"),
+                    "has no direction",
+                    "point it away from the ball's stem",
+                ));
             }
         }
         for (key, list) in [
@@ -348,11 +371,19 @@ impl Scenario {
             ("truth.controller.small_move_play_arcsec", &self.truth.controller.small_move_play_arcsec),
         ] {
             if list.len() != n {
-                return Err(self.wrong(key, format!("has {} numbers", list.len()), format!("give one for each of the {n} joints")));
+                return Err(self.wrong(
+                    key,
+                    format!("has {} numbers", list.len()),
+                    format!("give one for each of the {n} joints"),
+                ));
             }
         }
         if !self.truth.link_mass_error.is_empty() && self.truth.link_mass_error.len() != n {
-            return Err(self.wrong("truth.link_mass_error", "has the wrong length", format!("give one number for each of the {n} links")));
+            return Err(self.wrong(
+                "truth.link_mass_error",
+                "has the wrong length",
+                format!("give one number for each of the {n} links"),
+            ));
         }
         for (path, value) in self.numbers() {
             if !value.is_finite() {
@@ -392,7 +423,11 @@ impl Scenario {
         for (name, [low, high]) in &self.expect {
             if low > high || !crate::run::CHECKS.contains(&name.as_str()) {
                 let known = crate::run::CHECKS.join(", ");
-                return Err(self.wrong(&format!("expect.{name}"), "is not a check with a band [least, most]", format!("the checks are: {known}")));
+                return Err(self.wrong(
+                    &format!("expect.{name}"),
+                    "is not a check with a band [least, most]",
+                    format!("the checks are: {known}"),
+                ));
             }
         }
         Ok(())
@@ -447,7 +482,11 @@ impl Scenario {
                 };
             }
             if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {
-                return Err(self.wrong(&format!("{key}.{unknown}"), "is not a parameter of this effect", format!("its parameters are: {}, or draw", keys.join(", "))));
+                return Err(self.wrong(
+                    &format!("{key}.{unknown}"),
+                    "is not a parameter of this effect",
+                    format!("its parameters are: {}, or draw", keys.join(", ")),
+                ));
             }
             all.push(TrueEffect { effect, sizes });
         }
@@ -496,11 +535,20 @@ impl Scenario {
             base: self.base.frame(),
             tool: self.tool.frame(),
             tool_sigma: self.tool.sigma_um * UM,
-            payloads: self.payloads.iter().map(|p| Payload { name: p.name.clone(), mass: p.mass_kg, com: Vector3::from(p.com_mm) * MM }).collect(),
+            payloads: self
+                .payloads
+                .iter()
+                .map(|p| Payload { name: p.name.clone(), mass: p.mass_kg, com: Vector3::from(p.com_mm) * MM })
+                .collect(),
             balls: self
                 .balls
                 .iter()
-                .map(|b| Ball { id: b.id.clone(), position: Vector3::new(b.x_mm, b.y_mm, b.z_mm) * MM, sigma: b.sigma_um * UM, free: false })
+                .map(|b| Ball {
+                    id: b.id.clone(),
+                    position: Vector3::new(b.x_mm, b.y_mm, b.z_mm) * MM,
+                    sigma: b.sigma_um * UM,
+                    free: false,
+                })
                 .collect(),
             noise: Noise {
                 ball: Some(self.noise.ball_um * UM),
@@ -556,13 +604,35 @@ pub fn ball_body(id: &str) -> String {
 /// Key of a parameter in `[truth.effects.ID]`: its name without what the id already says, and its unit.
 pub fn parameter_key(id: &str, name: &str, suffix: &str) -> String {
     let family = id.split(':').next().unwrap_or(id);
-    let own = name.strip_prefix(&format!("{id}.")).or_else(|| name.strip_prefix(&format!("{family}:"))).or_else(|| name.strip_prefix(&format!("{family}."))).unwrap_or(name);
+    let own = name
+        .strip_prefix(&format!("{id}."))
+        .or_else(|| name.strip_prefix(&format!("{family}:")))
+        .or_else(|| name.strip_prefix(&format!("{family}.")))
+        .unwrap_or(name);
     format!("{own}_{suffix}")
 }
 
 /// Keys under which a negative number makes no sense.
 fn must_not_be_negative(path: &str) -> bool {
     let last = path.rsplit('.').next().unwrap_or(path);
-    let size = ["sigma_um", "noise_um", "ball_um", "point_um", "_arcsec", "mass_kg", "resolution", "hysteresis", "preload", "full_force", "drop_out", "retreat_mm", "clearance_mm", "cone_deg", "settle_s", "scale_error_um", "placement_mm"];
+    let size = [
+        "sigma_um",
+        "noise_um",
+        "ball_um",
+        "point_um",
+        "_arcsec",
+        "mass_kg",
+        "resolution",
+        "hysteresis",
+        "preload",
+        "full_force",
+        "drop_out",
+        "retreat_mm",
+        "clearance_mm",
+        "cone_deg",
+        "settle_s",
+        "scale_error_um",
+        "placement_mm",
+    ];
     size.iter().any(|s| last.contains(s)) && !path.starts_with("truth.effects")
 }

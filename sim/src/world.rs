@@ -98,7 +98,8 @@ impl World {
 
     /// Force of the three plungers on the tool with a ball centred, tool axes, N: what the gauge's data sheet says.
     pub fn nominal_contact_force(scenario: &Scenario) -> Vector3<f64> {
-        let gauge = Gauge::draw(&crate::plunger::PlungerSpec { placement: 0.0, ..scenario.plungers() }, &Streams { seed: 0, trial: 0 });
+        let gauge =
+            Gauge::draw(&crate::plunger::PlungerSpec { placement: 0.0, ..scenario.plungers() }, &Streams { seed: 0, trial: 0 });
         gauge.force_from(Some(&PresentedBall { centre: Vector3::zeros(), radius: DATUM_RADIUS }))
     }
 

@@ -62,11 +62,7 @@ impl<'a> Table<'a> {
 
     fn wrong(&self, row: &csv::StringRecord, field: &str, problem: String, remedy: &str) -> FileError {
         let line = row.position().map(|p| p.line() as usize);
-        FileError {
-            line,
-            field: field.into(),
-            ..FileError::whole(self.path, problem, remedy)
-        }
+        FileError { line, field: field.into(), ..FileError::whole(self.path, problem, remedy) }
     }
 
     /// A finite number, or nothing in an empty field.
@@ -79,12 +75,7 @@ impl<'a> Table<'a> {
             Ok(value) if value.is_finite() => Ok(Some(value)),
             _ => {
                 let field = self.header.get(column).unwrap_or_default();
-                Err(self.wrong(
-                    row,
-                    field,
-                    format!("'{text}' is no finite number"),
-                    "write a number, or leave the field empty",
-                ))
+                Err(self.wrong(row, field, format!("'{text}' is no finite number"), "write a number, or leave the field empty"))
             }
         }
     }
@@ -102,11 +93,7 @@ impl<'a> Table<'a> {
             }
         }
         let vector = |row: &csv::StringRecord, columns: &[usize; 3]| -> Result<Option<Vector3<f64>>, FileError> {
-            let [x, y, z] = [
-                self.number(row, columns[0])?,
-                self.number(row, columns[1])?,
-                self.number(row, columns[2])?,
-            ];
+            let [x, y, z] = [self.number(row, columns[0])?, self.number(row, columns[1])?, self.number(row, columns[2])?];
             Ok(x.zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z) * UM))
         };
         let stop = |row: &csv::StringRecord| {
@@ -131,12 +118,7 @@ impl<'a> Table<'a> {
         let (name, place) = text.split_once(':').unwrap_or((text, ""));
         let counted = |of: usize| match place.parse::<usize>() {
             Ok(place) if (1..=of).contains(&place) => Ok(place),
-            _ => Err(self.wrong(
-                row,
-                "fault",
-                format!("'{text}' names no indicator or joint"),
-                "put its number after a colon",
-            )),
+            _ => Err(self.wrong(row, "fault", format!("'{text}' names no indicator or joint"), "put its number after a colon")),
         };
         let indicator = |error| Ok(Some(Fault::Indicator(counted(3)? - 1, error)));
         let robot = |error| Ok(Some(Fault::Robot(error)));

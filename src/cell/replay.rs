@@ -73,11 +73,7 @@ impl Recording {
     /// When the file cannot be read, a column is missing, or a value is no number.
     pub fn read(path: &Path) -> Result<Recording, FileError> {
         let stops = read_stops(path)?;
-        Ok(Recording(Rc::new(RefCell::new(State {
-            stops,
-            at: None,
-            departure: None,
-        }))))
+        Ok(Recording(Rc::new(RefCell::new(State { stops, at: None, departure: None }))))
     }
 
     /// The recorded robot.
@@ -113,17 +109,13 @@ impl State {
 
     fn depart<T>(&mut self, departure: ReplayDeparture) -> Result<T, ManipulatorError> {
         let departure = self.departure.get_or_insert(departure);
-        Err(ManipulatorError::Lost {
-            detail: departure.to_string(),
-        })
+        Err(ManipulatorError::Lost { detail: departure.to_string() })
     }
 
     /// That the commands have followed the recording so far.
     fn on_track(&self) -> Result<(), ManipulatorError> {
         match &self.departure {
-            Some(departure) => Err(ManipulatorError::Lost {
-                detail: departure.to_string(),
-            }),
+            Some(departure) => Err(ManipulatorError::Lost { detail: departure.to_string() }),
             None => Ok(()),
         }
     }
@@ -132,11 +124,7 @@ impl State {
     fn arrive(&mut self) -> Result<(), ManipulatorError> {
         self.at = Some(self.next());
         match self.here() {
-            Some(Stop {
-                fault: Some(Fault::Robot(error)),
-                reading: None,
-                ..
-            }) => Err(error.clone()),
+            Some(Stop { fault: Some(Fault::Robot(error)), reading: None, .. }) => Err(error.clone()),
             _ => Ok(()),
         }
     }
@@ -160,15 +148,10 @@ impl Manipulator for ReplayedRobot {
         let same =
             next.joints.len() == target.len() && next.joints.iter().zip(target).all(|(a, b)| (a - b).abs() < SAME_JOINTS);
         // A stop that was left by a step along the tool is not left by a joint motion.
-        let stepped = state
-            .at
-            .and_then(|at| state.stops.get(at))
-            .is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
+        let stepped =
+            state.at.and_then(|at| state.stops.get(at)).is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
         if stepped || !(same || stood_still) {
-            return state.depart(ReplayDeparture::Joints {
-                at,
-                commanded: target.to_vec(),
-            });
+            return state.depart(ReplayDeparture::Joints { at, commanded: target.to_vec() });
         }
         state.arrive()
     }
@@ -179,17 +162,9 @@ impl Manipulator for ReplayedRobot {
         let at = state.at.map_or(1, |at| at + 1);
         let recorded = state.at.and_then(|at| state.stops.get(at)).and_then(|stop| stop.step);
         if !recorded.is_some_and(|step| (step - offset).amax() < SAME_STEP) {
-            return state.depart(ReplayDeparture::Step {
-                at,
-                commanded: *offset,
-                recorded,
-            });
+            return state.depart(ReplayDeparture::Step { at, commanded: *offset, recorded });
         }
-        if let Some(Stop {
-            fault: Some(Fault::Robot(error)),
-            ..
-        }) = state.here()
-        {
+        if let Some(Stop { fault: Some(Fault::Robot(error)), .. }) = state.here() {
             return Err(error.clone());
         }
         if state.next() == state.stops.len() {
@@ -206,33 +181,21 @@ impl Manipulator for ReplayedRobot {
 impl Indicator for ReplayedIndicator {
     fn read(&mut self) -> Result<f64, IndicatorError> {
         match self.0.borrow().here() {
-            Some(Stop {
-                fault: Some(Fault::Indicator(axis, error)),
-                reading: None,
-                ..
-            }) if *axis == self.1 => Err(error.clone()),
-            Some(Stop {
-                reading: Some(reading), ..
-            }) => Ok(reading[self.1]),
+            Some(Stop { fault: Some(Fault::Indicator(axis, error)), reading: None, .. }) if *axis == self.1 => {
+                Err(error.clone())
+            }
+            Some(Stop { reading: Some(reading), .. }) => Ok(reading[self.1]),
             // The other two answered when one failed; what they said was of no use and is not recorded.
-            Some(Stop {
-                fault: Some(Fault::Indicator(..)),
-                ..
-            }) => Ok(0.0),
+            Some(Stop { fault: Some(Fault::Indicator(..)), .. }) => Ok(0.0),
             _ => Err(IndicatorError::Silent),
         }
     }
 
     fn preset(&mut self, _value: f64) -> Result<(), IndicatorError> {
-        Err(IndicatorError::Fault {
-            detail: "a recording cannot be mastered again".into(),
-        })
+        Err(IndicatorError::Fault { detail: "a recording cannot be mastered again".into() })
     }
 }
 
 fn in_um(step: &Option<Vector3<f64>>) -> String {
-    step.map_or_else(
-        || "no step".into(),
-        |s| format!("({:.4}, {:.4}, {:.4}) um", s.x / UM, s.y / UM, s.z / UM),
-    )
+    step.map_or_else(|| "no step".into(), |s| format!("({:.4}, {:.4}, {:.4}) um", s.x / UM, s.y / UM, s.z / UM))
 }

@@ -144,17 +144,8 @@ impl ScriptedCell {
         let ideal = script.trical.free_reading();
         let zero = script.placement.map(|off| ideal + off);
         let (joints, motions) = (Vector3::zeros(), Vec::new());
-        let state = State {
-            script,
-            joints,
-            seated: None,
-            zero,
-            readings: [0; 3],
-            held: [None; 3],
-            motions,
-            gone: None,
-            time_s: 0.0,
-        };
+        let state =
+            State { script, joints, seated: None, zero, readings: [0; 3], held: [None; 3], motions, gone: None, time_s: 0.0 };
         ScriptedCell(Rc::new(RefCell::new(state)))
     }
 
@@ -302,12 +293,9 @@ impl Indicator for ScriptedIndicator {
         let mut stuck = false;
         for fault in &state.script.faults {
             match fault {
-                ScriptedFault::Answer {
-                    axis,
-                    from,
-                    times,
-                    error,
-                } if *axis == self.1 && (*from..from.saturating_add(*times)).contains(&number) => {
+                ScriptedFault::Answer { axis, from, times, error }
+                    if *axis == self.1 && (*from..from.saturating_add(*times)).contains(&number) =>
+                {
                     return Err(error.clone());
                 }
                 ScriptedFault::Stuck { axis, from } if *axis == plunger && *from <= number => stuck = true,
@@ -326,13 +314,8 @@ impl Indicator for ScriptedIndicator {
         let mut state = self.0.borrow_mut();
         let plunger = state.plunger_of(self.1);
         let faults = &state.script.faults;
-        let backwards = faults
-            .iter()
-            .any(|f| matches!(f, ScriptedFault::CountsBackwards { axis } if *axis == plunger));
-        if !faults
-            .iter()
-            .any(|f| matches!(f, ScriptedFault::PresetIgnored { axis } if *axis == plunger))
-        {
+        let backwards = faults.iter().any(|f| matches!(f, ScriptedFault::CountsBackwards { axis } if *axis == plunger));
+        if !faults.iter().any(|f| matches!(f, ScriptedFault::PresetIgnored { axis } if *axis == plunger)) {
             let pushed_in = state.pushed_in(plunger);
             state.zero[plunger] = value - if backwards { -pushed_in } else { pushed_in };
         }

@@ -4,13 +4,8 @@ use super::{Effect, EffectError, Family, Id, Needs, Owner, ParameterSpec, Situat
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
-pub(super) const FAMILY: Family = Family {
-    id: "ball",
-    arguments: ":B",
-    what: "a ball moved or was mis-measured",
-    equation: "ball_B += (x, y, z)",
-    build,
-};
+pub(super) const FAMILY: Family =
+    Family { id: "ball", arguments: ":B", what: "a ball moved or was mis-measured", equation: "ball_B += (x, y, z)", build };
 
 struct Ball {
     id: String,
@@ -25,10 +20,8 @@ fn build(id: &Id<'_>, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectEr
         .iter()
         .position(|b| *b == name)
         .ok_or_else(|| id.wrong(format!("names a ball after the colon, one of: {}", subject.balls.join(", "))))?;
-    let parameters = ["x", "y", "z"]
-        .iter()
-        .map(|axis| ParameterSpec::new(format!("ball:{name}.{axis}"), Unit::MM, 0.04 * MM))
-        .collect();
+    let parameters =
+        ["x", "y", "z"].iter().map(|axis| ParameterSpec::new(format!("ball:{name}.{axis}"), Unit::MM, 0.04 * MM)).collect();
     Ok(Box::new(Ball { id: id.whole.into(), ball, parameters }))
 }
 

@@ -56,7 +56,9 @@ fn build(id: &Id<'_>, subject: &Subject<'_>, order: u32) -> Result<Box<dyn Effec
     let suffix = if family == "harmonic" { format!(":{order}") } else { String::new() };
     let parameters = joints
         .iter()
-        .flat_map(|j| ["sin", "cos"].map(|part| ParameterSpec::new(format!("{family}:{}{suffix}.{part}", j + 1), Unit::URAD, prior)))
+        .flat_map(|j| {
+            ["sin", "cos"].map(|part| ParameterSpec::new(format!("{family}:{}{suffix}.{part}", j + 1), Unit::URAD, prior))
+        })
         .collect();
     Ok(Box::new(Harmonic { id: id.whole.into(), joints, order: f64::from(order), parameters }))
 }

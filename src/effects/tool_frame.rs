@@ -4,13 +4,8 @@ use super::{Effect, EffectError, Family, Id, Owner, ParameterSpec, Situation, Su
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
-pub(super) const FAMILY: Family = Family {
-    id: "tool_frame",
-    arguments: "",
-    what: "the TCP is not where the CMM said",
-    equation: "tool += (x, y, z)",
-    build,
-};
+pub(super) const FAMILY: Family =
+    Family { id: "tool_frame", arguments: "", what: "the TCP is not where the CMM said", equation: "tool += (x, y, z)", build };
 
 struct ToolFrame {
     parameters: Vec<ParameterSpec>,

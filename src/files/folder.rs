@@ -31,7 +31,10 @@ pub fn replace_folder(
         return Err(FileError::whole(folder, "cannot be made", format!("name a new folder, or one that holds a {what}")));
     };
     let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
-    if target.exists() && fs::read_dir(&target).map_err(fail)?.next().is_some() && !names.iter().take(1).all(|mark| target.join(mark).is_file()) {
+    if target.exists()
+        && fs::read_dir(&target).map_err(fail)?.next().is_some()
+        && !names.iter().take(1).all(|mark| target.join(mark).is_file())
+    {
         return Err(FileError::whole(
             folder,
             format!("holds something that is not a {what}"),

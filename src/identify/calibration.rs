@@ -131,7 +131,8 @@ impl Calibration {
         let correlation = DMatrix::from_fn(sigma.len(), sigma.len(), |r, c| {
             if r == c { 1.0 } else { fit.covariance[(r, c)] / (sigma[r] * sigma[c]) }
         });
-        let groups = fit.unresolved.iter().map(|u| std::iter::once(u.parameter).chain(u.with.iter().copied()).map(name).collect());
+        let groups =
+            fit.unresolved.iter().map(|u| std::iter::once(u.parameter).chain(u.with.iter().copied()).map(name).collect());
         Calibration {
             robot: problem.robot().clone(),
             robot_reference: datasets.first().map(|(_, d)| d.robot_reference.clone()).unwrap_or_default(),

@@ -160,14 +160,20 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         return Err(wrong("format", format!("is '{}', not '{FORMAT}'", file.format), again));
     }
     let folder = path.parent().unwrap_or(Path::new("."));
-    let robot = robot(&file.robot, folder).map_err(|e| wrong("robot", e.to_string(), "name a built-in robot or a robot file"))?;
+    let robot =
+        robot(&file.robot, folder).map_err(|e| wrong("robot", e.to_string(), "name a built-in robot or a robot file"))?;
     if file.joint_range.len() != robot.joints() {
-        return Err(wrong("joint_range", format!("has {} entries for {} joints", file.joint_range.len(), robot.joints()), again));
+        return Err(wrong(
+            "joint_range",
+            format!("has {} entries for {} joints", file.joint_range.len(), robot.joints()),
+            again,
+        ));
     }
     let mut estimates: Vec<Estimate> = Vec::new();
     for (k, p) in file.parameter.iter().enumerate() {
         let key = |field: &str| format!("parameter[{k}].{field}");
-        let unit = Unit::from_symbol(&p.unit).ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit known here", p.unit), again))?;
+        let unit = Unit::from_symbol(&p.unit)
+            .ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit known here", p.unit), again))?;
         for (field, value) in [("value", p.value), ("sigma", p.sigma), ("nominal", p.nominal)] {
             if !value.is_finite() {
                 return Err(wrong(&key(field), "is not a finite number".into(), again));

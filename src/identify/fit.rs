@@ -202,7 +202,8 @@ impl<'a> Solver<'a> {
         let mut normal = DMatrix::zeros(unknowns, unknowns);
         let mut damped = normal.clone();
         let mut factor = Cholesky::new(unknowns);
-        let (mut gradient, mut scale, mut step) = (DVector::zeros(unknowns), DVector::zeros(unknowns), DVector::zeros(unknowns));
+        let (mut gradient, mut scale, mut step) =
+            (DVector::zeros(unknowns), DVector::zeros(unknowns), DVector::zeros(unknowns));
         let (mut lambda, mut iterations, mut stop) = (0.0, 0, Stop::IterationLimit);
         problem.evaluate(&values, &mut work, &mut r, Some(&mut full));
         let mut cost = r.norm_squared() + self.penalty(&values);

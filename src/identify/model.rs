@@ -27,7 +27,11 @@ pub struct Model {
 impl Model {
     /// A model of these effects.
     pub fn of(effects: &[&str]) -> Self {
-        Model { effects: effects.iter().map(|e| (*e).into()).collect(), measured_torques: false, torque_posture: TorquePosture::default() }
+        Model {
+            effects: effects.iter().map(|e| (*e).into()).collect(),
+            measured_torques: false,
+            torque_posture: TorquePosture::default(),
+        }
     }
 
     /// The model that a dataset gets when none is named: the paper's, without joint compliance where no link mass is known.

@@ -338,7 +338,13 @@ impl Problem {
     }
 
     /// Whitened residuals (`row_count`) and, where wanted, the whitened Jacobian of the model side: residual ~ r - J step.
-    pub fn evaluate(&self, values: &[f64], work: &mut Workspace, r: &mut DVector<f64>, mut jacobian: Option<&mut DMatrix<f64>>) {
+    pub fn evaluate(
+        &self,
+        values: &[f64],
+        work: &mut Workspace,
+        r: &mut DVector<f64>,
+        mut jacobian: Option<&mut DMatrix<f64>>,
+    ) {
         if let Some(j) = jacobian.as_deref_mut() {
             j.fill(0.0);
         }
@@ -620,7 +626,16 @@ impl<'a> Assembly<'a> {
                     *range = [range[0].min(q), range[1].max(q)];
                 }
                 problem.sample_ids.push(sample.id.clone());
-                problem.rows.push(Row { setup: s, q: sample.q.clone(), tool, target, terms: 0..0, whitener, first_row, circumstances });
+                problem.rows.push(Row {
+                    setup: s,
+                    q: sample.q.clone(),
+                    tool,
+                    target,
+                    terms: 0..0,
+                    whitener,
+                    first_row,
+                    circumstances,
+                });
             }
             for known in &dataset.ball_distances {
                 let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
@@ -701,7 +716,9 @@ fn check_needs(effect: &dyn Effect, robot: &Robot, dataset: &Dataset, measured_t
     let samples = &dataset.samples;
     for need in effect.needs() {
         let missing = match need {
-            Needs::Masses if measured_torques => samples.iter().any(|s| s.tau.is_none()).then_some("columns tau1_nm ... tauN_nm"),
+            Needs::Masses if measured_torques => {
+                samples.iter().any(|s| s.tau.is_none()).then_some("columns tau1_nm ... tauN_nm")
+            }
             Needs::Masses => (!robot.has_masses()).then_some("link masses in the robot's description"),
             Needs::Approach => samples.iter().any(|s| s.approach.is_none()).then_some("columns approach1 ... approachN"),
             Needs::Time => samples.iter().any(|s| s.time_s.is_none()).then_some("column time_s"),
@@ -735,10 +752,7 @@ fn whitener(robot: &Robot, dataset: &Dataset, sample: &Sample, posture: &Posture
         let variance = sight.dot(&(covariance * sight)).max(sigma * sigma);
         return (Matrix3::identity() / variance.sqrt(), stated.is_some());
     }
-    let whitener = covariance
-        .cholesky()
-        .and_then(|c| c.l().try_inverse())
-        .unwrap_or_else(|| Matrix3::identity() / sigma);
+    let whitener = covariance.cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(|| Matrix3::identity() / sigma);
     (whitener, stated.is_some())
 }
 
@@ -761,7 +775,10 @@ fn starting_base(robot: &Robot, dataset: &Dataset, session: Option<&str>) -> Fra
         })
         .collect();
     let base = dataset.base.pose();
-    let mean_square = pairs.iter().map(|(tcp, p)| (base * nalgebra::Point3::from(*tcp) - nalgebra::Point3::from(*p)).norm_squared()).sum::<f64>()
+    let mean_square = pairs
+        .iter()
+        .map(|(tcp, p)| (base * nalgebra::Point3::from(*tcp) - nalgebra::Point3::from(*p)).norm_squared())
+        .sum::<f64>()
         / pairs.len().max(1) as f64;
     if pairs.len() < 3 || mean_square.sqrt() < NOMINAL_BASE_IS_CLOSE {
         return dataset.base;

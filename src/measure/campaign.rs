@@ -22,12 +22,7 @@ pub struct CampaignSettings {
 
 impl Default for CampaignSettings {
     fn default() -> Self {
-        CampaignSettings {
-            attempts: 2,
-            skipped_in_a_row: 5,
-            joint_motion: 2.0 * ARCSEC,
-            plunger_motion: 0.5 * UM,
-        }
+        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 2.0 * ARCSEC, plunger_motion: 0.5 * UM }
     }
 }
 
@@ -113,12 +108,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     pub fn new(controller: CenteringController<M, I>, settings: CampaignSettings) -> Self {
         let joints = LastMotion::new(settings.joint_motion);
         let plungers = LastMotion::new(settings.plunger_motion);
-        Campaign {
-            controller,
-            settings,
-            joints,
-            plungers,
-        }
+        Campaign { controller, settings, joints, plungers }
     }
 
     /// The controller back, e.g. for another campaign.
@@ -132,11 +122,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     /// stopped, cannot be backed off a ball, or too many poses in a row fail. What was measured until then is always kept.
     pub fn run(&mut self, poses: &[PlannedPose], witness: &mut dyn Witness) -> CampaignRecord {
         let began_s = self.controller.robot.clock_s();
-        let mut record = CampaignRecord {
-            samples: Vec::new(),
-            probings: Vec::new(),
-            aborted: None,
-        };
+        let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
         let mut skipped = 0;
         for place in 0..poses.len() {
             match self.measure(place, poses, began_s, &mut record, witness) {
@@ -177,11 +163,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
             let (probing, sample) = self.probe(pose, witness);
             witness.probing_finished(pose, &probing, sample.as_ref());
             let failure = probing.outcome.as_ref().err().cloned();
-            record.probings.push(ProbingRecord {
-                pose: place,
-                attempt,
-                probing,
-            });
+            record.probings.push(ProbingRecord { pose: place, attempt, probing });
             match (sample, failure) {
                 (Some(sample), _) => return Ok(sample),
                 (None, Some(failure)) if !failure.reason.robot_obeys() => {
@@ -198,12 +180,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
 
     /// One probing, and the sample it gives.
     fn probe(&mut self, pose: &PlannedPose, witness: &mut dyn Witness) -> (Probing, Option<Sample>) {
-        let Campaign {
-            controller,
-            joints,
-            plungers,
-            ..
-        } = self;
+        let Campaign { controller, joints, plungers, .. } = self;
         // The signs that count are those of the last stop on the ball, before the retreat turns them round.
         let mut on_ball = (Vec::new(), Vec::new());
         let probing = controller.probe(pose, &mut |iteration| {
@@ -217,10 +194,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
             witness.iteration(pose, iteration);
         });
         let sample = probing.outcome.as_ref().ok().map(|centred| {
-            let measured = Measured::Ball {
-                ball: pose.ball,
-                reading: Some(centred.reading),
-            };
+            let measured = Measured::Ball { ball: pose.ball, reading: Some(centred.reading) };
             Sample {
                 payload: pose.payload,
                 time_s: Some(centred.time_s),
@@ -235,12 +209,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     fn progress(&mut self, done: usize, planned: usize, began_s: f64) -> Progress {
         let elapsed_s = self.controller.robot.clock_s() - began_s;
         let pace = if done == 0 { 30.0 } else { elapsed_s / done as f64 };
-        Progress {
-            done,
-            planned,
-            elapsed_s,
-            remaining_s: pace * (planned - done) as f64,
-        }
+        Progress { done, planned, elapsed_s, remaining_s: pace * (planned - done) as f64 }
     }
 }
 

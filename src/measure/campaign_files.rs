@@ -42,34 +42,14 @@ impl CampaignRecord {
         let joints = poses.first().map_or(0, |pose| pose.contact.len());
         let mut header: Vec<String> = ["probing", "phase", "time_s"].map(String::from).to_vec();
         header.extend((1..=joints).map(|j| format!("q{j}_deg")));
-        header.extend(
-            [
-                "r1_um", "r2_um", "r3_um", "step1_um", "step2_um", "step3_um", "retries", "fault",
-            ]
-            .map(String::from),
-        );
+        header.extend(["r1_um", "r2_um", "r3_um", "step1_um", "step2_um", "step3_um", "retries", "fault"].map(String::from));
         let stops = self.probings.iter().enumerate();
         let stops = stops.flat_map(|(k, record)| record.probing.iterations.iter().map(move |i| stop_row(k, i, joints)));
         write_table(&folder.join("iterations.csv"), header, stops)?;
 
-        let header = [
-            "probing",
-            "id",
-            "ball",
-            "attempt",
-            "outcome",
-            "why",
-            "steps",
-            "retries",
-            "backed_off",
-            "started_s",
-            "duration_s",
-        ];
-        let rows = self
-            .probings
-            .iter()
-            .enumerate()
-            .map(|(k, record)| probing_row(k, record, poses, balls));
+        let header =
+            ["probing", "id", "ball", "attempt", "outcome", "why", "steps", "retries", "backed_off", "started_s", "duration_s"];
+        let rows = self.probings.iter().enumerate().map(|(k, record)| probing_row(k, record, poses, balls));
         write_table(&folder.join("probings.csv"), header.map(String::from).to_vec(), rows)
     }
 }

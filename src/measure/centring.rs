@@ -150,13 +150,7 @@ fn arrived(target: &[f64], joints: &[f64]) -> bool {
 impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// A controller for this cell; `free_reading` (m) is what mastering found.
     pub fn new(robot: M, indicators: [I; 3], trical: TriCal, free_reading: [f64; 3], settings: CentringSettings) -> Self {
-        CenteringController {
-            robot,
-            indicators,
-            trical,
-            free_reading,
-            settings,
-        }
+        CenteringController { robot, indicators, trical, free_reading, settings }
     }
 
     /// The robot, e.g. for its clock.
@@ -203,15 +197,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         act: impl FnOnce(&mut Self, &mut Iteration, Vector3<f64>) -> Result<T, CentringFailure>,
     ) -> Result<T, CentringFailure> {
         let joints = target.map(<[f64]>::to_vec).unwrap_or_default();
-        let mut at = Iteration {
-            phase,
-            time_s: 0.0,
-            joints,
-            reading: None,
-            step: None,
-            retries: 0,
-            fault: None,
-        };
+        let mut at = Iteration { phase, time_s: 0.0, joints, reading: None, step: None, retries: 0, fault: None };
         let result = self.arrive(target, &mut at).and_then(|reading| act(self, &mut at, reading));
         at.fault = result.as_ref().err().cloned();
         note(&at);
@@ -255,31 +241,16 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         let doubt = self.doubt(course, &at.joints, &reading);
         // A wrong sign soon drives a plunger to its end: then the sign is the news, not the end. A tool frame merely suspected is not.
         match (doubt, self.contact(&reading)) {
-            (
-                Some(CentringFailure::NotShrinking {
-                    suspicion: Suspicion::WrongToolFrame,
-                    ..
-                })
-                | None,
-                Err(state),
-            ) => Err(state),
+            (Some(CentringFailure::NotShrinking { suspicion: Suspicion::WrongToolFrame, .. }) | None, Err(state)) => Err(state),
             (Some(doubt), _) => Err(doubt),
             (None, Ok(())) => Ok(()),
         }?;
         if reading.amax() < self.settings.tolerance {
             let joints = at.joints.clone();
-            return Ok(Some(Centred {
-                joints,
-                reading,
-                time_s: at.time_s,
-                steps: course.steps,
-            }));
+            return Ok(Some(Centred { joints, reading, time_s: at.time_s, steps: course.steps }));
         }
         if course.steps == self.settings.max_steps {
-            return Err(CentringFailure::DidNotConverge {
-                steps: course.steps,
-                remaining: reading.amax(),
-            });
+            return Err(CentringFailure::DidNotConverge { steps: course.steps, remaining: reading.amax() });
         }
         if reading.amax() > self.trical.tip_radius {
             return Err(CentringFailure::StepTooLarge { axis: reading.iamax(), step: reading.norm() });
@@ -340,11 +311,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
         match explain(&step, &change) {
             Response::Stuck { axis } => Some(CentringFailure::StuckIndicator { axis }),
-            Response::Suspect(suspicion) => Some(CentringFailure::NotShrinking {
-                before,
-                after,
-                suspicion,
-            }),
+            Response::Suspect(suspicion) => Some(CentringFailure::NotShrinking { before, after, suspicion }),
             Response::Overshoots => {
                 course.overshoots += 1;
                 (course.overshoots >= self.settings.overshoots).then_some(CentringFailure::Oscillating { remaining: after })

@@ -34,10 +34,7 @@ pub enum CentringFailure {
     #[error("no plunger touches a ball; is it there, and is the artifact where it should be?")]
     NoContact,
     /// Some plungers are pushed in and others are not: the ball is beyond the range of the gauge.
-    #[error(
-        "indicator(s) {} do not touch the ball while others do: it is beyond the range of the gauge",
-        numbers(free)
-    )]
+    #[error("indicator(s) {} do not touch the ball while others do: it is beyond the range of the gauge", numbers(free))]
     BeyondRange {
         /// Which plungers are free.
         free: [bool; 3],
@@ -203,10 +200,7 @@ impl CentringFailure {
             | CentringFailure::GarbledIndicator { axis, .. }
             | CentringFailure::FaultyIndicator { axis, .. }
             | CentringFailure::StepTooLarge { axis, .. }
-            | CentringFailure::NotShrinking {
-                suspicion: Suspicion::WrongSign { axis },
-                ..
-            } => Some(axis + 1),
+            | CentringFailure::NotShrinking { suspicion: Suspicion::WrongSign { axis }, .. } => Some(axis + 1),
             CentringFailure::JointLimit { joint } => Some(*joint),
             _ => None,
         }
@@ -214,8 +208,7 @@ impl CentringFailure {
 
     /// [`CentringFailure::name`] and [`CentringFailure::place`] as files hold them, e.g. `silent_indicator:2`.
     pub fn token(&self) -> String {
-        self.place()
-            .map_or_else(|| self.name().to_owned(), |place| format!("{}:{place}", self.name()))
+        self.place().map_or_else(|| self.name().to_owned(), |place| format!("{}:{place}", self.name()))
     }
 }
 

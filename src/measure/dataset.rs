@@ -164,7 +164,13 @@ impl Default for Dataset {
     /// No robot, nothing measured; standard gravity.
     fn default() -> Self {
         Dataset {
-            robot: Arc::new(Robot { name: String::new(), source: String::new(), links: Vec::new(), gear_ratios: Vec::new(), solids: Vec::new() }),
+            robot: Arc::new(Robot {
+                name: String::new(),
+                source: String::new(),
+                links: Vec::new(),
+                gear_ratios: Vec::new(),
+                solids: Vec::new(),
+            }),
             robot_reference: String::new(),
             gravity: DEFAULT_GRAVITY,
             base: FramePose::default(),

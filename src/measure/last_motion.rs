@@ -13,11 +13,7 @@ pub(super) struct LastMotion {
 
 impl LastMotion {
     pub(super) fn new(threshold: f64) -> Self {
-        LastMotion {
-            threshold,
-            reference: Vec::new(),
-            signs: Vec::new(),
-        }
+        LastMotion { threshold, reference: Vec::new(), signs: Vec::new() }
     }
 
     /// The coordinates are at rest at `values` now.

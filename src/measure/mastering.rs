@@ -153,25 +153,16 @@ pub fn master<I: Indicator>(
     attendant.place_master_ball()?;
     at_rest(indicators, settings)?;
     for (axis, indicator) in indicators.iter_mut().enumerate() {
-        indicator
-            .preset(preset)
-            .map_err(|error| MasteringError::Indicator { axis, error })?;
+        indicator.preset(preset).map_err(|error| MasteringError::Indicator { axis, error })?;
     }
     let on_ball = at_rest(indicators, settings)?;
     if let Some(axis) = (0..3).find(|&k| (on_ball[k] - preset).abs() > settings.preset_within) {
-        return Err(MasteringError::PresetNotTaken {
-            axis,
-            reading: on_ball[axis],
-        });
+        return Err(MasteringError::PresetNotTaken { axis, reading: on_ball[axis] });
     }
     attendant.remove_master_ball()?;
     let free_reading = at_rest(indicators, settings)?;
     judge(&on_ball, &free_reading, trical, settings)?;
-    Ok(Mastering {
-        free_reading,
-        preset_residual: on_ball.map(|reading| reading - preset),
-        time_s: clock_s(),
-    })
+    Ok(Mastering { free_reading, preset_residual: on_ball.map(|reading| reading - preset), time_s: clock_s() })
 }
 
 /// Whether free plungers stand where they should, after standing at `on_ball`.
@@ -193,11 +184,7 @@ fn judge(on_ball: &[f64; 3], free: &[f64; 3], trical: &TriCal, settings: &Master
         return Err(MasteringError::NotTheMasterBall { travelled });
     }
     match (0..3).find(|&k| (free[k] - ideal).abs() > settings.placed_within) {
-        Some(axis) => Err(MasteringError::Misplaced {
-            axis,
-            free_reading: free[axis],
-            ideal,
-        }),
+        Some(axis) => Err(MasteringError::Misplaced { axis, free_reading: free[axis], ideal }),
         None => Ok(()),
     }
 }
@@ -220,20 +207,11 @@ fn at_rest<I: Indicator>(indicators: &mut [I; 3], settings: &MasteringSettings) 
         }
     }
     let spreads = last.map(|readings| spread(&readings));
-    let axis = if spreads[0] >= spreads[1] && spreads[0] >= spreads[2] {
-        0
-    } else {
-        1 + usize::from(spreads[2] > spreads[1])
-    };
-    Err(MasteringError::Unstable {
-        axis,
-        spread: spreads[axis],
-    })
+    let axis = if spreads[0] >= spreads[1] && spreads[0] >= spreads[2] { 0 } else { 1 + usize::from(spreads[2] > spreads[1]) };
+    Err(MasteringError::Unstable { axis, spread: spreads[axis] })
 }
 
 fn spread(readings: &[f64]) -> f64 {
-    let (low, high) = readings
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &r| (l.min(r), h.max(r)));
+    let (low, high) = readings.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &r| (l.min(r), h.max(r)));
     high - low
 }

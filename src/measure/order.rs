@@ -19,14 +19,9 @@ pub fn interleave(poses: &[PlannedPose]) -> Vec<usize> {
     let mut turns = balls.iter().cycle();
     while order.len() < poses.len() {
         let Some(&ball) = turns.next() else { break };
-        let travel = |k: usize| {
-            order
-                .last()
-                .map_or(0.0, |&last| joint_travel(&poses[last].approach, &poses[k].approach))
-        };
-        let next = (0..poses.len())
-            .filter(|&k| !visited[k] && poses[k].ball == ball)
-            .min_by(|&a, &b| travel(a).total_cmp(&travel(b)));
+        let travel = |k: usize| order.last().map_or(0.0, |&last| joint_travel(&poses[last].approach, &poses[k].approach));
+        let next =
+            (0..poses.len()).filter(|&k| !visited[k] && poses[k].ball == ball).min_by(|&a, &b| travel(a).total_cmp(&travel(b)));
         if let Some(next) = next {
             visited[next] = true;
             order.push(next);
@@ -45,13 +40,7 @@ mod tests {
     use super::*;
 
     fn pose(ball: usize, q: f64) -> PlannedPose {
-        PlannedPose {
-            id: format!("{ball}@{q}"),
-            ball,
-            payload: 0,
-            contact: vec![q],
-            approach: vec![q],
-        }
+        PlannedPose { id: format!("{ball}@{q}"), ball, payload: 0, contact: vec![q], approach: vec![q] }
     }
 
     #[test]

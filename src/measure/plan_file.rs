@@ -60,7 +60,11 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<Vec<PlannedPose>, FileEr
     let plan: PlanToml = parse_toml(path, &text)?;
     let wrong = |key: &str, problem: String, remedy: &str| Err(field_error(path, &text, key, problem, remedy));
     if plan.format != PLAN_FORMAT {
-        return wrong("format", format!("is '{}', not '{PLAN_FORMAT}'", plan.format), "make the plan anew with `calibench plan`");
+        return wrong(
+            "format",
+            format!("is '{}', not '{PLAN_FORMAT}'", plan.format),
+            "make the plan anew with `calibench plan`",
+        );
     }
     if plan.robot != cell.robot_reference {
         let problem = format!("is '{}', but the cell's robot is '{}'", plan.robot, cell.robot_reference);

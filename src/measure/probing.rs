@@ -55,38 +55,22 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             watch(iteration);
             iterations.push(iteration.clone());
         });
-        Probing {
-            outcome,
-            iterations,
-            started_s,
-            duration_s: self.robot.clock_s() - started_s,
-        }
+        Probing { outcome, iterations, started_s, duration_s: self.robot.clock_s() - started_s }
     }
 
     fn approach_and_probe(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> Result<Centred, ProbingFailure> {
-        self.stop(Phase::Approach, Some(&pose.approach), note, |cell, _, reading| {
-            cell.all_free(&reading)
-        })
-        .map_err(|reason| ProbingFailure {
-            backed_off: reason.robot_obeys(),
-            reason,
-        })?;
+        self.stop(Phase::Approach, Some(&pose.approach), note, |cell, _, reading| cell.all_free(&reading))
+            .map_err(|reason| ProbingFailure { backed_off: reason.robot_obeys(), reason })?;
         let centred = self.centre_at(Some(&pose.contact), note);
         match centred {
-            Err(reason) if !reason.robot_obeys() => Err(ProbingFailure {
-                reason,
-                backed_off: false,
-            }),
+            Err(reason) if !reason.robot_obeys() => Err(ProbingFailure { reason, backed_off: false }),
             centred => {
                 let (arrived, free) = self.retreat(pose, note);
                 let reason = match (centred, free) {
                     (Ok(centred), Ok(())) => return Ok(centred),
                     (Err(reason), _) | (Ok(_), Err(reason)) => reason,
                 };
-                Err(ProbingFailure {
-                    reason,
-                    backed_off: arrived,
-                })
+                Err(ProbingFailure { reason, backed_off: arrived })
             }
         }
     }
@@ -98,9 +82,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// line asks the controller for inverse kinematics again, which is just what may have failed (a joint limit, an unreachable
     /// target), and along a tool axis that may be the very one that is wrong.
     fn retreat(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> (bool, Result<(), CentringFailure>) {
-        let free = self.stop(Phase::Retreat, Some(&pose.approach), note, |cell, _, reading| {
-            cell.all_free(&reading)
-        });
+        let free = self.stop(Phase::Retreat, Some(&pose.approach), note, |cell, _, reading| cell.all_free(&reading));
         (!matches!(&free, Err(reason) if reason.is_robot_s()), free)
     }
 }

@@ -13,9 +13,7 @@ pub(super) fn read_patiently<I: Indicator>(
     let mut left = retries;
     loop {
         let answer = match indicator.read() {
-            Ok(value) if !value.is_finite() => Err(IndicatorError::Garbled {
-                frame: value.to_string(),
-            }),
+            Ok(value) if !value.is_finite() => Err(IndicatorError::Garbled { frame: value.to_string() }),
             answer => answer,
         };
         match answer {

@@ -36,7 +36,11 @@ pub fn parameter_table(c: &Calibration) -> String {
     for e in c.estimates.iter().filter(|e| e.stated_sigma.is_none()) {
         let unit = |x: f64| e.unit.from_si(x);
         let d = decimals(unit(e.sigma));
-        let flag = if e.effect.starts_with("joint_compliance") && e.value < -3.0 * e.sigma { "  (negative: not physical)" } else { "" };
+        let flag = if e.effect.starts_with("joint_compliance") && e.value < -3.0 * e.sigma {
+            "  (negative: not physical)"
+        } else {
+            ""
+        };
         out.add_row([
             e.name.clone(),
             format!("{:.3}", unit(e.nominal)),

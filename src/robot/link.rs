@@ -69,10 +69,7 @@ impl FramePose {
     /// The transform.
     pub fn pose(&self) -> Pose {
         let [rz, ry, rx] = self.rz_ry_rx;
-        Pose::from_parts(
-            Translation3::new(self.xyz[0], self.xyz[1], self.xyz[2]),
-            Rotation3::from_euler_angles(rx, ry, rz),
-        )
+        Pose::from_parts(Translation3::new(self.xyz[0], self.xyz[1], self.xyz[2]), Rotation3::from_euler_angles(rx, ry, rz))
     }
 
     /// The frame of a transform; at gimbal lock rx is zero.

@@ -39,15 +39,18 @@ pub struct Loads {
 impl Loads {
     /// Room for an arm of `joints` joints.
     pub fn new(joints: usize) -> Self {
-        Loads {
-            tau: vec![0.0; joints],
-            moment: vec![Vector3::zeros(); joints + 1],
-            force: vec![Vector3::zeros(); joints + 1],
-        }
+        Loads { tau: vec![0.0; joints], moment: vec![Vector3::zeros(); joints + 1], force: vec![Vector3::zeros(); joints + 1] }
     }
 
     /// Weighs the arm in `posture`: links, `payload`, `gravity` (world, m/s²) and a force `at_tcp` (world, N).
-    pub fn weigh(&mut self, robot: &Robot, posture: &Posture, payload: &Payload, gravity: &Vector3<f64>, at_tcp: &Vector3<f64>) {
+    pub fn weigh(
+        &mut self,
+        robot: &Robot,
+        posture: &Posture,
+        payload: &Payload,
+        gravity: &Vector3<f64>,
+        at_tcp: &Vector3<f64>,
+    ) {
         let n = robot.joints();
         let mut mass = payload.mass;
         let mut first_moment = posture.flange().point(&payload.com) * payload.mass;

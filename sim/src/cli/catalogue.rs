@@ -39,8 +39,15 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
             .iter()
             .map(|p| json!({"name": p.name, "unit": p.unit.symbol, "plausible": p.unit.from_si(p.prior)}))
             .collect();
-        rows.push([format!("{}{}", family.id, family.arguments), family.what.into(), family.equation.into(), distinct.join(", "), needs.join(", ")]);
-        documents.push(json!({"id": family.id, "arguments": family.arguments, "what": family.what, "equation": family.equation,
+        rows.push([
+            format!("{}{}", family.id, family.arguments),
+            family.what.into(),
+            family.equation.into(),
+            distinct.join(", "),
+            needs.join(", "),
+        ]);
+        documents
+            .push(json!({"id": family.id, "arguments": family.arguments, "what": family.what, "equation": family.equation,
             "example": effect.id(), "parameters": parameters, "needs": needs}));
     }
     if arguments.json {

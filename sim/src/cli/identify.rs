@@ -56,7 +56,9 @@ pub fn story(c: &Calibration) -> String {
         c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations
     ));
     if !c.noise_stated {
-        out.push_str("The data do not state their noise: uncertainties are scaled by the residuals, and chi2 says nothing of the fit.\n");
+        out.push_str(
+            "The data do not state their noise: uncertainties are scaled by the residuals, and chi2 says nothing of the fit.\n",
+        );
     }
     out.push_str(&format!(
         "Observability (SI): O1 {:.4}, O2 {:.2e}, O3 {:.3}, O4 {:.2e}, O5 {:.4}; condition of the scaled Jacobian {:.0}\n",

@@ -38,7 +38,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let world = SharedWorld::new(World::new(&scenario, &Streams { seed, trial: 0 }));
     let clock = || world.robot().clock_s();
-    let mastering = master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
+    let mastering =
+        master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
     let mut bar = CampaignBar::new(poses.len());
     let record = probe(&scenario, &world, &poses, &mastering, &mut bar);
     bar.clear();

@@ -115,7 +115,8 @@ fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
 
 /// Datasets with the names of their folders.
 fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, FileError> {
-    let name = |folder: &Path| folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
+    let name =
+        |folder: &Path| folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
     folders.iter().map(|f| Ok((name(f), read_dataset(f)?))).collect()
 }
 

@@ -37,6 +37,13 @@ pub fn chosen_sentence(what: &str, count: usize, chosen: &Chosen) -> String {
     let least = chosen.starts.iter().copied().fold(f64::INFINITY, f64::min);
     format!(
         "{count} {what} of {} feasible ones, chosen for {} parameters: O1 {:.4}, O2 {:.2e}, O3 {:.3}, O4 {:.2e}, O5 {:.4} (SI); {} starts reached O1 {least:.4} to {best:.4}",
-        chosen.pool, chosen.parameters.len(), o.o1, o.o2, o.o3, o.o4, o.o5, chosen.starts.len()
+        chosen.pool,
+        chosen.parameters.len(),
+        o.o1,
+        o.o2,
+        o.o3,
+        o.o4,
+        o.o5,
+        chosen.starts.len()
     )
 }

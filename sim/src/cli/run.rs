@@ -92,7 +92,15 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure>
         rows.push(validation_row(title(method.name), &method.validation));
         if let Some((_, paper)) = PAPER.iter().find(|(name, _)| *name == method.name) {
             let [mean, max, std] = paper.map(|v| format!("{v:.3}"));
-            rows.push([format!("  the paper's {}", title(method.name)), mean, max, std, String::new(), String::new(), String::new()]);
+            rows.push([
+                format!("  the paper's {}", title(method.name)),
+                mean,
+                max,
+                std,
+                String::new(),
+                String::new(),
+                String::new(),
+            ]);
         }
     }
     print(&validation_table(&rows))?;
@@ -101,7 +109,10 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure>
     print("TRUTH against estimate (the simulated cell keeps score)")?;
     print(&format!(
         "{:.0} % of {} parameters within 1 sigma, {:.0} % within 2, {:.0} % within 3; a perfect model gives 68, 95, 99.7",
-        100.0 * run.trical.score.within(1.0), run.trical.score.parameters.len(), 100.0 * run.trical.score.within(2.0), 100.0 * run.trical.score.within(3.0)
+        100.0 * run.trical.score.within(1.0),
+        run.trical.score.parameters.len(),
+        100.0 * run.trical.score.within(2.0),
+        100.0 * run.trical.score.within(3.0)
     ))?;
     if !checks.is_empty() {
         print("\nEXPECTED")?;
@@ -178,8 +189,10 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
         }
         out
     };
-    let paper: serde_json::Map<String, Value> =
-        PAPER.iter().map(|(name, [mean, max, std])| ((*name).into(), json!({"mean_mm": mean, "max_mm": max, "std_mm": std}))).collect();
+    let paper: serde_json::Map<String, Value> = PAPER
+        .iter()
+        .map(|(name, [mean, max, std])| ((*name).into(), json!({"mean_mm": mean, "max_mm": max, "std_mm": std})))
+        .collect();
     let checked: Vec<Value> =
         checks.iter().map(|c| json!({"name": c.name, "value": c.value, "band": c.band, "met": c.met()})).collect();
     json!({
@@ -196,7 +209,8 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
-    const FILES: &[&str] = &["result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv"];
+    const FILES: &[&str] =
+        &["result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv"];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;
