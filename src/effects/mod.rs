@@ -155,6 +155,9 @@ pub enum EffectError {
     },
 }
 
+/// Builds an effect from its id, for a robot and an artifact.
+pub type Build = fn(&Id<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
+
 /// An entry of the catalogue.
 pub struct Family {
     /// The id before the first colon.
@@ -166,7 +169,7 @@ pub struct Family {
     /// What it adds, per unit of its parameters.
     pub equation: &'static str,
     /// Builds the effect from its whole id, split at the colons.
-    pub build: fn(&Id<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>,
+    pub build: Build,
 }
 
 /// Every effect that plant, model and diagnosis know.
