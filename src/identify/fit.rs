@@ -24,7 +24,7 @@ const RANK_TOLERANCE: f64 = 1e-6;
 /// [`ParameterSpec::prior`]: crate::effects::ParameterSpec::prior
 const FAINT: f64 = 0.1;
 
-/// Columns are judged anew after a fit that moved a parameter by more plausible sizes than this: they are not what they were.
+/// Columns are judged anew after a fit that moved a tool or a ball by more plausible sizes than this: they are not what they were.
 const FAR: f64 = 100.0;
 
 /// How often the columns are judged; on measured data the third time has agreed with the second.
@@ -146,22 +146,26 @@ pub fn fit(problem: &mut Problem) -> Result<Fit, FitError> {
 /// # Errors
 /// As [`fit`].
 pub fn fit_some(problem: &mut Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
-    let (mut kept, mut unresolved) = determined(problem, start, free)?;
+    let (mut kept, mut unresolved) = determined(problem, start, free, problem.noise_at(start))?;
     let mut fit = settle(problem, start.to_vec(), &kept)?;
     for _ in 1..MOST_JUDGEMENTS {
-        let far = |&p: &usize| (fit.values[p] - start[p]).abs() > FAR * problem.parameters()[p].spec.prior;
+        let set_up = |p: usize| problem.parameters()[p].owner != Owner::Robot;
+        // Not the base: where the robot stands changes nothing within the arm.
+        let guessed = |p: usize| set_up(p) && problem.parameters()[p].effect != "base_frame";
+        let far = |&p: &usize| guessed(p) && (fit.values[p] - start[p]).abs() > FAR * problem.parameters()[p].spec.prior;
         if problem.noise_stated() && !kept.iter().any(far) {
             break;
         }
-        let (kept_now, unresolved_now) = determined(problem, &fit.values, free)?;
+        // The arm as drawn, set up as found: links that the fit has turned a little would tell apart what no drawing does.
+        let mut at = start.to_vec();
+        kept.iter().filter(|&&p| set_up(p)).for_each(|&p| at[p] = fit.values[p]);
+        let (kept_now, unresolved_now) = determined(problem, &at, free, problem.noise_at(&fit.values))?;
         if kept_now == kept {
             break;
         }
         (kept, unresolved) = (kept_now, unresolved_now);
-        let mut from = start.to_vec();
-        kept.iter().for_each(|&p| from[p] = fit.values[p]);
         let before = fit.iterations;
-        fit = settle(problem, from, &kept)?;
+        fit = settle(problem, at, &kept)?;
         fit.iterations += before;
     }
     fit.unresolved = unresolved;
@@ -186,8 +190,13 @@ fn settle(problem: &mut Problem, start: Vec<f64>, kept: &[usize]) -> Result<Fit,
 }
 
 /// The parameters to estimate (ascending): the flat ones that the data tell apart, and those stated; and what is left out.
-fn determined(problem: &Problem, start: &[f64], free: &[usize]) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
-    let Rank { mut kept, unresolved } = ordered_rank(problem, start, free)?;
+fn determined(
+    problem: &Problem,
+    start: &[f64],
+    free: &[usize],
+    noise: f64,
+) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
+    let Rank { mut kept, unresolved } = ordered_rank(problem, start, free, noise)?;
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Knowledge::Flat));
     kept.sort_unstable();
@@ -203,7 +212,8 @@ fn determined(problem: &Problem, start: &[f64], free: &[usize]) -> Result<(Vec<u
 /// When the numbers are not finite.
 pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError> {
     let all: Vec<usize> = (0..problem.parameters().len()).collect();
-    Ok(ordered_rank(problem, &problem.start(), &all)?.kept)
+    let start = problem.start();
+    Ok(ordered_rank(problem, &start, &all, problem.noise_at(&start))?.kept)
 }
 
 /// Observability indices of a Jacobian (3 x poses rows, SI).
@@ -369,7 +379,7 @@ struct Rank {
 
 /// Which flat parameters the data can tell apart, preferring earlier effects, and among links those nearer to the tool: the
 /// base takes what it shares with link 1, and of two parallel axes the farther one keeps its offset, as in the paper.
-fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank, FitError> {
+fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Rank, FitError> {
     let parameters = problem.parameters();
     let mut work = problem.workspace();
     let mut r = DVector::zeros(problem.row_count());
@@ -388,7 +398,6 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank
     let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
     order.sort_by_key(|p| (rank_of_effect(p), std::cmp::Reverse(parameters[*p].link)));
     let columns = full.select_columns(&order);
-    let noise = if problem.noise_stated() { 1.0 } else { r.norm() / (r.len().max(1) as f64).sqrt() };
     let tolerance = |(k, &p): (usize, &usize)| match parameters[p].owner {
         Owner::Robot => f64::max(RANK_TOLERANCE, FAINT * noise / (parameters[p].spec.prior * columns.column(k).norm())),
         Owner::Session | Owner::Artifact => RANK_TOLERANCE,

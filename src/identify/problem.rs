@@ -400,6 +400,16 @@ impl Problem {
         }
     }
 
+    /// One-sigma of the whitened residuals: 1 where the noise is stated; elsewhere what they are at `values`.
+    pub fn noise_at(&self, values: &[f64]) -> f64 {
+        if self.noise_stated {
+            return 1.0;
+        }
+        let mut r = DVector::zeros(self.row_count);
+        self.evaluate(values, &mut self.workspace(), &mut r, None);
+        r.norm() / (self.row_count.max(1) as f64).sqrt()
+    }
+
     /// Jacobian of the positions in SI, without weighting, of those parameters: what observability indices are defined on. Of a
     /// distance only the first of its three rows is filled.
     pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
