@@ -78,7 +78,7 @@ pub struct Parameter {
     pub effect: String,
     /// What is known beforehand.
     pub knowledge: Knowledge,
-    /// Its value where the fit starts, SI: the drawing's, but for a base that the drawing puts centimetres off.
+    /// Its value where the fit starts, SI: the drawing's, but for a base that the drawing puts decimetres off.
     pub start: f64,
     /// Whose property it is.
     pub owner: Owner,
@@ -101,7 +101,7 @@ pub struct Setup {
     pub session: String,
     /// Nominal base in the world.
     pub base: FramePose,
-    /// Base that the fit starts from: the nominal one unless it is centimetres off.
+    /// Base that the fit starts from: the nominal one unless it is decimetres off.
     pub start: FramePose,
     /// What of the base defines the world, see [`Parameter::defines_world`].
     pub worlds_own: Vec<Axis6>,

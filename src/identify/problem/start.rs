@@ -11,14 +11,15 @@ use crate::measure::{Dataset, Measured, Sample};
 use crate::robot::{Axis6, FramePose, Robot, rigid_fit, world_from_tool};
 use crate::units::MM;
 
-/// A nominal base further than this from what the measured places say (rms) is replaced by a closed-form start.
-const NOMINAL_BASE_IS_CLOSE: f64 = 20.0 * MM;
+/// A nominal base further than this from what the measured places say (rms) is replaced by a closed-form start. Gauss-Newton needs no
+/// help within a decimetre, and a base turned to make up for a wrong tool would be a worse start than the drawing's.
+const NOMINAL_BASE_IS_CLOSE: f64 = 100.0 * MM;
 
 /// Known places that spread by less than this share of their distance from the base are one place: they hold no direction.
 const SPREAD: f64 = 1e-3;
 
 /// Base of each session of a dataset, from which Gauss-Newton starts: the nominal one, or, where measured places contradict it by
-/// centimetres, the rigid motion that carries the nominal TCPs onto them (Kabsch 1976).
+/// decimetres, the rigid motion that carries the nominal TCPs onto them (Kabsch 1976).
 ///
 /// Places are tracker points and the balls whose position is known; a free ball is a place from the second session on, where the
 /// first has put it.
