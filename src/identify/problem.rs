@@ -110,6 +110,13 @@ pub struct Setup {
     gravity: Vector3<f64>,
 }
 
+impl Setup {
+    /// Its dataset and session, which name it.
+    pub fn name(&self) -> [&str; 2] {
+        [&self.dataset, &self.session]
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Term {
     parameter: usize,
@@ -264,6 +271,12 @@ impl Problem {
         }
         self.weigh(values);
         true
+    }
+
+    /// Weighs the arm in the posture of `values` until it rests: twice, the second time as deflected, leaves a millionth.
+    pub fn settle_loads(&mut self, values: &[f64]) {
+        self.reweigh(values);
+        self.reweigh(values);
     }
 
     fn weigh(&mut self, values: &[f64]) {
