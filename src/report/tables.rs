@@ -53,12 +53,20 @@ pub fn parameter_table(c: &Calibration) -> String {
     out.to_string()
 }
 
+/// How many partners of a parameter are named in a sentence: those that count most.
+const MOST_NAMED: usize = 6;
+
 /// What the data cannot tell apart, a line each.
 pub fn unresolved_sentences(c: &Calibration) -> Vec<String> {
     c.unresolved
         .iter()
         .map(|group| match group.as_slice() {
             [alone] => format!("{alone}: nothing measured moves with it"),
+            [left_out, with] => format!("{left_out}: moves the TCP as {with} can"),
+            [left_out, with @ ..] if with.len() > MOST_NAMED => {
+                let named = with[..MOST_NAMED].join(", ");
+                format!("{left_out}: moves the TCP as {named} and {} more together can", with.len() - MOST_NAMED)
+            }
             [left_out, with @ ..] => format!("{left_out}: moves the TCP as {} together can", with.join(", ")),
             [] => String::new(),
         })
