@@ -180,7 +180,11 @@ fn a_key_that_the_unit_names_is_described_in_that_unit() {
         let cells: Vec<&str> = line.split('|').map(str::trim).collect();
         let key = cells[1].trim_matches('`');
         for (suffix, unit) in suffixes {
-            assert!(cells.len() < 7 || !key.ends_with(suffix) || cells[2] == unit, "unit of {key} is {unit}, not '{}'", cells[2]);
+            assert!(
+                cells.len() < 7 || !key.ends_with(suffix) || cells[2] == unit,
+                "unit of {key} is {unit}, not '{}'",
+                cells[2]
+            );
         }
     }
 }
