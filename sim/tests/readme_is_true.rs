@@ -116,20 +116,21 @@ fn excerpt(story: &str) -> String {
         if words.first().is_some_and(|w| w.len() > 2 && w.chars().all(|c| c.is_ascii_uppercase() || c == ',')) {
             (section, rows) = (words[0].trim_end_matches(','), 0);
         }
-        rows += usize::from(line.starts_with('│'));
         let row = line.starts_with('│');
+        rows += usize::from(row);
         let shown = match section {
             // The head and the first three probings.
             "CENTRING" => !row || rows <= 4,
-            // The head and one of each kind.
-            "PARAMETERS" => !row || rows == 1 || ["base_x", "alpha2", "a2", "d6", "theta2", "c2"].contains(&words[1]),
+            // The head and some of each kind.
+            "PARAMETERS" => !row || rows == 1 || ["base_x", "base_y", "a1", "a2", "c2", "c3"].contains(&words[1]),
             "HISTOGRAM" => false,
-            _ => true,
+            // The run is shown as if it had not been kept.
+            _ => !line.starts_with("Written to"),
         };
         if shown {
             out.push_str(line.trim_end());
             out.push('\n');
-        } else if !out.ends_with("...\n") && section != "HISTOGRAM" {
+        } else if row && !out.ends_with("...\n") {
             out.push_str("...\n");
         }
     }
