@@ -16,9 +16,14 @@ fn table(header: &[&str]) -> Table {
     table
 }
 
-/// A table of plain rows: the first column text, the others numbers.
+/// A table of plain rows: columns of numbers to the right, columns of words to the left.
 pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> String {
     let mut out = table(header);
+    for (k, column) in out.column_iter_mut().enumerate() {
+        let is_number = |cell: &str| cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        let numbers = k > 0 && rows.iter().all(|row| is_number(&row[k]));
+        column.set_cell_alignment(if numbers { CellAlignment::Right } else { CellAlignment::Left });
+    }
     for row in rows {
         out.add_row(row);
     }

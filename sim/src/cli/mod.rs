@@ -28,7 +28,7 @@ enum Outcome {
 
 /// A simulation-first testbench for calibrating industrial robots.
 #[derive(Parser)]
-#[command(name = "calibench", version, about, arg_required_else_help = true)]
+#[command(name = "calibench", version, arg_required_else_help = true)]
 struct Arguments {
     #[command(subcommand)]
     verb: Verb,
