@@ -90,6 +90,14 @@ pub struct Calibration {
 /// Why there is no calibration.
 #[derive(Debug, Error)]
 pub enum IdentifyError {
+    /// The samples are of another arm than the calibration.
+    #[error("the calibration is of '{calibrated}' and the samples are of '{measured}', which is another arm")]
+    OtherRobot {
+        /// Robot of the calibration.
+        calibrated: String,
+        /// Robot of the samples.
+        measured: String,
+    },
     /// Data and model do not fit together.
     #[error(transparent)]
     Problem(#[from] ProblemError),
@@ -191,8 +199,11 @@ impl Calibration {
     /// `fit` can tell of their set-up is taken from those.
     ///
     /// # Errors
-    /// When the data do not go with the model, or do not determine the set-up.
+    /// When the data are of another robot, do not go with the model, or do not determine the set-up.
     pub fn predict(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Prediction, IdentifyError> {
+        if let Some((_, other)) = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&self.robot)) {
+            return Err(IdentifyError::OtherRobot { calibrated: self.robot.name.clone(), measured: other.robot.name.clone() });
+        }
         let mut problem = Problem::new(datasets, &self.model, which)?;
         let (mut values, mut unseen) = self.values_for(&problem);
         let mut from_fit_rows = Vec::new();

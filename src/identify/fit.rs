@@ -55,12 +55,12 @@ pub enum Stop {
 /// Why there is no fit.
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum FitError {
-    /// More unknowns than residuals.
-    #[error("{rows} residuals cannot determine {unknowns} unknowns; measure more poses or use a smaller model")]
+    /// No residual is left over to judge the unknowns by.
+    #[error("{rows} residuals are too few for {unknowns} unknowns; measure more poses or use a smaller model")]
     TooFewRows {
         /// Scalar residuals.
         rows: usize,
-        /// Independent unknowns.
+        /// Unknowns.
         unknowns: usize,
     },
     /// Residual or Jacobian is not a number.
@@ -200,8 +200,9 @@ fn determined(
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Knowledge::Flat));
     kept.sort_unstable();
-    if problem.row_count() < flat {
-        return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat });
+    // As many independent columns as rows: further unknowns were left out for want of rows, and nothing tells how good the others are.
+    if problem.row_count() <= flat {
+        return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat + unresolved.len() });
     }
     Ok((kept, unresolved))
 }

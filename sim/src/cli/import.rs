@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use calibench::import::{Holdout, ImportOptions, import};
 use calibench::measure::{SampleSet, write_dataset};
 
-use super::{Failure, Outcome, print};
+use super::{Failure, Outcome, print, seed};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -14,8 +14,8 @@ pub struct Arguments {
     /// Files to read (for mukca also folders)
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Where to write the dataset (a folder)
-    #[arg(short, long)]
+    /// Where to write the dataset (a folder); a dataset that is there is replaced
+    #[arg(short, long, visible_alias = "out")]
     output: PathBuf,
     /// A file, or with mukca also the folder of a place, to keep for validation; may be repeated, and may be one of FILE...
     #[arg(long, value_name = "FILE")]
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_parser = fraction)]
     holdout: Option<f64>,
     /// Seed of that choice
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
 }
 

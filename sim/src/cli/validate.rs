@@ -7,7 +7,7 @@ use calibench::identify::{Use, read_calibration};
 use calibench::measure::SampleSet;
 use calibench::report::{histogram, validation_json, validation_row, validation_table};
 
-use super::{Failure, Outcome, named, print, print_json, read_datasets};
+use super::{Failure, Outcome, blame_data, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -33,7 +33,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let held_out = datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Validation));
     let which = if held_out { Use::Validation } else { Use::All };
-    let prediction = calibration.predict(&named(&datasets), which)?;
+    let prediction =
+        calibration.predict(&named(&datasets), which).map_err(|e| blame_data(&arguments.datasets, &datasets, None, &e))?;
     let validation = Validation::of(&prediction).ok_or("there are no samples to judge")?;
     if arguments.json {
         print_json(&validation_json(&validation))?;

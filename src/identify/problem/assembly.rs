@@ -41,7 +41,7 @@ impl<'a> Assembly<'a> {
     pub(super) fn new(datasets: &'a [(&'a str, &'a Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
         let (_, first) = datasets.first().ok_or(ProblemError::NoSamples { of: "at all" })?;
         let robot = first.robot.clone();
-        let other = datasets.iter().find(|(_, d)| d.robot.links != robot.links);
+        let other = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&robot));
         if let Some((_, other)) = other {
             return Err(ProblemError::DifferentRobots { first: robot.name.clone(), other: other.robot.name.clone() });
         }
