@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::start::{starting_bases, worlds_own};
+use super::start::{start, worlds_own};
 use super::{Circumstances, DistanceRow, Knowledge, Parameter, Problem, ProblemError, Row, Setup, Target, Use};
 use crate::effects::{self, Effect, Needs, Owner, Subject};
 use crate::identify::{Model, TorquePosture};
@@ -26,6 +26,8 @@ pub(super) struct Assembly<'a> {
     setups: Vec<Setup>,
     /// Set-up of (dataset, session).
     setup_of: HashMap<(usize, Option<&'a str>), usize>,
+    /// Where the balls of each dataset are taken to be, to begin with.
+    balls: Vec<Vec<Vector3<f64>>>,
     parameters: Vec<Parameter>,
     /// Effects of each dataset, with the first parameter of each for every owner: robot, or set-up, or dataset.
     effects: Vec<Vec<Placed>>,
@@ -53,6 +55,7 @@ impl<'a> Assembly<'a> {
             torque_posture: model.torque_posture,
             setups: Vec::new(),
             setup_of: HashMap::new(),
+            balls: Vec::new(),
             parameters: Vec::new(),
             effects: Vec::new(),
         };
@@ -72,8 +75,8 @@ impl<'a> Assembly<'a> {
                     sessions.push(sample.session.as_deref());
                 }
             }
-            let starts = starting_bases(&self.robot, dataset, self.which, &sessions, base_is_sought);
-            for (k, (session, start)) in sessions.iter().zip(starts).enumerate() {
+            let start = start(&self.robot, dataset, self.which, &sessions, base_is_sought);
+            for (k, (session, start)) in sessions.iter().zip(start.bases).enumerate() {
                 self.setup_of.insert((d, *session), self.setups.len());
                 self.setups.push(Setup {
                     label: String::new(),
@@ -86,6 +89,7 @@ impl<'a> Assembly<'a> {
                     gravity: dataset.gravity,
                 });
             }
+            self.balls.push(start.balls);
         }
         if self.setups.len() > 1 {
             let sessions: HashSet<&str> = self.setups.iter().map(|s| s.session.as_str()).filter(|s| !s.is_empty()).collect();
@@ -146,9 +150,9 @@ impl<'a> Assembly<'a> {
                         let first = add(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, knowledge);
                         let home = self.setup_of.iter().filter(|(key, _)| key.0 == d).map(|(_, &setup)| setup).min();
                         all[first..].iter_mut().for_each(|p| p.setup = home);
-                        let ball = dataset.balls.iter().find(|b| effect.id() == format!("ball:{}", b.id));
-                        if let Some(ball) = ball {
-                            place(&mut all[first..], ball.position.as_slice(), ball.position.as_slice());
+                        let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
+                        if let Some(b) = ball {
+                            place(&mut all[first..], dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
                         }
                         vec![first]
                     }
@@ -212,7 +216,7 @@ impl<'a> Assembly<'a> {
                                 tool.xyz[axis] += shift[axis];
                             }
                         }
-                        (Target::Position(dataset.balls[*ball].position), Some(*ball))
+                        (Target::Position(self.balls[d][*ball]), Some(*ball))
                     }
                     Measured::Point(point) => (Target::Position(*point), None),
                     Measured::Distance { anchor, distance } => {
@@ -255,7 +259,7 @@ impl<'a> Assembly<'a> {
                 // A free ball that none of these samples probes has no position to measure from.
                 let known_ball = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
                 problem.distances.push(DistanceRow {
-                    balls: known.between.map(|b| dataset.balls[b].position),
+                    balls: known.between.map(|b| self.balls[d][b]),
                     parameters,
                     known: known_ball(0) && known_ball(1),
                     distance: known.distance,

@@ -7,29 +7,38 @@ use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 
 use super::Use;
 use crate::identify::linalg;
-use crate::measure::{Dataset, Measured, Sample};
+use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Axis6, FramePose, Robot, rigid_fit, world_from_tool};
 use crate::units::MM;
 
-/// A nominal base further than this from what the measured places say (rms) is replaced by a closed-form start. Gauss-Newton needs no
+/// A nominal base further than this from what the measured places say (rms) is replaced by a closed-form start, and a free ball further
+/// than this from where it was probed. Gauss-Newton needs no
 /// help within a decimetre, and a base turned to make up for a wrong tool would be a worse start than the drawing's.
-const NOMINAL_BASE_IS_CLOSE: f64 = 100.0 * MM;
+const NOMINAL_IS_CLOSE: f64 = 100.0 * MM;
 
 /// Known places that spread by less than this share of their distance from the base are one place: they hold no direction.
 const SPREAD: f64 = 1e-3;
+
+/// Where the sessions of a dataset begin.
+pub(super) struct Start {
+    /// Base of each session.
+    pub bases: Vec<FramePose>,
+    /// Position of every ball: the stated one, or, of a free ball decimetres from where the arm probed it, the mean of the TCPs.
+    pub balls: Vec<Vector3<f64>>,
+}
 
 /// Base of each session of a dataset, from which Gauss-Newton starts: the nominal one, or, where measured places contradict it by
 /// decimetres, the rigid motion that carries the nominal TCPs onto them (Kabsch 1976).
 ///
 /// Places are tracker points and the balls whose position is known; a free ball is a place from the second session on, where the
 /// first has put it.
-pub(super) fn starting_bases(
+pub(super) fn start(
     robot: &Robot,
     dataset: &Dataset,
     which: Use,
     sessions: &[Option<&str>],
     base_is_sought: bool,
-) -> Vec<FramePose> {
+) -> Start {
     let mut found: HashMap<usize, Vector3<f64>> = HashMap::new();
     let mut bases = Vec::with_capacity(sessions.len());
     for session in sessions {
@@ -53,13 +62,17 @@ pub(super) fn starting_bases(
         }
         bases.push(base);
     }
-    bases
+    let position = |(b, ball): (usize, &Ball)| match found.get(&b) {
+        Some(at) if (at - ball.position).norm() > NOMINAL_IS_CLOSE => *at,
+        _ => ball.position,
+    };
+    Start { bases, balls: dataset.balls.iter().enumerate().map(position).collect() }
 }
 
 fn closer_base(nominal: FramePose, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> FramePose {
     let pose = nominal.pose();
     let squares: f64 = pairs.iter().map(|(tcp, p)| (pose * Point3::from(*tcp) - Point3::from(*p)).norm_squared()).sum();
-    if (squares / pairs.len().max(1) as f64).sqrt() < NOMINAL_BASE_IS_CLOSE {
+    if (squares / pairs.len().max(1) as f64).sqrt() < NOMINAL_IS_CLOSE {
         return nominal;
     }
     rigid_fit(pairs).map_or(nominal, |pose| FramePose::from_pose(&pose))
