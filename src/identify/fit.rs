@@ -190,12 +190,7 @@ fn settle(problem: &mut Problem, start: Vec<f64>, kept: &[usize]) -> Result<Fit,
 }
 
 /// The parameters to estimate (ascending): the flat ones that the data tell apart, and those stated; and what is left out.
-fn determined(
-    problem: &Problem,
-    start: &[f64],
-    free: &[usize],
-    noise: f64,
-) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
+fn determined(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
     let Rank { mut kept, unresolved } = ordered_rank(problem, start, free, noise)?;
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Knowledge::Flat));
