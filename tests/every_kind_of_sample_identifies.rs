@@ -19,8 +19,14 @@ use rand_chacha::ChaCha8Rng;
 const EXACT: f64 = 1e-9;
 
 /// Lengths and angles that a fit with a known tool can tell, and by how much the true arm differs.
-const ERRORS: [(&str, f64); 6] =
-    [("a2", 0.4 * MM), ("d4", -0.3 * MM), ("alpha1", 0.03 * DEG), ("theta3", -0.1 * DEG), ("beta2", 0.02 * DEG), ("a5", 0.1 * MM)];
+const ERRORS: [(&str, f64); 6] = [
+    ("a2", 0.4 * MM),
+    ("d4", -0.3 * MM),
+    ("alpha1", 0.03 * DEG),
+    ("theta3", -0.1 * DEG),
+    ("beta2", 0.02 * DEG),
+    ("a5", 0.1 * MM),
+];
 
 fn true_arm(drawn: &Robot) -> Robot {
     let mut arm = drawn.clone();
@@ -162,11 +168,8 @@ fn a_distance_between_free_balls_gives_the_scale() {
     dataset.balls = balls(true, 0.0);
     // First guesses centimetres off, and a base that nobody can check.
     dataset.balls.iter_mut().for_each(|b| b.position += Vector3::new(0.03, -0.02, 0.01));
-    let between = |a: usize, b: usize| BallDistance {
-        between: [a, b],
-        distance: (places()[a] - places()[b]).norm(),
-        sigma: 10.0 * UM,
-    };
+    let between =
+        |a: usize, b: usize| BallDistance { between: [a, b], distance: (places()[a] - places()[b]).norm(), sigma: 10.0 * UM };
     dataset.ball_distances = vec![between(0, 1), between(2, 3)];
     let c = fit(&dataset);
     assert_found(&c, EXACT);
@@ -311,7 +314,8 @@ fn free_balls_of_several_folders_keep_to_themselves() {
         dataset.samples = cell.probings(&moved, 15);
         dataset.samples.iter_mut().step_by(5).for_each(|s| s.set = SampleSet::Validation);
         dataset.balls = balls(true, 0.0);
-        dataset.ball_distances = vec![BallDistance { between: [0, 1], distance: (places()[0] - places()[1]).norm(), sigma: UM }];
+        dataset.ball_distances =
+            vec![BallDistance { between: [0, 1], distance: (places()[0] - places()[1]).norm(), sigma: UM }];
         dataset
     };
     let (a, b) = (one(7, 0.0), one(8, 0.2));
@@ -322,4 +326,32 @@ fn free_balls_of_several_folders_keep_to_themselves() {
     let alone = both.predict(&[("B", &b)], Use::Validation).unwrap();
     assert!(alone.refitted.is_empty() && alone.from_fit_rows.is_empty(), "{:?}", alone.refitted);
     assert!(alone.residuals.iter().all(|r| r.norm() < EXACT));
+}
+
+#[test]
+fn a_robot_on_a_wall_and_one_astray_are_found() {
+    for turned in [[0.2, 90.0 * DEG, 0.0], [0.2, 89.9 * DEG, 2.0], [3.0, -1.0, -2.0]] {
+        let mut cell = Cell::new(9);
+        cell.base.rz_ry_rx = turned;
+        let samples = cell.points(60, "p");
+        // The drawing knows it; the drawing knows nothing.
+        for base in [cell.base, FramePose::default()] {
+            let mut dataset = Dataset { base, samples: samples.clone(), ..cell.dataset() };
+            dataset.base.xyz[0] += 0.003;
+            let c = fit(&dataset);
+            assert_found(&c, 1e-8);
+            assert!(c.rms < EXACT, "{turned:?}: {}", c.rms);
+        }
+    }
+}
+
+#[test]
+fn known_balls_tell_where_a_robot_astray_stands() {
+    let mut cell = Cell::new(10);
+    let mut dataset = Dataset { balls: balls(false, 0.0), ..cell.dataset() };
+    dataset.samples = cell.probings(&places(), 20);
+    dataset.base = FramePose { xyz: [5.0, -3.0, 2.0], rz_ry_rx: [3.3, 0.4, -0.2] };
+    let c = fit(&dataset);
+    assert_found(&c, EXACT);
+    assert_eq!(c.rank, 26);
 }

@@ -82,7 +82,13 @@ fn ur5_grid_to_random_poses() {
     for ((model, effects), bar) in models().into_iter().zip([0.75, 0.105, 0.105]) {
         let v = validate(&dataset, &effects, false);
         assert_eq!((v.samples, v.refitted.len() + v.from_fit_rows.len()), (20, 0));
-        row("UR5", "20 random poses, frames of the grid, mean", model, v.mean / MM, if model == "base and tool" { 1.0 } else { bar });
+        row(
+            "UR5",
+            "20 random poses, frames of the grid, mean",
+            model,
+            v.mean / MM,
+            if model == "base and tool" { 1.0 } else { bar },
+        );
         // As the reference does it: base and tool fitted to the twenty poses themselves.
         let mut alone = dataset.clone();
         alone.samples.retain(|s| s.set == SampleSet::Validation);
@@ -144,7 +150,8 @@ fn an_absurd_base_changes_nothing() {
     for (name, dataset) in [("UR10", ur10()), ("UR5", ur5()), ("Panda 3", panda())] {
         let Some(dataset) = dataset else { continue };
         let astray = Dataset { base: absurd(&dataset.base), ..dataset.clone() };
-        let fits = [&dataset, &astray].map(|d| identify(&[("data", d)], &Model::paper()).unwrap_or_else(|e| panic!("{name}: {e}")));
+        let fits =
+            [&dataset, &astray].map(|d| identify(&[("data", d)], &Model::paper()).unwrap_or_else(|e| panic!("{name}: {e}")));
         println!("{name}: {:.6} mm with the base given, {:.6} mm with an absurd one", fits[0].rms / MM, fits[1].rms / MM);
         // A nanometre: both stand at the same minimum.
         assert!((fits[0].rms - fits[1].rms).abs() < 1e-9, "{name}");

@@ -244,12 +244,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         setups: file
             .setup
             .into_iter()
-            .map(|s| SetupName {
-                base: s.base_start.pose(),
-                label: s.label,
-                dataset: s.dataset,
-                session: s.session,
-            })
+            .map(|s| SetupName { base: s.base_start.pose(), label: s.label, dataset: s.dataset, session: s.session })
             .collect(),
         samples: f.samples,
         rms: f.rms_mm * MM,

@@ -307,7 +307,11 @@ mod tests {
         let rank = ordered_independent_columns(&pair, &[1.1e-6; 2]);
         assert_eq!(rank.kept, [0]);
         assert!((rank.dependent[0].residual_ratio - 1e-6).abs() < 1e-13);
-        assert_eq!(ordered_independent_columns(&a, &vec![1e-10; a.ncols()]).kept, [0, 1], "the aside lies in the span of the first two");
+        assert_eq!(
+            ordered_independent_columns(&a, &vec![1e-10; a.ncols()]).kept,
+            [0, 1],
+            "the aside lies in the span of the first two"
+        );
     }
 
     #[test]

@@ -42,7 +42,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     print(&validation_table(&[validation_row(&format!("{} samples", validation.samples), &validation)]))?;
     print(&histogram(&validation, 12))?;
     if !validation.from_fit_rows.is_empty() {
-        print(&format!("Not in the calibration, so fitted to rows of set 'fit' first: {}", validation.from_fit_rows.join(", ")))?;
+        print(&format!(
+            "Not in the calibration, so fitted to rows of set 'fit' first: {}",
+            validation.from_fit_rows.join(", ")
+        ))?;
     }
     if !validation.refitted.is_empty() {
         print(&format!("Not in the calibration, so fitted to these samples first: {}", validation.refitted.join(", ")))?;

@@ -166,7 +166,10 @@ impl<'a> Assembly<'a> {
                             match effect.id() {
                                 "base_frame" => {
                                     place(&mut all[first[s]..], &setup.base.to_array(), &setup.start.to_array());
-                                    setup.worlds_own.iter().for_each(|&axis| all[first[s] + axis as usize].defines_world = true);
+                                    setup
+                                        .worlds_own
+                                        .iter()
+                                        .for_each(|&axis| all[first[s] + axis as usize].defines_world = true);
                                 }
                                 "tool_frame" => place(&mut all[first[s]..], &setup.tool.xyz, &setup.tool.xyz),
                                 _ => {}

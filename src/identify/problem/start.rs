@@ -32,13 +32,7 @@ pub(super) struct Start {
 ///
 /// Places are tracker points and the balls whose position is known; a free ball is a place from the second session on, where the
 /// first has put it.
-pub(super) fn start(
-    robot: &Robot,
-    dataset: &Dataset,
-    which: Use,
-    sessions: &[Option<&str>],
-    base_is_sought: bool,
-) -> Start {
+pub(super) fn start(robot: &Robot, dataset: &Dataset, which: Use, sessions: &[Option<&str>], base_is_sought: bool) -> Start {
     let mut found: HashMap<usize, Vector3<f64>> = HashMap::new();
     let mut bases = Vec::with_capacity(sessions.len());
     for session in sessions {
