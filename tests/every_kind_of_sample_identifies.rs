@@ -327,3 +327,31 @@ fn free_balls_of_several_folders_keep_to_themselves() {
     assert!(alone.refitted.is_empty() && alone.from_fit_rows.is_empty(), "{:?}", alone.refitted);
     assert!(alone.residuals.iter().all(|r| r.norm() < EXACT));
 }
+
+#[test]
+fn a_robot_on_a_wall_and_one_astray_are_found() {
+    for turned in [[0.2, 90.0 * DEG, 0.0], [0.2, 89.9 * DEG, 2.0], [3.0, -1.0, -2.0]] {
+        let mut cell = Cell::new(9);
+        cell.base.rz_ry_rx = turned;
+        let samples = cell.points(60, "p");
+        // The drawing knows it; the drawing knows nothing.
+        for base in [cell.base, FramePose::default()] {
+            let mut dataset = Dataset { base, samples: samples.clone(), ..cell.dataset() };
+            dataset.base.xyz[0] += 0.003;
+            let c = fit(&dataset);
+            assert_found(&c, 1e-8);
+            assert!(c.rms < EXACT, "{turned:?}: {}", c.rms);
+        }
+    }
+}
+
+#[test]
+fn known_balls_tell_where_a_robot_astray_stands() {
+    let mut cell = Cell::new(10);
+    let mut dataset = Dataset { balls: balls(false, 0.0), ..cell.dataset() };
+    dataset.samples = cell.probings(&places(), 20);
+    dataset.base = FramePose { xyz: [5.0, -3.0, 2.0], rz_ry_rx: [3.3, 0.4, -0.2] };
+    let c = fit(&dataset);
+    assert_found(&c, EXACT);
+    assert_eq!(c.rank, 26);
+}

@@ -16,13 +16,18 @@ use crate::effects::Owner;
 const RANK_TOLERANCE: f64 = 1e-6;
 
 /// A parameter of the arm is left at its drawing value when its plausible size (one sigma of [`ParameterSpec::prior`]) would move the
-/// whitened residuals by less than this, all others free to follow: its estimate would be uncertain by ten plausible sizes or more.
-/// It would tell nothing, and elsewhere, where its column is no longer what the others can make up, it would do harm. What the drawing
+/// whitened residuals by less than this, all others free to follow: its estimate would be uncertain by more than three plausible
+/// sizes. It would tell nothing, drag others far from the drawing with it (wrist offsets by centimetres, where the TCP is within half
+/// a millimetre of the last axis), and do harm elsewhere, where its column is no longer what the others can make up. What the drawing
 /// leaves open (bases, free tools and balls) has no plausible size and is judged by [`RANK_TOLERANCE`] alone. Where the noise is not
 /// stated, the residuals stand in for it.
 ///
 /// [`ParameterSpec::prior`]: crate::effects::ParameterSpec::prior
-const FAINT: f64 = 0.1;
+const FAINT: f64 = 0.3;
+
+/// The same for the base and the link on it, where both are sought. Of a robot on a wall, Ry near 90 deg, Rz and Rx turn about one axis;
+/// apart by less than a third of a degree they would run away against each other, while the first joint's offset does what they cannot.
+const LOCKED: f64 = 5e-3;
 
 /// Columns are judged anew after a fit that moved a tool or a ball by more plausible sizes than this: they are not what they were.
 const FAR: f64 = 100.0;
@@ -394,9 +399,12 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
     let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
     order.sort_by_key(|p| (rank_of_effect(p), std::cmp::Reverse(parameters[*p].link)));
     let columns = full.select_columns(&order);
-    let tolerance = |(k, &p): (usize, &usize)| match parameters[p].owner {
-        Owner::Robot => f64::max(RANK_TOLERANCE, FAINT * noise / (parameters[p].spec.prior * columns.column(k).norm())),
-        Owner::Session | Owner::Artifact => RANK_TOLERANCE,
+    let first_link = order.iter().any(|&p| parameters[p].link == Some(0) && parameters[p].effect == "mdh");
+    let tolerance = |(k, &p): (usize, &usize)| {
+        let Parameter { owner, effect, link, spec, .. } = &parameters[p];
+        let near_lock = first_link && (effect == "base_frame" || effect == "mdh" && *link == Some(0));
+        let faint = if *owner == Owner::Robot { FAINT * noise / (spec.prior * columns.column(k).norm()) } else { 0.0 };
+        faint.max(if near_lock { LOCKED } else { RANK_TOLERANCE })
     };
     let tolerances: Vec<f64> = order.iter().enumerate().map(tolerance).collect();
     let OrderedRank { kept, dependent } = linalg::ordered_independent_columns(&columns, &tolerances);

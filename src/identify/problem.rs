@@ -170,6 +170,28 @@ struct DistanceRow {
     known: bool,
 }
 
+impl DistanceRow {
+    /// From the second ball to the first, m.
+    fn between(&self, values: &[f64]) -> Vector3<f64> {
+        let position = |b: usize| match self.parameters[b] {
+            Some(p) => self.balls[b] + Vector3::new(values[p], values[p + 1], values[p + 2]),
+            None => self.balls[b],
+        };
+        position(0) - position(1)
+    }
+
+    /// Calls `emit(parameter, d(distance)/d(parameter))` for the coordinates that it depends on.
+    fn columns(&self, values: &[f64], emit: &mut dyn FnMut(usize, f64)) {
+        let between = self.between(values);
+        let direction = between / between.norm().max(f64::MIN_POSITIVE);
+        for (first, sign) in self.parameters.iter().zip([1.0, -1.0]) {
+            if let Some(p) = first {
+                (0..3).for_each(|axis| emit(p + axis, sign * direction[axis]));
+            }
+        }
+    }
+}
+
 /// Which samples enter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
@@ -393,22 +415,9 @@ impl Problem {
         }
         let first = self.row_count - self.distances.len();
         for (k, row) in self.distances.iter().enumerate() {
-            let position = |b: usize| match row.parameters[b] {
-                Some(p) => row.balls[b] + Vector3::new(values[p], values[p + 1], values[p + 2]),
-                None => row.balls[b],
-            };
-            let between = position(0) - position(1);
-            let length = between.norm();
-            r[first + k] = row.weight * (row.distance - length);
+            r[first + k] = row.weight * (row.distance - row.between(values).norm());
             if let Some(j) = jacobian.as_deref_mut() {
-                let direction = between / length.max(f64::MIN_POSITIVE);
-                for (b, sign) in [(0, 1.0), (1, -1.0)] {
-                    if let Some(p) = row.parameters[b] {
-                        for axis in 0..3 {
-                            j[(first + k, p + axis)] += row.weight * sign * direction[axis];
-                        }
-                    }
-                }
+                row.columns(values, &mut |p, slope| j[(first + k, p)] += row.weight * slope);
             }
         }
     }
@@ -424,10 +433,10 @@ impl Problem {
     }
 
     /// Jacobian of the positions in SI, without weighting, of those parameters: what observability indices are defined on. Of a
-    /// distance only the first of its three rows is filled.
+    /// distance only the first of its three rows is filled; known distances between balls follow, a row each.
     pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
         let mut work = self.workspace();
-        let mut j = DMatrix::zeros(3 * self.rows.len(), columns.len());
+        let mut j = DMatrix::zeros(3 * self.rows.len() + self.distances.len(), columns.len());
         let place: HashMap<usize, usize> = columns.iter().enumerate().map(|(k, &c)| (c, k)).collect();
         for (i, row) in self.rows.iter().enumerate() {
             self.pose(row, values, &mut work);
@@ -444,6 +453,13 @@ impl Problem {
                     }
                 }
             }
+        }
+        for (i, row) in self.distances.iter().enumerate() {
+            row.columns(values, &mut |p, slope| {
+                if let Some(&k) = place.get(&p) {
+                    j[(3 * self.rows.len() + i, k)] += slope;
+                }
+            });
         }
         j
     }
