@@ -8,7 +8,7 @@ use calibench::measure::{
     Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample,
     feasible_pool, free_poses, interleave,
 };
-use calibench::robot::Surroundings;
+use calibench::robot::{Surroundings, world_from_tool};
 use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, Unit, Vector3};
 use thiserror::Error;
@@ -183,8 +183,9 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
         return Err(PlanError::TooFewFree { found: free.len(), wanted });
     }
     let validation = free.split_off(free.len() - validation_poses);
-    let samples =
-        free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(Vector3::zeros())));
+    // Where the drawing puts them: a point that contradicts the base would have it sought elsewhere.
+    let drawn = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
+    let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(drawn(q))));
     let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model())?;
     let quota = Quota::Free(scenario.tracker.identification_poses);
     let selection = select(&design.candidates, &Request { starts: scenario.plan.starts, seed, ..Request::new(quota) })?;

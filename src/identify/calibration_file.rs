@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{Calibration, Estimate, Model, Observability, SetupName, check_effects};
 use crate::effects::Subject;
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
-use crate::robot::{built_in, robot, to_toml};
+use crate::robot::{FramePose, built_in, robot, to_toml};
 use crate::units::{DEG, MM, Unit};
 
 /// Format tag.
@@ -74,6 +74,33 @@ struct SetupTable {
     label: String,
     dataset: String,
     session: String,
+    /// Base that the fit started from; what could not be told of it stayed there.
+    base_start: BaseTable,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BaseTable {
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+    a_deg: f64,
+    b_deg: f64,
+    c_deg: f64,
+}
+
+impl BaseTable {
+    fn of(base: &FramePose) -> Self {
+        let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = (base.xyz.map(|v| v / MM), base.rz_ry_rx.map(|v| v / DEG));
+        BaseTable { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg }
+    }
+
+    fn pose(&self) -> FramePose {
+        FramePose {
+            xyz: [self.x_mm, self.y_mm, self.z_mm].map(|v| v * MM),
+            rz_ry_rx: [self.a_deg, self.b_deg, self.c_deg].map(|v| v * DEG),
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -128,7 +155,12 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         setup: c
             .setups
             .iter()
-            .map(|s| SetupTable { label: s.label.clone(), dataset: s.dataset.clone(), session: s.session.clone() })
+            .map(|s| SetupTable {
+                label: s.label.clone(),
+                dataset: s.dataset.clone(),
+                session: s.session.clone(),
+                base_start: BaseTable::of(&s.base),
+            })
             .collect(),
         parameter: c
             .estimates
@@ -220,7 +252,11 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         estimates,
         correlation,
         unresolved: file.unresolved,
-        setups: file.setup.into_iter().map(|s| SetupName { label: s.label, dataset: s.dataset, session: s.session }).collect(),
+        setups: file
+            .setup
+            .into_iter()
+            .map(|s| SetupName { base: s.base_start.pose(), label: s.label, dataset: s.dataset, session: s.session })
+            .collect(),
         samples: f.samples,
         rms: f.rms_mm * MM,
         chi2_per_dof: f.chi2_per_dof,

@@ -1,17 +1,39 @@
 //! Least squares: Gauss-Newton with column scaling, damped (Levenberg-Marquardt) only when a step fails.
 //!
 //! Minimises `|W (y - f(rho))|² + sum over stated parameters ((rho - rho_0) / sigma)²`. Columns that the data cannot tell from
-//! earlier ones are found first and left at their drawing values.
+//! earlier ones are found first and left at their drawing values; so are those of the arm that the data see so faintly that their
+//! estimates would be far beyond anything plausible.
 
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use super::linalg::{self, Cholesky, LinalgError, OrderedRank};
 use super::{Knowledge, Observability, Parameter, Problem};
+use crate::effects::Owner;
 
 /// A column whose part outside the span of earlier columns is shorter than this fraction of it is taken as dependent: far above
 /// rounding (1e-13 after column scaling), far below what any measurement could resolve.
 const RANK_TOLERANCE: f64 = 1e-6;
+
+/// A parameter of the arm is left at its drawing value when its plausible size (one sigma of [`ParameterSpec::prior`]) would move the
+/// whitened residuals by less than this, all others free to follow: its estimate would be uncertain by more than three plausible
+/// sizes. It would tell nothing, drag others far from the drawing with it (wrist offsets by centimetres, where the TCP is within half
+/// a millimetre of the last axis), and do harm elsewhere, where its column is no longer what the others can make up. What the drawing
+/// leaves open (bases, free tools and balls) has no plausible size and is judged by [`RANK_TOLERANCE`] alone. Where the noise is not
+/// stated, the residuals stand in for it.
+///
+/// [`ParameterSpec::prior`]: crate::effects::ParameterSpec::prior
+const FAINT: f64 = 0.3;
+
+/// The same for the base and the link on it, where both are sought. Of a robot on a wall, Ry near 90 deg, Rz and Rx turn about one axis;
+/// apart by less than a third of a degree they would run away against each other, while the first joint's offset does what they cannot.
+const LOCKED: f64 = 5e-3;
+
+/// Columns are judged anew after a fit that moved a tool or a ball by more plausible sizes than this: they are not what they were.
+const FAR: f64 = 100.0;
+
+/// How often the columns are judged; on measured data the third time has agreed with the second.
+const MOST_JUDGEMENTS: usize = 4;
 
 /// The fit has converged when the predicted change of the whitened residual vector is shorter than this.
 const STEP_TOLERANCE: f64 = 1e-8;
@@ -129,26 +151,52 @@ pub fn fit(problem: &mut Problem) -> Result<Fit, FitError> {
 /// # Errors
 /// As [`fit`].
 pub fn fit_some(problem: &mut Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
-    let (kept, unresolved) = determined(problem, start, free)?;
-    let mut fit = Solver::new(problem, &kept)?.run(start.to_vec())?;
-    for _ in 0..MOST_WEIGHINGS {
-        if !problem.reweigh(&fit.values) {
+    let (mut kept, mut unresolved) = determined(problem, start, free, problem.noise_at(start))?;
+    let mut fit = settle(problem, start.to_vec(), &kept)?;
+    for _ in 1..MOST_JUDGEMENTS {
+        let set_up = |p: usize| problem.parameters()[p].owner != Owner::Robot;
+        // Not the base: where the robot stands changes nothing within the arm.
+        let guessed = |p: usize| set_up(p) && problem.parameters()[p].effect != "base_frame";
+        let far = |&p: &usize| guessed(p) && (fit.values[p] - start[p]).abs() > FAR * problem.parameters()[p].spec.prior;
+        if problem.noise_stated() && !kept.iter().any(far) {
             break;
         }
-        let before = fit;
-        fit = Solver::new(problem, &kept)?.run(before.values.clone())?;
-        fit.iterations += before.iterations;
-        if fit.steps_from(&before.values) < SETTLED {
+        // The arm as drawn, set up as found: links that the fit has turned a little would tell apart what no drawing does.
+        let mut at = start.to_vec();
+        kept.iter().filter(|&&p| set_up(p)).for_each(|&p| at[p] = fit.values[p]);
+        let (kept_now, unresolved_now) = determined(problem, &at, free, problem.noise_at(&fit.values))?;
+        if kept_now == kept {
             break;
         }
+        (kept, unresolved) = (kept_now, unresolved_now);
+        let before = fit.iterations;
+        fit = settle(problem, at, &kept)?;
+        fit.iterations += before;
     }
     fit.unresolved = unresolved;
     Ok(fit)
 }
 
+/// Fits those parameters, and weighs the arm in the posture found, until it rests.
+fn settle(problem: &mut Problem, start: Vec<f64>, kept: &[usize]) -> Result<Fit, FitError> {
+    let mut fit = Solver::new(problem, kept)?.run(start)?;
+    for _ in 0..MOST_WEIGHINGS {
+        if !problem.reweigh(&fit.values) {
+            break;
+        }
+        let before = fit;
+        fit = Solver::new(problem, kept)?.run(before.values.clone())?;
+        fit.iterations += before.iterations;
+        if fit.steps_from(&before.values) < SETTLED {
+            break;
+        }
+    }
+    Ok(fit)
+}
+
 /// The parameters to estimate (ascending): the flat ones that the data tell apart, and those stated; and what is left out.
-fn determined(problem: &Problem, start: &[f64], free: &[usize]) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
-    let Rank { mut kept, unresolved } = ordered_rank(problem, start, free)?;
+fn determined(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
+    let Rank { mut kept, unresolved } = ordered_rank(problem, start, free, noise)?;
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Knowledge::Flat));
     kept.sort_unstable();
@@ -165,7 +213,8 @@ fn determined(problem: &Problem, start: &[f64], free: &[usize]) -> Result<(Vec<u
 /// When the numbers are not finite.
 pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError> {
     let all: Vec<usize> = (0..problem.parameters().len()).collect();
-    Ok(ordered_rank(problem, &problem.start(), &all)?.kept)
+    let start = problem.start();
+    Ok(ordered_rank(problem, &start, &all, problem.noise_at(&start))?.kept)
 }
 
 /// Observability indices of a Jacobian (3 x poses rows, SI).
@@ -241,7 +290,8 @@ impl<'a> Solver<'a> {
                 continue;
             }
             factor.solve_in_place(step.as_mut_slice());
-            let length = step.norm();
+            // |J step|, but for the damping: what the step does to the whitened residuals, however ill-determined the unknowns.
+            let length = (0..unknowns).map(|c| step[c] * gradient[c] * scale[c]).sum::<f64>().max(0.0).sqrt();
             trial.copy_from_slice(&values);
             for (k, &p) in self.kept.iter().enumerate() {
                 trial[p] += step[k] * scale[k];
@@ -330,7 +380,7 @@ struct Rank {
 
 /// Which flat parameters the data can tell apart, preferring earlier effects, and among links those nearer to the tool: the
 /// base takes what it shares with link 1, and of two parallel axes the farther one keeps its offset, as in the paper.
-fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank, FitError> {
+fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Rank, FitError> {
     let parameters = problem.parameters();
     let mut work = problem.workspace();
     let mut r = DVector::zeros(problem.row_count());
@@ -348,8 +398,18 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank
     }
     let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
     order.sort_by_key(|p| (rank_of_effect(p), std::cmp::Reverse(parameters[*p].link)));
-    let OrderedRank { kept, dependent } = linalg::ordered_independent_columns(&full.select_columns(&order), RANK_TOLERANCE);
-    let mut kept: Vec<usize> = kept.into_iter().map(|k| order[k]).collect();
+    let columns = full.select_columns(&order);
+    let first_link = order.iter().any(|&p| parameters[p].link == Some(0) && parameters[p].effect == "mdh");
+    let tolerance = |(k, &p): (usize, &usize)| {
+        let Parameter { owner, effect, link, spec, .. } = &parameters[p];
+        let near_lock = first_link && (effect == "base_frame" || effect == "mdh" && *link == Some(0));
+        let faint = if *owner == Owner::Robot { FAINT * noise / (spec.prior * columns.column(k).norm()) } else { 0.0 };
+        faint.max(if near_lock { LOCKED } else { RANK_TOLERANCE })
+    };
+    let tolerances: Vec<f64> = order.iter().enumerate().map(tolerance).collect();
+    let OrderedRank { kept, dependent } = linalg::ordered_independent_columns(&columns, &tolerances);
+    let (definition, mut kept): (Vec<usize>, Vec<usize>) =
+        kept.into_iter().map(|k| order[k]).partition(|&p| parameters[p].defines_world);
     kept.sort_unstable();
     let mut unresolved: Vec<Unresolved> = dependent
         .into_iter()
@@ -359,6 +419,12 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank
             Unresolved { parameter: order[d.column], with: with.into_iter().map(|(k, _)| order[k]).collect() }
         })
         .collect();
+    // What defines the world took part so that link 1, which could stand in for the base, does not float in its place.
+    let of_artifact = |home: Option<usize>| {
+        let unknown = move |p: &usize| parameters[*p].owner == Owner::Artifact && parameters[*p].setup == home;
+        order.iter().copied().filter(unknown).collect()
+    };
+    unresolved.extend(definition.into_iter().map(|p| Unresolved { parameter: p, with: of_artifact(parameters[p].setup) }));
     unresolved.sort_by_key(|u| u.parameter);
     Ok(Rank { kept, unresolved })
 }

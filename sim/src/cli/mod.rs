@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::files::{FileError, one_line};
+use calibench::files::one_line;
 use calibench::identify::{IdentifyError, ProblemError};
 use calibench::measure::{Dataset, read_dataset};
 use clap::error::ErrorKind;
@@ -160,11 +160,25 @@ fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
     print(&serde_json::to_string_pretty(value)?)
 }
 
-/// Datasets with the names of their folders.
-fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, FileError> {
-    let name =
-        |folder: &Path| folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
-    folders.iter().map(|f| Ok((name(f), read_dataset(f)?))).collect()
+/// Datasets with the names of their folders: the last part of the path, or as much of its end as tells them apart.
+fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {
+    // `.` and `D/` are named like the folders they are.
+    let whole: Vec<PathBuf> = folders.iter().map(|f| f.canonicalize().unwrap_or_else(|_| f.clone())).collect();
+    if let Some(k) = (1..whole.len()).find(|&k| whole[..k].contains(&whole[k])) {
+        return Err(format!("{} is named twice; name each dataset once", folders[k].display()).into());
+    }
+    let parts = |folder: &Path| folder.iter().map(|part| part.to_string_lossy().into_owned()).collect::<Vec<String>>();
+    let end = |folder: &Path, length: usize| {
+        let parts = parts(folder);
+        parts[parts.len().saturating_sub(length)..].join("/")
+    };
+    let distinct = |length: &usize| {
+        let names: Vec<String> = whole.iter().map(|f| end(f, *length)).collect();
+        (1..names.len()).all(|k| !names[..k].contains(&names[k]))
+    };
+    let longest = whole.iter().map(|f| f.iter().count()).max().unwrap_or(1);
+    let length = (1..=longest).find(distinct).unwrap_or(longest);
+    folders.iter().zip(&whole).map(|(f, whole)| Ok((end(whole, length), read_dataset(f)?))).collect()
 }
 
 /// Borrowed, as the library takes them.

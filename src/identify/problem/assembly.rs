@@ -1,0 +1,361 @@
+//! From datasets and a model to a problem: set-ups, unknowns with their names, and rows.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::start::{start, worlds_own};
+use super::{Circumstances, DistanceRow, Knowledge, Parameter, Problem, ProblemError, Row, Setup, Target, Use};
+use crate::effects::{self, Effect, Needs, Owner, Subject};
+use crate::identify::{Model, TorquePosture};
+use crate::measure::{Dataset, Measured, Sample};
+use crate::robot::{FramePose, Payload, Posture, Robot, Site, SiteIndex};
+use crate::units::MM;
+
+/// One-sigma taken for the weighting of samples whose noise is not stated; their common scale is then estimated from the fit.
+const UNSTATED_SIGMA: f64 = 0.1 * MM;
+
+/// Everything of a problem but its rows.
+pub(super) struct Assembly<'a> {
+    datasets: &'a [(&'a str, &'a Dataset)],
+    robot: Arc<Robot>,
+    which: Use,
+    measured_torques: bool,
+    torque_posture: TorquePosture,
+    setups: Vec<Setup>,
+    /// Set-up of (dataset, session).
+    setup_of: HashMap<(usize, Option<&'a str>), usize>,
+    /// Where the balls of each dataset are taken to be, to begin with.
+    balls: Vec<Vec<Vector3<f64>>>,
+    parameters: Vec<Parameter>,
+    /// Effects of each dataset, with the first parameter of each for every owner: robot, or set-up, or dataset.
+    effects: Vec<Vec<Placed>>,
+}
+
+pub(super) struct Placed {
+    pub(super) effect: Box<dyn Effect>,
+    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
+    pub(super) first: Vec<usize>,
+}
+
+impl<'a> Assembly<'a> {
+    pub(super) fn new(datasets: &'a [(&'a str, &'a Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
+        let (_, first) = datasets.first().ok_or(ProblemError::NoSamples { of: "at all" })?;
+        let robot = first.robot.clone();
+        let other = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&robot));
+        if let Some((_, other)) = other {
+            return Err(ProblemError::DifferentRobots { first: robot.name.clone(), other: other.robot.name.clone() });
+        }
+        let mut assembly = Assembly {
+            datasets,
+            robot,
+            which,
+            measured_torques: model.measured_torques,
+            torque_posture: model.torque_posture,
+            setups: Vec::new(),
+            setup_of: HashMap::new(),
+            balls: Vec::new(),
+            parameters: Vec::new(),
+            effects: Vec::new(),
+        };
+        assembly.find_setups(model.effects.iter().any(|e| e == "base_frame"))?;
+        assembly.place_effects(model)?;
+        Ok(assembly)
+    }
+
+    fn find_setups(&mut self, base_is_sought: bool) -> Result<(), ProblemError> {
+        for (d, (name, dataset)) in self.datasets.iter().enumerate() {
+            if self.datasets[..d].iter().any(|(other, _)| other == name) {
+                return Err(ProblemError::SameName { name: (*name).into() });
+            }
+            let mut sessions: Vec<Option<&str>> = Vec::new();
+            for sample in dataset.samples.iter().filter(|s| self.which.takes(s)) {
+                if !sessions.contains(&sample.session.as_deref()) {
+                    sessions.push(sample.session.as_deref());
+                }
+            }
+            let start = start(&self.robot, dataset, self.which, &sessions, base_is_sought);
+            for (k, (session, start)) in sessions.iter().zip(start.bases).enumerate() {
+                self.setup_of.insert((d, *session), self.setups.len());
+                self.setups.push(Setup {
+                    label: String::new(),
+                    dataset: (*name).into(),
+                    session: session.unwrap_or_default().into(),
+                    base: dataset.base,
+                    start,
+                    worlds_own: worlds_own(dataset, self.which, *session, &sessions[..k], &start),
+                    tool: dataset.tool,
+                    gravity: dataset.gravity,
+                });
+            }
+            self.balls.push(start.balls);
+        }
+        if self.setups.len() > 1 {
+            let sessions: HashSet<&str> = self.setups.iter().map(|s| s.session.as_str()).filter(|s| !s.is_empty()).collect();
+            let distinct = sessions.len() == self.setups.len();
+            for setup in &mut self.setups {
+                setup.label = match (distinct, setup.session.is_empty()) {
+                    (true, _) => setup.session.clone(),
+                    (false, true) => setup.dataset.clone(),
+                    (false, false) => format!("{}/{}", setup.dataset, setup.session),
+                };
+            }
+        }
+        Ok(())
+    }
+
+    /// Effects of the model, and those that the datasets themselves ask for (free or uncertain balls and tools).
+    fn place_effects(&mut self, model: &Model) -> Result<(), ProblemError> {
+        let mut robot_owned: HashMap<String, usize> = HashMap::new();
+        for (d, (label, dataset)) in self.datasets.iter().enumerate() {
+            let balls = dataset.ball_ids();
+            let subject = Subject { robot: &self.robot, balls: &balls };
+            let mut wanted: Vec<(String, Knowledge)> = Vec::new();
+            let probed = |b: usize| {
+                let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
+                dataset.samples.iter().filter(|s| self.which.takes(s)).any(|s| on(&s))
+            };
+            // Free balls first: where no ball is known, it is the base that cannot be told. A free tool before the links: it enters
+            // linearly, and the last joint, link and the tool share numbers as the base and the first ones do.
+            for (b, ball) in dataset.balls.iter().enumerate() {
+                if ball.free && probed(b) {
+                    wanted.push((format!("ball:{}", ball.id), Knowledge::Flat));
+                }
+            }
+            wanted.extend(model.effects.iter().map(|e| (e.clone(), Knowledge::Flat)));
+            if dataset.tool_free && !wanted.iter().any(|(id, _)| id == "tool_frame") {
+                let base = wanted.iter().position(|(id, _)| id == "base_frame");
+                let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
+                wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), Knowledge::Flat));
+            } else if dataset.tool_sigma > 0.0 {
+                wanted.push(("tool_frame".into(), Knowledge::Stated(dataset.tool_sigma)));
+            }
+            for (b, ball) in dataset.balls.iter().enumerate() {
+                if !ball.free && ball.sigma > 0.0 && probed(b) {
+                    wanted.push((format!("ball:{}", ball.id), Knowledge::Stated(ball.sigma)));
+                }
+            }
+            let mut placed: Vec<Placed> = Vec::new();
+            for (id, knowledge) in wanted {
+                if placed.iter().any(|p| p.effect.id() == id) {
+                    continue; // named by the model as well: the model's word counts
+                }
+                let effect = effects::build(&id, &subject)?;
+                check_needs(effect.as_ref(), &self.robot, dataset, self.measured_torques)?;
+                let all = &mut self.parameters;
+                let first = match effect.owner() {
+                    Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| add(all, effect.as_ref(), "", knowledge))],
+                    Owner::Artifact => {
+                        let first = add(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, knowledge);
+                        let home = self.setup_of.iter().filter(|(key, _)| key.0 == d).map(|(_, &setup)| setup).min();
+                        all[first..].iter_mut().for_each(|p| p.setup = home);
+                        let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
+                        if let Some(b) = ball {
+                            place(&mut all[first..], dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
+                        }
+                        vec![first]
+                    }
+                    Owner::Session => {
+                        let mine = |s: usize| self.setup_of.iter().any(|(key, &setup)| key.0 == d && setup == s);
+                        let mut first = vec![usize::MAX; self.setups.len()];
+                        for s in (0..self.setups.len()).filter(|&s| mine(s)) {
+                            let setup = &self.setups[s];
+                            first[s] = add(all, effect.as_ref(), &setup.label, knowledge);
+                            all[first[s]..].iter_mut().for_each(|p| p.setup = Some(s));
+                            match effect.id() {
+                                "base_frame" => {
+                                    place(&mut all[first[s]..], &setup.base.to_array(), &setup.start.to_array());
+                                    setup
+                                        .worlds_own
+                                        .iter()
+                                        .for_each(|&axis| all[first[s] + axis as usize].defines_world = true);
+                                }
+                                "tool_frame" => place(&mut all[first[s]..], &setup.tool.xyz, &setup.tool.xyz),
+                                _ => {}
+                            }
+                        }
+                        first
+                    }
+                };
+                placed.push(Placed { effect, first });
+            }
+            self.effects.push(placed);
+        }
+        Ok(())
+    }
+
+    pub(super) fn rows(self) -> Result<Problem, ProblemError> {
+        let zero = vec![0.0; SiteIndex::new(self.robot.joints()).len()];
+        let mut posture = Posture::new(&self.robot);
+        let mut problem = Problem {
+            robot: self.robot.clone(),
+            setups: self.setups,
+            parameters: self.parameters,
+            effects: self.effects,
+            torque_posture: self.torque_posture,
+            rows: Vec::new(),
+            terms: Vec::new(),
+            distances: Vec::new(),
+            row_count: 0,
+            noise_stated: true,
+            sample_ids: Vec::new(),
+            joint_ranges: vec![[f64::INFINITY, f64::NEG_INFINITY]; self.robot.joints()],
+        };
+        for (d, (_, dataset)) in self.datasets.iter().enumerate() {
+            let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
+            for sample in dataset.samples.iter().filter(|s| self.which.takes(s)) {
+                let s = self.setup_of[&(d, sample.session.as_deref())];
+                let setup = &problem.setups[s];
+                posture.set(&self.robot, &setup.start, &setup.tool, &sample.q, &zero);
+                let mut tool = dataset.tool;
+                let mut contact_force = Vector3::zeros();
+                let (target, ball) = match &sample.measured {
+                    Measured::Ball { ball, reading } => {
+                        contact_force = tool_turn * dataset.contact_force;
+                        if let Some(reading) = reading {
+                            let shift = tool_turn * reading;
+                            for axis in 0..3 {
+                                tool.xyz[axis] += shift[axis];
+                            }
+                        }
+                        (Target::Position(self.balls[d][*ball]), Some(*ball))
+                    }
+                    Measured::Point(point) => (Target::Position(*point), None),
+                    Measured::Distance { anchor, distance } => {
+                        (Target::Distance { anchor: dataset.anchors[*anchor].position, distance: *distance }, None)
+                    }
+                };
+                let circumstances = Circumstances {
+                    dataset: d,
+                    payload: dataset.payloads.get(sample.payload).cloned().unwrap_or_else(Payload::none),
+                    contact_force,
+                    tau: sample.tau.clone().filter(|_| self.measured_torques),
+                    ball,
+                    time_s: sample.time_s,
+                    temp_c: sample.temp_c,
+                    approach: sample.approach.clone(),
+                };
+                let (whitener, stated) = whitener(&self.robot, dataset, sample, &posture);
+                problem.noise_stated &= stated;
+                let height = if matches!(target, Target::Distance { .. }) { 1 } else { 3 };
+                let first_row = problem.row_count;
+                problem.row_count += height;
+                for (range, &q) in problem.joint_ranges.iter_mut().zip(&sample.q) {
+                    *range = [range[0].min(q), range[1].max(q)];
+                }
+                problem.sample_ids.push(sample.id.clone());
+                problem.rows.push(Row {
+                    setup: s,
+                    q: sample.q.clone(),
+                    tool,
+                    target,
+                    terms: 0..0,
+                    whitener,
+                    first_row,
+                    circumstances,
+                });
+            }
+            for known in &dataset.ball_distances {
+                let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
+                let parameters = ids.map(|id| problem.effects[d].iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
+                // A free ball that none of these samples probes has no position to measure from.
+                let known_ball = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
+                problem.distances.push(DistanceRow {
+                    balls: known.between.map(|b| self.balls[d][b]),
+                    parameters,
+                    known: known_ball(0) && known_ball(1),
+                    distance: known.distance,
+                    weight: 1.0 / known.sigma,
+                });
+            }
+        }
+        if problem.rows.is_empty() {
+            let of = match self.which {
+                Use::Fit => "of set 'fit'",
+                Use::Validation => "of set 'validation'",
+                Use::All => "at all",
+            };
+            return Err(ProblemError::NoSamples { of });
+        }
+        let start = problem.start();
+        problem.weigh(&start);
+        for term in &problem.terms {
+            if let Site::Mdh(i, _) = term.site {
+                problem.parameters[term.parameter].link = Some(i);
+            }
+        }
+        problem.distances.retain(|d| d.parameters.iter().any(Option::is_some) && d.known);
+        problem.row_count += problem.distances.len();
+        Ok(problem)
+    }
+}
+
+/// Appends the parameters of an effect; returns the place of the first.
+fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, knowledge: Knowledge) -> usize {
+    let first = all.len();
+    all.extend(effect.parameters().iter().map(|spec| Parameter {
+        name: if label.is_empty() { spec.name.clone() } else { format!("{}@{label}", spec.name) },
+        spec: spec.clone(),
+        effect: effect.id().into(),
+        knowledge,
+        start: spec.nominal,
+        owner: effect.owner(),
+        setup: None,
+        link: None,
+        defines_world: false,
+    }));
+    first
+}
+
+/// Gives parameters of a set-up their drawing values and starts.
+fn place(parameters: &mut [Parameter], nominal: &[f64], start: &[f64]) {
+    for (p, (&nominal, &start)) in parameters.iter_mut().zip(nominal.iter().zip(start)) {
+        p.spec.nominal = nominal;
+        p.start = start;
+    }
+}
+
+fn check_needs(effect: &dyn Effect, robot: &Robot, dataset: &Dataset, measured_torques: bool) -> Result<(), ProblemError> {
+    let samples = &dataset.samples;
+    for need in effect.needs() {
+        let missing = match need {
+            Needs::Masses if measured_torques => {
+                samples.iter().any(|s| s.tau.is_none()).then_some("columns tau1_nm ... tauN_nm")
+            }
+            Needs::Masses => (!robot.has_masses()).then_some("link masses in the robot's description"),
+            Needs::Approach => samples.iter().any(|s| s.approach.is_none()).then_some("columns approach1 ... approachN"),
+            Needs::Time => samples.iter().any(|s| s.time_s.is_none()).then_some("column time_s"),
+            Needs::Temperature => samples.iter().any(|s| s.temp_c.is_none()).then_some("column temp_c"),
+            Needs::Balls => {
+                samples.iter().all(|s| !matches!(s.measured, Measured::Ball { .. })).then_some("samples of kind 'ball'")
+            }
+        };
+        if let Some(needs) = missing {
+            return Err(ProblemError::Missing { effect: effect.id().into(), needs });
+        }
+    }
+    Ok(())
+}
+
+/// W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, at the nominal posture; and whether sigma was stated.
+fn whitener(robot: &Robot, dataset: &Dataset, sample: &Sample, posture: &Posture) -> (Matrix3<f64>, bool) {
+    let noise = &dataset.noise;
+    let stated = sample.sigma.or(match sample.measured {
+        Measured::Ball { .. } => noise.ball,
+        Measured::Point(_) | Measured::Distance { .. } => noise.point,
+    });
+    let sigma = stated.unwrap_or(UNSTATED_SIGMA);
+    let mut covariance = Matrix3::identity() * (sigma * sigma);
+    for (i, &sigma_q) in noise.joint.iter().enumerate().take(robot.joints()) {
+        let column = posture.column(Site::Mdh(i, crate::robot::MdhEntry::Theta)) * sigma_q;
+        covariance += column * column.transpose();
+    }
+    if let Measured::Distance { anchor, .. } = sample.measured {
+        let sight = (posture.tcp() - dataset.anchors[anchor].position).normalize();
+        let variance = sight.dot(&(covariance * sight)).max(sigma * sigma);
+        return (Matrix3::identity() / variance.sqrt(), stated.is_some());
+    }
+    let whitener = covariance.cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(|| Matrix3::identity() / sigma);
+    (whitener, stated.is_some())
+}
