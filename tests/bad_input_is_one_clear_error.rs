@@ -7,9 +7,10 @@ use std::path::Path;
 
 use calibench::effects::Subject;
 use calibench::files::FileError;
-use calibench::identify::read_model;
-use calibench::measure::read_dataset;
-use calibench::robot::{built_in, load_robot};
+use calibench::identify::{read_calibration, read_model};
+use calibench::import::{ImportError, ImportOptions, import};
+use calibench::measure::{Ball, Dataset, read_dataset, read_plan};
+use calibench::robot::{Payload, built_in, load_robot};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -152,6 +153,150 @@ d_mm = 0.0
 min_deg = -90.0
 max_deg = 90.0
 "#;
+
+const CALIBRATION: &str = r#"format = "calibench-calibration/1"
+robot = "kr6_r700"
+effects = ["base_frame", "mdh"]
+dataset_sha256 = ["00"]
+unresolved = [["d2", "d3"]]
+correlation = [[1.0], [0.5, 1.0]]
+
+[fit]
+samples = 80
+rms_mm = 0.01
+chi2_per_dof = 1.0
+dof = 200
+rank = 2
+condition = 18.0
+noise_stated = true
+iterations = 3
+O1 = 0.3
+O2 = 0.001
+O3 = 0.3
+O4 = 0.001
+O5 = 0.05
+
+[[joint_range]]
+joint = 1
+min_deg = -100.0
+max_deg = 100.0
+[[joint_range]]
+joint = 2
+min_deg = -100.0
+max_deg = 0.0
+[[joint_range]]
+joint = 3
+min_deg = 0.0
+max_deg = 100.0
+[[joint_range]]
+joint = 4
+min_deg = -100.0
+max_deg = 100.0
+[[joint_range]]
+joint = 5
+min_deg = -100.0
+max_deg = 100.0
+[[joint_range]]
+joint = 6
+min_deg = -100.0
+max_deg = 100.0
+
+[[setup]]
+label = ""
+dataset = "d"
+session = ""
+
+[[parameter]]
+name = "a2"
+effect = "mdh"
+value = 455.16
+sigma = 0.003
+unit = "mm"
+nominal = 455.0
+
+[[parameter]]
+name = "base_x"
+effect = "base_frame"
+value = -538.0
+sigma = 0.01
+unit = "mm"
+nominal = -536.32
+stated_sigma = 0.1
+"#;
+
+const PLAN: &str = r#"format = "calibench-plan/1"
+robot = "kr6_r700"
+
+[[pose]]
+id = "p01"
+ball = "1"
+payload = "none"
+contact_deg = [0.0, -90.0, 90.0, 0.0, 45.0, 0.0]
+approach_deg = [0.0, -80.0, 90.0, 0.0, 45.0, 0.0]
+
+[[pose]]
+id = "r01"
+ball = "1"
+payload = "none"
+contact_deg = [1.0, -90.0, 90.0, 0.0, 45.0, 0.0]
+approach_deg = [1.0, -80.0, 90.0, 0.0, 45.0, 0.0]
+reserve = true
+"#;
+
+const MAP: &str = r#"format = "calibench-import/1"
+
+[columns]
+id = { column = "nr" }
+q1 = { column = "j1", unit = "rad" }
+q2 = { column = "j2", unit = "rad" }
+q3 = { column = "j3", unit = "rad" }
+q4 = { column = "j4", unit = "rad" }
+q5 = { column = "j5", unit = "rad" }
+q6 = { column = "j6", unit = "rad" }
+x = { column = "x", unit = "m" }
+y = { column = "y", unit = "m" }
+z = { column = "z", unit = "m" }
+
+[dataset]
+robot = "ur5"
+
+[dataset.tool]
+x_mm = 0.0
+y_mm = 0.0
+z_mm = 28.0
+"#;
+
+const TABLE: &str = "nr,j1,j2,j3,j4,j5,j6,x,y,z
+1,0.10,-1.50,1.30,-0.20,1.20,0.00,0.4012,-0.2087,0.3105
+2,-0.35,-1.20,1.10,-0.60,1.00,0.50,0.5120,0.1033,0.2871
+3,0.60,-0.90,0.80,0.30,0.70,-0.40,0.2934,-0.4402,0.4056
+";
+
+fn calibration(folder: &Path) -> Result<(), FileError> {
+    read_calibration(&folder.join("calibration.toml")).map(drop)
+}
+
+fn plan(folder: &Path) -> Result<(), FileError> {
+    let ball = Ball { id: "1".into(), position: Default::default(), sigma: 0.0, free: false };
+    let robot = built_in("kr6_r700").expect("built in").into();
+    let cell = Dataset {
+        robot,
+        robot_reference: "kr6_r700".into(),
+        balls: vec![ball],
+        payloads: vec![Payload { name: "none".into(), ..Payload::none() }],
+        ..Dataset::default()
+    };
+    read_plan(&folder.join("plan.toml"), &cell).map(drop)
+}
+
+fn by_map(folder: &Path) -> Result<(), FileError> {
+    let options = ImportOptions { map: Some(folder.join("map.toml")), ..ImportOptions::default() };
+    match import("generic", &[folder.join("table.csv")], &options) {
+        Ok(_) => Ok(()),
+        Err(ImportError::File(e)) => Err(e),
+        Err(other) => panic!("a map is wrong in itself: {other}"),
+    }
+}
 
 fn dataset(folder: &Path) -> Result<(), FileError> {
     read_dataset(folder).map(drop)
@@ -351,6 +496,67 @@ fn kinds() -> Vec<Kind> {
     ];
     in_model.extend(toml());
 
+    let mut in_calibration = vec![
+        row("missing file", remove(), None, "", "check the path"),
+        row("other format", replace("calibration/1", "calibration/9"), 1, "format", "identify"),
+        row("unknown robot", replace("kr6_r700", "kr5"), 2, "robot", "built-in"),
+        row("another number of joints", replace("kr6_r700", "panda"), 23, "joint_range", "identify"),
+        row("unknown effect", replace("\"mdh\"]", "\"mhd\"]"), 3, "effects[1]", "did you mean `mdh`"),
+        row("unknown key", replace("rank = 2", "ranks = 2"), 13, "fit.ranks", "did you mean `rank`"),
+        row("missing table", text(|t| t.replace("[fit]", "[fitt]")), 8, "fitt", "did you mean `fit`"),
+        row("missing key", replace("nominal = 455.0", ""), 53, "parameter[0].nominal", "add"),
+        row("NaN", replace("chi2_per_dof = 1.0", "chi2_per_dof = nan"), 11, "fit.chi2_per_dof", "finite"),
+        row("infinity", replace("455.16", "inf"), 56, "parameter[0].value", "finite"),
+        row("negative count", replace("samples = 80", "samples = -80"), 9, "fit.samples", "not negative"),
+        row("negative sigma", replace("sigma = 0.003", "sigma = -0.003"), 57, "parameter[0].sigma", "identify"),
+        row("negative stated sigma", replace("0.1\n", "-0.1\n"), 68, "parameter[1].stated_sigma", "identify"),
+        row("unknown unit", replace("unit = \"mm\"", "unit = \"inch\""), 58, "parameter[0].unit", "identify"),
+        row("parameter twice", replace("\"base_x\"", "\"a2\""), 62, "parameter[1].name", "keep one"),
+        row("correlation of one", replace("[[1.0], [0.5, 1.0]]", "[[1.0]]"), 6, "correlation", "identify"),
+        row("correlation above one", replace("0.5, 1.0", "5.0, 1.0"), 6, "correlation", "identify"),
+        row("text for a number", replace("455.16", "\"455.16\""), 56, "parameter[0].value", "a number"),
+        row("cut off", text(|t| t[..t.len() - 12].into()), None, "", ""),
+    ];
+    in_calibration.extend(toml());
+
+    let mut in_plan = vec![
+        row("missing file", remove(), None, "", "check the path"),
+        row("other format", replace("plan/1", "plan/2"), 1, "format", "calibench plan"),
+        row("another robot", replace("kr6_r700", "ur5"), 2, "robot", "this cell"),
+        row("no pose", text(|t| t[..t.find("[[").unwrap_or(0)].into()), None, "pose", "at least one"),
+        row("unknown ball", replace("ball = \"1\"", "ball = \"9\""), 6, "pose[0].ball", "a ball of the cell"),
+        row("unknown payload", replace("none", "heavy"), 7, "pose[0].payload", "a payload of the cell"),
+        row("pose twice", replace("r01", "p01"), 12, "pose[1].id", "its own id"),
+        row("five joints", replace("[0.0, -90.0,", "[-90.0,"), 8, "pose[0].contact_deg", "6 joints"),
+        row("outside the limits", replace("[1.0, -80.0,", "[1.0, 80.0,"), 16, "pose[1].approach_deg", "anew"),
+        row("radians taken for a huge angle", replace("45.0", "1e300"), 8, "pose[0].contact_deg", "anew"),
+        row("NaN", replace("45.0", "nan"), 8, "pose[0].contact_deg[4]", "finite"),
+        row("unknown key", replace("reserve", "reserved"), 17, "pose[1].reserved", "did you mean `reserve`"),
+        row("missing key", replace("payload = \"none\"", ""), 4, "pose[0].payload", "add"),
+        row("not a list", replace("[0.0, -90.0, 90.0, 0.0, 45.0, 0.0]", "3"), 8, "pose[0].contact_deg", ""),
+        row("cut off", text(|t| t[..t.len() - 20].into()), None, "", ""),
+    ];
+    in_plan.extend(toml());
+
+    let mut in_map = vec![
+        row("missing file", remove(), None, "", "check the path"),
+        row("other format", replace("import/1", "import/2"), 1, "format", "calibench-import/1"),
+        row("unknown quantity", replace("q3 =", "q33 ="), 7, "columns.q33", "did you mean"),
+        row("unknown unit", replace("\"m\"", "\"inch\""), 11, "columns.x.unit", "mm, m, um"),
+        row("unit missing", replace(", unit = \"m\"", ""), 11, "columns.x.unit", "mm, m, um"),
+        row("unit of a name", replace("\"nr\"", "\"nr\", unit = \"mm\""), 4, "columns.id.unit", "remove it"),
+        row("unknown robot", replace("ur5", "ur6"), 16, "dataset.robot", "built-in"),
+        row("no dataset", text(|t| t.replace("[dataset]", "[data]").replace("[dataset.tool]", "[data.tool]")), 15, "data", ""),
+        row("NaN", replace("28.0", "nan"), 21, "dataset.tool.z_mm", "finite"),
+        row("scale NaN", replace("\"x\",", "\"x\", scale = nan,"), 11, "columns.x.scale", "finite"),
+        row("place zero", replace("\"x\"", "0"), 11, "columns.x.column", "the place"),
+        row("unknown key", replace("[columns]", "delimeter = \";\"\n[columns]"), 3, "delimeter", "did you mean `delimiter`"),
+        row("wide delimiter", replace("[columns]", "delimiter = \"→\"\n[columns]"), 3, "delimiter", "a tab"),
+        row("one sign for both", replace("[columns]", "decimal = \",\"\n[columns]"), 3, "decimal", ""),
+        row("unknown kind", replace("[columns]", "kind = \"pose\"\n[columns]"), 3, "kind", "point"),
+    ];
+    in_map.extend(toml());
+
     let mut in_robot = vec![
         row("missing file", remove(), None, "", "check the path"),
         row("unknown key", replace("a_mm = 25.0", "a_mm = 25.0\ncolour = \"orange\""), 14, "link[1].colour", ""),
@@ -358,6 +564,7 @@ fn kinds() -> Vec<Kind> {
         row("key without unit", replace("a_mm = 25.0", "a = 25.0"), 13, "link[1].a", "the unit is part of the name"),
         row("NaN", replace("a_mm = 25.0", "a_mm = nan"), 13, "link[1].a_mm", "finite"),
         row("text for a number", replace("a_mm = 25.0", "a_mm = \"25\""), 13, "link[1].a_mm", "a number"),
+        row("limits of many turns", replace("max_deg = 90.0", "max_deg = 1e9"), 16, "link[1].max_deg", "at most 720"),
         row("limits the wrong way round", replace("min_deg = -90.0", "min_deg = 95.0"), None, "link[1]", ""),
         row("other format", replace("robot/1", "robot/7"), 1, "format", "calibench-robot/1"),
     ];
@@ -367,6 +574,14 @@ fn kinds() -> Vec<Kind> {
         Kind { file: "dataset.toml", specimen: both, read: dataset, mistakes: in_dataset },
         Kind { file: "samples.csv", specimen: both, read: dataset, mistakes: in_samples },
         Kind { file: "model.toml", specimen: &[("model.toml", MODEL)], read: model, mistakes: in_model },
+        Kind {
+            file: "calibration.toml",
+            specimen: &[("calibration.toml", CALIBRATION)],
+            read: calibration,
+            mistakes: in_calibration,
+        },
+        Kind { file: "plan.toml", specimen: &[("plan.toml", PLAN)], read: plan, mistakes: in_plan },
+        Kind { file: "map.toml", specimen: &[("map.toml", MAP), ("table.csv", TABLE)], read: by_map, mistakes: in_map },
         Kind { file: "robot.toml", specimen: &[("robot.toml", ROBOT)], read: robot, mistakes: in_robot },
     ]
 }
@@ -424,16 +639,19 @@ fn the_specimens_are_good_whatever_ends_their_lines() {
     }
 }
 
+/// Damaged files of each kind.
+const CASES: usize = 2000;
+
 #[test]
 fn random_damage_never_panics() {
-    // Damage of four kinds, one to four at a time; what is still good may be read, what is not is one error of the damaged file.
+    // Damage of five kinds, one to four at a time; what is still good may be read, what is not is one error of the damaged file.
     let mut random = ChaCha8Rng::seed_from_u64(20_201_019);
     for kind in kinds() {
         let folder = good(&kind);
         let path = folder.path().join(kind.file);
         let whole = fs::read(&path).expect("a good specimen");
         let mut refused = 0;
-        for _ in 0..500 {
+        for _ in 0..CASES {
             let mut bytes = whole.clone();
             for _ in 0..random.random_range(1..5) {
                 if bytes.len() < 2 {
@@ -441,10 +659,28 @@ fn random_damage_never_panics() {
                 }
                 let at = random.random_range(0..bytes.len());
                 let end = at + random.random_range(0..(bytes.len() - at).min(40));
-                match random.random_range(0..4) {
+                match random.random_range(0..5) {
                     0 => bytes[at] ^= 1 << random.random_range(0..8),
                     1 => bytes.truncate(at),
                     2 => drop(bytes.drain(at..end)),
+                    3 => {
+                        // The next number becomes another one.
+                        let digit = |b: &u8| b.is_ascii_digit() || b".-".contains(b);
+                        let from = at + bytes[at..].iter().take_while(|b| !digit(b)).count();
+                        let to = from + bytes[from..].iter().take_while(|b| digit(b)).count();
+                        let other = [
+                            "nan",
+                            "-inf",
+                            "1e300",
+                            "-1e300",
+                            "-1",
+                            "0",
+                            "1e-300",
+                            "99999999999999999999",
+                            "18446744073709551615",
+                        ];
+                        bytes.splice(from..to, other[random.random_range(0..other.len())].bytes());
+                    }
                     _ => {
                         let piece = bytes[at..end].to_vec();
                         bytes.splice(end..end, piece);
@@ -457,6 +693,6 @@ fn random_damage_never_panics() {
                 assert!(!e.problem.is_empty() && !e.remedy.is_empty(), "{e}");
             }
         }
-        assert!(refused > 250, "{}: only {refused} of 500 damaged files were refused", kind.file);
+        assert!(refused > CASES / 2, "{}: only {refused} of {CASES} damaged files were refused", kind.file);
     }
 }

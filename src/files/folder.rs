@@ -8,6 +8,9 @@ use super::FileError;
 
 /// Fills a new folder beside `folder` and puts it in its place, keeping whatever lies there besides `names`.
 ///
+/// A process that is killed meanwhile leaves a hidden folder `.NAME.XXXXXX` beside it, that may be deleted; one killed between the two
+/// renames leaves there, as `old`, what was to be replaced.
+///
 /// `what` is the kind of folder in words, for messages; a folder that holds something is replaced only when it holds the first of
 /// `names`.
 ///

@@ -91,7 +91,9 @@ pub struct Calibration {
 #[derive(Debug, Error)]
 pub enum IdentifyError {
     /// The samples are of another arm than the calibration.
-    #[error("the calibration is of '{calibrated}' and the samples are of '{measured}', which is another arm")]
+    #[error(
+        "the calibration is of '{calibrated}' and the samples are of '{measured}', another arm; judge it on samples of its own"
+    )]
     OtherRobot {
         /// Robot of the calibration.
         calibrated: String,

@@ -12,6 +12,9 @@ use crate::units::{DEG, MM};
 /// What the key `format` says.
 pub const ROBOT_FORMAT: &str = "calibench-robot/1";
 
+/// The widest joint limit, deg. Every whole turn of every joint is one more posture of the same pose: six joints have 4,096 of them.
+const WIDEST: f64 = 720.0;
+
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
@@ -138,6 +141,9 @@ fn check_link(i: usize, link: &LinkEntry) -> Result<(), Fault> {
     }
     if link.min_deg >= link.max_deg {
         return Err((key("min_deg"), "is not below max_deg", "give the smallest angle first"));
+    }
+    if let Some((name, _)) = numbers[5..7].iter().find(|(_, limit)| limit.abs() > WIDEST) {
+        return Err((key(name), "is more than two turns", "give at most 720 deg: more whole turns reach nothing new"));
     }
     if link.mass_kg < 0.0 {
         return Err((key("mass_kg"), "is negative", "give the mass, or 0 where it is unknown"));

@@ -1,0 +1,509 @@
+//! Whatever is wrong with a scenario, a dataset, a flag or a path: exit code 2, one line on standard error that names file, line, key
+//! and remedy, nothing on standard output, and what stood at the output's path stands there as it was.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use calibench::robot::{built_in, to_toml};
+use calibench_sim::scenario::load_scenario;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use tempfile::TempDir;
+
+const CELL: &str = include_str!("../../scenarios/kr6-trical.toml");
+const QUESTION: &str = include_str!("../../scenarios/table8.toml");
+/// The binary writes here in every test.
+const OUT: &str = "out put";
+
+fn calibench(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
+    command.current_dir(folder).args(arguments).env("RUST_BACKTRACE", "1").stdin(Stdio::null());
+    command.output().expect("the program runs")
+}
+
+/// A folder with a cell that is quick to plan, and the scenario that extends it.
+fn good() -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let quick = CELL.replace("pool_per_ball = 1000", "pool_per_ball = 100").replace("starts = 4", "starts = 1");
+    let quick = quick.replace("validation_poses = 500", "validation_poses = 20");
+    fs::write(folder.path().join("kr6-trical.toml"), quick).expect("writable");
+    let question = QUESTION.split("[expect]").next().unwrap_or_default();
+    fs::write(folder.path().join("s.toml"), question).expect("writable");
+    folder
+}
+
+fn line_of(path: &Path, text: &str) -> usize {
+    let content = fs::read_to_string(path).expect("a text");
+    1 + content.lines().position(|l| l.contains(text)).unwrap_or_else(|| panic!("{} has no {text:?}", path.display()))
+}
+
+fn replace(path: &Path, old: &str, new: &str) {
+    let text = fs::read_to_string(path).expect("a text");
+    assert!(text.contains(old), "{} has no {old:?}", path.display());
+    fs::write(path, text.replacen(old, new, 1)).expect("writable");
+}
+
+/// The one line of a refusal; panics where there is anything else.
+fn refusal(what: &str, output: &Output) -> String {
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{what}: {error}");
+    assert!(output.stdout.is_empty(), "{what}: {}", String::from_utf8_lossy(&output.stdout));
+    assert_eq!(error.matches('\n').count(), 1, "{what}: {error}");
+    assert!(error.starts_with("calibench: ") && error.ends_with('\n') && error.contains("; "), "{what}: {error}");
+    error
+}
+
+/// What a mistake in the scenario is answered with.
+struct Mistake {
+    /// In the cell's file, or in the scenario's own.
+    file: &'static str,
+    old: &'static str,
+    new: &'static str,
+    /// What stands on the line to be named, after the change.
+    on: Option<&'static str>,
+    field: &'static str,
+    remedy: &'static str,
+}
+
+fn cell(old: &'static str, new: &'static str, field: &'static str, remedy: &'static str) -> Mistake {
+    Mistake { file: "kr6-trical.toml", old, new, on: Some(new), field, remedy }
+}
+
+fn own(old: &'static str, new: &'static str, field: &'static str, remedy: &'static str) -> Mistake {
+    Mistake { file: "s.toml", ..cell(old, new, field, remedy) }
+}
+
+/// Mistakes that are found when the scenario is read.
+fn mistakes() -> Vec<Mistake> {
+    vec![
+        own("scenario/1", "scenario/2", "format", "calibench-scenario/1"),
+        own("seed = 1", "seed = -1", "seed", "not negative"),
+        own("seed = 1", "seed = 99999999999999999999", "seed", "2^63"),
+        own("seed = 1", "sed = 1", "sed", "did you mean `seed`"),
+        own("kr6-trical.toml", "nosuch.toml", "extends", "existing"),
+        own("kr6-trical.toml", "s.toml", "extends", "one level"),
+        own("extends = \"kr6-trical.toml\"", "extends = 3", "extends", "in quotes"),
+        Mistake { on: None, ..own("extends = \"kr6-trical.toml\"", "", "", "add") },
+        own("effects.mdh]", "effects.mhd]", "truth.effects.mhd", "correct its name"),
+        own("a1_mm = 0.243", "a1_um = 243.0", "truth.effects.mdh.a1_um", "a1_mm"),
+        own("a1_mm = 0.243", "a1_mm = 1e300", "truth.effects.mdh.a1_mm", "unit"),
+        own("a1_mm = 0.243", "a1_mm = inf", "truth.effects.mdh.a1_mm", "finite"),
+        own("seed = 1", "seed = 1\nexpect = { drift = [0, 1] }", "expect.drift", "trical_mean_mm"),
+        own("seed = 1", "seed = 1\nexpect = { rank = [2, 1] }", "expect.rank", "trical_mean_mm"),
+        Mistake { on: Some("gravity_m_s2"), ..cell("[0.0, 0.0, -9.81]", "[0.0, nan, -9.81]", "gravity_m_s2[1]", "finite") },
+        cell("\"kr6_r700\"", "\"kr5\"", "robot", "built-in"),
+        Mistake { on: Some("joint_arcsec = [1.4"), ..cell("\"kr6_r700\"", "\"panda\"", "noise.joint_arcsec", "7 joints") },
+        cell("x_mm = 60.0", "x = 60.0", "tool.x", "the unit is part of the name"),
+        cell("x_mm = 60.0", "x_m = 0.06", "tool.x_m", "as `x_mm`"),
+        cell("x_mm = 60.0", "x_mm = \"60\"", "tool.x_mm", "a number"),
+        cell("x_mm = 60.0", "x_mm = nan", "tool.x_mm", "finite"),
+        Mistake { on: Some("[tool]"), ..cell("x_mm = 60.0", "", "tool.x_mm", "add `x_mm`") },
+        cell("sigma_um = 2.3", "sigma_um = -2.3", "tool.sigma_um", "zero or"),
+        cell("mass_kg = 6.0", "mass_kg = -6.0", "payload[0].mass_kg", "zero or"),
+        cell("id = \"2\"", "id = \"1\" # twice", "ball[1].id", "its own name"),
+        cell("id = \"2\"", "id = \"\\u001b[31m\\n\"", "ball[1].id", "plain name"),
+        cell("id = \"2\"", "id = \"\"", "ball[1].id", "plain name"),
+        cell("sigma_um = 2.0", "sigma_um = -2.0", "ball[0].sigma_um", "zero or"),
+        cell("outward = [0.0, 0.0, 1.0]", "outward = [0, 0, 0]", "ball[0].outward", "stem"),
+        cell("ball_um = 1.0", "ball_um = 0.0", "noise.ball_um", "positive"),
+        cell("[1.4, 1.4, 1.9, 2.9, 4.1, 4.1]   #", "[1.4, 1.9, 2.9, 4.1, 4.1] #", "noise.joint_arcsec", "6 joints"),
+        cell("lost_motion_arcsec = [1.4", "lost_motion_arcsec = [-1.4", "lost_motion_arcsec[0]", "zero or"),
+        Mistake { on: Some("[[solid]]"), ..cell("min_mm = [-900.0", "min_mm = [900.0", "solid[0]", "min_mm below max_mm") },
+        Mistake {
+            on: Some("[[carried]]"),
+            ..cell("radius_mm = 30.0", "radius_mm = -30.0", "carried[0]", "positive radius_mm")
+        },
+        cell("poses_per_ball = 20", "poses_per_ball = 0", "plan.poses_per_ball", "from 1"),
+        cell("pool_per_ball = 100", "pool_per_ball = 10", "plan.pool_per_ball", "from 2"),
+        cell("pool_per_ball = 100", "pool_per_ball = 1000000000", "plan.pool_per_ball", "to 25000"),
+        cell("starts = 1", "starts = 1000000", "plan.starts", "to 100"),
+        cell("identification_poses = 80", "identification_poses = 4000000", "tracker.identification_poses", "to 2000"),
+        cell("validation_poses = 20", "validation_poses = 0", "tracker.validation_poses", "from 1"),
+        cell("validation_poses = 20", "validation_poses = 500000000", "tracker.validation_poses", "to 20000"),
+        cell("cone_deg = 70.0", "cone_deg = 1e6", "plan.cone_deg", "180"),
+        cell("facing_deg = 75.0", "facing_deg = -75.0", "tracker.facing_deg", "zero or"),
+        cell("\"interleaved\"", "\"sideways\"", "plan.order", "ball-by-ball"),
+        cell("tolerance_um = 3.0", "tolerance_um = 0.0", "centring.tolerance_um", "3 um"),
+        cell("tolerance_um = 3.0", "tolerance_um = 1e6", "centring.tolerance_um", "12500"),
+        cell("\"mdh\",", "\"phlogiston\",", "model.effects[1]", "catalogue"),
+        cell("\"mdh\",", "\"base_frame\",", "model.effects[1]", "keep one"),
+        cell("[\"base_frame\", \"mdh\", \"joint_compliance\"]", "[]", "model.effects", "at least one"),
+        cell("drop_out = 0.0", "drop_out = 1.5", "truth.indicators.drop_out", "0 to 1"),
+        cell("tilt_mrad = 1.0", "tilt_mrad = -1.0", "truth.indicators.tilt_mrad", "zero or"),
+        cell(
+            "encoder_resolution_deg = 1e-5",
+            "encoder_resolution_deg = -1",
+            "truth.controller.encoder_resolution_deg",
+            "zero or",
+        ),
+        cell("speed_deg_per_s = 60.0", "speed_deg_per_s = 1e-300", "truth.controller.speed_deg_per_s", "0.001"),
+        cell("nest_shots = 100", "nest_shots = 0", "truth.tracker.nest_shots", ""),
+        cell("[centring]", "[centering]", "centering", "did you mean `centring`"),
+    ]
+}
+
+/// Mistakes that only the planning or the measuring meets.
+fn impossible_cells() -> Vec<Mistake> {
+    let at = |on: &'static str, m: Mistake| Mistake { on: Some(on), ..m };
+    vec![
+        at("[[ball]]", cell("x_mm = -79.539\n", "x_mm = 5000.0\n", "ball[0]", "move the ball")),
+        at("[[ball]]", cell("z_mm = 17.531", "z_mm = -100.0", "ball[0]", "move the ball")),
+        at("[[ball]]", cell("x_mm = -536.320", "x_mm = -53632.0", "ball[0]", "the base")),
+        at("[[ball]]", cell("clearance_mm = 3.0", "clearance_mm = 5000.0", "ball[0]", "clearance_mm")),
+        cell("poses_per_ball = 20", "poses_per_ball = 2", "plan.poses_per_ball", "number of poses"),
+        at("[tracker]", cell("facing_deg = 75.0", "facing_deg = 1.0", "tracker", "facing_deg")),
+        at("[truth.indicators]", cell("drop_out = 0.0", "drop_out = 1.0", "truth.indicators", "smaller")),
+        Mistake { file: "s.toml", ..at("[truth", cell("preload_n = 0.65", "preload_n = 1e4", "truth", "smaller")) },
+        cell("[-79.65, -60.0, 240.0]]", "[0.0, -100.0, 0.0]]", "tracker.nests_mm", "spread"),
+        Mistake { on: Some("[truth"), ..own("c6_mdeg_per_nm = 28.161", "c6_mdeg_per_nm = 1e4", "truth", "smaller") },
+    ]
+}
+
+/// Makes a mistake in a good folder; gives the file and the line to be named.
+fn make(mistake: &Mistake, folder: &Path) -> (PathBuf, Option<usize>) {
+    // Some cells are wrong by what stands in one file and blamed by what stands in another.
+    let changed = if fs::read_to_string(folder.join(mistake.file)).expect("a text").contains(mistake.old) {
+        mistake.file
+    } else {
+        "kr6-trical.toml"
+    };
+    replace(&folder.join(changed), mistake.old, mistake.new);
+    let path = folder.join(mistake.file);
+    let line = mistake.on.map(|on| line_of(&path, on.lines().last().unwrap_or_default()));
+    (path, line)
+}
+
+#[test]
+fn a_mistake_in_a_scenario_is_named_by_the_library() {
+    assert!(load_scenario(&good().path().join("s.toml")).is_ok());
+    let mut wrong = Vec::new();
+    for mistake in mistakes() {
+        let folder = good();
+        let (path, line) = make(&mistake, folder.path());
+        let what = format!("{} for {}", mistake.new, mistake.old);
+        let error = load_scenario(&folder.path().join("s.toml")).err().unwrap_or_else(|| panic!("{what}: was accepted"));
+        let placed = mistake.on.is_none() || (&error.path, error.line) == (&path, line);
+        if !placed || !error.field.contains(mistake.field) || !error.remedy.contains(mistake.remedy) {
+            wrong.push(format!("{what}: not line {line:?}, {:?}, {:?}: {error}", mistake.field, mistake.remedy));
+        }
+        assert!(!error.to_string().chars().any(char::is_control), "{what}: {error:?}");
+    }
+    assert!(wrong.is_empty(), "{} of the mistakes:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn a_mistake_in_a_scenario_ends_every_verb_alike() {
+    for (k, mistake) in mistakes().iter().enumerate() {
+        let folder = good();
+        let (path, line) = make(mistake, folder.path());
+        let verb = ["run", "plan", "measure"][k % 3];
+        let what = format!("{verb}: {} for {}", mistake.new, mistake.old);
+        let error = refusal(&what, &calibench(folder.path(), &[verb, "s.toml", "-o", OUT]));
+        let file = path.file_name().expect("a name").to_string_lossy().into_owned();
+        let place = line.map_or_else(|| mistake.field.to_owned(), |line| format!("{file}:{line}: "));
+        assert!(error.contains(&place) && error.contains(mistake.remedy), "{what}: {error}");
+        assert!(!folder.path().join(OUT).exists(), "{what}");
+    }
+}
+
+#[test]
+fn a_cell_that_cannot_be_is_named_and_leaves_what_was_there() {
+    let mut wrong = Vec::new();
+    for mistake in impossible_cells() {
+        let folder = good();
+        let (path, line) = make(&mistake, folder.path());
+        let what = format!("{} for {}", mistake.new, mistake.old);
+        // An earlier run, by its mark.
+        let earlier = folder.path().join(OUT);
+        fs::create_dir(&earlier).expect("writable");
+        fs::write(earlier.join("result.json"), "{}").expect("writable");
+        let error = refusal(&what, &calibench(folder.path(), &["run", "s.toml", "--out", OUT]));
+        let file = path.file_name().expect("a name").to_string_lossy().into_owned();
+        let place = format!("{file}:{}: {}: ", line.expect("every one has its place"), mistake.field);
+        if !error.contains(&place) || !error.contains(mistake.remedy) {
+            wrong.push(format!("{what}: not {place} {:?}: {error}", mistake.remedy));
+        }
+        assert_eq!(fs::read_to_string(earlier.join("result.json")).expect("still there"), "{}", "{what}");
+        assert_eq!(fs::read_dir(&earlier).expect("a folder").count(), 1, "{what}");
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 3, "{what}: nothing else is left behind");
+    }
+    assert!(wrong.is_empty(), "{} of the cells:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn scenario_files_that_are_none() {
+    let folder = good();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("empty.toml"), "").expect("writable");
+    fs::write(at("bytes.toml"), b"format = \"\xff\"").expect("writable");
+    fs::write(at("prose.toml"), "See the other file.").expect("writable");
+    let text = fs::read_to_string(at("s.toml")).expect("a text");
+    fs::write(at("cut.toml"), &text[..text.len() - 10]).expect("writable");
+    fs::create_dir(at("folder.toml")).expect("writable");
+    for name in ["empty.toml", "bytes.toml", "prose.toml", "cut.toml", "folder.toml", "none.toml"] {
+        // As the scenario, and as what it extends.
+        let error = refusal(name, &calibench(folder.path(), &["run", name, "-o", OUT]));
+        assert!(error.contains(name), "{error}");
+        fs::write(at("child.toml"), text.replace("kr6-trical.toml", name)).expect("writable");
+        let error = refusal(name, &calibench(folder.path(), &["plan", "child.toml", "-o", OUT]));
+        assert!(error.contains(name), "{error}");
+        assert!(!at(OUT).exists());
+    }
+}
+
+/// A measured cell: `d` the TriCal's dataset, `v` the validation points, `c.toml` the calibration, `p.toml` the plan.
+fn measured() -> TempDir {
+    let folder = good();
+    for arguments in [
+        &["run", "s.toml", "--out", "r"][..],
+        &["plan", "s.toml", "-o", "p.toml"],
+        &["identify", "r/trical", "-o", "c.toml"],
+        &["validate", "c.toml", "r/validation"],
+    ] {
+        let output = calibench(folder.path(), arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    folder
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir(to).expect("writable");
+    for name in ["dataset.toml", "samples.csv"] {
+        fs::copy(from.join(name), to.join(name)).expect("writable");
+    }
+}
+
+#[test]
+fn data_and_calibrations_that_do_not_go_together() {
+    let folder = measured();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("empty")).expect("writable");
+    copy(&at("r/trical"), &at("few"));
+    let rows = fs::read_to_string(at("few/samples.csv")).expect("a text");
+    fs::write(at("few/samples.csv"), rows.lines().take(5).map(|l| format!("{l}\n")).collect::<String>()).expect("writable");
+    copy(&at("r/validation"), &at("other"));
+    replace(&at("other/dataset.toml"), "kr6_r700", "ur10");
+    copy(&at("r/trical"), &at("other_fit"));
+    replace(&at("other_fit/dataset.toml"), "kr6_r700", "ur10");
+    copy(&at("r/trical"), &at("seven"));
+    replace(&at("seven/dataset.toml"), "kr6_r700", "panda");
+    fs::write(at("m.toml"), "effects = [\n\"mhd\"]\n").expect("writable");
+    fs::write(at("backlash.toml"), "effects = [\"ball:1\"]\n").expect("writable");
+    let calibration = fs::read_to_string(at("c.toml")).expect("a text");
+    fs::write(at("nan.toml"), calibration.replacen("chi2_per_dof = ", "chi2_per_dof = nan # ", 1)).expect("writable");
+    for (arguments, named) in [
+        (&["identify", "nosuch", "-o", OUT][..], &["nosuch/dataset.toml", "a dataset is a folder"][..]),
+        (&["identify", "empty", "-o", OUT], &["empty/dataset.toml", "a dataset is a folder"]),
+        (&["identify", "c.toml", "-o", OUT], &["c.toml", "name the folder"]),
+        (&["identify", "r/validation", "-o", OUT], &["r/validation/samples.csv", "set", "rows of that set"]),
+        (&["identify", "few", "-o", OUT], &["few/samples.csv", "12 residuals", "measure more poses"]),
+        (&["identify", "seven", "-o", OUT], &["seven/", ":"]),
+        (&["identify", "r/trical", "other_fit", "-o", OUT], &["other_fit/dataset.toml: robot", "one robot at a time"]),
+        (&["identify", "r/trical", "--model", "m.toml", "-o", OUT], &["m.toml:2: effects[0]", "did you mean `mdh`"]),
+        (
+            &["identify", "r/tracker", "--model", "backlash.toml", "-o", OUT],
+            &["backlash.toml: effects", "leave the effect out"],
+        ),
+        (&["identify", "r/trical", "--model", "none.toml", "-o", OUT], &["none.toml", "check the path"]),
+        (&["validate", "c.toml", "nosuch"], &["nosuch/dataset.toml", "a dataset is a folder"]),
+        (&["validate", "none.toml", "r/validation"], &["none.toml", "check the path"]),
+        (&["validate", "r", "r/validation"], &["r: is a directory", "name a file"]),
+        (&["validate", "nan.toml", "r/validation"], &["nan.toml:", "fit.chi2_per_dof", "finite"]),
+        (&["validate", "c.toml", "other"], &["other/dataset.toml: robot", "'kr6_r700'", "'ur10'"]),
+        (&["measure", "s.toml", "--plan", "c.toml", "-o", OUT], &["c.toml:", "known here"]),
+        (&["measure", "s.toml", "--plan", "none.toml", "-o", OUT], &["none.toml", "check the path"]),
+        (&["import", "nosuch", "x.csv", "-o", OUT], &["nosuch", "ur10-ipa"]),
+        (&["import", "ur10-ipa", "x.csv", "-o", OUT], &["x.csv", "check the path"]),
+        (&["import", "ur10-ipa", "r", "-o", OUT], &["r: is a directory", "name the files"]),
+        (&["import", "ur10-ipa", "few/samples.csv", "-o", OUT], &["few/samples.csv:1: shoulder_pan_joint", "this file has"]),
+        (&["import", "mukca", "empty", "-o", OUT], &["empty: ", "name the folder"]),
+        (&["import", "generic", "few/samples.csv", "-o", OUT], &["--map"]),
+        (&["import", "generic", "few/samples.csv", "--map", "none.toml", "-o", OUT], &["none.toml", "check the path"]),
+        (&["import", "generic", "few/samples.csv", "--map", "s.toml", "-o", OUT], &["s.toml:", "known here"]),
+        (&["import", "ur10-ipa", "few/samples.csv", "--holdout", "nan", "-o", OUT], &["--holdout", "share"]),
+        (&["run"], &["<SCENARIO>", "--help"]),
+        (&["run", "s.toml", "again"], &["'again'", "--help"]),
+        (&["run", "s.toml", "--seed", "-1"], &["--seed", "whole number"]),
+        (&["run", "s.toml", "--out", ""], &["--out", "--help"]),
+        (&["calibrate"], &["'calibrate'", "--help"]),
+    ] {
+        let error = refusal(&format!("{arguments:?}"), &calibench(folder.path(), arguments));
+        assert!(named.iter().all(|part| error.contains(part)), "{arguments:?}: {error}");
+        assert!(!at(OUT).exists(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn an_output_that_is_in_the_way_stays() {
+    let folder = measured();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("file"), "mine").expect("writable");
+    fs::create_dir(at("house")).expect("writable");
+    fs::write(at("house/letter"), "mine").expect("writable");
+    for output in ["file", "house", "file/below"] {
+        for arguments in [
+            &["run", "s.toml", "--out", output][..],
+            &["measure", "s.toml", "--plan", "p.toml", "-o", output],
+            &["identify", "r/trical", "-o", if output == "file" { "house" } else { output }],
+            &["plan", "s.toml", "-o", if output == "file" { "house" } else { output }],
+        ] {
+            let error = refusal(&format!("{arguments:?}"), &calibench(folder.path(), arguments));
+            assert!(error.contains(arguments[arguments.len() - 1]), "{error}");
+            assert_eq!(fs::read_to_string(at("file")).expect("there"), "mine");
+            assert_eq!(fs::read_to_string(at("house/letter")).expect("there"), "mine");
+            assert_eq!(fs::read_dir(at("house")).expect("there").count(), 1);
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn paths_may_have_spaces_and_bytes_that_are_no_text() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+
+    let folder = good();
+    let odd = folder.path().join(OsStr::from_bytes(b"no \xff text"));
+    fs::create_dir(&odd).expect("writable");
+    for name in ["s.toml", "kr6-trical.toml"] {
+        fs::copy(folder.path().join(name), odd.join(name)).expect("writable");
+    }
+    for arguments in [
+        &["plan", "s.toml", "-o", "p l.toml"][..],
+        &["measure", "s.toml", "--plan", "p l.toml", "-o", "d s"],
+        &["identify", "d s", "-o", "c b.toml"],
+        &["validate", "c b.toml", "d s"],
+    ] {
+        let output = calibench(&odd, arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
+    let output = command.arg("identify").arg(odd.join("d s")).arg("-o").arg(odd.join("again")).output().expect("it runs");
+    assert!(output.status.success() && odd.join("again").is_file());
+}
+
+/// Arms of another kind: a robot file goes with what is written, and an arm that cannot probe is refused.
+#[test]
+fn any_robot_runs_or_is_refused() {
+    let lists = ["noise]", "joint_arcsec", "servo_error_arcsec", "lost_motion_arcsec", "small_move_play_arcsec"];
+    let folder = good();
+    let at = |name: &str| folder.path().join(name);
+    let kr6 = built_in("kr6_r700").expect("built in");
+    // Nothing of a drawing's numbers but their count: one joint, no lengths at all, limits narrower than any margin.
+    let mut one = kr6.clone();
+    one.links.truncate(1);
+    one.solids.clear();
+    let mut flat = kr6.clone();
+    flat.links.iter_mut().for_each(|l| (l.mdh.a, l.mdh.d, l.mdh.alpha, l.mdh.theta) = (0.0, 0.0, 0.0, 0.0));
+    let mut narrow = kr6.clone();
+    narrow.links.iter_mut().for_each(|l| l.limits = [-0.01, 0.01]);
+    // With one joint more there is no closed form.
+    let mut narrow_seven = narrow.clone();
+    narrow_seven.links.push(narrow.links[5].clone());
+    narrow_seven.gear_ratios.clear();
+    for (name, arm, runs) in [
+        ("kr6", &kr6, true),
+        ("one", &one, false),
+        ("flat", &flat, false),
+        ("narrow", &narrow, false),
+        ("seven", &narrow_seven, false),
+    ] {
+        let mut arm = arm.clone();
+        arm.gear_ratios.truncate(arm.links.len());
+        fs::write(at("arm.toml"), to_toml(&arm)).expect("writable");
+        let numbers = vec!["1.0"; arm.joints()].join(", ");
+        let text =
+            fs::read_to_string(at("kr6-trical.toml")).expect("a text").replace("robot = \"kr6_r700\"", "robot = \"arm.toml\"");
+        let list = |line: &str| lists.iter().find(|key| line.starts_with(*key)).map(|key| format!("{key} = [{numbers}]"));
+        let text: Vec<String> = text.lines().map(|l| list(l).unwrap_or_else(|| l.to_owned())).collect();
+        fs::write(at("cell.toml"), text.join("\n")).expect("writable");
+        let question = "format = \"calibench-scenario/1\"\nextends = \"cell.toml\"\nname = \"n\"\nquestion = \"q\"\nseed = 1\n";
+        fs::write(at("arm-cell.toml"), question).expect("writable");
+        let output = calibench(folder.path(), &["run", "arm-cell.toml", "--out", "r"]);
+        if runs {
+            assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+            for arguments in [
+                &["validate", "r/trical.toml", "r/validation"][..],
+                &["identify", "r/trical", "-o", "c.toml"],
+                &["validate", "c.toml", "r/validation"],
+            ] {
+                let output = calibench(folder.path(), arguments);
+                assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+            }
+        } else {
+            let error = refusal(name, &output);
+            assert!(error.contains("cell.toml:") && error.contains("ball[0]"), "{name}: {error}");
+        }
+    }
+}
+
+/// `calibench robots | head -1`: whoever stops reading has seen enough.
+#[test]
+fn a_closed_pipe_is_not_a_panic() {
+    for verb in [&["robots"][..], &["effects", "--json"], &["--help"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
+        let mut child = command.args(verb).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program runs");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn help_is_no_error_but_for_who_asked_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let alone = calibench(folder.path(), &[]);
+    assert_eq!(alone.status.code(), Some(2));
+    assert!(alone.stdout.is_empty() && String::from_utf8_lossy(&alone.stderr).contains("Usage: calibench"));
+    for arguments in [&["--help"][..], &["--version"], &["run", "--help"], &["help", "import"]] {
+        let output = calibench(folder.path(), arguments);
+        assert!(output.status.success() && !output.stdout.is_empty() && output.stderr.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn random_damage_to_a_scenario_never_panics() {
+    let folder = good();
+    let path = folder.path().join("s.toml");
+    // One file that holds it all, so that everything can be damaged.
+    let own: Vec<&str> = QUESTION.lines().take_while(|l| !l.starts_with('[')).filter(|l| !l.starts_with("extends")).collect();
+    let whole = format!("{}\n{}", own.join("\n"), fs::read_to_string(folder.path().join("kr6-trical.toml")).expect("a text"));
+    fs::write(&path, &whole).expect("writable");
+    load_scenario(&path).unwrap_or_else(|e| panic!("{e}"));
+    let whole = whole.into_bytes();
+    let mut random = ChaCha8Rng::seed_from_u64(20_201_019);
+    let mut refused = 0;
+    for _ in 0..2000 {
+        let mut bytes = whole.clone();
+        for _ in 0..random.random_range(1..4) {
+            let at = random.random_range(0..bytes.len());
+            let end = at + random.random_range(0..(bytes.len() - at).min(40));
+            match random.random_range(0..8) {
+                0 => bytes[at] ^= 1 << random.random_range(0..8),
+                1 => bytes.truncate(at.max(1)),
+                2 => drop(bytes.drain(at..end)),
+                3 => {
+                    let piece = bytes[at..end].to_vec();
+                    bytes.splice(end..end, piece);
+                }
+                _ => {
+                    // The next number becomes another one.
+                    let digit = |b: &u8| b.is_ascii_digit() || b".-".contains(b);
+                    let from = at + bytes[at..].iter().take_while(|b| !digit(b)).count();
+                    let to = from + bytes[from..].iter().take_while(|b| digit(b)).count();
+                    let other =
+                        ["nan", "-inf", "1e300", "-1e300", "-1", "0", "1e-300", "9223372036854775807", "99999999999999999999"];
+                    bytes.splice(from..to, other[random.random_range(0..other.len())].bytes());
+                }
+            }
+        }
+        fs::write(&path, &bytes).expect("writable");
+        if let Err(e) = load_scenario(&path) {
+            refused += 1;
+            assert!(!e.problem.is_empty() && !e.remedy.is_empty() && !e.to_string().contains('\n'), "{e}");
+        }
+    }
+    // A comment or a name can be damaged without harm; most else cannot.
+    assert!(refused > 1000, "only {refused} of 2000 damaged scenarios were refused");
+}

@@ -1,0 +1,55 @@
+//! The same scenario and seed give the same bytes, on any number of threads and every time; another seed gives others.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/table8.toml");
+
+/// Every file below a folder, by its path in it.
+fn files(folder: &Path, below: &Path, all: &mut BTreeMap<PathBuf, Vec<u8>>) {
+    for entry in fs::read_dir(folder.join(below)).expect("a folder") {
+        let path = below.join(entry.expect("an entry").file_name());
+        if folder.join(&path).is_dir() {
+            files(folder, &path, all);
+        } else {
+            all.insert(path.clone(), fs::read(folder.join(&path)).expect("a file"));
+        }
+    }
+}
+
+/// What a run printed (under the empty path) and wrote.
+fn run(seed: &str, threads: Option<&str>) -> BTreeMap<PathBuf, Vec<u8>> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
+    // The name of the output stands in what is printed: the same relative one for all.
+    command.current_dir(&folder).args(["run", SCENARIO, "--seed", seed, "--out", "run"]);
+    command.env_remove("RAYON_NUM_THREADS").envs(threads.map(|n| ("RAYON_NUM_THREADS", n)));
+    let output = command.output().expect("the program runs");
+    // 1 says that an expectation was missed, which another seed may do.
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut all = BTreeMap::from([(PathBuf::new(), output.stdout)]);
+    files(&folder.path().join("run"), Path::new(""), &mut all);
+    all
+}
+
+#[test]
+fn threads_and_repetition_change_no_byte_and_the_seed_does() {
+    let first = run("3", Some("1"));
+    assert!(first.len() > 10 && first.values().all(|bytes| !bytes.is_empty()), "{:?}", first.keys());
+    for threads in [Some("2"), Some("2"), Some("5"), None] {
+        let again = run("3", threads);
+        assert!(again.keys().eq(first.keys()), "{threads:?} threads: {:?}", again.keys());
+        for (path, bytes) in &first {
+            assert!(again[path] == *bytes, "{} differs with {threads:?} threads", path.display());
+        }
+    }
+    let other = run("4", None);
+    for (path, bytes) in &first {
+        // The descriptions of the datasets are those of one cell.
+        if path.file_name().is_none_or(|name| name != "dataset.toml") {
+            assert!(other[path] != *bytes, "{} is the same with another seed", path.display());
+        }
+    }
+}
