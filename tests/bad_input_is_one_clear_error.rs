@@ -205,7 +205,7 @@ max_deg = 100.0
 label = ""
 dataset = "d"
 session = ""
-
+base_start = { x_mm = -536.32, y_mm = 0.0, z_mm = 0.0, a_deg = 0.0, b_deg = 0.0, c_deg = 0.0 }
 [[parameter]]
 name = "a2"
 effect = "mdh"
