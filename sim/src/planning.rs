@@ -48,10 +48,22 @@ pub struct Chosen {
 /// What will be measured.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Probings, in their order.
+    /// Probings, in their order; reserves after them.
     pub probings: Vec<PlannedPose>,
     /// How they were chosen.
     pub trical: Chosen,
+}
+
+impl Plan {
+    /// Number of probings wanted, reserves not counted.
+    pub fn wanted(&self) -> usize {
+        wanted(&self.probings)
+    }
+}
+
+/// Number of poses that are not reserves.
+pub fn wanted(poses: &[PlannedPose]) -> usize {
+    poses.iter().filter(|p| !p.reserve).count()
 }
 
 /// Joint targets for the tracker.
@@ -98,26 +110,35 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
         .enumerate()
         .map(|(k, c)| Sample::new(k.to_string(), c.q.clone(), Measured::Ball { ball: c.ball, reading: None }));
     let groups: Vec<usize> = pool.iter().map(|c| c.ball).collect();
-    let quota = Quota::PerGroup(vec![scenario.plan.poses_per_ball; cell.balls.len()]);
-    let (selection, trical) =
-        choose(&cell, samples.collect(), Some(&groups), quota, &scenario.model(), scenario.plan.starts, seed)?;
-    let poses: Vec<PlannedPose> = selection
-        .poses
-        .iter()
-        .enumerate()
-        .map(|(k, &p)| PlannedPose {
-            id: format!("p{:02}", k + 1),
-            ball: pool[p].ball,
-            payload: 0,
-            contact: pool[p].q.clone(),
-            approach: pool[p].q_approach.clone(),
-        })
-        .collect();
+    let per_ball = |poses: usize| Quota::PerGroup(vec![poses; cell.balls.len()]);
+    let model = scenario.model();
+    let pool_design = PoolDesign::new(&cell, samples.collect(), groups, &model)?;
+    let request = Request { starts: scenario.plan.starts, seed, ..Request::new(per_ball(scenario.plan.poses_per_ball)) };
+    let selection = select(&pool_design.candidates, &request)?;
+    let trical = pool_design.chosen(&selection)?;
+    let with_reserves = Request {
+        fixed: selection.poses.clone(),
+        starts: 1,
+        seed,
+        ..Request::new(per_ball(scenario.plan.poses_per_ball + scenario.plan.reserves_per_ball))
+    };
+    let reserves = select(&pool_design.candidates, &with_reserves)?.poses.into_iter().filter(|p| !selection.poses.contains(p));
+    let pose = |id: String, p: usize, reserve: bool| PlannedPose {
+        id,
+        ball: pool[p].ball,
+        payload: 0,
+        contact: pool[p].q.clone(),
+        approach: pool[p].q_approach.clone(),
+        reserve,
+    };
+    let poses: Vec<PlannedPose> =
+        selection.poses.iter().enumerate().map(|(k, &p)| pose(format!("p{:02}", k + 1), p, false)).collect();
+    let reserves = reserves.enumerate().map(|(k, p)| pose(format!("r{:02}", k + 1), p, true));
     let order = match scenario.plan.order {
         Order::Interleaved => interleave(&poses),
         Order::BallByBall => (0..poses.len()).collect(),
     };
-    Ok(Plan { probings: order.into_iter().map(|k| poses[k].clone()).collect(), trical })
+    Ok(Plan { probings: order.into_iter().map(|k| poses[k].clone()).chain(reserves).collect(), trical })
 }
 
 /// Chooses the tracker's poses.
@@ -148,8 +169,10 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
     let validation = free.split_off(TRACKER_POOL);
     let samples =
         free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(Vector3::zeros())));
+    let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model())?;
     let quota = Quota::Free(scenario.tracker.identification_poses);
-    let (selection, chosen) = choose(&cell, samples.collect(), None, quota, &scenario.model(), scenario.plan.starts, seed)?;
+    let selection = select(&design.candidates, &Request { starts: scenario.plan.starts, seed, ..Request::new(quota) })?;
+    let chosen = design.chosen(&selection)?;
     let identification = selection.poses.iter().map(|&p| free[p].clone()).collect();
     Ok(TrackerPlan { identification, chosen, validation })
 }
@@ -167,32 +190,35 @@ fn margins(scenario: &Scenario) -> Margins {
     Margins { clearance: scenario.plan.clearance_mm * MM, ..Margins::default() }
 }
 
-/// Selects by observability of what the pool can tell apart.
-fn choose(
-    cell: &Dataset,
-    samples: Vec<Sample>,
-    groups: Option<&[usize]>,
-    quota: Quota,
-    model: &Model,
-    starts: usize,
-    seed: u64,
-) -> Result<(Selection, Chosen), PlanError> {
-    // Only what is flat in the model counts: certified balls and tools are known.
-    let mut certain = Dataset { samples, tool_sigma: 0.0, ..cell.clone() };
-    certain.balls.iter_mut().for_each(|b| b.sigma = 0.0);
-    let problem = Problem::new(&[("pool", &certain)], model, Use::Fit)?;
-    let kept = independent_parameters(&problem)?;
-    let jacobian = problem.plain_jacobian(&problem.start(), &kept);
-    let m = kept.len();
-    let row_major: Vec<f64> = (0..jacobian.nrows()).flat_map(|r| (0..m).map(move |c| (r, c))).map(|at| jacobian[at]).collect();
-    let candidates = Candidates::new(&row_major, m, groups.map_or_else(|| vec![0; certain.samples.len()], <[usize]>::to_vec))?;
-    let selection = select(&candidates, &Request { starts, seed, ..Request::new(quota) })?;
-    let rows = DMatrix::from_fn(3 * selection.poses.len(), m, |r, c| jacobian[(3 * selection.poses[r / 3] + r % 3, c)]);
-    let chosen = Chosen {
-        pool: certain.samples.len(),
-        parameters: kept.iter().map(|&p| problem.parameters()[p].name.clone()).collect(),
-        observability: observability_of(&rows, selection.poses.len())?,
-        starts: selection.starts.iter().map(|s| s.o1).collect(),
-    };
-    Ok((selection, chosen))
+/// A pool seen through the model: what it can tell apart, and each pose's part in it.
+struct PoolDesign {
+    parameters: Vec<String>,
+    jacobian: DMatrix<f64>,
+    candidates: Candidates,
+}
+
+impl PoolDesign {
+    fn new(cell: &Dataset, samples: Vec<Sample>, groups: Vec<usize>, model: &Model) -> Result<Self, PlanError> {
+        // Only what is flat in the model counts: certified balls and tools are known.
+        let mut certain = Dataset { samples, tool_sigma: 0.0, ..cell.clone() };
+        certain.balls.iter_mut().for_each(|b| b.sigma = 0.0);
+        let problem = Problem::new(&[("pool", &certain)], model, Use::Fit)?;
+        let kept = independent_parameters(&problem)?;
+        let jacobian = problem.plain_jacobian(&problem.start(), &kept);
+        let row_major: Vec<f64> = jacobian.transpose().iter().copied().collect();
+        let candidates = Candidates::new(&row_major, kept.len(), groups)?;
+        let parameters = kept.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
+        Ok(PoolDesign { parameters, jacobian, candidates })
+    }
+
+    fn chosen(&self, selection: &Selection) -> Result<Chosen, PlanError> {
+        let poses = &selection.poses;
+        let rows = DMatrix::from_fn(3 * poses.len(), self.parameters.len(), |r, c| self.jacobian[(3 * poses[r / 3] + r % 3, c)]);
+        Ok(Chosen {
+            pool: self.jacobian.nrows() / 3,
+            parameters: self.parameters.clone(),
+            observability: observability_of(&rows, poses.len())?,
+            starts: selection.starts.iter().map(|s| s.o1).collect(),
+        })
+    }
 }

@@ -152,6 +152,7 @@ pub enum Order {
 #[allow(missing_docs)]
 pub struct PlanSpec {
     pub poses_per_ball: usize,
+    pub reserves_per_ball: usize,
     pub pool_per_ball: usize,
     pub starts: usize,
     pub cone_deg: f64,
@@ -397,7 +398,7 @@ impl Scenario {
         }
         for (key, count, least) in [
             ("plan.poses_per_ball", self.plan.poses_per_ball, 1),
-            ("plan.pool_per_ball", self.plan.pool_per_ball, self.plan.poses_per_ball),
+            ("plan.pool_per_ball", self.plan.pool_per_ball, self.plan.poses_per_ball + self.plan.reserves_per_ball),
             ("plan.starts", self.plan.starts, 1),
             ("tracker.validation_poses", self.tracker.validation_poses, 1),
         ] {

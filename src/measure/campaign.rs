@@ -1,5 +1,7 @@
 //! The campaign: every planned pose probed in order, with what failed kept beside what was measured.
 
+use std::collections::VecDeque;
+
 use thiserror::Error;
 
 use super::last_motion::LastMotion;
@@ -29,7 +31,7 @@ impl Default for CampaignSettings {
 /// How far a campaign has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Poses done or skipped.
+    /// Poses measured.
     pub done: usize,
     /// Poses planned.
     pub planned: usize,
@@ -116,15 +118,17 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         self.controller
     }
 
-    /// Probes `poses` in the order given (see [`super::interleave`]).
+    /// Probes `poses` in the order given (see [`super::interleave`]), then reserves in place of those that failed.
     ///
     /// A pose that fails is tried again and then skipped, its reasons kept. The campaign ends early only when the robot is lost or
     /// stopped, cannot be backed off a ball, or too many poses in a row fail. What was measured until then is always kept.
     pub fn run(&mut self, poses: &[PlannedPose], witness: &mut dyn Witness) -> CampaignRecord {
         let began_s = self.controller.robot.clock_s();
         let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
+        let mut queue: VecDeque<usize> = (0..poses.len()).filter(|&k| !poses[k].reserve).collect();
+        let mut reserves: Vec<usize> = (0..poses.len()).filter(|&k| poses[k].reserve).collect();
         let mut skipped = 0;
-        for place in 0..poses.len() {
+        while let Some(place) = queue.pop_front() {
             match self.measure(place, poses, began_s, &mut record, witness) {
                 Ok(sample) => {
                     record.samples.push(sample);
@@ -132,7 +136,10 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
                 }
                 Err(Failed::Pose(last)) => {
                     skipped += 1;
-                    if skipped >= self.settings.skipped_in_a_row && place + 1 < poses.len() {
+                    if let Some(k) = reserves.iter().position(|&r| poses[r].ball == poses[place].ball) {
+                        queue.push_back(reserves.remove(k));
+                    }
+                    if skipped >= self.settings.skipped_in_a_row && !queue.is_empty() {
                         record.aborted = Some(Abort::TooManyFailures { skipped, last });
                         break;
                     }
@@ -158,7 +165,8 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         let pose = &poses[place];
         let mut attempt = 1;
         loop {
-            let progress = self.progress(place, poses.len(), began_s);
+            let planned = poses.iter().filter(|p| !p.reserve).count();
+            let progress = self.progress(record.samples.len(), planned, began_s);
             witness.probing_started(pose, attempt, &progress);
             let (probing, sample) = self.probe(pose, witness);
             witness.probing_finished(pose, &probing, sample.as_ref());
@@ -209,7 +217,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     fn progress(&mut self, done: usize, planned: usize, began_s: f64) -> Progress {
         let elapsed_s = self.controller.robot.clock_s() - began_s;
         let pace = if done == 0 { 30.0 } else { elapsed_s / done as f64 };
-        Progress { done, planned, elapsed_s, remaining_s: pace * (planned - done) as f64 }
+        Progress { done, planned, elapsed_s, remaining_s: pace * planned.saturating_sub(done) as f64 }
     }
 }
 

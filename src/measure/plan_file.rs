@@ -28,6 +28,9 @@ struct PoseToml {
     payload: String,
     contact_deg: Vec<f64>,
     approach_deg: Vec<f64>,
+    /// Probed only in place of a pose on the same ball that failed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    reserve: bool,
 }
 
 /// Writes a plan for the cell that `cell` describes, whole or not at all.
@@ -44,6 +47,7 @@ pub fn write_plan(path: &Path, poses: &[PlannedPose], cell: &Dataset) -> Result<
             payload: cell.payloads.get(p.payload).map(|l| l.name.clone()).unwrap_or_default(),
             contact_deg: degrees(&p.contact),
             approach_deg: degrees(&p.approach),
+            reserve: p.reserve,
         })
         .collect();
     let plan = PlanToml { format: PLAN_FORMAT.into(), robot: cell.robot_reference.clone(), pose };
@@ -98,7 +102,7 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<Vec<PlannedPose>, FileEr
         }
         let radians = |list: &[f64]| list.iter().map(|v| v * DEG).collect();
         let (contact, approach) = (radians(&p.contact_deg), radians(&p.approach_deg));
-        poses.push(PlannedPose { id: p.id, ball, payload, contact, approach });
+        poses.push(PlannedPose { id: p.id, ball, payload, contact, approach, reserve: p.reserve });
     }
     Ok(poses)
 }

@@ -18,6 +18,8 @@ pub struct PlannedPose {
     pub contact: Vec<f64>,
     /// Joints straight back from there along the approach, clear of the ball, rad (N).
     pub approach: Vec<f64>,
+    /// Probed only in place of a pose on the same ball that failed.
+    pub reserve: bool,
 }
 
 /// Why a probing gave no measurement, and where that left the arm.

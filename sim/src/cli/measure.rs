@@ -7,7 +7,7 @@ use calibench::measure::{Dataset, MasteringSettings, master, read_plan, write_da
 
 use super::progress::CampaignBar;
 use super::{Failure, Outcome, print};
-use crate::planning::plan;
+use crate::planning::{plan, wanted};
 use crate::random::Streams;
 use crate::run::probe;
 use crate::scenario::load_scenario;
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let clock = || world.robot().clock_s();
     let mastering =
         master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
-    let mut bar = CampaignBar::new(poses.len());
+    let mut bar = CampaignBar::new(wanted(&poses));
     let record = probe(&scenario, &world, &poses, &mastering, &mut bar);
     bar.clear();
     if let Some(abort) = record.aborted {
@@ -49,6 +49,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let measured = record.samples.len();
     let dataset = Dataset { contact_force: World::nominal_contact_force(&scenario), samples: record.samples, ..cell };
     write_dataset(&dataset, &arguments.output)?;
-    print(&format!("{measured} of {} planned probings measured; dataset in {}", poses.len(), arguments.output.display()))?;
+    print(&format!("{measured} of {} planned probings measured; dataset in {}", wanted(&poses), arguments.output.display()))?;
     Ok(Outcome::Done)
 }

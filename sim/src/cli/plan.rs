@@ -26,7 +26,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(path) = &arguments.output {
         write_plan(path, &plan.probings, &scenario.dataset())?;
     }
-    print(&chosen_sentence("probings", plan.probings.len(), &plan.trical))?;
+    print(&chosen_sentence("probings", plan.wanted(), &plan.trical))?;
     Ok(Outcome::Done)
 }
 

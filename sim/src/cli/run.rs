@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let scenario = load_scenario(&arguments.scenario)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let plans = Plans::new(&scenario, seed)?;
-    let mut bar = CampaignBar::new(plans.plan.probings.len());
+    let mut bar = CampaignBar::new(plans.plan.wanted());
     let result = procedure(&scenario, plans, Streams { seed, trial: 0 }, &mut bar);
     bar.clear();
     let run = result?;
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure> {
     print(&format!("{}: {}\nrobot {}, seed {}\n", scenario.name, scenario.question, scenario.robot, run.seed))?;
     print("PLAN")?;
-    print(&chosen_sentence("probings", run.plan.probings.len(), &run.plan.trical))?;
+    print(&chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
     print(&chosen_sentence("tracker poses", run.tracker_plan.identification.len(), &run.tracker_plan.chosen))?;
     print("\nMASTERING")?;
     let free = run.mastering.free_reading.map(|r| r / MM);
@@ -164,7 +164,7 @@ fn centring_summary(run: &Run) -> String {
     format!(
         "{} of {} probings centred, {:.2} readings each; {:.1} s a probing, {:.0} min of cell time in all (the paper: about 30 s a probing)",
         run.campaign.samples.len(),
-        run.plan.probings.len(),
+        run.plan.wanted(),
         run.readings_mean(),
         time / probings.len().max(1) as f64,
         time / 60.0
