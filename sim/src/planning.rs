@@ -213,7 +213,8 @@ impl PoolDesign {
 
     fn chosen(&self, selection: &Selection) -> Result<Chosen, PlanError> {
         let poses = &selection.poses;
-        let rows = DMatrix::from_fn(3 * poses.len(), self.parameters.len(), |r, c| self.jacobian[(3 * poses[r / 3] + r % 3, c)]);
+        let rows =
+            DMatrix::from_fn(3 * poses.len(), self.parameters.len(), |r, c| self.jacobian[(3 * poses[r / 3] + r % 3, c)]);
         Ok(Chosen {
             pool: self.jacobian.nrows() / 3,
             parameters: self.parameters.clone(),
