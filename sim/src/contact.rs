@@ -5,22 +5,23 @@
 
 use std::array;
 
+use calibench::cell::TriCal;
 use calibench::units::MM;
 use nalgebra::{Unit, Vector3};
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::Cylinder;
 
-/// Radius of the disk-shaped tips, m (diameter 11.5 mm, paper section 2.1).
-pub const DISK_RADIUS: f64 = 5.75 * MM;
+/// Radius of the disk-shaped tips, m.
+pub const DISK_RADIUS: f64 = TriCal::PAPER.tip_radius;
 /// Radius of the 1.5-inch master ball, m.
-pub const MASTER_RADIUS: f64 = 19.05 * MM;
+pub const MASTER_RADIUS: f64 = TriCal::PAPER.master_radius;
 /// Radius of the 1-inch datum balls, m.
-pub const DATUM_RADIUS: f64 = 12.7 * MM;
+pub const DATUM_RADIUS: f64 = TriCal::PAPER.datum_radius;
 /// What an indicator is set to on the master ball, m: the difference of the two radii.
-pub const MASTER_READING: f64 = 6.35 * MM;
-/// Measuring range of an indicator, m (paper section 2.1).
-pub const TRAVEL: f64 = 12.5 * MM;
+pub const MASTER_READING: f64 = MASTER_RADIUS - DATUM_RADIUS;
+/// Measuring range of an indicator, m.
+pub const TRAVEL: f64 = TriCal::PAPER.travel;
 /// How far the plunger still moves past its measuring range before its stop, m (assumed; the paper masters at the very end of the range).
 pub const OVERTRAVEL: f64 = 0.1 * MM;
 /// Tip coordinate of an ideally placed plunger when it stands free, m: 12.5 mm short of the master ball.

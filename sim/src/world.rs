@@ -12,6 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::arm::{Arm, Moment};
+use crate::cmm::SimulatedCmm;
 use crate::contact::DATUM_RADIUS;
 use crate::controller::Joints;
 use crate::gauge::Gauge;
@@ -35,6 +36,7 @@ pub struct World {
     gauge: Gauge,
     balls: Vec<PresentedBall>,
     ball_form: f64,
+    master_radius_sigma: f64,
     nominal: Dataset,
     rel_tool: RelTool,
     approach: Vec<i8>,
@@ -61,18 +63,20 @@ impl World {
         for (link, error) in robot.links.iter_mut().zip(&truth.link_mass_error) {
             link.mass *= 1.0 + error;
         }
+        // Certified places are what a CMM made of the true ones; its error is as likely one way as the other.
+        let cmm = |sigma_um: f64| SimulatedCmm { centre: sigma_um * UM };
         let mut artifact = streams.stream("artifact");
         let radius_sigma = truth.indicators.ball_diameter_um * UM / 2.0;
         let balls = nominal
             .balls
             .iter()
             .map(|b| PresentedBall {
-                centre: noisy_point(&b.position, truth.artifact.ball_sigma_um * UM, &mut artifact),
+                centre: cmm(truth.artifact.ball_sigma_um).measure_ball(&b.position, &mut artifact),
                 radius: DATUM_RADIUS + normal(radius_sigma, &mut artifact),
             })
             .collect();
         let certified = Vector3::from(nominal.tool.xyz);
-        let tool_xyz = noisy_point(&certified, truth.tool.sigma_um * UM, &mut streams.stream("tool"));
+        let tool_xyz = cmm(truth.tool.sigma_um).measure_ball(&certified, &mut streams.stream("tool"));
         let tool = FramePose { xyz: tool_xyz.into(), ..nominal.tool };
         let payload = nominal.payloads.first().cloned().unwrap_or_else(Payload::none);
         let robot = std::sync::Arc::new(robot);
@@ -83,6 +87,7 @@ impl World {
             gauge: Gauge::draw(&scenario.plungers(), streams),
             balls,
             ball_form: truth.indicators.ball_form_um * UM,
+            master_radius_sigma: radius_sigma,
             rel_tool: RelTool::new(&nominal.robot),
             nominal,
             approach: vec![0; robot.joints()],
@@ -250,9 +255,8 @@ const HANDLING_S: f64 = 20.0;
 impl Attendant for SimulatedAttendant {
     fn place_master_ball(&mut self) -> Result<(), CalledOff> {
         let mut world = self.0.0.borrow_mut();
-        let sigma = world.balls.first().map_or(0.0, |_| 0.5 * 1.27 * UM); // grade 5, on the diameter (paper, section 4)
         let world = &mut *world;
-        let radius_error = normal(sigma, &mut world.master);
+        let radius_error = normal(world.master_radius_sigma, &mut world.master);
         world.time_s += HANDLING_S;
         world.gauge.seat_master(Vector3::zeros(), radius_error);
         Ok(())

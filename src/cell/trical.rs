@@ -21,19 +21,22 @@ pub struct TriCal {
 }
 
 impl Default for TriCal {
-    /// The device of the paper, section 2.1: 1-inch datum balls, a 1.5-inch master ball, 12.5 mm of travel, 11.5 mm tips.
+    /// The device of the paper.
     fn default() -> Self {
-        TriCal {
-            datum_radius: 12.7 * MM,
-            master_radius: 19.05 * MM,
-            travel: 12.5 * MM,
-            tip_radius: 5.75 * MM,
-            safe_range: 5.0 * MM,
-        }
+        TriCal::PAPER
     }
 }
 
 impl TriCal {
+    /// The device of the paper, section 2.1: 1-inch datum balls, a 1.5-inch master ball, 12.5 mm of travel, 11.5 mm tips.
+    pub const PAPER: TriCal = TriCal {
+        datum_radius: 12.7 * MM,
+        master_radius: 19.05 * MM,
+        travel: 12.5 * MM,
+        tip_radius: 5.75 * MM,
+        safe_range: 5.0 * MM,
+    };
+
     /// What each indicator is set to on the master ball, so that a centred datum ball reads zero: 6.350 mm.
     pub fn master_reading(&self) -> f64 {
         self.master_radius - self.datum_radius

@@ -3,8 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::measure::DEFAULT_GRAVITY;
-use crate::robot::{FramePose, Loads, Payload, Posture, Robot, SiteIndex};
+use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, Posture, Robot, SiteIndex};
 
 /// Postures tried; the largest of 512 is within a few per cent of the supremum, and only a scale is wanted.
 const POSTURES: usize = 512;

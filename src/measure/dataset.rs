@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::robot::{FramePose, Payload, Robot};
+use crate::robot::{DEFAULT_GRAVITY, FramePose, Payload, Robot};
 
 /// A precision ball of the artifact.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,9 +156,6 @@ pub struct Dataset {
     /// SHA-256 of the two files, hexadecimal; empty until written or read.
     pub hash: String,
 }
-
-/// Standard gravity as formats.md's default, m/s².
-pub const DEFAULT_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 impl Default for Dataset {
     /// No robot, nothing measured; standard gravity.

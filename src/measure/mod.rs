@@ -26,7 +26,7 @@ pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRec
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
 pub use centring_failure::{CentringFailure, Suspicion};
 pub(crate) use columns::Column;
-pub use dataset::{Anchor, Ball, BallDistance, DEFAULT_GRAVITY, Dataset, Measured, Noise, Sample, SampleSet};
+pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet};
 pub(crate) use dataset_file::Reading;
 pub use dataset_file::{read_dataset, write_dataset};
 pub(crate) use dataset_toml::DatasetToml;

@@ -28,7 +28,7 @@ pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
-pub use statics::{Loads, Payload};
+pub use statics::{DEFAULT_GRAVITY, Loads, Payload};
 
 /// A robot as its maker drew it: the nominal model and the facts that no calibration changes.
 #[derive(Debug, Clone, PartialEq)]

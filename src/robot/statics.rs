@@ -7,6 +7,9 @@ use nalgebra::Vector3;
 
 use super::{Posture, Robot};
 
+/// Gravity in a world whose z axis points up, where a file does not say, m/s².
+pub const DEFAULT_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
 /// What the flange carries: mass (kg) and its centre in the last frame (m).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Payload {

@@ -1,0 +1,43 @@
+//! Every scenario says what it expects, and the procedure delivers it.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+
+use calibench_sim::random::Streams;
+use calibench_sim::run::{Plans, run};
+use calibench_sim::scenario::load_scenario;
+
+/// Scenario files: those that say what format they are of; the others are cells that scenarios extend.
+fn scenarios() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.retain(|f| std::fs::read_to_string(f).unwrap().contains("\nformat ="));
+    files.sort();
+    files
+}
+
+#[test]
+fn every_expectation_is_met() {
+    let files = scenarios();
+    assert!(files.len() >= 3, "perfect, table8 and paper at least");
+    for file in files {
+        let scenario = load_scenario(&file).unwrap();
+        assert!(!scenario.expect.is_empty(), "{} expects nothing", file.display());
+        let streams = Streams { seed: scenario.seed, trial: 0 };
+        let result = run(&scenario, Plans::new(&scenario, scenario.seed).unwrap(), streams, &mut ()).unwrap();
+        for check in result.checks(&scenario) {
+            assert!(check.met(), "{}: {} is {}, not in {:?}", scenario.name, check.name, check.value, check.band);
+        }
+    }
+}
+
+#[test]
+fn with_nothing_wrong_every_estimate_is_zero_within_its_sigma() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    let scenario = load_scenario(&folder.join("perfect.toml")).unwrap();
+    let result = run(&scenario, Plans::new(&scenario, 1).unwrap(), Streams { seed: 1, trial: 0 }, &mut ()).unwrap();
+    // The largest of 31 normal numbers passes 3.9 sigma once in 300 seeds.
+    for p in &result.trical.score.parameters {
+        assert!(p.z().abs() < 3.9, "{} is {} sigma from the drawing", p.name, p.z());
+    }
+}
