@@ -3,7 +3,7 @@
 
 mod works;
 
-use calibench::identify::{Problem, Use, fit, identify, independent_parameters};
+use calibench::identify::{Adjustment, Problem, Use, fit, identify, independent_parameters};
 use criterion::{Criterion, criterion_group, criterion_main};
 use works::golden;
 
@@ -18,6 +18,18 @@ fn identification(c: &mut Criterion) {
     let mut problem = Problem::new(&named, &frozen, Use::Fit).unwrap();
     group.bench_function("fit", |b| b.iter(|| fit(&mut problem).unwrap()));
     group.bench_function("rank", |b| b.iter(|| independent_parameters(&problem).unwrap()));
+    group.bench_function("renew", |b| b.iter(|| problem.renew(&[&dataset.samples]).unwrap()));
+    let start = problem.start();
+    let all: Vec<usize> = (0..start.len()).collect();
+    let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();
+    group.bench_function("adjust", |b| b.iter(|| adjustment.adjust(&mut problem, &start).unwrap()));
+    group.bench_function("renew and adjust", |b| {
+        b.iter(|| {
+            problem.renew(&[&dataset.samples]).unwrap();
+            adjustment.adjust(&mut problem, &start).unwrap();
+        });
+    });
+    group.bench_function("covariance", |b| b.iter(|| adjustment.covariance().unwrap()));
     group.finish();
 }
 

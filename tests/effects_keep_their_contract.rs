@@ -26,7 +26,11 @@ fn ids() -> Vec<String> {
 
 fn cell() -> Dataset {
     let robot = Arc::new(built_in("kr6_r700").unwrap());
-    let postures = [[10.0, -70.0, 80.0, 20.0, 40.0, 10.0], [-35.0, -40.0, 60.0, -70.0, 55.0, 130.0], [60.0, -95.0, 110.0, 100.0, -80.0, -20.0]];
+    let postures = [
+        [10.0, -70.0, 80.0, 20.0, 40.0, 10.0],
+        [-35.0, -40.0, 60.0, -70.0, 55.0, 130.0],
+        [60.0, -95.0, 110.0, 100.0, -80.0, -20.0],
+    ];
     let samples = postures.iter().enumerate().map(|(k, q)| {
         let reading = Some(Vector3::new(1.0, -2.0, 0.5) * 1e-3);
         let mut sample = Sample::new(k.to_string(), q.map(|v| v * DEG).to_vec(), Measured::Ball { ball: 0, reading });
@@ -55,7 +59,8 @@ fn columns_are_derivatives_of_the_exact_model() {
         effects.extend(others);
         let model = Model { torque_posture: TorquePosture::Drawn, ..Model::of(&effects) };
         let problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
-        let at: Vec<f64> = problem.parameters().iter().enumerate().map(|(k, p)| p.spec.prior * ((k as f64 * 1.7).sin())).collect();
+        let at: Vec<f64> =
+            problem.parameters().iter().enumerate().map(|(k, p)| p.spec.prior * ((k as f64 * 1.7).sin())).collect();
         let columns: Vec<usize> = (0..problem.parameters().len()).filter(|&k| problem.parameters()[k].effect == id).collect();
         assert!(!columns.is_empty());
         let exact = problem.plain_jacobian(&at, &columns);
@@ -70,7 +75,11 @@ fn columns_are_derivatives_of_the_exact_model() {
                 let column = exact.fixed_view::<3, 1>(3 * s, c).into_owned();
                 // Central differences: rounding 1e-16 m over h, curvature h² times a length.
                 let tolerance = 2e-16 / h * 10.0 + 1e-7 * (1.0 + column.norm());
-                assert!((difference - column).norm() < tolerance, "{id} {}: {difference} against {column}", problem.parameters()[k].name);
+                assert!(
+                    (difference - column).norm() < tolerance,
+                    "{id} {}: {difference} against {column}",
+                    problem.parameters()[k].name
+                );
             }
         }
     }
@@ -113,7 +122,19 @@ fn arguments_that_do_not_fit_are_refused() {
     let data = cell();
     let balls = data.ball_ids();
     let subject = Subject { robot: &data.robot, balls: &balls };
-    for id in ["mdhh", "", "mdh:1", "harmonic1:0", "harmonic1:7", "harmonic:2", "harmonic:2:0", "harmonic:2:x", "ball:c", "ball", "harmonic:1:2:3"] {
+    for id in [
+        "mdhh",
+        "",
+        "mdh:1",
+        "harmonic1:0",
+        "harmonic1:7",
+        "harmonic:2",
+        "harmonic:2:0",
+        "harmonic:2:x",
+        "ball:c",
+        "ball",
+        "harmonic:1:2:3",
+    ] {
         let error = build(id, &subject).err().unwrap_or_else(|| panic!("'{id}' was accepted"));
         assert!(error.to_string().contains(id), "{error}");
     }

@@ -25,7 +25,8 @@ fn both_rows_on_the_median_of_twenty_seeds() {
             [of(&trical.validation), of(&tracker.validation)]
         })
         .collect();
-    for (m, (method, paper)) in [("TriCal", [0.326, 0.624, 0.107]), ("tracker", [0.231, 0.539, 0.087])].into_iter().enumerate() {
+    for (m, (method, paper)) in [("TriCal", [0.326, 0.624, 0.107]), ("tracker", [0.231, 0.539, 0.087])].into_iter().enumerate()
+    {
         for k in 0..3 {
             let mut values: Vec<f64> = rows.iter().map(|r| r[m][k]).collect();
             values.sort_by(f64::total_cmp);

@@ -1,5 +1,7 @@
 //! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
 
+mod adjustment;
+mod assembly;
 mod calibration;
 mod calibration_file;
 mod fit;
@@ -8,7 +10,9 @@ mod model;
 mod model_file;
 mod observability;
 mod problem;
+mod sample_row;
 
+pub use adjustment::Adjustment;
 pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
 pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};

@@ -12,7 +12,7 @@ use super::samples_file::read_samples;
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise};
 use crate::files::{FileError, field_error, parse_toml, read_text, replace_folder, write_whole};
-use crate::robot::{DEFAULT_GRAVITY, BUILT_IN, FramePose, Payload, Robot, robot, to_toml};
+use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
 
 /// What the measurements were made with.
