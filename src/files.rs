@@ -15,7 +15,7 @@ pub use toml_document::{field_error, parse_toml};
 
 /// What is wrong with a file, where, and what to do about it.
 #[derive(Debug, Error)]
-#[error("{}{}{}: {problem}; {remedy}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(), if field.is_empty() { String::new() } else { format!(": {field}") })]
+#[error("{}", one_line(&self.words()))]
 pub struct FileError {
     /// The file.
     pub path: PathBuf,
@@ -30,10 +30,22 @@ pub struct FileError {
 }
 
 impl FileError {
+    fn words(&self) -> String {
+        let FileError { path, line, field, problem, remedy } = self;
+        let line = line.map(|l| format!(":{l}")).unwrap_or_default();
+        let field = if field.is_empty() { String::new() } else { format!(": {field}") };
+        format!("{}{line}{field}: {problem}; {remedy}", path.display())
+    }
+
     /// An error of the whole file.
     pub fn whole(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         FileError { path: path.into(), line: None, field: String::new(), problem: problem.into(), remedy: remedy.into() }
     }
+}
+
+/// The text on one line: what a file or a flag holds may end lines or steer a terminal, and is quoted in errors.
+pub fn one_line(text: &str) -> String {
+    text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
 }
 
 /// Longest text file read whole, bytes: scenario, robot and calibration files are a thousand times shorter.

@@ -3,6 +3,7 @@
 //! The procedure in [`calibench`] cannot name anything in here; it meets the simulated cell through the same traits as a real one.
 
 pub mod arm;
+pub mod blame;
 pub mod cli;
 pub mod cmm;
 pub mod contact;

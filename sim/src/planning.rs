@@ -13,7 +13,7 @@ use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, Unit, Vector3};
 use thiserror::Error;
 
-use crate::scenario::{Order, Scenario, ball_body};
+use crate::scenario::{Order, Scenario, TrackerPlace, ball_body};
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
@@ -21,6 +21,17 @@ pub enum PlanError {
     /// A ball cannot be probed, or there is no free space.
     #[error(transparent)]
     Pool(#[from] PoolError),
+    /// Too little of the free space is seen by the tracker.
+    #[error("{found} postures stand free and face the tracker, where {wanted} are wanted")]
+    TooFewFree {
+        /// Postures found.
+        found: usize,
+        /// Postures wanted, for identification and validation together.
+        wanted: usize,
+    },
+    /// No poses for the tracker.
+    #[error("no poses for the tracker")]
+    Tracker(#[source] Box<PlanError>),
     /// No selection.
     #[error(transparent)]
     Selection(#[from] SelectionError),
@@ -78,7 +89,7 @@ pub struct TrackerPlan {
 }
 
 /// Poses to select from when the tracker measures: spread over the whole workspace.
-const TRACKER_POOL: usize = 2000;
+pub const TRACKER_POOL: usize = 2000;
 
 /// Chooses the probings of a scenario.
 ///
@@ -166,7 +177,12 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
         count: TRACKER_POOL + scenario.tracker.validation_poses,
         seed,
     })?;
-    let validation = free.split_off(TRACKER_POOL);
+    let TrackerPlace { identification_poses, validation_poses, .. } = scenario.tracker;
+    let wanted = identification_poses + validation_poses;
+    if free.len() < wanted {
+        return Err(PlanError::TooFewFree { found: free.len(), wanted });
+    }
+    let validation = free.split_off(free.len() - validation_poses);
     let samples =
         free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(Vector3::zeros())));
     let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model())?;

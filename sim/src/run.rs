@@ -128,7 +128,10 @@ impl Plans {
     /// # Errors
     /// When a ball cannot be probed, or the poses cannot determine the model.
     pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, PlanError> {
-        Ok(Plans { plan: plan(scenario, seed)?, tracker: plan_tracker(scenario, seed)? })
+        Ok(Plans {
+            plan: plan(scenario, seed)?,
+            tracker: plan_tracker(scenario, seed).map_err(|e| PlanError::Tracker(Box::new(e)))?,
+        })
     }
 }
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use calibench::effects::{self, Subject};
 use calibench::files::{FileError, field_error, parse_toml, read_text};
-use calibench::identify::Model;
-use calibench::measure::{Ball, Dataset, Noise};
+use calibench::identify::{Model, check_effects};
+use calibench::measure::{Ball, Dataset, Noise, check_description};
 use calibench::robot::{FramePose, Payload, Robot, Solid, Surroundings, robot};
 use calibench::units::{ARCSEC, DEG, MM, MRAD, UM};
 use nalgebra::{Unit, Vector3};
@@ -15,13 +15,26 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use crate::arm::TrueEffect;
-use crate::contact::DATUM_RADIUS;
+use crate::contact::{DATUM_RADIUS, TRAVEL};
 use crate::controller::ControllerSpec;
+use crate::planning::TRACKER_POOL;
 use crate::plunger::PlungerSpec;
 use crate::tracker::TrackerSpec;
 
 /// Format tag of scenario files.
 pub const FORMAT: &str = "calibench-scenario/1";
+
+/// No number of a cell, in mm, um, deg or what its key says, is larger: a kilometre in um.
+const LARGEST: f64 = 1e9;
+/// Balls of one artifact.
+const MOST_BALLS: usize = 100;
+/// Poses of one plan, candidates it is chosen from (their Jacobian then takes 100 MB), starts of the search, poses to validate on.
+const MOST_POSES: usize = 2_000;
+const MOST_CANDIDATES: usize = 100_000;
+const MOST_STARTS: usize = 100;
+const MOST_VALIDATION_POSES: usize = 20_000;
+/// Slower than this, deg/s, no session ends.
+const SLOWEST: f64 = 1e-3;
 
 /// A scenario as written; the units are in the names.
 #[derive(Debug, Clone, Deserialize)]
@@ -55,6 +68,9 @@ pub struct Scenario {
     /// Files that it was read from, the scenario's own first.
     #[serde(skip)]
     files: Vec<(PathBuf, String)>,
+    /// All keys, those of the extended file under the scenario's own.
+    #[serde(skip)]
+    merged: Table,
     /// The robot that `robot` names.
     #[serde(skip)]
     loaded: Option<Arc<Robot>>,
@@ -255,12 +271,10 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
     let own: Table = parse_toml(path, &text)?;
     let mut files = vec![(path.to_owned(), text)];
     let merged = extend(path, own, &mut files)?;
-    let mut scenario: Scenario = serde_path_to_error::deserialize(Value::Table(merged)).map_err(|e| {
-        let key = e.path().to_string();
-        let message = e.inner().message().to_owned();
-        place(&files, if key == "." { "" } else { &key }, message, "see docs/scenarios.md for the keys of a scenario")
-    })?;
+    let whole = merged.to_string();
+    let mut scenario: Scenario = parse_toml(path, &whole).map_err(|e| place(&files, &e.field, e.problem, e.remedy))?;
     scenario.files = files;
+    scenario.merged = merged;
     scenario.check()?;
     Ok(scenario)
 }
@@ -278,7 +292,7 @@ fn extend(path: &Path, mut own: Table, files: &mut Vec<(PathBuf, String)>) -> Re
             &here.0,
             &here.1,
             "extends",
-            format!("names a file that cannot be used: {e}"),
+            format!("'{}' {}", parent_path.display(), e.problem),
             "name an existing scenario file",
         )
     })?;
@@ -308,20 +322,32 @@ fn merge(under: &mut Table, over: Table) {
     }
 }
 
-/// An error at a key, in whichever of the files has it.
+/// An error at a key, in that of the files (the scenario's own first) which says most of it.
 fn place(files: &[(PathBuf, String)], key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
-    let (problem, remedy) = (problem.into(), remedy.into());
-    let mut errors = files.iter().map(|(path, text)| field_error(path, text, key, problem.clone(), remedy.clone()));
-    let first = errors.next();
-    let placed = |e: &FileError| e.line.is_some();
-    match first {
-        Some(e) if placed(&e) => e,
-        first => errors.find(placed).or(first).unwrap_or_else(|| FileError::whole(Path::new("scenario"), problem, remedy)),
+    // Lists are replaced whole: who has the list has its elements.
+    let tables: Vec<&str> = key.split('[').next().unwrap_or_default().split('.').collect();
+    let depth = |text: &str| {
+        let Ok(root) = text.parse::<Table>() else { return 0 };
+        let root = Value::Table(root);
+        let mut at = Some(&root);
+        tables
+            .iter()
+            .take_while(|name| {
+                at = at.and_then(|v| v.get(**name));
+                at.is_some()
+            })
+            .count()
+    };
+    // The first of equals: `max_by_key` takes the last.
+    match files.iter().rev().max_by_key(|(_, text)| depth(text)) {
+        Some((path, text)) => field_error(path, text, key, problem, remedy),
+        None => FileError::whole(Path::new("scenario"), problem, remedy),
     }
 }
 
 impl Scenario {
-    fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
+    /// An error at a key of the scenario, in the file that has it.
+    pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
         place(&self.files, key, problem, remedy)
     }
 
@@ -340,23 +366,20 @@ impl Scenario {
             return Err(self.wrong("format", format!("is '{}'", self.format), format!("write format = \"{FORMAT}\"")));
         }
         let robot = robot(&self.robot, &self.folder())
-            .map_err(|e| self.wrong("robot", e.to_string(), "name a built-in robot or a robot file"))?;
+            .map_err(|e| if e.path.is_file() { e } else { self.wrong("robot", e.problem, e.remedy) })?;
         let n = robot.joints();
         self.loaded = Some(Arc::new(robot));
         if self.payloads.is_empty() {
             return Err(self.wrong("payload", "there is none", "give at least one [[payload]]"));
         }
-        if self.balls.is_empty() {
-            return Err(self.wrong("ball", "there is none", "give at least one [[ball]]"));
+        if !(1..=MOST_BALLS).contains(&self.balls.len()) {
+            return Err(self.wrong(
+                "ball",
+                format!("there are {}", self.balls.len()),
+                format!("give 1 to {MOST_BALLS} [[ball]]"),
+            ));
         }
         for (k, ball) in self.balls.iter().enumerate() {
-            if self.balls[..k].iter().any(|b| b.id == ball.id) {
-                return Err(self.wrong(
-                    &format!("ball[{k}].id"),
-                    format!("'{}' is used twice", ball.id),
-                    "give every ball its own id",
-                ));
-            }
             if ball.outward.iter().all(|&v| v == 0.0) {
                 return Err(self.wrong(
                     &format!("ball[{k}].outward"),
@@ -387,37 +410,55 @@ impl Scenario {
             ));
         }
         for (path, value) in self.numbers() {
-            if !value.is_finite() {
-                return Err(self.wrong(&path, "is not a finite number", "give a number"));
+            if value.abs() > LARGEST && path != "seed" {
+                return Err(self.wrong(&path, format!("{value:e} is absurdly large"), "check its unit, which is in its name"));
             }
-        }
-        for (path, value) in self.numbers().into_iter().filter(|(p, _)| must_not_be_negative(p)) {
-            if value < 0.0 {
+            if value < 0.0 && must_not_be_negative(&path) {
                 return Err(self.wrong(&path, format!("is {value}, below zero"), "give zero or a positive number"));
             }
         }
-        for (key, count, least) in [
-            ("plan.poses_per_ball", self.plan.poses_per_ball, 1),
-            ("plan.pool_per_ball", self.plan.pool_per_ball, self.plan.poses_per_ball + self.plan.reserves_per_ball),
-            ("plan.starts", self.plan.starts, 1),
-            ("tracker.validation_poses", self.tracker.validation_poses, 1),
+        // A probability, two angles, a reading.
+        for (key, value, most) in [
+            ("truth.indicators.drop_out", self.truth.indicators.drop_out, 1.0),
+            ("plan.cone_deg", self.plan.cone_deg, 180.0),
+            ("tracker.facing_deg", self.tracker.facing_deg, 180.0),
+            // Beyond the range of an indicator everything is centred.
+            ("centring.tolerance_um", self.centring.tolerance_um, TRAVEL / UM),
         ] {
-            if !(least..=1_000_000).contains(&count) {
-                return Err(self.wrong(key, format!("is {count}"), format!("give a whole number from {least} to 1000000")));
+            if value > most {
+                return Err(self.wrong(key, format!("is {value}"), format!("give a number from 0 to {most}")));
             }
         }
-        if self.truth.controller.speed_deg_per_s <= 0.0 {
-            return Err(self.wrong("truth.controller.speed_deg_per_s", "is not positive", "give the joints a speed"));
+        if let Some(k) = self.truth.link_mass_error.iter().position(|&e| e <= -1.0) {
+            let key = format!("truth.link_mass_error[{k}]");
+            return Err(self.wrong(&key, "leaves the link no mass", "give true mass over drawn mass, minus one"));
+        }
+        let pool = MOST_CANDIDATES / self.balls.len();
+        for (key, count, least, most) in [
+            ("plan.poses_per_ball", self.plan.poses_per_ball, 1, MOST_POSES / self.balls.len()),
+            ("plan.reserves_per_ball", self.plan.reserves_per_ball, 0, MOST_POSES / self.balls.len()),
+            ("plan.pool_per_ball", self.plan.pool_per_ball, self.plan.poses_per_ball + self.plan.reserves_per_ball, pool),
+            ("plan.starts", self.plan.starts, 1, MOST_STARTS),
+            ("tracker.identification_poses", self.tracker.identification_poses, 1, TRACKER_POOL),
+            ("tracker.validation_poses", self.tracker.validation_poses, 1, MOST_VALIDATION_POSES),
+        ] {
+            if !(least..=most).contains(&count) {
+                return Err(self.wrong(key, format!("is {count}"), format!("give a whole number from {least} to {most}")));
+            }
+        }
+        if self.truth.controller.speed_deg_per_s < SLOWEST {
+            let remedy = format!("give the joints a speed of at least {SLOWEST} deg/s");
+            return Err(self.wrong("truth.controller.speed_deg_per_s", "is not positive, or as good as zero", remedy));
         }
         if self.centring.tolerance_um <= 0.0 {
             return Err(self.wrong("centring.tolerance_um", "is not positive", "the paper nulls to 3 um"));
         }
-        let balls = self.ball_ids();
-        let robot = self.robot();
-        for id in &self.model.effects {
-            effects::build(id, &Subject { robot: &robot, balls: &balls })
-                .map_err(|e| self.wrong("model.effects", e.to_string(), "correct the list of effects"))?;
-        }
+        let as_here = |e: FileError| self.wrong(&e.field, e.problem, e.remedy);
+        // What the scenario's datasets will say, in the same keys.
+        check_description(&self.dataset(), &self.folder()).map_err(as_here)?;
+        let (robot, balls) = (self.robot(), self.ball_ids());
+        let subject = Subject { robot: &robot, balls: &balls };
+        check_effects(Path::new(""), "", "model.effects", &self.model.effects, &subject).map_err(as_here)?;
         self.true_effects(&mut |_, _| 0.0)?;
         self.solids("solid", &self.solids)?;
         self.solids("carried", &self.carried)?;
@@ -434,7 +475,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Every number in the file with its key.
+    /// Every number with its key.
     fn numbers(&self) -> Vec<(String, f64)> {
         fn walk(key: String, value: &Value, out: &mut Vec<(String, f64)>) {
             match value {
@@ -449,11 +490,7 @@ impl Scenario {
             }
         }
         let mut out = Vec::new();
-        for (_, text) in &self.files {
-            if let Ok(table) = text.parse::<Table>() {
-                walk(String::new(), &Value::Table(table), &mut out);
-            }
-        }
+        walk(String::new(), &Value::Table(self.merged.clone()), &mut out);
         out
     }
 
@@ -628,6 +665,11 @@ fn must_not_be_negative(path: &str) -> bool {
         "preload",
         "full_force",
         "drop_out",
+        "_mrad",
+        "concurrency_um",
+        "ball_diameter_um",
+        "ball_form_um",
+        "facing_deg",
         "retreat_mm",
         "clearance_mm",
         "cone_deg",

@@ -21,6 +21,8 @@ pub struct Validation {
     pub errors: Vec<f64>,
     /// Set-up parameters that were fitted to these very poses.
     pub refitted: Vec<String>,
+    /// Set-up parameters that were fitted to other rows of these data.
+    pub from_fit_rows: Vec<String>,
 }
 
 /// One bar of a histogram.
@@ -58,6 +60,7 @@ impl Validation {
             quantiles: QUANTILES.map(|p| quantile(&errors, p)),
             errors,
             refitted: prediction.refitted.clone(),
+            from_fit_rows: prediction.from_fit_rows.clone(),
         })
     }
 
@@ -90,7 +93,7 @@ mod tests {
     #[test]
     fn statistics_of_errors_known_by_heart() {
         let residuals = [1.0, 2.0, 3.0, 4.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0)).to_vec();
-        let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new() };
+        let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new(), from_fit_rows: Vec::new() };
         let v = Validation::of(&prediction).expect("there are errors");
         assert_eq!((v.samples, v.mean, v.max, v.quantiles[2]), (5, 4.0, 10.0, 3.0));
         assert!((v.std - 12.5f64.sqrt()).abs() < 1e-12);

@@ -129,6 +129,7 @@ fn toml_error(path: &Path, text: &str, error: &toml::de::Error, table: Option<&D
             "f64" => "a number",
             "usize" | "u64" | "u32" => "a whole number, not negative",
             "i64" | "i32" => "a whole number",
+            "any valid TOML value" => "a whole number below 2^63",
             other => other,
         };
         (message.to_owned(), format!("give {expected}"))

@@ -4,12 +4,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{self, Fit, FitError, Stop, Unresolved};
+use super::fit::{self, Determined, Fit, FitError, Stop, Unresolved};
 use super::linalg::{self, Cholesky};
 use super::problem::{Jacobian, Workspace};
 use super::{Knowledge, Problem};
 
-/// The fit has converged when the step, each parameter in units of its own column's length, is shorter than this.
+/// The fit has converged when the predicted change of the whitened residual vector is shorter than this.
 const STEP_TOLERANCE: f64 = 1e-8;
 
 const MAX_ITERATIONS: usize = 60;
@@ -53,7 +53,11 @@ impl Adjustment {
     /// # Errors
     /// When there are fewer residuals than unknowns or the numbers are not finite.
     pub fn new(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Self, FitError> {
-        let (kept, unresolved) = fit::determined(problem, start, free)?;
+        let determined = fit::determined(problem, start, free, problem.noise_at(start))?;
+        Ok(Adjustment::of(problem, determined))
+    }
+
+    pub(super) fn of(problem: &Problem, Determined { kept, unresolved }: Determined) -> Self {
         let parameters = problem.parameters();
         let (rows, unknowns) = (problem.row_count(), kept.len());
         let flat = kept.iter().filter(|&&p| parameters[p].knowledge == Knowledge::Flat).count();
@@ -61,10 +65,10 @@ impl Adjustment {
             Knowledge::Flat => 0.0,
             Knowledge::Stated(sigma) => 1.0 / (sigma * sigma),
         });
-        Ok(Adjustment {
+        Adjustment {
             information: information.collect(),
-            values: start.to_vec(),
-            trial: start.to_vec(),
+            values: problem.start(),
+            trial: problem.start(),
             work: Workspace::new(problem.robot()),
             r: DVector::zeros(rows),
             jacobian: Jacobian::new(problem, &kept),
@@ -81,7 +85,7 @@ impl Adjustment {
             noise_stated: problem.noise_stated(),
             iterations: 0,
             stop: Stop::IterationLimit,
-        })
+        }
     }
 
     /// Parameters that are estimated, ascending.
@@ -153,7 +157,8 @@ impl Adjustment {
         self.form_normal_equations();
         let mut lambda = 0.0;
         self.stop = Stop::IterationLimit;
-        while self.iterations < MAX_ITERATIONS {
+        let last = self.iterations + MAX_ITERATIONS;
+        while self.iterations < last {
             if self.factor_scaled(lambda).is_err() {
                 if lambda > 1e6 {
                     return Err(FitError::Singular);
@@ -164,7 +169,9 @@ impl Adjustment {
             self.step.copy_from(&self.gradient);
             self.step.component_mul_assign(&self.scale);
             self.factor.solve_in_place(self.step.as_mut_slice());
-            let length = self.step.norm();
+            // |J step|, but for the damping: what the step does to the whitened residuals, however ill-determined the unknowns.
+            let terms = self.step.iter().zip(&self.gradient).zip(&self.scale);
+            let length = terms.map(|((step, gradient), scale)| step * gradient * scale).sum::<f64>().max(0.0).sqrt();
             self.trial.copy_from_slice(&self.values);
             for (k, &p) in self.kept.iter().enumerate() {
                 self.trial[p] += self.step[k] * self.scale[k];

@@ -9,7 +9,7 @@ use super::fit::{Fit, FitError, fit_some};
 use super::{Knowledge, Model, Observability, Parameter, Problem, ProblemError, Setup, Use, fit};
 use crate::effects::Owner;
 use crate::measure::Dataset;
-use crate::robot::Robot;
+use crate::robot::{Axis6, FramePose, Robot};
 use crate::units::Unit;
 
 /// One estimated parameter; values in SI, `value` and `nominal` absolute (not deviations).
@@ -32,7 +32,7 @@ pub struct Estimate {
 }
 
 /// Which base and tool the set-up parameters describe.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SetupName {
     /// What parameter names end in after `@`; empty for the only one.
     pub label: String,
@@ -40,6 +40,8 @@ pub struct SetupName {
     pub dataset: String,
     /// Session.
     pub session: String,
+    /// Base that the fit started from: what the data could not tell of the base stayed there.
+    pub base: FramePose,
 }
 
 /// The identified model of one robot.
@@ -88,6 +90,14 @@ pub struct Calibration {
 /// Why there is no calibration.
 #[derive(Debug, Error)]
 pub enum IdentifyError {
+    /// The samples are of another arm than the calibration.
+    #[error("the calibration is of '{calibrated}' and the samples are of '{measured}', which is another arm")]
+    OtherRobot {
+        /// Robot of the calibration.
+        calibrated: String,
+        /// Robot of the samples.
+        measured: String,
+    },
     /// Data and model do not fit together.
     #[error(transparent)]
     Problem(#[from] ProblemError),
@@ -143,7 +153,12 @@ impl Calibration {
             setups: problem
                 .setups()
                 .iter()
-                .map(|s| SetupName { label: s.label.clone(), dataset: s.dataset.clone(), session: s.session.clone() })
+                .map(|s| SetupName {
+                    label: s.label.clone(),
+                    dataset: s.dataset.clone(),
+                    session: s.session.clone(),
+                    base: s.start,
+                })
                 .collect(),
             samples: problem.sample_count(),
             rms: fit.rms,
@@ -172,28 +187,49 @@ impl Calibration {
         drawn
     }
 
+    /// The robot alone: whatever data it is held against next, it was set up anew for them.
+    pub fn set_up_anew(&self) -> Self {
+        Calibration { setups: Vec::new(), ..self.clone() }
+    }
+
     /// Errors of the calibrated model on samples, m: three a sample.
     ///
-    /// What belongs to a set-up that the calibration has not seen (its base, a free tool, a free ball) is fitted to these samples
-    /// first, and named in the result: the robot is being judged, not where it stands.
+    /// What belongs to a set-up that the calibration has not seen (its base, a free tool, a free ball) is fitted first, and named in
+    /// the result: the robot is being judged, not where it stands. Validation samples are spared where they can be: what rows of set
+    /// `fit` can tell of their set-up is taken from those.
     ///
     /// # Errors
-    /// When the data do not go with the model, or do not determine the set-up.
+    /// When the data are of another robot, do not go with the model, or do not determine the set-up.
     pub fn predict(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Prediction, IdentifyError> {
+        if let Some((_, other)) = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&self.robot)) {
+            return Err(IdentifyError::OtherRobot { calibrated: self.robot.name.clone(), measured: other.robot.name.clone() });
+        }
         let mut problem = Problem::new(datasets, &self.model, which)?;
-        let mut values = problem.start();
-        let mut unseen = Vec::new();
-        for (p, parameter) in problem.parameters().iter().enumerate() {
-            match self.value_for(parameter, &problem) {
-                Some(value) => values[p] = value - parameter.start,
-                None => unseen.push(p),
+        let (mut values, mut unseen) = self.values_for(&problem);
+        let mut from_fit_rows = Vec::new();
+        let has_fit_rows = datasets.iter().any(|(_, d)| d.samples.iter().any(|s| Use::Fit.takes(s)));
+        if which == Use::Validation && has_fit_rows && !unseen.is_empty() {
+            let mut fitting = Problem::new(datasets, &self.model, Use::Fit)?;
+            let (start, sought) = self.values_for(&fitting);
+            if !sought.is_empty() {
+                fitting.settle_loads(&start);
+                let found = fit_some(&mut fitting, &start, &sought)?;
+                let home = |p: Option<usize>, of: &'_ Problem| p.map(|s| of.setups()[s].name().map(str::to_owned));
+                let same = |p: &Parameter, q: &Parameter| {
+                    p.spec.name == q.spec.name && home(p.setup, &problem) == home(q.setup, &fitting)
+                };
+                let parameters = problem.parameters();
+                unseen.retain(|&p| {
+                    let twin = sought.iter().find(|&&f| same(&parameters[p], &fitting.parameters()[f]));
+                    if let Some(&f) = twin {
+                        values[p] = fitting.parameters()[f].start + found.values[f] - parameters[p].start;
+                        from_fit_rows.push(parameters[p].name.clone());
+                    }
+                    twin.is_none()
+                });
             }
         }
-        let flat = |p: &usize| problem.parameters()[*p].knowledge == Knowledge::Flat;
-        unseen.retain(flat);
-        // Twice: the second weighing sees the arm deflected, and leaves a millionth of the deflection.
-        problem.reweigh(&values);
-        problem.reweigh(&values);
+        problem.settle_loads(&values);
         if !unseen.is_empty() {
             values = fit_some(&mut problem, &values, &unseen)?.values;
         }
@@ -201,23 +237,44 @@ impl Calibration {
             sample_ids: problem.sample_ids().to_vec(),
             residuals: problem.residuals(&values),
             refitted: unseen.iter().map(|&p| problem.parameters()[p].name.clone()).collect(),
+            from_fit_rows,
         })
+    }
+
+    /// The calibrated deviations of another problem's parameters, and those, of set-ups not seen here, that are unknown.
+    fn values_for(&self, problem: &Problem) -> (Vec<f64>, Vec<usize>) {
+        let mut values = problem.start();
+        let mut unseen = Vec::new();
+        for (p, parameter) in problem.parameters().iter().enumerate() {
+            match self.value_for(parameter, problem) {
+                Some(value) => values[p] = value - parameter.start,
+                None if parameter.knowledge == Knowledge::Flat => unseen.push(p),
+                None => {}
+            }
+        }
+        (values, unseen)
     }
 
     /// The calibrated (or drawing) value of a parameter of another problem; `None` when it belongs to a set-up or a ball not seen here.
     fn value_for(&self, parameter: &Parameter, problem: &Problem) -> Option<f64> {
         let plain = parameter.spec.name.as_str();
-        let (name, may_be_unseen) = match parameter.owner {
-            Owner::Robot => (plain.to_owned(), false),
-            Owner::Artifact => (parameter.name.clone(), true),
-            Owner::Session => {
-                let seen = self.seen(&problem.setups()[parameter.setup?])?;
-                (if seen.label.is_empty() { plain.to_owned() } else { format!("{plain}@{}", seen.label) }, false)
-            }
+        let at = |label: &str| if label.is_empty() { plain.to_owned() } else { format!("{plain}@{label}") };
+        let value = |name: &str| self.estimate(name).map(|e| e.value);
+        if parameter.owner == Owner::Robot {
+            return Some(value(plain).unwrap_or(parameter.start));
+        }
+        let seen = self.seen(&problem.setups()[parameter.setup?])?;
+        if parameter.owner == Owner::Artifact {
+            let several = self.setups.iter().any(|s| s.dataset != self.setups[0].dataset);
+            let name = at(if several { &seen.dataset } else { "" });
+            let left_out = || self.unresolved.iter().any(|group| group.first() == Some(&name));
+            return value(&name).or_else(|| left_out().then_some(parameter.start));
+        }
+        let left = || match Axis6::ALL.iter().find(|axis| plain == format!("base_{}", axis.name())) {
+            Some(&axis) => seen.base.to_array()[axis as usize],
+            None => parameter.start,
         };
-        let found = self.estimate(&name).or_else(|| self.estimate(plain)).map(|e| e.value);
-        let left_out = || self.unresolved.iter().any(|group| group.first() == Some(&name));
-        found.or_else(|| (!may_be_unseen || left_out()).then_some(parameter.start))
+        Some(value(&at(&seen.label)).unwrap_or_else(left))
     }
 
     /// The set-up of this calibration that a set-up of other samples is: the one of the same session; where sessions are not
@@ -240,4 +297,6 @@ pub struct Prediction {
     pub residuals: Vec<nalgebra::Vector3<f64>>,
     /// Parameters of unseen set-ups that were fitted to these samples.
     pub refitted: Vec<String>,
+    /// Parameters of unseen set-ups that were fitted to other samples, of set `fit`.
+    pub from_fit_rows: Vec<String>,
 }

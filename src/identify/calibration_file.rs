@@ -5,9 +5,10 @@ use std::path::Path;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::{Calibration, Estimate, Model, Observability, SetupName};
+use super::{Calibration, Estimate, Model, Observability, SetupName, check_effects};
+use crate::effects::Subject;
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
-use crate::robot::robot;
+use crate::robot::{FramePose, built_in, robot, to_toml};
 use crate::units::{DEG, MM, Unit};
 
 /// Format tag.
@@ -73,6 +74,33 @@ struct SetupTable {
     label: String,
     dataset: String,
     session: String,
+    /// Base that the fit started from; what could not be told of it stayed there.
+    base_start: BaseTable,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BaseTable {
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+    a_deg: f64,
+    b_deg: f64,
+    c_deg: f64,
+}
+
+impl BaseTable {
+    fn of(base: &FramePose) -> Self {
+        let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = (base.xyz.map(|v| v / MM), base.rz_ry_rx.map(|v| v / DEG));
+        BaseTable { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg }
+    }
+
+    fn pose(&self) -> FramePose {
+        FramePose {
+            xyz: [self.x_mm, self.y_mm, self.z_mm].map(|v| v * MM),
+            rz_ry_rx: [self.a_deg, self.b_deg, self.c_deg].map(|v| v * DEG),
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -88,15 +116,16 @@ struct ParameterTable {
     stated_sigma: Option<f64>,
 }
 
-/// Writes a calibration, whole or not at all.
+/// Writes a calibration, whole or not at all; a robot that is not built in goes beside it, as `NAME.robot.toml`.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> {
     let o = &c.observability;
+    let own_robot = built_in(&c.robot_reference).is_none().then(|| own_robot_name(path));
     let file = File {
         format: FORMAT.into(),
-        robot: c.robot_reference.clone(),
+        robot: own_robot.clone().unwrap_or_else(|| c.robot_reference.clone()),
         effects: c.model.effects.clone(),
         measured_torques: c.model.measured_torques,
         dataset_sha256: c.dataset_hashes.clone(),
@@ -126,7 +155,12 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         setup: c
             .setups
             .iter()
-            .map(|s| SetupTable { label: s.label.clone(), dataset: s.dataset.clone(), session: s.session.clone() })
+            .map(|s| SetupTable {
+                label: s.label.clone(),
+                dataset: s.dataset.clone(),
+                session: s.session.clone(),
+                base_start: BaseTable::of(&s.base),
+            })
             .collect(),
         parameter: c
             .estimates
@@ -144,7 +178,16 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         correlation: (0..c.correlation.nrows()).map(|r| (0..=r).map(|k| c.correlation[(r, k)]).collect()).collect(),
     };
     let text = toml::to_string(&file).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
+    if let Some(name) = own_robot {
+        write_whole(&path.with_file_name(name), to_toml(&c.robot).as_bytes())?;
+    }
     write_whole(path, text.as_bytes())
+}
+
+/// What the robot of the calibration at `path` is called when it is not built in.
+fn own_robot_name(path: &Path) -> String {
+    // The name stands in the calibration, which is text: one that is not UTF-8 cannot.
+    format!("{}.robot.toml", path.file_stem().and_then(|s| s.to_str()).unwrap_or("calibration"))
 }
 
 /// Reads a calibration; a robot named by a path is looked for beside the file.
@@ -161,7 +204,10 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     }
     let folder = path.parent().unwrap_or(Path::new("."));
     let robot =
-        robot(&file.robot, folder).map_err(|e| wrong("robot", e.to_string(), "name a built-in robot or a robot file"))?;
+        robot(&file.robot, folder).map_err(|e| if e.path.is_file() { e } else { wrong("robot", e.problem, &e.remedy) })?;
+    // Which balls there were is known only by the effects that are about one.
+    let balls: Vec<String> = file.effects.iter().filter_map(|id| id.strip_prefix("ball:").map(str::to_owned)).collect();
+    check_effects(path, &text, "effects", &file.effects, &Subject { robot: &robot, balls: &balls })?;
     if file.joint_range.len() != robot.joints() {
         return Err(wrong(
             "joint_range",
@@ -174,13 +220,10 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         let key = |field: &str| format!("parameter[{k}].{field}");
         let unit = Unit::from_symbol(&p.unit)
             .ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit known here", p.unit), again))?;
-        for (field, value) in [("value", p.value), ("sigma", p.sigma), ("nominal", p.nominal)] {
-            if !value.is_finite() {
-                return Err(wrong(&key(field), "is not a finite number".into(), again));
+        for (field, sigma) in [("sigma", Some(p.sigma)), ("stated_sigma", p.stated_sigma)] {
+            if sigma.is_some_and(|s| s < 0.0) {
+                return Err(wrong(&key(field), "is negative".into(), again));
             }
-        }
-        if p.sigma < 0.0 {
-            return Err(wrong(&key("sigma"), "is negative".into(), again));
         }
         if estimates.iter().any(|e| e.name == p.name) {
             return Err(wrong(&key("name"), format!("'{}' stands twice", p.name), "keep one of the two"));
@@ -209,7 +252,11 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         estimates,
         correlation,
         unresolved: file.unresolved,
-        setups: file.setup.into_iter().map(|s| SetupName { label: s.label, dataset: s.dataset, session: s.session }).collect(),
+        setups: file
+            .setup
+            .into_iter()
+            .map(|s| SetupName { base: s.base_start.pose(), label: s.label, dataset: s.dataset, session: s.session })
+            .collect(),
         samples: f.samples,
         rms: f.rms_mm * MM,
         chi2_per_dof: f.chi2_per_dof,

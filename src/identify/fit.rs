@@ -1,6 +1,7 @@
 //! A fit of all unknowns: which the data tell apart, their values and uncertainties, and what the fit says of the data.
 //!
-//! Columns that the data cannot tell from earlier ones are found first and left at their drawing values.
+//! Columns that the data cannot tell from earlier ones are found first and left at their drawing values; so are those of the arm that
+//! the data see so faintly that their estimates would be far beyond anything plausible.
 
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -8,10 +9,31 @@ use thiserror::Error;
 use super::linalg::{self, LinalgError, OrderedRank};
 use super::problem::{Jacobian, Workspace};
 use super::{Adjustment, Knowledge, Observability, Parameter, Problem};
+use crate::effects::Owner;
 
 /// A column whose part outside the span of earlier columns is shorter than this fraction of it is taken as dependent: far above
 /// rounding (1e-13 after column scaling), far below what any measurement could resolve.
 const RANK_TOLERANCE: f64 = 1e-6;
+
+/// A parameter of the arm is left at its drawing value when its plausible size (one sigma of [`ParameterSpec::prior`]) would move the
+/// whitened residuals by less than this, all others free to follow: its estimate would be uncertain by more than three plausible
+/// sizes. It would tell nothing, drag others far from the drawing with it (wrist offsets by centimetres, where the TCP is within half
+/// a millimetre of the last axis), and do harm elsewhere, where its column is no longer what the others can make up. What the drawing
+/// leaves open (bases, free tools and balls) has no plausible size and is judged by [`RANK_TOLERANCE`] alone. Where the noise is not
+/// stated, the residuals stand in for it.
+///
+/// [`ParameterSpec::prior`]: crate::effects::ParameterSpec::prior
+const FAINT: f64 = 0.3;
+
+/// The same for the base and the link on it, where both are sought. Of a robot on a wall, Ry near 90 deg, Rz and Rx turn about one axis;
+/// apart by less than a third of a degree they would run away against each other, while the first joint's offset does what they cannot.
+const LOCKED: f64 = 5e-3;
+
+/// Columns are judged anew after a fit that moved a tool or a ball by more plausible sizes than this: they are not what they were.
+const FAR: f64 = 100.0;
+
+/// How often the columns are judged; on measured data the third time has agreed with the second.
+const MOST_JUDGEMENTS: usize = 4;
 
 /// Why the iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,12 +49,12 @@ pub enum Stop {
 /// Why there is no fit.
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum FitError {
-    /// More unknowns than residuals.
-    #[error("{rows} residuals cannot determine {unknowns} unknowns; measure more poses or use a smaller model")]
+    /// No residual is left over to judge the unknowns by.
+    #[error("{rows} residuals are too few for {unknowns} unknowns; measure more poses or use a smaller model")]
     TooFewRows {
         /// Scalar residuals.
         rows: usize,
-        /// Independent unknowns.
+        /// Unknowns.
         unknowns: usize,
     },
     /// Residual or Jacobian is not a number.
@@ -114,19 +136,41 @@ pub fn fit(problem: &mut Problem) -> Result<Fit, FitError> {
 pub fn fit_some(problem: &mut Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
     let mut adjustment = Adjustment::new(problem, start, free)?;
     adjustment.adjust(problem, start)?;
-    adjustment.into_fit(problem)
+    let mut iterations = adjustment.iterations();
+    for _ in 1..MOST_JUDGEMENTS {
+        let values = adjustment.values();
+        let set_up = |p: usize| problem.parameters()[p].owner != Owner::Robot;
+        // Not the base: where the robot stands changes nothing within the arm.
+        let guessed = |p: usize| set_up(p) && problem.parameters()[p].effect != "base_frame";
+        let far = |&p: &usize| guessed(p) && (values[p] - start[p]).abs() > FAR * problem.parameters()[p].spec.prior;
+        if problem.noise_stated() && !adjustment.kept().iter().any(far) {
+            break;
+        }
+        // The arm as drawn, set up as found: links that the fit has turned a little would tell apart what no drawing does.
+        let mut at = start.to_vec();
+        adjustment.kept().iter().filter(|&&p| set_up(p)).for_each(|&p| at[p] = values[p]);
+        let determined = determined(problem, &at, free, problem.noise_at(values))?;
+        if determined.kept == adjustment.kept() {
+            break;
+        }
+        adjustment = Adjustment::of(problem, determined);
+        adjustment.adjust(problem, &at)?;
+        iterations += adjustment.iterations();
+    }
+    Ok(Fit { iterations, ..adjustment.into_fit(problem)? })
 }
 
 /// The parameters to estimate (ascending): the flat ones that the data tell apart, and those stated; and what is left out.
-pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize]) -> Result<(Vec<usize>, Vec<Unresolved>), FitError> {
-    let Rank { mut kept, unresolved } = ordered_rank(problem, start, free)?;
+pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
+    let Determined { mut kept, unresolved } = ordered_rank(problem, start, free, noise)?;
     let flat = kept.len();
     kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Knowledge::Flat));
     kept.sort_unstable();
-    if problem.row_count() < flat {
-        return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat });
+    // As many independent columns as rows: further unknowns were left out for want of rows, and nothing tells how good the others are.
+    if problem.row_count() <= flat {
+        return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat + unresolved.len() });
     }
-    Ok((kept, unresolved))
+    Ok(Determined { kept, unresolved })
 }
 
 /// The flat parameters that the problem's samples can tell apart at its start, ascending.
@@ -135,7 +179,8 @@ pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize]) -> Re
 /// When the numbers are not finite.
 pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError> {
     let all: Vec<usize> = (0..problem.parameters().len()).collect();
-    Ok(ordered_rank(problem, &problem.start(), &all)?.kept)
+    let start = problem.start();
+    Ok(ordered_rank(problem, &start, &all, problem.noise_at(&start))?.kept)
 }
 
 /// Observability indices of a Jacobian (3 x poses rows, SI).
@@ -158,14 +203,16 @@ pub(super) fn observability_at(problem: &Problem, values: &[f64], flat: &[usize]
     Ok((observability, observability_of(&triangle, problem.sample_count())?.condition()))
 }
 
-struct Rank {
-    kept: Vec<usize>,
-    unresolved: Vec<Unresolved>,
+/// What the data can tell.
+pub(super) struct Determined {
+    /// Parameters to estimate, ascending.
+    pub kept: Vec<usize>,
+    pub unresolved: Vec<Unresolved>,
 }
 
 /// Which flat parameters the data can tell apart, preferring earlier effects, and among links those nearer to the tool: the
 /// base takes what it shares with link 1, and of two parallel axes the farther one keeps its offset, as in the paper.
-fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank, FitError> {
+fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
     let parameters = problem.parameters();
     let mut order: Vec<usize> = free.iter().copied().filter(|&p| parameters[p].knowledge == Knowledge::Flat).collect();
     let mut effects: Vec<&str> = Vec::new();
@@ -183,8 +230,17 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank
         return Err(FitError::NotFinite);
     }
     let columns = jacobian.transposed.transpose();
-    let OrderedRank { kept, dependent } = linalg::ordered_independent_columns(&columns, RANK_TOLERANCE);
-    let mut kept: Vec<usize> = kept.into_iter().map(|k| order[k]).collect();
+    let first_link = order.iter().any(|&p| parameters[p].link == Some(0) && parameters[p].effect == "mdh");
+    let tolerance = |(k, &p): (usize, &usize)| {
+        let Parameter { owner, effect, link, spec, .. } = &parameters[p];
+        let near_lock = first_link && (effect == "base_frame" || effect == "mdh" && *link == Some(0));
+        let faint = if *owner == Owner::Robot { FAINT * noise / (spec.prior * columns.column(k).norm()) } else { 0.0 };
+        faint.max(if near_lock { LOCKED } else { RANK_TOLERANCE })
+    };
+    let tolerances: Vec<f64> = order.iter().enumerate().map(tolerance).collect();
+    let OrderedRank { kept, dependent } = linalg::ordered_independent_columns(&columns, &tolerances);
+    let (definition, mut kept): (Vec<usize>, Vec<usize>) =
+        kept.into_iter().map(|k| order[k]).partition(|&p| parameters[p].defines_world);
     kept.sort_unstable();
     let mut unresolved: Vec<Unresolved> = dependent
         .into_iter()
@@ -194,6 +250,12 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Rank
             Unresolved { parameter: order[d.column], with: with.into_iter().map(|(k, _)| order[k]).collect() }
         })
         .collect();
+    // What defines the world took part so that link 1, which could stand in for the base, does not float in its place.
+    let of_artifact = |home: Option<usize>| {
+        let unknown = move |p: &usize| parameters[*p].owner == Owner::Artifact && parameters[*p].setup == home;
+        order.iter().copied().filter(unknown).collect()
+    };
+    unresolved.extend(definition.into_iter().map(|p| Unresolved { parameter: p, with: of_artifact(parameters[p].setup) }));
     unresolved.sort_by_key(|u| u.parameter);
-    Ok(Rank { kept, unresolved })
+    Ok(Determined { kept, unresolved })
 }

@@ -154,11 +154,12 @@ pub const ROUNDING_NORM: f64 = 1e-12;
 
 /// Splits the columns of `j` (rows x m) into independent and dependent, in the given order, after scaling them to unit norm.
 ///
-/// A column is dependent when the kept columns before it leave less than `tolerance` of its norm. The tall matrix is first
+/// A column is dependent when the kept columns before it leave less than its tolerance (one a column) of its norm. The tall matrix is first
 /// reduced to its triangle R by Householder reflections, which keep every inner product of the columns to about 1e-15 of their
 /// norms (Golub & Van Loan 2013, 5.2.1); the decisions are then made on R by modified Gram–Schmidt, done twice (Giraud, Langou,
 /// Rozložník 2005). Tolerances down to 1e-12 are therefore honest; 1e-14 would decide on rounding.
-pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerance: f64) -> OrderedRank {
+pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerances: &[f64]) -> OrderedRank {
+    assert_eq!(j.ncols(), tolerances.len(), "one tolerance a column");
     let norms: Vec<f64> = j.column_iter().map(|c| c.norm()).collect();
     let floor = ROUNDING_NORM * norms.iter().copied().fold(0.0, f64::max);
     let unit = DMatrix::from_fn(j.nrows(), j.ncols(), |r, c| if norms[c] > floor { j[(r, c)] / norms[c] } else { 0.0 });
@@ -184,7 +185,7 @@ pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerance: f64) -> OrderedR
             }
         }
         let residual_ratio = rest.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if residual_ratio > tolerance {
+        if residual_ratio > tolerances[c] {
             rest.iter_mut().for_each(|x| *x /= residual_ratio);
             basis.push(rest);
             along.push(residual_ratio);
@@ -267,7 +268,7 @@ mod tests {
         let mut a = random(6, 3, 4);
         a[(2, 1)] = f64::NAN;
         assert!(singular_values(&a).is_err() || singular_values(&a).unwrap().iter().any(|s| s.is_nan()));
-        assert_eq!(ordered_independent_columns(&a, 1e-9).kept, [0, 2]);
+        assert_eq!(ordered_independent_columns(&a, &vec![1e-9; a.ncols()]).kept, [0, 2]);
     }
 
     #[test]
@@ -279,7 +280,7 @@ mod tests {
         a.set_column(4, &sum);
         let speck = a.column(5) * 1e-17;
         a.set_column(5, &speck);
-        let rank = ordered_independent_columns(&a, 1e-10);
+        let rank = ordered_independent_columns(&a, &vec![1e-10; a.ncols()]);
         assert_eq!(rank.kept, [0, 1, 3, 6]);
         let columns: Vec<usize> = rank.dependent.iter().map(|d| d.column).collect();
         assert_eq!(columns, [2, 4, 5]);
@@ -305,16 +306,20 @@ mod tests {
         };
         a.set_column(2, &(nearly * (1.0 - 1e-12_f64).sqrt() + aside * 1e-6));
         let pair = a.clone().remove_column(1);
-        assert_eq!(ordered_independent_columns(&pair, 0.9e-6).kept, [0, 1]);
-        let rank = ordered_independent_columns(&pair, 1.1e-6);
+        assert_eq!(ordered_independent_columns(&pair, &[0.9e-6; 2]).kept, [0, 1]);
+        let rank = ordered_independent_columns(&pair, &[1.1e-6; 2]);
         assert_eq!(rank.kept, [0]);
         assert!((rank.dependent[0].residual_ratio - 1e-6).abs() < 1e-13);
-        assert_eq!(ordered_independent_columns(&a, 1e-10).kept, [0, 1], "the aside lies in the span of the first two");
+        assert_eq!(
+            ordered_independent_columns(&a, &vec![1e-10; a.ncols()]).kept,
+            [0, 1],
+            "the aside lies in the span of the first two"
+        );
     }
 
     #[test]
     fn more_columns_than_rows_leave_as_many_as_rows() {
-        let rank = ordered_independent_columns(&random(5, 9, 7), 1e-9);
+        let rank = ordered_independent_columns(&random(5, 9, 7), &[1e-9; 9]);
         assert_eq!(rank.kept, [0, 1, 2, 3, 4]);
         assert_eq!(rank.dependent.len(), 4);
     }

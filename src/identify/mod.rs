@@ -1,7 +1,6 @@
 //! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
 
 mod adjustment;
-mod assembly;
 mod calibration;
 mod calibration_file;
 mod fit;
@@ -10,7 +9,6 @@ mod model;
 mod model_file;
 mod observability;
 mod problem;
-mod sample_row;
 
 pub use adjustment::Adjustment;
 pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};

@@ -4,18 +4,22 @@
 //! ball for tracker samples, and its projection on the line of sight for distances. A left-over reading is a point of the tool
 //! frame, so it enters as a shifted TCP, exactly.
 
+mod assembly;
+mod sample_row;
+mod start;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use thiserror::Error;
 
-use super::assembly::Assembly;
-use super::sample_row::{Cell, DistanceRow, Moves, SampleRow};
+use self::assembly::Assembly;
+use self::sample_row::{Cell, DistanceRow, Moves, SampleRow};
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};
 use crate::measure::{Dataset, Sample, SampleSet};
-use crate::robot::{FramePose, Loads, Posture, Robot, SiteIndex};
+use crate::robot::{Axis6, FramePose, Loads, Posture, Robot, SiteIndex};
 
 /// Why datasets and model do not make a problem.
 #[derive(Debug, Error)]
@@ -30,6 +34,12 @@ pub enum ProblemError {
         first: String,
         /// Another robot.
         other: String,
+    },
+    /// Two datasets of one name: their parameters could not be told apart.
+    #[error("two datasets are named '{name}'; name each one differently")]
+    SameName {
+        /// The name.
+        name: String,
     },
     /// Nothing to fit.
     #[error("there are no samples {of}; the dataset needs rows of that set")]
@@ -73,14 +83,16 @@ pub struct Parameter {
     pub effect: String,
     /// What is known beforehand.
     pub knowledge: Knowledge,
-    /// Its value where the fit starts, SI: the drawing's, but for a base that the drawing puts centimetres off.
+    /// Its value where the fit starts, SI: the drawing's, but for a base that the drawing puts decimetres off.
     pub start: f64,
     /// Whose property it is.
     pub owner: Owner,
-    /// The set-up that owns it, by place.
+    /// The set-up that owns it, by place; for what belongs to an artifact, the first set-up of its dataset.
     pub setup: Option<usize>,
     /// Link that it belongs to, counted from 0, for parameters of one link.
     pub link: Option<usize>,
+    /// Whether it defines the world: a number of a base that nothing known in the world contradicts. It stays where it is.
+    pub defines_world: bool,
 }
 
 /// Robot base and tool of one session, as drawn, and as the fit starts.
@@ -94,14 +106,21 @@ pub struct Setup {
     pub session: String,
     /// Nominal base in the world.
     pub base: FramePose,
-    /// Base that the fit starts from: the nominal one unless it is centimetres off.
+    /// Base that the fit starts from: the nominal one unless it is decimetres off.
     pub start: FramePose,
+    /// What of the base defines the world, see [`Parameter::defines_world`].
+    pub worlds_own: Vec<Axis6>,
     /// Nominal TCP frame.
     pub tool: FramePose,
-    pub(super) gravity: Vector3<f64>,
+    gravity: Vector3<f64>,
 }
 
 impl Setup {
+    /// Its dataset and session, which name it.
+    pub fn name(&self) -> [&str; 2] {
+        [&self.dataset, &self.session]
+    }
+
     /// Whether a sample of its dataset belongs to it.
     fn holds(&self, sample: &Sample) -> bool {
         sample.session.as_deref().unwrap_or_default() == self.session
@@ -132,29 +151,29 @@ impl Use {
 
 /// Samples, unknowns, and what joins them.
 pub struct Problem {
-    pub(super) robot: Arc<Robot>,
-    pub(super) which: Use,
-    pub(super) setups: Vec<Setup>,
-    pub(super) parameters: Vec<Parameter>,
-    pub(super) cells: Vec<Cell>,
-    pub(super) rows: Vec<SampleRow>,
-    pub(super) patterns: Vec<Vec<Moves>>,
-    pub(super) distances: Vec<DistanceRow>,
-    pub(super) row_count: usize,
-    pub(super) torque_posture: TorquePosture,
-    pub(super) sample_ids: Vec<String>,
-    pub(super) scale: WeighingRoom,
+    robot: Arc<Robot>,
+    which: Use,
+    setups: Vec<Setup>,
+    parameters: Vec<Parameter>,
+    cells: Vec<Cell>,
+    rows: Vec<SampleRow>,
+    patterns: Vec<Vec<Moves>>,
+    distances: Vec<DistanceRow>,
+    row_count: usize,
+    torque_posture: TorquePosture,
+    sample_ids: Vec<String>,
+    scale: WeighingRoom,
 }
 
 /// Room for weighing the arm.
-pub(super) struct WeighingRoom {
+struct WeighingRoom {
     work: Workspace,
     loads: Loads,
     moves: Vec<Moves>,
 }
 
 impl WeighingRoom {
-    pub(super) fn new(robot: &Robot) -> Self {
+    fn new(robot: &Robot) -> Self {
         WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()), moves: Vec::new() }
     }
 }
@@ -285,13 +304,19 @@ impl Problem {
         true
     }
 
+    /// Weighs the arm in the posture of `values` until it rests: twice, the second time as deflected, leaves a millionth.
+    pub fn settle_loads(&mut self, values: &[f64]) {
+        self.reweigh(values);
+        self.reweigh(values);
+    }
+
     /// Whether torques are those of the posture that the parameters give.
     pub(super) fn depends_on_posture(&self) -> bool {
         self.torque_posture == TorquePosture::Identified
     }
 
     /// Weighs every sample's arm in the posture that `values` give; without values where the fit starts, and states the noise there.
-    pub(super) fn weigh(&mut self, values: Option<&[f64]>) {
+    fn weigh(&mut self, values: Option<&[f64]>) {
         let Problem { robot, setups, cells, rows, patterns, scale, .. } = self;
         let WeighingRoom { work, loads, moves } = scale;
         for row in rows {
@@ -353,7 +378,7 @@ impl Problem {
         mut jacobian: Option<&mut Jacobian>,
     ) {
         if let Some(j) = jacobian.as_deref_mut() {
-            j.transposed.fill(0.0);
+            j.transposed.as_mut_slice().fill(0.0);
         }
         for row in &self.rows {
             self.pose(row, values, work);
@@ -382,32 +407,54 @@ impl Problem {
         }
         let first = self.row_count - self.distances.len();
         for (at, row) in (first..).zip(&self.distances) {
-            let (residual, direction) = row.residual(values);
-            r[at] = row.weight * residual;
+            r[at] = row.weight * (row.distance - row.between(values).norm());
             let Some(Jacobian { row_of, transposed }) = jacobian.as_deref_mut() else { continue };
-            for (ball, sign) in row.parameters.iter().zip([1.0, -1.0]) {
-                for axis in 0..3 {
-                    if let Some(k) = ball.and_then(|first| row_of[first + axis]) {
-                        transposed[(k, at)] += row.weight * sign * direction[axis];
+            row.columns(values, &mut |p, slope| {
+                if let Some(k) = row_of[p] {
+                    transposed[(k, at)] += row.weight * slope;
+                }
+            });
+        }
+    }
+
+    /// One-sigma of the whitened residuals: 1 where the noise is stated; elsewhere what they are at `values`.
+    pub fn noise_at(&self, values: &[f64]) -> f64 {
+        if self.noise_stated() {
+            return 1.0;
+        }
+        let mut r = DVector::zeros(self.row_count);
+        self.evaluate(values, &mut Workspace::new(&self.robot), &mut r, None);
+        r.norm() / (self.row_count.max(1) as f64).sqrt()
+    }
+
+    /// Jacobian of the positions in SI, without weighting, of those parameters: what observability indices are defined on. Of a
+    /// distance only the first of its three rows is filled; known distances between balls follow, a row each.
+    pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
+        let mut work = Workspace::new(&self.robot);
+        let mut j = DMatrix::zeros(3 * self.rows.len() + self.distances.len(), columns.len());
+        let place: HashMap<usize, usize> = columns.iter().enumerate().map(|(k, &c)| (c, k)).collect();
+        for (i, row) in self.rows.iter().enumerate() {
+            self.pose(row, values, &mut work);
+            let sight = self.residual(row, &work).1;
+            for (moves, weight) in self.patterns[row.pattern].iter().zip(&row.weights) {
+                if let Some(&k) = place.get(&moves.parameter) {
+                    let column = work.posture.column(moves.site) * *weight;
+                    match sight {
+                        None => {
+                            let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);
+                            cells += column;
+                        }
+                        Some(sight) => j[(3 * i, k)] += sight.dot(&column),
                     }
                 }
             }
         }
-    }
-
-    /// Jacobian of the positions in SI, without weighting, of those parameters: what observability indices are defined on.
-    pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
-        let mut work = Workspace::new(&self.robot);
-        let mut j = DMatrix::zeros(3 * self.rows.len(), columns.len());
-        let place: HashMap<usize, usize> = columns.iter().enumerate().map(|(k, &c)| (c, k)).collect();
-        for (i, row) in self.rows.iter().enumerate() {
-            self.pose(row, values, &mut work);
-            for (moves, weight) in self.patterns[row.pattern].iter().zip(&row.weights) {
-                if let Some(&k) = place.get(&moves.parameter) {
-                    let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);
-                    cells += work.posture.column(moves.site) * *weight;
+        for (i, row) in self.distances.iter().enumerate() {
+            row.columns(values, &mut |p, slope| {
+                if let Some(&k) = place.get(&p) {
+                    j[(3 * self.rows.len() + i, k)] += slope;
                 }
-            }
+            });
         }
         j
     }

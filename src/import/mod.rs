@@ -1,6 +1,6 @@
 //! Other people's data: measurements taken elsewhere, brought into this project's convention.
 //!
-//! Every format is a [map](column_map) from the columns of a table to ours; the built-in ones are embedded maps, and `generic` takes
+//! Every format is a column map from the columns of a table to ours; the built-in ones are embedded maps, and `generic` takes
 //! one from a file (see `docs/importing.md`).
 
 mod column_map;

@@ -3,7 +3,7 @@
 //! `<place>/hole_{0,1}.csv` has one row a seating. Where the sockets are is unknown; that the two of a place are 50 mm apart is known.
 //! Every socket is a free ball, and the TCP is free. The world is the robot's base.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Vector3};
@@ -40,9 +40,14 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
             .into());
         }
     }
-    found.sort_by(|a, b| a.0.cmp(&b.0));
-    found.dedup_by(|a, b| a.0 == b.0);
-    let robot_folder = |path: &Path| path.parent().and_then(Path::parent).map(Path::to_path_buf).unwrap_or_default();
+    // A place within a folder may be named again, to be kept for validation: the last word counts.
+    let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let mut last: BTreeMap<PathBuf, (PathBuf, SampleSet)> = BTreeMap::new();
+    for (path, set) in found {
+        last.entry(whole(&path)).and_modify(|first| first.1 = set).or_insert((path, set));
+    }
+    let found: Vec<(PathBuf, SampleSet)> = last.into_values().collect();
+    let robot_folder = |path: &Path| whole(path).parent().and_then(Path::parent).map(Path::to_path_buf).unwrap_or_default();
     if let Some((other, _)) = found.iter().find(|(path, _)| robot_folder(path) != robot_folder(&found[0].0)) {
         return Err(ImportError::TwoRobots { one: robot_folder(&found[0].0), other: robot_folder(other) });
     }

@@ -78,6 +78,17 @@ pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> 
     })
 }
 
+/// Checks what a dataset says of its cell, as reading it would; a robot file is sought from `folder`.
+///
+/// # Errors
+/// The first mistake, with its key; the file is the one that it would be written to.
+pub fn check_description(dataset: &Dataset, folder: &Path) -> Result<(), FileError> {
+    let path = Path::new(DATASET_TOML);
+    let text = toml::to_string(&describe(dataset))
+        .map_err(|e| FileError::whole(path, format!("cannot be written: {e}"), "correct the dataset"))?;
+    Reading { path, text: &text, within: "" }.whole(folder).map(drop)
+}
+
 /// A `dataset.toml`, or the table of the same keys of another file, being read.
 pub(crate) struct Reading<'a> {
     pub path: &'a Path,
@@ -164,7 +175,11 @@ impl Reading<'_> {
         for (k, name) in names.enumerate() {
             let at = format!("{table}[{k}].{key}");
             if name.is_empty() || name.trim() != name || name.contains(['\n', '\r']) {
-                return Err(self.wrong(at, format!("`{name}` is empty, or has spaces around it"), "give a plain name"));
+                return Err(self.wrong(
+                    at,
+                    format!("{name:?} is empty, has spaces around it, or ends a line"),
+                    "give a plain name",
+                ));
             }
             if seen.contains(&name) {
                 return Err(self.wrong(at, format!("`{name}` stands twice"), "give every one its own name"));

@@ -156,6 +156,11 @@ pub(super) fn stream(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     random
 }
 
+/// Limits less `margin` at both ends; the middle where nothing is left.
+pub(super) fn within([low, high]: [f64; 2], margin: f64) -> [f64; 2] {
+    if low + margin < high - margin { [low + margin, high - margin] } else { [0.5 * (low + high); 2] }
+}
+
 /// A number between two, all equally likely.
 pub(super) fn between([low, high]: [f64; 2], random: &mut ChaCha8Rng) -> f64 {
     low + (high - low) * random.random::<f64>()

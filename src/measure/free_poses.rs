@@ -2,7 +2,7 @@
 
 use nalgebra::{Unit, Vector3};
 
-use super::draws::{Margins, PoolError, Purpose, Refusals, between, drawn, stream};
+use super::draws::{Margins, PoolError, Purpose, Refusals, between, drawn, stream, within};
 use crate::robot::{ClearanceCheck, FramePose, Pose, Posture, Robot, SiteIndex, Surroundings, dexterity};
 
 /// That the reflector at the TCP looks at the tracker.
@@ -54,8 +54,7 @@ pub fn free_poses(request: &FreePosesRequest<'_>) -> Result<Vec<Vec<f64>>, PoolE
     let workspace = || (Posture::new(robot), ClearanceCheck::new(robot, request.surroundings));
     let draw = |(posture, clearance): &mut (Posture, ClearanceCheck), number: u64| {
         let mut random = stream(request.seed, Purpose::Free, number);
-        let within = |[low, high]: [f64; 2]| [low + margins.limit, high - margins.limit];
-        let q: Vec<f64> = robot.links.iter().map(|l| between(within(l.limits), &mut random)).collect();
+        let q: Vec<f64> = robot.links.iter().map(|l| between(within(l.limits, margins.limit), &mut random)).collect();
         posture.set(robot, base, tool, &q, &none);
         let mut refusals = Refusals::default();
         if request.facing.is_some_and(|facing| !facing.holds(&posture.world_from_tool(tool))) {

@@ -28,7 +28,7 @@ pub use centring_failure::{CentringFailure, Suspicion};
 pub(crate) use columns::Column;
 pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet};
 pub(crate) use dataset_file::Reading;
-pub use dataset_file::{read_dataset, write_dataset};
+pub use dataset_file::{check_description, read_dataset, write_dataset};
 pub(crate) use dataset_toml::DatasetToml;
 pub use draws::{Margins, PoolError, Refusals};
 pub use free_poses::{Facing, FreePosesRequest, free_poses};

@@ -6,7 +6,7 @@ use nalgebra::{Rotation3, Translation3, Unit, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::draws::{Margins, PoolError, Purpose, Refusals, between, drawn, stream};
+use super::draws::{Margins, PoolError, Purpose, Refusals, between, drawn, stream, within};
 use crate::robot::{
     Branch, Chain, ClearanceCheck, FramePose, InverseKinematics, Outcome, Pose, Posture, RelTool, Robot, SiteIndex,
     SphericalWrist, Surroundings, dexterity,
@@ -144,10 +144,7 @@ impl Prober {
             }
             Inverse::Iterative(inverse) => {
                 let robot = request.robot;
-                let limits = |i: usize| {
-                    let [low, high] = robot.links[i].limits;
-                    [low + request.margins.limit, high - request.margins.limit]
-                };
+                let limits = |i: usize| within(robot.links[i].limits, request.margins.limit);
                 let start: Vec<f64> = (0..robot.joints()).map(|i| between(limits(i), &mut random)).collect();
                 let mut arm = Chain::nominal(robot, request.base, request.tool);
                 let solution = inverse.solve(&mut arm, &world_from_tool, &start, limits);

@@ -60,5 +60,6 @@ pub fn validation_json(v: &Validation) -> Value {
         "quantiles_mm": {"5": q05, "25": q25, "50": q50, "75": q75, "95": q95},
         "histogram": histogram,
         "refitted": v.refitted,
+        "from_fit_rows": v.from_fit_rows,
     })
 }

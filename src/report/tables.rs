@@ -16,9 +16,14 @@ fn table(header: &[&str]) -> Table {
     table
 }
 
-/// A table of plain rows: the first column text, the others numbers.
+/// A table of plain rows: columns of numbers to the right, columns of words to the left.
 pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> String {
     let mut out = table(header);
+    for (k, column) in out.column_iter_mut().enumerate() {
+        let is_number = |cell: &str| cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        let numbers = k > 0 && rows.iter().all(|row| is_number(&row[k]));
+        column.set_cell_alignment(if numbers { CellAlignment::Right } else { CellAlignment::Left });
+    }
     for row in rows {
         out.add_row(row);
     }
@@ -53,12 +58,20 @@ pub fn parameter_table(c: &Calibration) -> String {
     out.to_string()
 }
 
+/// How many partners of a parameter are named in a sentence: those that count most.
+const MOST_NAMED: usize = 6;
+
 /// What the data cannot tell apart, a line each.
 pub fn unresolved_sentences(c: &Calibration) -> Vec<String> {
     c.unresolved
         .iter()
         .map(|group| match group.as_slice() {
             [alone] => format!("{alone}: nothing measured moves with it"),
+            [left_out, with] => format!("{left_out}: moves the TCP as {with} can"),
+            [left_out, with @ ..] if with.len() > MOST_NAMED => {
+                let named = with[..MOST_NAMED].join(", ");
+                format!("{left_out}: moves the TCP as {named} and {} more together can", with.len() - MOST_NAMED)
+            }
             [left_out, with @ ..] => format!("{left_out}: moves the TCP as {} together can", with.join(", ")),
             [] => String::new(),
         })

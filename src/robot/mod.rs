@@ -30,6 +30,9 @@ pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearanc
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use statics::{DEFAULT_GRAVITY, Loads, Payload};
 
+/// Robot files are written with nine decimals, in mm, deg and kg: so far may two copies of one arm differ, in SI.
+const ROUNDING_OF_FILES: f64 = 1e-9;
+
 /// A robot as its maker drew it: the nominal model and the facts that no calibration changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -54,6 +57,16 @@ impl Robot {
     /// Whether link masses are known, without which no gravity torque can be computed.
     pub fn has_masses(&self) -> bool {
         self.links.iter().any(|l| l.mass > 0.0)
+    }
+
+    /// Whether `other` is the same arm by its numbers (joints, geometry, limits, masses), whatever either is called.
+    pub fn is_same_arm(&self, other: &Robot) -> bool {
+        let numbers = |l: &Link| {
+            let MdhLink { alpha, a, beta, theta, d } = l.mdh;
+            [alpha, a, beta, theta, d, l.limits[0], l.limits[1], l.mass, l.com.x, l.com.y, l.com.z]
+        };
+        let same = |a: &Link, b: &Link| numbers(a).iter().zip(numbers(b)).all(|(a, b)| (a - b).abs() <= ROUNDING_OF_FILES);
+        self.joints() == other.joints() && self.links.iter().zip(&other.links).all(|(a, b)| same(a, b))
     }
 
     /// The first joint (counted from 0) outside its limits by more than `margin` (rad), if any.

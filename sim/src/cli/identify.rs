@@ -7,7 +7,7 @@ use calibench::identify::{Calibration, Model, identify, read_model, write_calibr
 use calibench::report::{calibration_json, parameter_table, unresolved_sentences};
 use calibench::units::MM;
 
-use super::{Failure, Outcome, named, print, print_json, read_datasets};
+use super::{Failure, Outcome, blame_data, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -17,8 +17,8 @@ pub struct Arguments {
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long)]
     model: Option<PathBuf>,
-    /// Where to write the calibration
-    #[arg(short, long)]
+    /// Where to write the calibration (TOML); a file that is there is replaced
+    #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
     /// Print one JSON document instead of tables
     #[arg(long)]
@@ -34,8 +34,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         None => Model::default_for(&datasets[0].1),
     };
-    let mut calibration = identify(&named(&datasets), &model)?;
-    calibration.robot_reference = datasets[0].1.robot_reference.clone();
+    let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let calibration = identify(&named(&datasets), &model).map_err(blame)?;
     if let Some(path) = &arguments.output {
         write_calibration(&calibration, path)?;
     }

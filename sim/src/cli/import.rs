@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::write_dataset;
+use calibench::measure::{SampleSet, write_dataset};
 
-use super::{Failure, Outcome, print};
+use super::{Failure, Outcome, print, seed};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -14,9 +14,12 @@ pub struct Arguments {
     /// Files to read (for mukca also folders)
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Where to write the dataset (a folder)
-    #[arg(short, long)]
+    /// Where to write the dataset (a folder); a dataset that is there is replaced
+    #[arg(short, long, visible_alias = "out")]
     output: PathBuf,
+    /// A file, or with mukca also the folder of a place, to keep for validation; may be repeated, and may be one of FILE...
+    #[arg(long, value_name = "FILE")]
+    validation: Vec<PathBuf>,
     /// For generic: the file that says which column is what
     #[arg(long)]
     map: Option<PathBuf>,
@@ -24,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_parser = fraction)]
     holdout: Option<f64>,
     /// Seed of that choice
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
 }
 
@@ -37,10 +40,30 @@ fn fraction(text: &str) -> Result<f64, String> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
-    let options = ImportOptions { holdout, map: arguments.map.clone(), ..ImportOptions::default() };
-    let (dataset, report) = import(&arguments.format, &arguments.files, &options)?;
+    let (files, sets) = sets(arguments)?;
+    let options = ImportOptions { holdout, map: arguments.map.clone(), sets };
+    let (dataset, report) = import(&arguments.format, &files, &options)?;
     write_dataset(&dataset, &arguments.output)?;
     print(&report.to_string())?;
-    print(&format!("{} samples; dataset in {}", dataset.samples.len(), arguments.output.display()))?;
+    let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
+    let (all, folder) = (dataset.samples.len(), arguments.output.display());
+    print(&format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
     Ok(Outcome::Done)
+}
+
+/// All files, those to be fitted first, and what each is for; no sets where the user leaves that to the format.
+fn sets(arguments: &Arguments) -> Result<(Vec<PathBuf>, Vec<SampleSet>), Failure> {
+    if arguments.validation.is_empty() {
+        return Ok((arguments.files.clone(), Vec::new()));
+    }
+    let same = |a: &PathBuf, b: &PathBuf| a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    let fitted = arguments.files.iter().filter(|f| !arguments.validation.iter().any(|v| same(v, f)));
+    let mut files: Vec<PathBuf> = fitted.cloned().collect();
+    if files.is_empty() {
+        return Err("all files are kept for validation; leave at least one to be fitted".into());
+    }
+    let mut sets = vec![SampleSet::Fit; files.len()];
+    files.extend(arguments.validation.iter().cloned());
+    sets.resize(files.len(), SampleSet::Validation);
+    Ok((files, sets))
 }

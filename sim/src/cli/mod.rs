@@ -13,9 +13,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::files::FileError;
+use calibench::files::one_line;
+use calibench::identify::{IdentifyError, ProblemError};
 use calibench::measure::{Dataset, read_dataset};
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
+
+use crate::blame::with_reasons;
 
 /// Anything that ends a verb; printed with the chain of its reasons.
 type Failure = Box<dyn std::error::Error>;
@@ -29,7 +33,7 @@ enum Outcome {
 
 /// A simulation-first testbench for calibrating industrial robots.
 #[derive(Parser)]
-#[command(name = "calibench", version, about, arg_required_else_help = true)]
+#[command(name = "calibench", version, arg_required_else_help = true)]
 struct Arguments {
     #[command(subcommand)]
     verb: Verb,
@@ -61,9 +65,11 @@ pub fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(e) => {
             // Help and version are not mistakes.
-            let code = if e.use_stderr() { 2 } else { 0 };
-            drop(e.print());
-            return ExitCode::from(code);
+            if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+                drop(e.print());
+                return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+            }
+            return refuse(&misuse(&e));
         }
     };
     let result = match &arguments.verb {
@@ -83,16 +89,57 @@ pub fn main() -> ExitCode {
             if is_closed_pipe(failure.as_ref()) {
                 return ExitCode::SUCCESS;
             }
-            let mut message = format!("calibench: {failure}");
-            let mut reason = failure.source();
-            while let Some(inner) = reason {
-                message.push_str(&format!(": {inner}"));
-                reason = inner.source();
-            }
-            drop(writeln!(std::io::stderr(), "{message}"));
-            ExitCode::from(2)
+            refuse(&with_reasons(failure.as_ref()))
         }
     }
+}
+
+/// One line on standard error, and the exit code of bad input.
+fn refuse(message: &str) -> ExitCode {
+    drop(writeln!(std::io::stderr(), "calibench: {}", one_line(message)));
+    ExitCode::from(2)
+}
+
+/// What is wrong with a command line, in one line.
+fn misuse(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    // The paragraphs after the first show the usage, which --help does better; tips and lists of values stay.
+    let told = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
+    let told: Vec<&str> = told.filter(|l| !l.is_empty()).collect();
+    format!("{}; `calibench --help` and `calibench VERB --help` tell more", told.join(" ").trim_start_matches("error: "))
+}
+
+/// Parses a seed.
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("give a whole number from 0 to {}", u64::MAX))
+}
+
+/// That a file or a folder is to blame for an error which does not know it.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {field}: {problem}", path.display())]
+struct Blamed {
+    path: PathBuf,
+    field: &'static str,
+    problem: String,
+}
+
+/// Puts the failure of an identification at the data or at the model.
+fn blame_data(folders: &[PathBuf], datasets: &[(String, Dataset)], model: Option<&Path>, error: &IdentifyError) -> Blamed {
+    let at = |k: usize, file: &str| folders.get(k).map(|f| f.join(file)).unwrap_or_default();
+    let of_robot = |name: &str| datasets.iter().position(|(_, d)| d.robot.name == name).unwrap_or(0);
+    let (path, field) = match (error, model) {
+        (
+            IdentifyError::OtherRobot { measured: other, .. }
+            | IdentifyError::Problem(ProblemError::DifferentRobots { other, .. }),
+            _,
+        ) => (at(of_robot(other), "dataset.toml"), "robot"),
+        (IdentifyError::Problem(ProblemError::Effect(_) | ProblemError::Missing { .. }), Some(model)) => {
+            (model.to_owned(), "effects")
+        }
+        (IdentifyError::Problem(ProblemError::NoSamples { .. }), _) => (at(0, "samples.csv"), "set"),
+        _ => (at(0, "samples.csv"), "rows"),
+    };
+    Blamed { path, field, problem: with_reasons(error) }
 }
 
 /// Whoever read the output has seen enough.
@@ -113,11 +160,25 @@ fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
     print(&serde_json::to_string_pretty(value)?)
 }
 
-/// Datasets with the names of their folders.
-fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, FileError> {
-    let name =
-        |folder: &Path| folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned());
-    folders.iter().map(|f| Ok((name(f), read_dataset(f)?))).collect()
+/// Datasets with the names of their folders: the last part of the path, or as much of its end as tells them apart.
+fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {
+    // `.` and `D/` are named like the folders they are.
+    let whole: Vec<PathBuf> = folders.iter().map(|f| f.canonicalize().unwrap_or_else(|_| f.clone())).collect();
+    if let Some(k) = (1..whole.len()).find(|&k| whole[..k].contains(&whole[k])) {
+        return Err(format!("{} is named twice; name each dataset once", folders[k].display()).into());
+    }
+    let parts = |folder: &Path| folder.iter().map(|part| part.to_string_lossy().into_owned()).collect::<Vec<String>>();
+    let end = |folder: &Path, length: usize| {
+        let parts = parts(folder);
+        parts[parts.len().saturating_sub(length)..].join("/")
+    };
+    let distinct = |length: &usize| {
+        let names: Vec<String> = whole.iter().map(|f| end(f, *length)).collect();
+        (1..names.len()).all(|k| !names[..k].contains(&names[k]))
+    };
+    let longest = whole.iter().map(|f| f.iter().count()).max().unwrap_or(1);
+    let length = (1..=longest).find(distinct).unwrap_or(longest);
+    folders.iter().zip(&whole).map(|(f, whole)| Ok((end(whole, length), read_dataset(f)?))).collect()
 }
 
 /// Borrowed, as the library takes them.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibench::measure::write_plan;
 
-use super::{Failure, Outcome, print};
+use super::{Failure, Outcome, print, seed};
 use crate::planning::{Chosen, plan};
 use crate::scenario::load_scenario;
 
@@ -12,17 +12,17 @@ use crate::scenario::load_scenario;
 pub struct Arguments {
     /// Scenario file
     scenario: PathBuf,
-    /// Where to write the plan (CSV)
-    #[arg(short, long)]
+    /// Where to write the plan (TOML); a file that is there is replaced
+    #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
     /// Seed in place of the scenario's
-    #[arg(long)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let scenario = load_scenario(&arguments.scenario)?;
-    let plan = plan(&scenario, arguments.seed.unwrap_or(scenario.seed))?;
+    let plan = plan(&scenario, arguments.seed.unwrap_or(scenario.seed)).map_err(|e| scenario.blame_plan(&e))?;
     if let Some(path) = &arguments.output {
         write_plan(path, &plan.probings, &scenario.dataset())?;
     }

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::identify::story;
 use super::plan::chosen_sentence;
 use super::progress::CampaignBar;
-use super::{Failure, Outcome, print, print_json};
+use super::{Failure, Outcome, print, print_json, seed};
 use crate::random::Streams;
 use crate::run::{Check, Method, Plans, Run, run as procedure};
 use crate::scenario::{Scenario, load_scenario};
@@ -29,14 +29,14 @@ enum PlantKind {
 pub struct Arguments {
     /// Scenario file
     scenario: PathBuf,
-    /// Folder for datasets, calibrations, iterations and result.json
-    #[arg(long)]
+    /// Folder for datasets, calibrations, iterations and result.json; a run that is there is replaced
+    #[arg(short, long, visible_alias = "output")]
     out: Option<PathBuf>,
     /// What plays the cell
     #[arg(long, value_enum, default_value = "analytic")]
     plant: PlantKind,
     /// Seed in place of the scenario's
-    #[arg(long)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Print one JSON document instead of the story
     #[arg(long)]
@@ -47,11 +47,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let PlantKind::Analytic = arguments.plant;
     let scenario = load_scenario(&arguments.scenario)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
-    let plans = Plans::new(&scenario, seed)?;
+    let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
     let mut bar = CampaignBar::new(plans.plan.wanted());
     let result = procedure(&scenario, plans, Streams { seed, trial: 0 }, &mut bar);
     bar.clear();
-    let run = result?;
+    let run = result.map_err(|e| scenario.blame(&e))?;
     let checks = run.checks(&scenario);
     let document = document(&scenario, &run, &checks);
     if let Some(folder) = &arguments.out {

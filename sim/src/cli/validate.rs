@@ -7,7 +7,7 @@ use calibench::identify::{Use, read_calibration};
 use calibench::measure::SampleSet;
 use calibench::report::{histogram, validation_json, validation_row, validation_table};
 
-use super::{Failure, Outcome, named, print, print_json, read_datasets};
+use super::{Failure, Outcome, blame_data, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -16,17 +16,25 @@ pub struct Arguments {
     /// Dataset folders: their rows of set 'validation', or all rows where there are none
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
+    /// The robot was set up anew for these data: find its base, a free tool and free balls from them first, in rows of set 'fit' where
+    /// there are any
+    #[arg(long)]
+    set_up_anew: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let calibration = read_calibration(&arguments.calibration)?;
+    let mut calibration = read_calibration(&arguments.calibration)?;
+    if arguments.set_up_anew {
+        calibration = calibration.set_up_anew();
+    }
     let datasets = read_datasets(&arguments.datasets)?;
     let held_out = datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Validation));
     let which = if held_out { Use::Validation } else { Use::All };
-    let prediction = calibration.predict(&named(&datasets), which)?;
+    let prediction =
+        calibration.predict(&named(&datasets), which).map_err(|e| blame_data(&arguments.datasets, &datasets, None, &e))?;
     let validation = Validation::of(&prediction).ok_or("there are no samples to judge")?;
     if arguments.json {
         print_json(&validation_json(&validation))?;
@@ -34,6 +42,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     print(&validation_table(&[validation_row(&format!("{} samples", validation.samples), &validation)]))?;
     print(&histogram(&validation, 12))?;
+    if !validation.from_fit_rows.is_empty() {
+        print(&format!(
+            "Not in the calibration, so fitted to rows of set 'fit' first: {}",
+            validation.from_fit_rows.join(", ")
+        ))?;
+    }
     if !validation.refitted.is_empty() {
         print(&format!("Not in the calibration, so fitted to these samples first: {}", validation.refitted.join(", ")))?;
     }

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::Setup;
-use crate::effects::{Effect, Situation};
+use super::assembly::Placed;
+use crate::effects::Situation;
 use crate::measure::{Dataset, Measured, Noise, Sample};
 use crate::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
 use crate::units::MM;
@@ -13,13 +14,6 @@ const UNSTATED_SIGMA: f64 = 0.1 * MM;
 
 /// A joint that gravity loads less than this, N·m, is taken as unloaded.
 const UNLOADED: f64 = 1e-6;
-
-/// An effect in a problem.
-pub(super) struct Placed {
-    pub effect: Box<dyn Effect>,
-    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
-    pub first: Vec<usize>,
-}
 
 /// What the samples of one dataset share.
 pub(super) struct Cell {
@@ -37,7 +31,8 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    pub fn of(dataset: &Dataset, effects: Vec<Placed>, measured_torques: bool) -> Self {
+    /// Of a dataset whose balls are taken to stand at `balls` to begin with.
+    pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, measured_torques: bool) -> Self {
         let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
         // A sample may name a payload that does not exist; it then carries nothing.
         let payloads = dataset.payloads.iter().cloned().chain([Payload::none()]).collect();
@@ -47,7 +42,7 @@ impl Cell {
             tool_turn,
             contact_force: tool_turn * dataset.contact_force,
             payloads,
-            balls: dataset.balls.iter().map(|b| b.position).collect(),
+            balls,
             anchors: dataset.anchors.iter().map(|a| a.position).collect(),
             noise: dataset.noise.clone(),
             measured_torques,
@@ -306,14 +301,23 @@ pub(super) struct DistanceRow {
 }
 
 impl DistanceRow {
-    /// Residual, m, and the direction from the second ball to the first.
-    pub fn residual(&self, values: &[f64]) -> (f64, Vector3<f64>) {
+    /// From the second ball to the first, m.
+    pub fn between(&self, values: &[f64]) -> Vector3<f64> {
         let position = |b: usize| match self.parameters[b] {
             Some(p) => self.balls[b] + Vector3::new(values[p], values[p + 1], values[p + 2]),
             None => self.balls[b],
         };
-        let between = position(0) - position(1);
-        let length = between.norm();
-        (self.distance - length, between / length.max(f64::MIN_POSITIVE))
+        position(0) - position(1)
+    }
+
+    /// Calls `emit(parameter, d(distance)/d(parameter))` for the coordinates that it depends on.
+    pub fn columns(&self, values: &[f64], emit: &mut dyn FnMut(usize, f64)) {
+        let between = self.between(values);
+        let direction = between / between.norm().max(f64::MIN_POSITIVE);
+        for (first, sign) in self.parameters.iter().zip([1.0, -1.0]) {
+            if let Some(p) = first {
+                (0..3).for_each(|axis| emit(p + axis, sign * direction[axis]));
+            }
+        }
     }
 }

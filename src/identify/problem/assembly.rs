@@ -1,17 +1,17 @@
-//! From datasets and a model to a problem: set-ups, unknowns, and the samples one after the other.
+//! From datasets and a model to a problem: set-ups, unknowns with their names, and rows.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::problem::WeighingRoom;
-use super::sample_row::{Cell, DistanceRow, Placed, SampleRow};
-use super::{Knowledge, Model, Parameter, Problem, ProblemError, Setup, TorquePosture, Use};
+use super::sample_row::{Cell, DistanceRow, SampleRow};
+use super::start::{start, worlds_own};
+use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, WeighingRoom};
 use crate::effects::{self, Effect, Needs, Owner, Subject};
+use crate::identify::{Model, TorquePosture};
 use crate::measure::{Dataset, Measured, Sample};
-use crate::robot::{FramePose, Robot, Site};
-use crate::units::MM;
+use crate::robot::{Robot, Site};
 
 /// Everything of a problem but its rows.
 pub(super) struct Assembly<'a> {
@@ -23,16 +23,24 @@ pub(super) struct Assembly<'a> {
     setups: Vec<Setup>,
     /// Set-up of (dataset, session).
     setup_of: HashMap<(usize, Option<&'a str>), usize>,
+    /// Where the balls of each dataset are taken to be, to begin with.
+    balls: Vec<Vec<Vector3<f64>>>,
     parameters: Vec<Parameter>,
     /// Effects of each dataset, with the first parameter of each for every owner: robot, or set-up, or dataset.
     effects: Vec<Vec<Placed>>,
 }
 
+pub(super) struct Placed {
+    pub(super) effect: Box<dyn Effect>,
+    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
+    pub(super) first: Vec<usize>,
+}
+
 impl<'a> Assembly<'a> {
-    pub fn new(datasets: &'a [(&'a str, &'a Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
+    pub(super) fn new(datasets: &'a [(&'a str, &'a Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
         let (_, first) = datasets.first().ok_or(ProblemError::NoSamples { of: "at all" })?;
         let robot = first.robot.clone();
-        let other = datasets.iter().find(|(_, d)| d.robot.links != robot.links);
+        let other = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&robot));
         if let Some((_, other)) = other {
             return Err(ProblemError::DifferentRobots { first: robot.name.clone(), other: other.robot.name.clone() });
         }
@@ -44,32 +52,41 @@ impl<'a> Assembly<'a> {
             torque_posture: model.torque_posture,
             setups: Vec::new(),
             setup_of: HashMap::new(),
+            balls: Vec::new(),
             parameters: Vec::new(),
             effects: Vec::new(),
         };
-        assembly.find_setups();
+        assembly.find_setups(model.effects.iter().any(|e| e == "base_frame"))?;
         assembly.place_effects(model)?;
         Ok(assembly)
     }
 
-    fn find_setups(&mut self) {
+    fn find_setups(&mut self, base_is_sought: bool) -> Result<(), ProblemError> {
         for (d, (name, dataset)) in self.datasets.iter().enumerate() {
+            if self.datasets[..d].iter().any(|(other, _)| other == name) {
+                return Err(ProblemError::SameName { name: (*name).into() });
+            }
+            let mut sessions: Vec<Option<&str>> = Vec::new();
             for sample in dataset.samples.iter().filter(|s| self.which.takes(s)) {
-                let key = (d, sample.session.as_deref());
-                if self.setup_of.contains_key(&key) {
-                    continue;
+                if !sessions.contains(&sample.session.as_deref()) {
+                    sessions.push(sample.session.as_deref());
                 }
-                self.setup_of.insert(key, self.setups.len());
+            }
+            let start = start(&self.robot, dataset, self.which, &sessions, base_is_sought);
+            for (k, (session, start)) in sessions.iter().zip(start.bases).enumerate() {
+                self.setup_of.insert((d, *session), self.setups.len());
                 self.setups.push(Setup {
                     label: String::new(),
                     dataset: (*name).into(),
-                    session: sample.session.clone().unwrap_or_default(),
+                    session: session.unwrap_or_default().into(),
                     base: dataset.base,
-                    start: starting_base(&self.robot, dataset, sample.session.as_deref()),
+                    start,
+                    worlds_own: worlds_own(dataset, self.which, *session, &sessions[..k], &start),
                     tool: dataset.tool,
                     gravity: dataset.gravity,
                 });
             }
+            self.balls.push(start.balls);
         }
         if self.setups.len() > 1 {
             let sessions: HashSet<&str> = self.setups.iter().map(|s| s.session.as_str()).filter(|s| !s.is_empty()).collect();
@@ -82,6 +99,7 @@ impl<'a> Assembly<'a> {
                 };
             }
         }
+        Ok(())
     }
 
     /// Effects of the model, and those that the datasets themselves ask for (free or uncertain balls and tools).
@@ -95,15 +113,18 @@ impl<'a> Assembly<'a> {
                 let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
                 dataset.samples.iter().filter(|s| self.which.takes(s)).any(|s| on(&s))
             };
-            // Free balls first: where no ball is known, it is the base that cannot be told.
+            // Free balls first: where no ball is known, it is the base that cannot be told. A free tool before the links: it enters
+            // linearly, and the last joint, link and the tool share numbers as the base and the first ones do.
             for (b, ball) in dataset.balls.iter().enumerate() {
                 if ball.free && probed(b) {
                     wanted.push((format!("ball:{}", ball.id), Knowledge::Flat));
                 }
             }
             wanted.extend(model.effects.iter().map(|e| (e.clone(), Knowledge::Flat)));
-            if dataset.tool_free {
-                wanted.push(("tool_frame".into(), Knowledge::Flat));
+            if dataset.tool_free && !wanted.iter().any(|(id, _)| id == "tool_frame") {
+                let base = wanted.iter().position(|(id, _)| id == "base_frame");
+                let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
+                wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), Knowledge::Flat));
             } else if dataset.tool_sigma > 0.0 {
                 wanted.push(("tool_frame".into(), Knowledge::Stated(dataset.tool_sigma)));
             }
@@ -124,9 +145,11 @@ impl<'a> Assembly<'a> {
                     Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| add(all, effect.as_ref(), "", knowledge))],
                     Owner::Artifact => {
                         let first = add(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, knowledge);
-                        let ball = dataset.balls.iter().find(|b| effect.id() == format!("ball:{}", b.id));
-                        if let Some(ball) = ball {
-                            place(&mut all[first..], ball.position.as_slice(), ball.position.as_slice());
+                        let home = self.setup_of.iter().filter(|(key, _)| key.0 == d).map(|(_, &setup)| setup).min();
+                        all[first..].iter_mut().for_each(|p| p.setup = home);
+                        let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
+                        if let Some(b) = ball {
+                            place(&mut all[first..], dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
                         }
                         vec![first]
                     }
@@ -138,7 +161,13 @@ impl<'a> Assembly<'a> {
                             first[s] = add(all, effect.as_ref(), &setup.label, knowledge);
                             all[first[s]..].iter_mut().for_each(|p| p.setup = Some(s));
                             match effect.id() {
-                                "base_frame" => place(&mut all[first[s]..], &setup.base.to_array(), &setup.start.to_array()),
+                                "base_frame" => {
+                                    place(&mut all[first[s]..], &setup.base.to_array(), &setup.start.to_array());
+                                    setup
+                                        .worlds_own
+                                        .iter()
+                                        .for_each(|&axis| all[first[s] + axis as usize].defines_world = true);
+                                }
                                 "tool_frame" => place(&mut all[first[s]..], &setup.tool.xyz, &setup.tool.xyz),
                                 _ => {}
                             }
@@ -154,10 +183,13 @@ impl<'a> Assembly<'a> {
     }
 
     /// The problem of all samples.
-    pub fn problem(self) -> Result<Problem, ProblemError> {
-        let Assembly { datasets, robot, which, measured_torques, torque_posture, setups, setup_of, parameters, effects } = self;
-        let distances = datasets.iter().zip(&effects).flat_map(|((_, d), effects)| known_distances(d, effects)).collect();
-        let cells = datasets.iter().zip(effects).map(|((_, d), effects)| Cell::of(d, effects, measured_torques)).collect();
+    pub(super) fn problem(self) -> Result<Problem, ProblemError> {
+        let Assembly { datasets, robot, which, measured_torques, torque_posture, setups, setup_of, balls, parameters, effects } =
+            self;
+        let known = datasets.iter().zip(&balls).zip(&effects);
+        let distances = known.flat_map(|(((_, d), balls), effects)| known_distances(d, balls, effects)).collect();
+        let shared = datasets.iter().zip(balls).zip(effects);
+        let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, measured_torques)).collect();
         let scale = WeighingRoom::new(&robot);
         let mut problem = Problem {
             robot,
@@ -201,8 +233,8 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// The known distances of a dataset that say something of an unknown ball.
-fn known_distances(dataset: &Dataset, effects: &[Placed]) -> Vec<DistanceRow> {
+/// The known distances of a dataset that say something of an unknown ball; `balls` are where they are taken to be to begin with.
+fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]) -> Vec<DistanceRow> {
     let rows = dataset.ball_distances.iter().filter_map(|known| {
         let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
         let parameters = ids.map(|id| effects.iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
@@ -210,7 +242,7 @@ fn known_distances(dataset: &Dataset, effects: &[Placed]) -> Vec<DistanceRow> {
         let has_position = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
         let says_something = parameters.iter().any(Option::is_some) && has_position(0) && has_position(1);
         says_something.then(|| DistanceRow {
-            balls: known.between.map(|b| dataset.balls[b].position),
+            balls: known.between.map(|b| balls[b]),
             parameters,
             distance: known.distance,
             weight: 1.0 / known.sigma,
@@ -231,6 +263,7 @@ fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, knowledge: Kn
         owner: effect.owner(),
         setup: None,
         link: None,
+        defines_world: false,
     }));
     first
 }
@@ -263,34 +296,4 @@ fn check_needs(effect: &dyn Effect, robot: &Robot, dataset: &Dataset, measured_t
         }
     }
     Ok(())
-}
-
-/// A nominal base further than this from what the points say (rms) is replaced by a closed-form start.
-const NOMINAL_BASE_IS_CLOSE: f64 = 20.0 * MM;
-
-/// The base from which Gauss-Newton starts: the nominal one, or, where tracker points contradict it by centimetres, the rigid
-/// motion that carries the nominal TCPs onto the points (Kabsch 1976).
-fn starting_base(robot: &Robot, dataset: &Dataset, session: Option<&str>) -> FramePose {
-    let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = dataset
-        .samples
-        .iter()
-        .filter(|s| s.session.as_deref() == session)
-        .filter_map(|s| match s.measured {
-            Measured::Point(point) => {
-                let pose = crate::robot::world_from_tool(robot, &FramePose::default(), &dataset.tool, &s.q);
-                Some((pose.translation.vector, point))
-            }
-            _ => None,
-        })
-        .collect();
-    let base = dataset.base.pose();
-    let mean_square = pairs
-        .iter()
-        .map(|(tcp, p)| (base * nalgebra::Point3::from(*tcp) - nalgebra::Point3::from(*p)).norm_squared())
-        .sum::<f64>()
-        / pairs.len().max(1) as f64;
-    if pairs.len() < 3 || mean_square.sqrt() < NOMINAL_BASE_IS_CLOSE {
-        return dataset.base;
-    }
-    crate::robot::rigid_fit(&pairs).map_or(dataset.base, |pose| FramePose::from_pose(&pose))
 }
