@@ -7,6 +7,10 @@
 #[path = "../../tests/golden/mod.rs"]
 pub mod golden;
 
+use std::sync::Arc;
+
+use calibench::identify::{Model, TorquePosture};
+use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
 use calibench::robot::{Loads, Posture, Site, SiteIndex};
 use golden::GoldenModel;
 use nalgebra::Vector3;
@@ -53,6 +57,36 @@ pub fn random_configurations(model: &GoldenModel, count: usize) -> Vec<[f64; 6]>
     (0..count)
         .map(|_| std::array::from_fn(|i| rng.random_range(model.robot.links[i].limits[0]..model.robot.links[i].limits[1])))
         .collect()
+}
+
+/// A dataset of these ball poses, left-over readings not recorded, as if the robot stood there centred.
+pub fn dataset(model: &GoldenModel, poses: &[BallPose]) -> Dataset {
+    let centred = |(k, pose): (usize, &BallPose)| {
+        Sample::new(k.to_string(), pose.q.clone(), Measured::Ball { ball: pose.ball, reading: None })
+    };
+    let ball = |(k, p): (usize, &Vector3<f64>)| Ball { id: (k + 1).to_string(), position: *p, sigma: 0.0, free: false };
+    Dataset {
+        robot: Arc::new(model.robot.clone()),
+        robot_reference: "kr6_r700".into(),
+        gravity: model.gravity,
+        base: model.base,
+        tool: model.tool,
+        payloads: vec![model.payload.clone()],
+        balls: model.balls.iter().enumerate().map(ball).collect(),
+        noise: Noise { ball: Some(1e-6), ..Noise::default() },
+        samples: poses.iter().enumerate().map(centred).collect(),
+        ..Dataset::default()
+    }
+}
+
+/// The 80 centrings of W2.
+pub fn centred(model: &GoldenModel) -> Dataset {
+    dataset(model, &ball_poses("w2_measured.csv"))
+}
+
+/// The paper's model with the torques of the drawing's posture, as the works define them.
+pub fn frozen_torques() -> Model {
+    Model { torque_posture: TorquePosture::Drawn, ..Model::paper() }
 }
 
 /// The nominal arm of the works, with room for one configuration.

@@ -171,7 +171,7 @@ impl Calibration {
             observability: fit.observability,
             noise_stated: fit.noise_stated,
             iterations: fit.iterations,
-            joint_ranges: problem.joint_ranges().to_vec(),
+            joint_ranges: problem.joint_ranges(),
             dataset_hashes: datasets.iter().map(|(_, d)| d.hash.clone()).collect(),
             absolute_accuracy: datasets.iter().find_map(|(_, d)| d.absolute_accuracy),
         }

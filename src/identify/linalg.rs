@@ -34,10 +34,6 @@ fn view(a: &DMatrix<f64>) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(a.as_slice(), a.nrows(), a.ncols())
 }
 
-fn copy(a: MatRef<'_, f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
-}
-
 /// Singular values of `a` (rows x columns), largest first.
 ///
 /// # Errors
@@ -46,22 +42,28 @@ pub fn singular_values(a: &DMatrix<f64>) -> Result<Vec<f64>, LinalgError> {
     view(a).singular_values().map_err(|_| LinalgError::SvdDidNotConverge { rows: a.nrows(), columns: a.ncols() })
 }
 
-/// Writes `j^T j` (m x m, both triangles) for `j` (rows x m) into `out`, which must be m x m.
-pub fn normal_matrix(j: &DMatrix<f64>, out: &mut DMatrix<f64>) {
-    let m = j.ncols();
-    let a = view(j);
+/// Writes `a a^T` (m x m, both triangles) for `a` (m x rows), the transposed Jacobian, into `out`, which must be m x m.
+pub fn normal_matrix(a: &DMatrix<f64>, out: &mut DMatrix<f64>) {
+    let m = a.nrows();
+    let a = view(a);
     triangular::matmul(
         MatMut::from_column_major_slice_mut(out.as_mut_slice(), m, m),
         BlockStructure::TriangularLower,
         Accum::Replace,
-        a.transpose(),
-        BlockStructure::Rectangular,
         a,
+        BlockStructure::Rectangular,
+        a.transpose(),
         BlockStructure::Rectangular,
         1.0,
         Par::Seq,
     );
     out.fill_upper_triangle_with_lower_triangle();
+}
+
+/// The triangle R of `a = Q R`, by Householder reflections; as many rows as `a` has rows or columns, whichever are fewer.
+pub fn triangle(a: DMatrix<f64>) -> DMatrix<f64> {
+    // At a few hundred rows nalgebra's reflections, which block nothing and allocate once, are faster than faer's.
+    a.qr().unpack_r()
 }
 
 /// The Cholesky factor `L L^T` of a symmetric positive definite m x m matrix, with room kept for the next one.
@@ -160,8 +162,8 @@ pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerances: &[f64]) -> Orde
     assert_eq!(j.ncols(), tolerances.len(), "one tolerance a column");
     let norms: Vec<f64> = j.column_iter().map(|c| c.norm()).collect();
     let floor = ROUNDING_NORM * norms.iter().copied().fold(0.0, f64::max);
-    let unit = Mat::from_fn(j.nrows(), j.ncols(), |r, c| if norms[c] > floor { j[(r, c)] / norms[c] } else { 0.0 });
-    let triangle = copy(unit.qr().thin_R());
+    let unit = DMatrix::from_fn(j.nrows(), j.ncols(), |r, c| if norms[c] > floor { j[(r, c)] / norms[c] } else { 0.0 });
+    let triangle = triangle(unit);
 
     let mut rank = OrderedRank::default();
     let mut basis: Vec<Vec<f64>> = Vec::new();
@@ -172,7 +174,8 @@ pub fn ordered_independent_columns(j: &DMatrix<f64>, tolerances: &[f64]) -> Orde
             rank.dependent.push(Dependent { column: c, combination: Vec::new(), residual_ratio: 0.0 });
             continue;
         }
-        let mut rest: Vec<f64> = triangle.column(c).iter().copied().collect();
+        // Below its diagonal the triangle is zero, and so is every basis vector below its own column's.
+        let mut rest: Vec<f64> = triangle.column(c).iter().take(c + 1).copied().collect();
         let mut along = vec![0.0; basis.len()];
         for _ in 0..2 {
             for (q, along) in basis.iter().zip(&mut along) {
@@ -232,7 +235,7 @@ mod tests {
     fn normal_matrix_and_its_factor_agree_with_nalgebra() {
         let j = random(240, 31, 2);
         let mut normal = DMatrix::zeros(31, 31);
-        normal_matrix(&j, &mut normal);
+        normal_matrix(&j.transpose(), &mut normal);
         assert!((&normal - j.transpose() * &j).norm() < 1e-11);
         let mut cholesky = Cholesky::new(31);
         cholesky.factor(&normal).unwrap();

@@ -1,5 +1,6 @@
 //! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
 
+mod adjustment;
 mod calibration;
 mod calibration_file;
 mod fit;
@@ -9,6 +10,7 @@ mod model_file;
 mod observability;
 mod problem;
 
+pub use adjustment::Adjustment;
 pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
 pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};

@@ -5,22 +5,21 @@
 //! frame, so it enters as a shifted TCP, exactly.
 
 mod assembly;
+mod sample_row;
 mod start;
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use thiserror::Error;
 
+use self::assembly::Assembly;
+use self::sample_row::{Cell, DistanceRow, Moves, SampleRow};
 use super::{Model, TorquePosture};
-use crate::effects::{EffectError, Owner, ParameterSpec, Situation};
+use crate::effects::{EffectError, Owner, ParameterSpec};
 use crate::measure::{Dataset, Sample, SampleSet};
-use crate::robot::{Axis6, FramePose, Loads, Payload, Posture, Robot, Site, SiteIndex};
-
-/// A joint that gravity loads less than this, N·m, is taken as unloaded.
-const UNLOADED: f64 = 1e-6;
+use crate::robot::{Axis6, FramePose, Loads, Posture, Robot, SiteIndex};
 
 /// Why datasets and model do not make a problem.
 #[derive(Debug, Error)]
@@ -55,6 +54,12 @@ pub enum ProblemError {
         effect: String,
         /// The column or fact.
         needs: &'static str,
+    },
+    /// Samples of another campaign that was not made to the same plan.
+    #[error("the samples are not those of the campaign that the problem was laid out for: {found}; lay it out anew")]
+    AnotherPlan {
+        /// The first that differs, or how many there are.
+        found: String,
     },
 }
 
@@ -115,80 +120,10 @@ impl Setup {
     pub fn name(&self) -> [&str; 2] {
         [&self.dataset, &self.session]
     }
-}
 
-#[derive(Debug, Clone, Copy)]
-struct Term {
-    parameter: usize,
-    site: Site,
-    place: usize,
-    weight: f64,
-}
-
-/// What one row group compares the TCP with.
-#[derive(Debug, Clone, Copy)]
-enum Target {
-    Position(Vector3<f64>),
-    Distance { anchor: Vector3<f64>, distance: f64 },
-}
-
-#[derive(Debug, Clone)]
-struct Row {
-    setup: usize,
-    q: Vec<f64>,
-    tool: FramePose,
-    target: Target,
-    terms: Range<usize>,
-    /// W with W^T W = Sigma^-1; only (0, 0) for a distance.
-    whitener: Matrix3<f64>,
-    first_row: usize,
-    circumstances: Circumstances,
-}
-
-/// What effects may depend on besides the posture.
-#[derive(Debug, Clone)]
-struct Circumstances {
-    dataset: usize,
-    payload: Payload,
-    /// Force of the plungers on the tool, in the axes of the last frame, N.
-    contact_force: Vector3<f64>,
-    tau: Option<Vec<f64>>,
-    ball: Option<usize>,
-    time_s: Option<f64>,
-    temp_c: Option<f64>,
-    approach: Option<Vec<i8>>,
-}
-
-/// Rows of the known distances between balls: `d - |b1 - b2|`.
-#[derive(Debug, Clone)]
-struct DistanceRow {
-    balls: [Vector3<f64>; 2],
-    /// First of three parameters of each ball, where it has them.
-    parameters: [Option<usize>; 2],
-    distance: f64,
-    weight: f64,
-    known: bool,
-}
-
-impl DistanceRow {
-    /// From the second ball to the first, m.
-    fn between(&self, values: &[f64]) -> Vector3<f64> {
-        let position = |b: usize| match self.parameters[b] {
-            Some(p) => self.balls[b] + Vector3::new(values[p], values[p + 1], values[p + 2]),
-            None => self.balls[b],
-        };
-        position(0) - position(1)
-    }
-
-    /// Calls `emit(parameter, d(distance)/d(parameter))` for the coordinates that it depends on.
-    fn columns(&self, values: &[f64], emit: &mut dyn FnMut(usize, f64)) {
-        let between = self.between(values);
-        let direction = between / between.norm().max(f64::MIN_POSITIVE);
-        for (first, sign) in self.parameters.iter().zip([1.0, -1.0]) {
-            if let Some(p) = first {
-                (0..3).for_each(|axis| emit(p + axis, sign * direction[axis]));
-            }
-        }
+    /// Whether a sample of its dataset belongs to it.
+    fn holds(&self, sample: &Sample) -> bool {
+        sample.session.as_deref().unwrap_or_default() == self.session
     }
 }
 
@@ -214,20 +149,63 @@ impl Use {
     }
 }
 
-/// Samples, unknowns and the terms that join them.
+/// Samples, unknowns, and what joins them.
 pub struct Problem {
     robot: Arc<Robot>,
+    which: Use,
     setups: Vec<Setup>,
     parameters: Vec<Parameter>,
-    effects: Vec<Vec<assembly::Placed>>,
-    rows: Vec<Row>,
-    terms: Vec<Term>,
+    cells: Vec<Cell>,
+    rows: Vec<SampleRow>,
+    patterns: Vec<Vec<Moves>>,
     distances: Vec<DistanceRow>,
     row_count: usize,
-    noise_stated: bool,
     torque_posture: TorquePosture,
     sample_ids: Vec<String>,
-    joint_ranges: Vec<[f64; 2]>,
+    scale: WeighingRoom,
+}
+
+/// Room for weighing the arm.
+struct WeighingRoom {
+    work: Workspace,
+    loads: Loads,
+    moves: Vec<Moves>,
+}
+
+impl WeighingRoom {
+    fn new(robot: &Robot) -> Self {
+        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()), moves: Vec::new() }
+    }
+}
+
+/// Reused from evaluation to evaluation.
+pub(super) struct Workspace {
+    posture: Posture,
+    deviations: Vec<f64>,
+}
+
+impl Workspace {
+    pub(super) fn new(robot: &Robot) -> Self {
+        Workspace { posture: Posture::new(robot), deviations: vec![0.0; SiteIndex::new(robot.joints()).len()] }
+    }
+}
+
+/// The whitened Jacobian of some parameters, transposed: one row a parameter, one column a scalar residual, so that a sample writes one
+/// stretch of memory.
+pub(super) struct Jacobian {
+    /// Row of each parameter of the problem.
+    row_of: Vec<Option<usize>>,
+    /// Parameters x residuals.
+    pub transposed: DMatrix<f64>,
+}
+
+impl Jacobian {
+    /// Room for the derivatives by these parameters.
+    pub fn new(problem: &Problem, parameters: &[usize]) -> Self {
+        let mut row_of = vec![None; problem.parameters.len()];
+        parameters.iter().enumerate().for_each(|(k, &p)| row_of[p] = Some(k));
+        Jacobian { row_of, transposed: DMatrix::zeros(parameters.len(), problem.row_count) }
+    }
 }
 
 impl Problem {
@@ -236,7 +214,37 @@ impl Problem {
     /// # Errors
     /// When an effect is unknown or lacks its data, the robots differ, or no sample is left.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
-        assembly::Assembly::new(datasets, model, which)?.rows()
+        Assembly::new(datasets, model, which)?.problem()
+    }
+
+    /// Takes the samples of another campaign of the same plan, a list for each dataset, in place of those that it was laid out for:
+    /// other joints, readings, points, torques, times; the same balls and anchors in the same order.
+    ///
+    /// Parameters, set-ups and where the fit starts stay as they are. This is how a study of many campaigns is cheap.
+    ///
+    /// # Errors
+    /// When the samples are not of the same plan; nothing has then changed.
+    pub fn renew(&mut self, samples: &[&[Sample]]) -> Result<(), ProblemError> {
+        let which = self.which;
+        let mut taken =
+            samples.iter().enumerate().flat_map(|(d, list)| list.iter().filter(move |s| which.takes(s)).map(move |s| (d, s)));
+        for row in &self.rows {
+            match taken.next() {
+                Some((d, sample)) if d == row.cell && row.is_like(sample) && self.setups[row.setup].holds(sample) => {}
+                Some((_, other)) => return Err(ProblemError::AnotherPlan { found: format!("sample '{}' differs", other.id) }),
+                None => return Err(ProblemError::AnotherPlan { found: "there are fewer".into() }),
+            }
+        }
+        if taken.next().is_some() {
+            return Err(ProblemError::AnotherPlan { found: "there are more".into() });
+        }
+        let taken = samples.iter().flat_map(|list| list.iter().filter(|s| which.takes(s)));
+        for ((row, id), sample) in self.rows.iter_mut().zip(&mut self.sample_ids).zip(taken) {
+            row.take(&self.cells[row.cell], sample);
+            id.clone_from(&sample.id);
+        }
+        self.weigh(None);
+        Ok(())
     }
 
     /// The robot.
@@ -271,27 +279,28 @@ impl Problem {
 
     /// Whether the noise of every sample is stated, so that chi-square means something.
     pub fn noise_stated(&self) -> bool {
-        self.noise_stated
+        self.rows.iter().all(SampleRow::noise_stated)
     }
 
     /// Smallest and largest angle of each joint among the samples, rad.
-    pub fn joint_ranges(&self) -> &[[f64; 2]] {
-        &self.joint_ranges
-    }
-
-    /// A workspace of this problem's size.
-    pub fn workspace(&self) -> Workspace {
-        Workspace { posture: Posture::new(&self.robot), deviations: vec![0.0; SiteIndex::new(self.robot.joints()).len()] }
+    pub fn joint_ranges(&self) -> Vec<[f64; 2]> {
+        let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.robot.joints()];
+        for row in &self.rows {
+            for (range, &q) in ranges.iter_mut().zip(row.q()) {
+                *range = [range[0].min(q), range[1].max(q)];
+            }
+        }
+        ranges
     }
 
     /// Weighs every sample's arm in the posture that `values` give, and so renews what effects depend on loads.
     ///
     /// Returns whether anything may have changed: not when the model takes its torques from the drawing's posture.
     pub fn reweigh(&mut self, values: &[f64]) -> bool {
-        if self.torque_posture == TorquePosture::Drawn {
+        if !self.depends_on_posture() {
             return false;
         }
-        self.weigh(values);
+        self.weigh(Some(values));
         true
     }
 
@@ -301,77 +310,56 @@ impl Problem {
         self.reweigh(values);
     }
 
-    fn weigh(&mut self, values: &[f64]) {
-        let sites = SiteIndex::new(self.robot.joints());
-        let mut work = self.workspace();
-        let mut loads = Loads::new(self.robot.joints());
-        let mut terms = Vec::with_capacity(self.terms.len());
-        for r in 0..self.rows.len() {
-            self.pose(&self.rows[r], values, &mut work);
-            let row = &self.rows[r];
-            let at = &row.circumstances;
-            let setup = &self.setups[row.setup];
-            loads.weigh(&self.robot, &work.posture, &at.payload, &setup.gravity, &Vector3::zeros());
-            if at.contact_force != Vector3::zeros() {
-                let force = work.posture.flange().direction(&at.contact_force);
-                push(&mut loads, &work.posture, &force);
+    /// Whether torques are those of the posture that the parameters give.
+    pub(super) fn depends_on_posture(&self) -> bool {
+        self.torque_posture == TorquePosture::Identified
+    }
+
+    /// Weighs every sample's arm in the posture that `values` give; without values where the fit starts, and states the noise there.
+    fn weigh(&mut self, values: Option<&[f64]>) {
+        let Problem { robot, setups, cells, rows, patterns, scale, .. } = self;
+        let WeighingRoom { work, loads, moves } = scale;
+        for row in rows {
+            let (setup, cell) = (&setups[row.setup], &cells[row.cell]);
+            match values {
+                Some(values) => row.deviate(&patterns[row.pattern], values, &mut work.deviations),
+                None => work.deviations.fill(0.0),
             }
-            if let Some(tau) = &at.tau {
-                loads.tau.copy_from_slice(tau);
+            row.pose(robot, setup, &mut work.posture, &work.deviations);
+            if values.is_none() {
+                row.whiten(cell, &work.posture);
             }
-            let situation = Situation {
-                robot: &self.robot,
-                q: &row.q,
-                posture: &work.posture,
-                loads: &loads,
-                payload: &at.payload,
-                ball: at.ball,
-                time_s: at.time_s,
-                temp_c: at.temp_c,
-                approach: at.approach.as_deref(),
-            };
-            let from = terms.len();
-            for placed in &self.effects[at.dataset] {
-                let first = placed.first[if placed.first.len() > 1 { row.setup } else { 0 }];
-                placed.effect.terms(&situation, &mut |k, site, weight| {
-                    if weight != 0.0 {
-                        terms.push(Term { parameter: first + k, site, place: sites.of(site), weight });
-                    }
+            moves.clear();
+            let mut weights = std::mem::take(&mut row.weights);
+            weights.clear();
+            row.moves(robot, cell, &setup.gravity, &work.posture, loads, &mut |what, weight| {
+                moves.push(what);
+                weights.push(weight);
+            });
+            row.weights = weights;
+            if patterns.get(row.pattern) != Some(moves) {
+                row.pattern = patterns.iter().position(|p| p == moves).unwrap_or_else(|| {
+                    patterns.push(moves.clone());
+                    patterns.len() - 1
                 });
             }
-            self.rows[r].terms = from..terms.len();
         }
-        self.terms = terms;
     }
 
-    fn pose(&self, row: &Row, values: &[f64], work: &mut Workspace) {
-        work.deviations.fill(0.0);
-        for term in &self.terms[row.terms.clone()] {
-            work.deviations[term.place] += term.weight * values[term.parameter];
-        }
-        work.posture.set(&self.robot, &self.setups[row.setup].start, &row.tool, &row.q, &work.deviations);
+    fn pose(&self, row: &SampleRow, values: &[f64], work: &mut Workspace) {
+        row.deviate(&self.patterns[row.pattern], values, &mut work.deviations);
+        row.pose(&self.robot, &self.setups[row.setup], &mut work.posture, &work.deviations);
     }
 
-    /// Residual of one sample, m: three numbers, or one and two zeros for a distance; with the line of sight for a distance.
-    fn residual(&self, row: &Row, work: &Workspace) -> (Vector3<f64>, Option<Vector3<f64>>) {
-        let tcp = work.posture.tcp();
-        match row.target {
-            Target::Position(target) => {
-                let at = SiteIndex::new(self.robot.joints()).target();
-                let moved = &work.deviations[at..at + 3];
-                (target + Vector3::new(moved[0], moved[1], moved[2]) - tcp, None)
-            }
-            Target::Distance { anchor, distance } => {
-                let sight = tcp - anchor;
-                let length = sight.norm();
-                (Vector3::new(distance - length, 0.0, 0.0), Some(sight / length.max(f64::MIN_POSITIVE)))
-            }
-        }
+    /// Residual of one sample, m, of the arm as posed; with the line of sight for a distance.
+    fn residual(&self, row: &SampleRow, work: &Workspace) -> (Vector3<f64>, Option<Vector3<f64>>) {
+        let at = SiteIndex::new(self.robot.joints()).target();
+        row.residual(&work.posture, &work.deviations[at..at + 3])
     }
 
     /// Residuals in metres, three a sample (a distance has one and two zeros), without weighting.
     pub fn residuals(&self, values: &[f64]) -> Vec<Vector3<f64>> {
-        let mut work = self.workspace();
+        let mut work = Workspace::new(&self.robot);
         self.rows
             .iter()
             .map(|row| {
@@ -382,15 +370,15 @@ impl Problem {
     }
 
     /// Whitened residuals (`row_count`) and, where wanted, the whitened Jacobian of the model side: residual ~ r - J step.
-    pub fn evaluate(
+    pub(super) fn evaluate(
         &self,
         values: &[f64],
         work: &mut Workspace,
         r: &mut DVector<f64>,
-        mut jacobian: Option<&mut DMatrix<f64>>,
+        mut jacobian: Option<&mut Jacobian>,
     ) {
         if let Some(j) = jacobian.as_deref_mut() {
-            j.fill(0.0);
+            j.transposed.as_mut_slice().fill(0.0);
         }
         for row in &self.rows {
             self.pose(row, values, work);
@@ -400,50 +388,57 @@ impl Problem {
                 None => r.fixed_rows_mut::<3>(at).copy_from(&(row.whitener * residual)),
                 Some(_) => r[at] = row.whitener[(0, 0)] * residual.x,
             }
-            if let Some(j) = jacobian.as_deref_mut() {
-                for term in &self.terms[row.terms.clone()] {
-                    let column = work.posture.column(term.site) * term.weight;
-                    match sight {
-                        None => {
-                            let mut cells = j.fixed_view_mut::<3, 1>(at, term.parameter);
-                            cells += row.whitener * column;
-                        }
-                        Some(sight) => j[(at, term.parameter)] += row.whitener[(0, 0)] * sight.dot(&column),
+            let Some(Jacobian { row_of, transposed }) = jacobian.as_deref_mut() else { continue };
+            let m = transposed.nrows();
+            let cells = &mut transposed.as_mut_slice()[at * m..(at + row.height()) * m];
+            for (moves, weight) in self.patterns[row.pattern].iter().zip(&row.weights) {
+                let Some(k) = row_of[moves.parameter] else { continue };
+                let column = work.posture.column(moves.site) * *weight;
+                match sight {
+                    None => {
+                        let whitened = row.whitener * column;
+                        cells[k] += whitened.x;
+                        cells[m + k] += whitened.y;
+                        cells[2 * m + k] += whitened.z;
                     }
+                    Some(sight) => cells[k] += row.whitener[(0, 0)] * sight.dot(&column),
                 }
             }
         }
         let first = self.row_count - self.distances.len();
-        for (k, row) in self.distances.iter().enumerate() {
-            r[first + k] = row.weight * (row.distance - row.between(values).norm());
-            if let Some(j) = jacobian.as_deref_mut() {
-                row.columns(values, &mut |p, slope| j[(first + k, p)] += row.weight * slope);
-            }
+        for (at, row) in (first..).zip(&self.distances) {
+            r[at] = row.weight * (row.distance - row.between(values).norm());
+            let Some(Jacobian { row_of, transposed }) = jacobian.as_deref_mut() else { continue };
+            row.columns(values, &mut |p, slope| {
+                if let Some(k) = row_of[p] {
+                    transposed[(k, at)] += row.weight * slope;
+                }
+            });
         }
     }
 
     /// One-sigma of the whitened residuals: 1 where the noise is stated; elsewhere what they are at `values`.
     pub fn noise_at(&self, values: &[f64]) -> f64 {
-        if self.noise_stated {
+        if self.noise_stated() {
             return 1.0;
         }
         let mut r = DVector::zeros(self.row_count);
-        self.evaluate(values, &mut self.workspace(), &mut r, None);
+        self.evaluate(values, &mut Workspace::new(&self.robot), &mut r, None);
         r.norm() / (self.row_count.max(1) as f64).sqrt()
     }
 
     /// Jacobian of the positions in SI, without weighting, of those parameters: what observability indices are defined on. Of a
     /// distance only the first of its three rows is filled; known distances between balls follow, a row each.
     pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
-        let mut work = self.workspace();
+        let mut work = Workspace::new(&self.robot);
         let mut j = DMatrix::zeros(3 * self.rows.len() + self.distances.len(), columns.len());
         let place: HashMap<usize, usize> = columns.iter().enumerate().map(|(k, &c)| (c, k)).collect();
         for (i, row) in self.rows.iter().enumerate() {
             self.pose(row, values, &mut work);
             let sight = self.residual(row, &work).1;
-            for term in &self.terms[row.terms.clone()] {
-                if let Some(&k) = place.get(&term.parameter) {
-                    let column = work.posture.column(term.site) * term.weight;
+            for (moves, weight) in self.patterns[row.pattern].iter().zip(&row.weights) {
+                if let Some(&k) = place.get(&moves.parameter) {
+                    let column = work.posture.column(moves.site) * *weight;
                     match sight {
                         None => {
                             let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);
@@ -468,26 +463,4 @@ impl Problem {
     pub fn start(&self) -> Vec<f64> {
         vec![0.0; self.parameters.len()]
     }
-}
-
-/// Reused from evaluation to evaluation.
-pub struct Workspace {
-    posture: Posture,
-    deviations: Vec<f64>,
-}
-
-/// Adds a force on the TCP (world, N) to the loads of gravity, but not on joints that gravity leaves unloaded: the springs' force is
-/// known from a data sheet only, and a compliance seen through nothing else would be a calibration of the springs.
-fn push(loads: &mut Loads, posture: &Posture, force: &Vector3<f64>) {
-    for i in 0..loads.tau.len() {
-        let (axis, origin) = posture.joint_axis(i);
-        let moment = (posture.tcp() - origin).cross(force);
-        loads.moment[i + 1] += moment;
-        if loads.tau[i].abs() > UNLOADED {
-            loads.tau[i] += axis.dot(&moment);
-        }
-        loads.force[i + 1] += force;
-    }
-    loads.moment[0] += (posture.tcp() - posture.frame(0).o).cross(force);
-    loads.force[0] += force;
 }

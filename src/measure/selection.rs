@@ -250,7 +250,7 @@ impl<'a> Plan<'a> {
 
     /// Observability index O1 (SI) of the poses alone.
     fn o1(&self, design: &Design<'_>) -> Result<f64, SelectionError> {
-        let scaled = Observability::new(&singular_values(&design.jacobian())?, design.len());
+        let scaled = Observability::new(&singular_values(&design.transposed_jacobian())?, design.len());
         if scaled.o2 < LEAST_SEEN {
             return Err(SelectionError::NotIdentifiable { condition: scaled.condition() });
         }

@@ -3,18 +3,15 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
+use super::sample_row::{Cell, DistanceRow, SampleRow};
 use super::start::{start, worlds_own};
-use super::{Circumstances, DistanceRow, Knowledge, Parameter, Problem, ProblemError, Row, Setup, Target, Use};
+use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, WeighingRoom};
 use crate::effects::{self, Effect, Needs, Owner, Subject};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Dataset, Measured, Sample};
-use crate::robot::{FramePose, Payload, Posture, Robot, Site, SiteIndex};
-use crate::units::MM;
-
-/// One-sigma taken for the weighting of samples whose noise is not stated; their common scale is then estimated from the fit.
-const UNSTATED_SIGMA: f64 = 0.1 * MM;
+use crate::robot::{Robot, Site};
 
 /// Everything of a problem but its rows.
 pub(super) struct Assembly<'a> {
@@ -185,110 +182,73 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    pub(super) fn rows(self) -> Result<Problem, ProblemError> {
-        let zero = vec![0.0; SiteIndex::new(self.robot.joints()).len()];
-        let mut posture = Posture::new(&self.robot);
+    /// The problem of all samples.
+    pub(super) fn problem(self) -> Result<Problem, ProblemError> {
+        let Assembly { datasets, robot, which, measured_torques, torque_posture, setups, setup_of, balls, parameters, effects } =
+            self;
+        let known = datasets.iter().zip(&balls).zip(&effects);
+        let distances = known.flat_map(|(((_, d), balls), effects)| known_distances(d, balls, effects)).collect();
+        let shared = datasets.iter().zip(balls).zip(effects);
+        let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, measured_torques)).collect();
+        let scale = WeighingRoom::new(&robot);
         let mut problem = Problem {
-            robot: self.robot.clone(),
-            setups: self.setups,
-            parameters: self.parameters,
-            effects: self.effects,
-            torque_posture: self.torque_posture,
+            robot,
+            which,
+            setups,
+            parameters,
+            cells,
             rows: Vec::new(),
-            terms: Vec::new(),
-            distances: Vec::new(),
+            patterns: Vec::new(),
+            distances,
             row_count: 0,
-            noise_stated: true,
+            torque_posture,
             sample_ids: Vec::new(),
-            joint_ranges: vec![[f64::INFINITY, f64::NEG_INFINITY]; self.robot.joints()],
+            scale,
         };
-        for (d, (_, dataset)) in self.datasets.iter().enumerate() {
-            let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
-            for sample in dataset.samples.iter().filter(|s| self.which.takes(s)) {
-                let s = self.setup_of[&(d, sample.session.as_deref())];
-                let setup = &problem.setups[s];
-                posture.set(&self.robot, &setup.start, &setup.tool, &sample.q, &zero);
-                let mut tool = dataset.tool;
-                let mut contact_force = Vector3::zeros();
-                let (target, ball) = match &sample.measured {
-                    Measured::Ball { ball, reading } => {
-                        contact_force = tool_turn * dataset.contact_force;
-                        if let Some(reading) = reading {
-                            let shift = tool_turn * reading;
-                            for axis in 0..3 {
-                                tool.xyz[axis] += shift[axis];
-                            }
-                        }
-                        (Target::Position(self.balls[d][*ball]), Some(*ball))
-                    }
-                    Measured::Point(point) => (Target::Position(*point), None),
-                    Measured::Distance { anchor, distance } => {
-                        (Target::Distance { anchor: dataset.anchors[*anchor].position, distance: *distance }, None)
-                    }
-                };
-                let circumstances = Circumstances {
-                    dataset: d,
-                    payload: dataset.payloads.get(sample.payload).cloned().unwrap_or_else(Payload::none),
-                    contact_force,
-                    tau: sample.tau.clone().filter(|_| self.measured_torques),
-                    ball,
-                    time_s: sample.time_s,
-                    temp_c: sample.temp_c,
-                    approach: sample.approach.clone(),
-                };
-                let (whitener, stated) = whitener(&self.robot, dataset, sample, &posture);
-                problem.noise_stated &= stated;
-                let height = if matches!(target, Target::Distance { .. }) { 1 } else { 3 };
-                let first_row = problem.row_count;
-                problem.row_count += height;
-                for (range, &q) in problem.joint_ranges.iter_mut().zip(&sample.q) {
-                    *range = [range[0].min(q), range[1].max(q)];
-                }
+        for (d, (_, dataset)) in datasets.iter().enumerate() {
+            for sample in dataset.samples.iter().filter(|s| which.takes(s)) {
+                let setup = setup_of[&(d, sample.session.as_deref())];
+                let row = SampleRow::new(&problem.cells, d, setup, problem.row_count, sample);
+                problem.row_count += row.height();
+                problem.rows.push(row);
                 problem.sample_ids.push(sample.id.clone());
-                problem.rows.push(Row {
-                    setup: s,
-                    q: sample.q.clone(),
-                    tool,
-                    target,
-                    terms: 0..0,
-                    whitener,
-                    first_row,
-                    circumstances,
-                });
-            }
-            for known in &dataset.ball_distances {
-                let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
-                let parameters = ids.map(|id| problem.effects[d].iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
-                // A free ball that none of these samples probes has no position to measure from.
-                let known_ball = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
-                problem.distances.push(DistanceRow {
-                    balls: known.between.map(|b| self.balls[d][b]),
-                    parameters,
-                    known: known_ball(0) && known_ball(1),
-                    distance: known.distance,
-                    weight: 1.0 / known.sigma,
-                });
             }
         }
         if problem.rows.is_empty() {
-            let of = match self.which {
+            let of = match which {
                 Use::Fit => "of set 'fit'",
                 Use::Validation => "of set 'validation'",
                 Use::All => "at all",
             };
             return Err(ProblemError::NoSamples { of });
         }
-        let start = problem.start();
-        problem.weigh(&start);
-        for term in &problem.terms {
-            if let Site::Mdh(i, _) = term.site {
-                problem.parameters[term.parameter].link = Some(i);
+        problem.row_count += problem.distances.len();
+        problem.weigh(None);
+        for moves in problem.patterns.iter().flatten() {
+            if let Site::Mdh(i, _) = moves.site {
+                problem.parameters[moves.parameter].link = Some(i);
             }
         }
-        problem.distances.retain(|d| d.parameters.iter().any(Option::is_some) && d.known);
-        problem.row_count += problem.distances.len();
         Ok(problem)
     }
+}
+
+/// The known distances of a dataset that say something of an unknown ball; `balls` are where they are taken to be to begin with.
+fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]) -> Vec<DistanceRow> {
+    let rows = dataset.ball_distances.iter().filter_map(|known| {
+        let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
+        let parameters = ids.map(|id| effects.iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
+        // A free ball that none of these samples probes has no position to measure from.
+        let has_position = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
+        let says_something = parameters.iter().any(Option::is_some) && has_position(0) && has_position(1);
+        says_something.then(|| DistanceRow {
+            balls: known.between.map(|b| balls[b]),
+            parameters,
+            distance: known.distance,
+            weight: 1.0 / known.sigma,
+        })
+    });
+    rows.collect()
 }
 
 /// Appends the parameters of an effect; returns the place of the first.
@@ -336,26 +296,4 @@ fn check_needs(effect: &dyn Effect, robot: &Robot, dataset: &Dataset, measured_t
         }
     }
     Ok(())
-}
-
-/// W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, at the nominal posture; and whether sigma was stated.
-fn whitener(robot: &Robot, dataset: &Dataset, sample: &Sample, posture: &Posture) -> (Matrix3<f64>, bool) {
-    let noise = &dataset.noise;
-    let stated = sample.sigma.or(match sample.measured {
-        Measured::Ball { .. } => noise.ball,
-        Measured::Point(_) | Measured::Distance { .. } => noise.point,
-    });
-    let sigma = stated.unwrap_or(UNSTATED_SIGMA);
-    let mut covariance = Matrix3::identity() * (sigma * sigma);
-    for (i, &sigma_q) in noise.joint.iter().enumerate().take(robot.joints()) {
-        let column = posture.column(Site::Mdh(i, crate::robot::MdhEntry::Theta)) * sigma_q;
-        covariance += column * column.transpose();
-    }
-    if let Measured::Distance { anchor, .. } = sample.measured {
-        let sight = (posture.tcp() - dataset.anchors[anchor].position).normalize();
-        let variance = sight.dot(&(covariance * sight)).max(sigma * sigma);
-        return (Matrix3::identity() / variance.sqrt(), stated.is_some());
-    }
-    let whitener = covariance.cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(|| Matrix3::identity() / sigma);
-    (whitener, stated.is_some())
 }

@@ -76,18 +76,17 @@ impl<'a> Design<'a> {
         self.members.iter().map(|member| member.candidate)
     }
 
-    /// The stacked scaled rows of the poses (3 k x m).
-    pub(super) fn jacobian(&self) -> DMatrix<f64> {
-        let m = self.candidates.parameters();
+    /// The stacked scaled rows of the poses, one in each column (m x 3 k).
+    pub(super) fn transposed_jacobian(&self) -> DMatrix<f64> {
         let rows: Vec<f64> = self.poses().flat_map(|pose| self.candidates.rows(pose)).copied().collect();
-        DMatrix::from_row_slice(3 * self.members.len(), m, &rows)
+        DMatrix::from_vec(self.candidates.parameters(), 3 * self.members.len(), rows)
     }
 
     /// Computes everything from the poses alone, so that the rounding of many moves does not add up.
     pub(super) fn refresh(&mut self, field: &mut Field) -> Result<(), LinalgError> {
         let m = self.candidates.parameters();
         let mut information = DMatrix::zeros(m, m);
-        normal_matrix(&self.jacobian(), &mut information);
+        normal_matrix(&self.transposed_jacobian(), &mut information);
         (0..m).for_each(|p| information[(p, p)] += PRIOR);
         let mut cholesky = Cholesky::new(m);
         cholesky.factor(&information)?;

@@ -1,0 +1,323 @@
+//! One sample in the least-squares problem: where the TCP should be, how surely, and which parameters move it there.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use super::Setup;
+use super::assembly::Placed;
+use crate::effects::Situation;
+use crate::measure::{Dataset, Measured, Noise, Sample};
+use crate::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
+use crate::units::MM;
+
+/// One-sigma taken for the weighting of samples whose noise is not stated; their common scale is then estimated from the fit.
+const UNSTATED_SIGMA: f64 = 0.1 * MM;
+
+/// A joint that gravity loads less than this, N·m, is taken as unloaded.
+const UNLOADED: f64 = 1e-6;
+
+/// What the samples of one dataset share.
+pub(super) struct Cell {
+    pub effects: Vec<Placed>,
+    tool: FramePose,
+    /// Turns the tool's axes into those of the last frame.
+    tool_turn: Rotation3<f64>,
+    /// Force of the plungers on the tool when a ball is centred, axes of the last frame, N.
+    contact_force: Vector3<f64>,
+    payloads: Vec<Payload>,
+    balls: Vec<Vector3<f64>>,
+    anchors: Vec<Vector3<f64>>,
+    noise: Noise,
+    measured_torques: bool,
+}
+
+impl Cell {
+    /// Of a dataset whose balls are taken to stand at `balls` to begin with.
+    pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, measured_torques: bool) -> Self {
+        let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
+        // A sample may name a payload that does not exist; it then carries nothing.
+        let payloads = dataset.payloads.iter().cloned().chain([Payload::none()]).collect();
+        Cell {
+            effects,
+            tool: dataset.tool,
+            tool_turn,
+            contact_force: tool_turn * dataset.contact_force,
+            payloads,
+            balls,
+            anchors: dataset.anchors.iter().map(|a| a.position).collect(),
+            noise: dataset.noise.clone(),
+            measured_torques,
+        }
+    }
+}
+
+/// What a parameter moves: a site, and its place in the vector of deviations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Moves {
+    pub parameter: usize,
+    pub site: Site,
+    pub place: usize,
+}
+
+/// What one sample compares the TCP with.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Target {
+    Position(Vector3<f64>),
+    Distance { anchor: Vector3<f64>, distance: f64 },
+}
+
+pub(super) struct SampleRow {
+    pub cell: usize,
+    pub setup: usize,
+    /// First scalar residual: three, or one for a distance.
+    pub first_row: usize,
+    q: Vec<f64>,
+    tool: FramePose,
+    target: Target,
+    /// W with W^T W = Sigma^-1; only (0, 0) for a distance.
+    pub whitener: Matrix3<f64>,
+    sigma: Option<f64>,
+    /// What moves the TCP, by place among the problem's patterns: most samples are moved by the same parameters at the same sites.
+    pub pattern: usize,
+    /// How much of each parameter of the pattern.
+    pub weights: Vec<f64>,
+    payload: usize,
+    tau: Option<Vec<f64>>,
+    /// Ball or anchor, by place.
+    ball: Option<usize>,
+    anchor: Option<usize>,
+    time_s: Option<f64>,
+    temp_c: Option<f64>,
+    approach: Option<Vec<i8>>,
+}
+
+impl SampleRow {
+    /// A sample of set-up `setup`; what moves it is still to be found.
+    pub fn new(cells: &[Cell], cell: usize, setup: usize, first_row: usize, sample: &Sample) -> Self {
+        let mut row = SampleRow {
+            cell,
+            setup,
+            first_row,
+            q: sample.q.clone(),
+            tool: FramePose::default(),
+            target: Target::Position(Vector3::zeros()),
+            whitener: Matrix3::identity(),
+            sigma: None,
+            pattern: 0,
+            weights: Vec::new(),
+            payload: 0,
+            tau: None,
+            ball: None,
+            anchor: None,
+            time_s: None,
+            temp_c: None,
+            approach: sample.approach.clone(),
+        };
+        row.take(&cells[cell], sample);
+        row
+    }
+
+    /// Scalar residuals.
+    pub fn height(&self) -> usize {
+        if self.anchor.is_some() { 1 } else { 3 }
+    }
+
+    /// Joint angles, rad.
+    pub fn q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Whether its noise is stated.
+    pub fn noise_stated(&self) -> bool {
+        self.sigma.is_some()
+    }
+
+    /// Whether a sample measures what this one does, and tells as much about how.
+    pub fn is_like(&self, sample: &Sample) -> bool {
+        let (ball, anchor) = aims(&sample.measured);
+        ball == self.ball
+            && anchor == self.anchor
+            && sample.q.len() == self.q.len()
+            && sample.tau.is_some() >= self.tau.is_some()
+            && sample.time_s.is_some() == self.time_s.is_some()
+            && sample.temp_c.is_some() == self.temp_c.is_some()
+            && sample.approach.as_ref().map(Vec::len) == self.approach.as_ref().map(Vec::len)
+    }
+
+    /// Takes over what was measured, of a sample that [is like](SampleRow::is_like) this one.
+    pub fn take(&mut self, cell: &Cell, sample: &Sample) {
+        self.q.copy_from_slice(&sample.q);
+        (self.ball, self.anchor) = aims(&sample.measured);
+        self.tool = cell.tool;
+        self.target = match &sample.measured {
+            Measured::Ball { ball, reading } => {
+                if let Some(reading) = reading {
+                    let shift = cell.tool_turn * reading;
+                    self.tool.xyz.iter_mut().zip(&shift).for_each(|(x, s)| *x += s);
+                }
+                Target::Position(cell.balls[*ball])
+            }
+            Measured::Point(point) => Target::Position(*point),
+            Measured::Distance { anchor, distance } => Target::Distance { anchor: cell.anchors[*anchor], distance: *distance },
+        };
+        self.sigma = sample.sigma.or(match sample.measured {
+            Measured::Ball { .. } => cell.noise.ball,
+            Measured::Point(_) | Measured::Distance { .. } => cell.noise.point,
+        });
+        self.payload = sample.payload.min(cell.payloads.len() - 1);
+        self.tau.clone_from(&sample.tau);
+        self.tau = self.tau.take().filter(|_| cell.measured_torques);
+        self.time_s = sample.time_s;
+        self.temp_c = sample.temp_c;
+        self.approach.clone_from(&sample.approach);
+    }
+
+    /// Moves the arm to this sample, its sites deviating by `deviations`.
+    #[inline]
+    pub fn pose(&self, robot: &Robot, setup: &Setup, posture: &mut Posture, deviations: &[f64]) {
+        posture.set(robot, &setup.start, &self.tool, &self.q, deviations);
+    }
+
+    /// Deviations of all sites when the parameters that move them have `values`.
+    #[inline]
+    pub fn deviate(&self, pattern: &[Moves], values: &[f64], deviations: &mut [f64]) {
+        deviations.fill(0.0);
+        for (moves, weight) in pattern.iter().zip(&self.weights) {
+            deviations[moves.place] += weight * values[moves.parameter];
+        }
+    }
+
+    /// Residual, m: three numbers, or one and two zeros for a distance; with the line of sight for a distance.
+    #[inline]
+    pub fn residual(&self, posture: &Posture, moved_target: &[f64]) -> (Vector3<f64>, Option<Vector3<f64>>) {
+        let tcp = posture.tcp();
+        match self.target {
+            Target::Position(target) => (target + Vector3::from_column_slice(moved_target) - tcp, None),
+            Target::Distance { anchor, distance } => {
+                let sight = tcp - anchor;
+                let length = sight.norm();
+                (Vector3::new(distance - length, 0.0, 0.0), Some(sight / length.max(f64::MIN_POSITIVE)))
+            }
+        }
+    }
+
+    /// Calls `emit` with all that moves the TCP in the situation of this sample, the arm standing as in `posture`.
+    pub fn moves(
+        &self,
+        robot: &Robot,
+        cell: &Cell,
+        gravity: &Vector3<f64>,
+        posture: &Posture,
+        loads: &mut Loads,
+        emit: &mut dyn FnMut(Moves, f64),
+    ) {
+        let payload = &cell.payloads[self.payload];
+        loads.weigh(robot, posture, payload, gravity, &Vector3::zeros());
+        if self.ball.is_some() && cell.contact_force != Vector3::zeros() {
+            push(loads, posture, &posture.flange().direction(&cell.contact_force));
+        }
+        if let Some(tau) = &self.tau {
+            loads.tau.copy_from_slice(tau);
+        }
+        let situation = Situation {
+            robot,
+            q: &self.q,
+            posture,
+            loads,
+            payload,
+            ball: self.ball,
+            time_s: self.time_s,
+            temp_c: self.temp_c,
+            approach: self.approach.as_deref(),
+        };
+        let sites = SiteIndex::new(robot.joints());
+        for placed in &cell.effects {
+            let first = placed.first[if placed.first.len() > 1 { self.setup } else { 0 }];
+            placed.effect.terms(&situation, &mut |k, site, weight| {
+                if weight != 0.0 {
+                    emit(Moves { parameter: first + k, site, place: sites.of(site) }, weight);
+                }
+            });
+        }
+    }
+
+    /// Finds W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, the arm standing as in `posture`.
+    pub fn whiten(&mut self, noise_of: &Cell, posture: &Posture) {
+        let sigma = self.sigma.unwrap_or(UNSTATED_SIGMA);
+        let joint_sigmas = &noise_of.noise.joint;
+        if joint_sigmas.is_empty() {
+            self.whitener = Matrix3::identity() / sigma;
+            return;
+        }
+        let mut covariance = Matrix3::identity() * (sigma * sigma);
+        for (i, &sigma_q) in joint_sigmas.iter().enumerate().take(self.q.len()) {
+            let column = posture.column(Site::Mdh(i, MdhEntry::Theta)) * sigma_q;
+            covariance += column * column.transpose();
+        }
+        self.whitener = match self.target {
+            Target::Distance { anchor, .. } => {
+                let sight = (posture.tcp() - anchor).normalize();
+                Matrix3::identity() / sight.dot(&(covariance * sight)).max(sigma * sigma).sqrt()
+            }
+            Target::Position(_) => {
+                covariance.cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(|| Matrix3::identity() / sigma)
+            }
+        };
+    }
+}
+
+/// Ball or anchor of a measurement, by place.
+fn aims(measured: &Measured) -> (Option<usize>, Option<usize>) {
+    match measured {
+        Measured::Ball { ball, .. } => (Some(*ball), None),
+        Measured::Point(_) => (None, None),
+        Measured::Distance { anchor, .. } => (None, Some(*anchor)),
+    }
+}
+
+/// Adds a force on the TCP (world, N) to the loads of gravity, but not on joints that gravity leaves unloaded: the springs' force is
+/// known from a data sheet only, and a compliance seen through nothing else would be a calibration of the springs.
+fn push(loads: &mut Loads, posture: &Posture, force: &Vector3<f64>) {
+    for i in 0..loads.tau.len() {
+        let (axis, origin) = posture.joint_axis(i);
+        let moment = (posture.tcp() - origin).cross(force);
+        loads.moment[i + 1] += moment;
+        if loads.tau[i].abs() > UNLOADED {
+            loads.tau[i] += axis.dot(&moment);
+        }
+        loads.force[i + 1] += force;
+    }
+    loads.moment[0] += (posture.tcp() - posture.frame(0).o).cross(force);
+    loads.force[0] += force;
+}
+
+/// A known distance between two balls: `d - |b1 - b2|`.
+#[derive(Debug, Clone)]
+pub(super) struct DistanceRow {
+    pub balls: [Vector3<f64>; 2],
+    /// First of three parameters of each ball, where it has them.
+    pub parameters: [Option<usize>; 2],
+    pub distance: f64,
+    pub weight: f64,
+}
+
+impl DistanceRow {
+    /// From the second ball to the first, m.
+    pub fn between(&self, values: &[f64]) -> Vector3<f64> {
+        let position = |b: usize| match self.parameters[b] {
+            Some(p) => self.balls[b] + Vector3::new(values[p], values[p + 1], values[p + 2]),
+            None => self.balls[b],
+        };
+        position(0) - position(1)
+    }
+
+    /// Calls `emit(parameter, d(distance)/d(parameter))` for the coordinates that it depends on.
+    pub fn columns(&self, values: &[f64], emit: &mut dyn FnMut(usize, f64)) {
+        let between = self.between(values);
+        let direction = between / between.norm().max(f64::MIN_POSITIVE);
+        for (first, sign) in self.parameters.iter().zip([1.0, -1.0]) {
+            if let Some(p) = first {
+                (0..3).for_each(|axis| emit(p + axis, sign * direction[axis]));
+            }
+        }
+    }
+}
