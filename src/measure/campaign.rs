@@ -31,9 +31,9 @@ impl Default for CampaignSettings {
 /// How far a campaign has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Poses measured.
+    /// Poses done or skipped.
     pub done: usize,
-    /// Poses planned.
+    /// Poses planned, and reserves called in.
     pub planned: usize,
     /// Seconds since the campaign began.
     pub elapsed_s: f64,
@@ -127,9 +127,11 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
         let mut queue: VecDeque<usize> = (0..poses.len()).filter(|&k| !poses[k].reserve).collect();
         let mut reserves: Vec<usize> = (0..poses.len()).filter(|&k| poses[k].reserve).collect();
-        let mut skipped = 0;
+        let (mut done, mut skipped) = (0, 0);
         while let Some(place) = queue.pop_front() {
-            match self.measure(place, poses, began_s, &mut record, witness) {
+            let progress = (done, done + 1 + queue.len(), began_s);
+            done += 1;
+            match self.measure(place, poses, progress, &mut record, witness) {
                 Ok(sample) => {
                     record.samples.push(sample);
                     skipped = 0;
@@ -158,15 +160,14 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         &mut self,
         place: usize,
         poses: &[PlannedPose],
-        began_s: f64,
+        (done, planned, began_s): (usize, usize, f64),
         record: &mut CampaignRecord,
         witness: &mut dyn Witness,
     ) -> Result<Sample, Failed> {
         let pose = &poses[place];
         let mut attempt = 1;
         loop {
-            let planned = poses.iter().filter(|p| !p.reserve).count();
-            let progress = self.progress(record.samples.len(), planned, began_s);
+            let progress = self.progress(done, planned, began_s);
             witness.probing_started(pose, attempt, &progress);
             let (probing, sample) = self.probe(pose, witness);
             witness.probing_finished(pose, &probing, sample.as_ref());
