@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::fit::{self, Determined, Fit, FitError, Stop, Unresolved};
 use super::linalg::{self, Cholesky};
-use super::problem::{Jacobian, Workspace};
+use super::problem::{Linearised, Workspace};
 use super::{Knowledge, Problem};
 
 /// The fit has converged when the predicted change of the whitened residual vector is shorter than this.
@@ -31,8 +31,8 @@ pub struct Adjustment {
     values: Vec<f64>,
     trial: Vec<f64>,
     work: Workspace,
-    r: DVector<f64>,
-    jacobian: Jacobian,
+    near: Linearised,
+    /// `[J r]^T [J r]`, and the information of what is stated.
     normal: DMatrix<f64>,
     scaled: DMatrix<f64>,
     gradient: DVector<f64>,
@@ -70,9 +70,8 @@ impl Adjustment {
             values: problem.start(),
             trial: problem.start(),
             work: Workspace::new(problem.robot()),
-            r: DVector::zeros(rows),
-            jacobian: Jacobian::new(problem, &kept),
-            normal: DMatrix::zeros(unknowns, unknowns),
+            near: Linearised::new(problem, &kept),
+            normal: DMatrix::zeros(unknowns + 1, unknowns + 1),
             scaled: DMatrix::zeros(unknowns, unknowns),
             gradient: DVector::zeros(unknowns),
             scale: DVector::zeros(unknowns),
@@ -125,7 +124,11 @@ impl Adjustment {
     /// # Errors
     /// When the numbers are not finite.
     pub fn adjust(&mut self, problem: &mut Problem, start: &[f64]) -> Result<(), FitError> {
-        assert_eq!((problem.row_count(), start.len()), (self.r.len(), self.values.len()), "an adjustment serves one problem");
+        assert_eq!(
+            (problem.row_count(), start.len()),
+            (self.near.transposed.ncols(), self.values.len()),
+            "an adjustment serves one problem"
+        );
         self.noise_stated = problem.noise_stated();
         self.values.copy_from_slice(start);
         self.iterations = 0;
@@ -149,8 +152,8 @@ impl Adjustment {
 
     /// Steps down from the present values until a step is shorter than `tolerance`.
     fn descend(&mut self, problem: &Problem, tolerance: f64) -> Result<(), FitError> {
-        problem.evaluate(&self.values, &mut self.work, &mut self.r, Some(&mut self.jacobian));
-        self.chi2 = self.r.norm_squared() + self.penalty(&self.values);
+        problem.linearise(&self.values, &mut self.work, &mut self.near);
+        self.chi2 = self.near.chi2() + self.penalty(&self.values);
         if !self.chi2.is_finite() {
             return Err(FitError::NotFinite);
         }
@@ -183,8 +186,8 @@ impl Adjustment {
                 self.stop = Stop::Converged;
                 break;
             }
-            problem.evaluate(&self.trial, &mut self.work, &mut self.r, Some(&mut self.jacobian));
-            let chi2 = self.r.norm_squared() + self.penalty(&self.trial);
+            problem.linearise(&self.trial, &mut self.work, &mut self.near);
+            let chi2 = self.near.chi2() + self.penalty(&self.trial);
             // Within rounding of the sum of squares a step of the last digits may go either way.
             if chi2.is_finite() && chi2 <= self.chi2 * (1.0 + 1e-12) + 1e-18 {
                 std::mem::swap(&mut self.values, &mut self.trial);
@@ -202,13 +205,12 @@ impl Adjustment {
         Ok(())
     }
 
-    /// Normal matrix and gradient at the values where residuals and Jacobian were last evaluated, which are the present ones.
+    /// Normal matrix and gradient at the values where the problem was last linearised, which are the present ones.
     fn form_normal_equations(&mut self) {
-        linalg::normal_matrix(&self.jacobian.transposed, &mut self.normal);
-        self.gradient.gemv(1.0, &self.jacobian.transposed, &self.r, 0.0);
+        linalg::normal_matrix(&self.near.transposed, &mut self.normal);
         for (k, &p) in self.kept.iter().enumerate() {
             self.normal[(k, k)] += self.information[k];
-            self.gradient[k] -= self.information[k] * self.values[p];
+            self.gradient[k] = self.normal[(k, self.kept.len())] - self.information[k] * self.values[p];
             self.scale[k] = 1.0 / self.normal[(k, k)].sqrt();
         }
     }
@@ -237,7 +239,8 @@ impl Adjustment {
     /// Distance from other values in units of uncertainty: the largest that any combination of parameters shows.
     fn sigmas_from(&self, values: &[f64]) -> f64 {
         let change = DVector::from_iterator(self.kept.len(), self.kept.iter().map(|&p| self.values[p] - values[p]));
-        ((&self.normal * &change).dot(&change) / self.unit_variance()).sqrt()
+        let normal = self.normal.view((0, 0), (change.len(), change.len()));
+        ((normal * &change).dot(&change) / self.unit_variance()).sqrt()
     }
 
     /// Covariance of the kept parameters (kept x kept), SI; scaled by chi-square per degree of freedom where the noise is not stated.

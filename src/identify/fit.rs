@@ -3,11 +3,11 @@
 //! Columns that the data cannot tell from earlier ones are found first and left at their drawing values; so are those of the arm that
 //! the data see so faintly that their estimates would be far beyond anything plausible.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use thiserror::Error;
 
 use super::linalg::{self, LinalgError, OrderedRank};
-use super::problem::{Jacobian, Workspace};
+use super::problem::{Linearised, Workspace};
 use super::{Adjustment, Knowledge, Observability, Parameter, Problem};
 use crate::effects::Owner;
 
@@ -223,13 +223,12 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
     }
     let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
     order.sort_by_key(|p| (rank_of_effect(p), std::cmp::Reverse(parameters[*p].link)));
-    let mut jacobian = Jacobian::new(problem, &order);
-    let mut r = DVector::zeros(problem.row_count());
-    problem.evaluate(start, &mut Workspace::new(problem.robot()), &mut r, Some(&mut jacobian));
-    if !r.iter().chain(jacobian.transposed.iter()).all(|v| v.is_finite()) {
+    let mut near = Linearised::new(problem, &order);
+    problem.linearise(start, &mut Workspace::new(problem.robot()), &mut near);
+    if !near.transposed.iter().all(|v| v.is_finite()) {
         return Err(FitError::NotFinite);
     }
-    let columns = jacobian.transposed.transpose();
+    let columns = near.jacobian();
     let first_link = order.iter().any(|&p| parameters[p].link == Some(0) && parameters[p].effect == "mdh");
     let tolerance = |(k, &p): (usize, &usize)| {
         let Parameter { owner, effect, link, spec, .. } = &parameters[p];

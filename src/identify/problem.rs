@@ -11,7 +11,7 @@ mod start;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use thiserror::Error;
 
 use self::assembly::Assembly;
@@ -169,12 +169,11 @@ pub struct Problem {
 struct WeighingRoom {
     work: Workspace,
     loads: Loads,
-    moves: Vec<Moves>,
 }
 
 impl WeighingRoom {
     fn new(robot: &Robot) -> Self {
-        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()), moves: Vec::new() }
+        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()) }
     }
 }
 
@@ -190,21 +189,31 @@ impl Workspace {
     }
 }
 
-/// The whitened Jacobian of some parameters, transposed: one row a parameter, one column a scalar residual, so that a sample writes one
-/// stretch of memory.
-pub(super) struct Jacobian {
+/// The whitened problem near some values, `r - J step`, transposed: one row a parameter, the last the residuals themselves, and one
+/// column a scalar residual, so that a sample writes one stretch of memory and `[J r]^T [J r]` is all that a step needs.
+pub(super) struct Linearised {
     /// Row of each parameter of the problem.
     row_of: Vec<Option<usize>>,
-    /// Parameters x residuals.
+    /// (Parameters + 1) x residuals.
     pub transposed: DMatrix<f64>,
 }
 
-impl Jacobian {
+impl Linearised {
     /// Room for the derivatives by these parameters.
     pub fn new(problem: &Problem, parameters: &[usize]) -> Self {
         let mut row_of = vec![None; problem.parameters.len()];
         parameters.iter().enumerate().for_each(|(k, &p)| row_of[p] = Some(k));
-        Jacobian { row_of, transposed: DMatrix::zeros(parameters.len(), problem.row_count) }
+        Linearised { row_of, transposed: DMatrix::zeros(parameters.len() + 1, problem.row_count) }
+    }
+
+    /// Sum of the squared residuals.
+    pub fn chi2(&self) -> f64 {
+        self.transposed.row(self.transposed.nrows() - 1).norm_squared()
+    }
+
+    /// The Jacobian: residuals x parameters.
+    pub fn jacobian(&self) -> DMatrix<f64> {
+        self.transposed.rows(0, self.transposed.nrows() - 1).transpose()
     }
 }
 
@@ -318,7 +327,7 @@ impl Problem {
     /// Weighs every sample's arm in the posture that `values` give; without values where the fit starts, and states the noise there.
     fn weigh(&mut self, values: Option<&[f64]>) {
         let Problem { robot, setups, cells, rows, patterns, scale, .. } = self;
-        let WeighingRoom { work, loads, moves } = scale;
+        let WeighingRoom { work, loads } = scale;
         for row in rows {
             let (setup, cell) = (&setups[row.setup], &cells[row.cell]);
             match values {
@@ -327,19 +336,12 @@ impl Problem {
             }
             row.pose(robot, setup, &mut work.posture, &work.deviations);
             if values.is_none() {
-                row.whiten(cell, &work.posture);
+                row.state_noise(cell, &work.posture);
             }
-            moves.clear();
-            let mut weights = std::mem::take(&mut row.weights);
-            weights.clear();
-            row.moves(robot, cell, &setup.gravity, &work.posture, loads, &mut |what, weight| {
-                moves.push(what);
-                weights.push(weight);
-            });
-            row.weights = weights;
-            if patterns.get(row.pattern) != Some(moves) {
-                row.pattern = patterns.iter().position(|p| p == moves).unwrap_or_else(|| {
-                    patterns.push(moves.clone());
+            if !row.weigh_moves(robot, cell, &setup.gravity, &work.posture, loads, patterns.get(row.pattern)) {
+                let pattern = row.pattern_of(robot, cell, &setup.gravity, &work.posture, loads);
+                row.pattern = patterns.iter().position(|p| *p == pattern).unwrap_or_else(|| {
+                    patterns.push(pattern);
                     patterns.len() - 1
                 });
             }
@@ -369,51 +371,44 @@ impl Problem {
             .collect()
     }
 
-    /// Whitened residuals (`row_count`) and, where wanted, the whitened Jacobian of the model side: residual ~ r - J step.
-    pub(super) fn evaluate(
-        &self,
-        values: &[f64],
-        work: &mut Workspace,
-        r: &mut DVector<f64>,
-        mut jacobian: Option<&mut Jacobian>,
-    ) {
-        if let Some(j) = jacobian.as_deref_mut() {
-            j.transposed.as_mut_slice().fill(0.0);
-        }
+    /// Evaluates whitened residuals and derivatives of the model side at `values`.
+    pub(super) fn linearise(&self, values: &[f64], work: &mut Workspace, near: &mut Linearised) {
+        let Linearised { row_of, transposed } = near;
+        let m = transposed.nrows() - 1;
+        let cells = transposed.as_mut_slice();
+        cells.fill(0.0);
         for row in &self.rows {
             self.pose(row, values, work);
             let (residual, sight) = self.residual(row, work);
-            let at = row.first_row;
-            match sight {
-                None => r.fixed_rows_mut::<3>(at).copy_from(&(row.whitener * residual)),
-                Some(_) => r[at] = row.whitener[(0, 0)] * residual.x,
+            let cells = &mut cells[row.first_row * (m + 1)..][..row.height() * (m + 1)];
+            let moving = self.patterns[row.pattern].iter().zip(&row.weights);
+            let columns = moving.filter_map(|(moves, weight)| Some((row_of[moves.parameter]?, moves.site, *weight)));
+            if let Some(sight) = sight {
+                columns.for_each(|(k, site, weight)| cells[k] += weight * sight.dot(&work.posture.column(site)));
+                cells[m] = residual.x;
+                cells.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
+                continue;
             }
-            let Some(Jacobian { row_of, transposed }) = jacobian.as_deref_mut() else { continue };
-            let m = transposed.nrows();
-            let cells = &mut transposed.as_mut_slice()[at * m..(at + row.height()) * m];
-            for (moves, weight) in self.patterns[row.pattern].iter().zip(&row.weights) {
-                let Some(k) = row_of[moves.parameter] else { continue };
-                let column = work.posture.column(moves.site) * *weight;
-                match sight {
-                    None => {
-                        let whitened = row.whitener * column;
-                        cells[k] += whitened.x;
-                        cells[m + k] += whitened.y;
-                        cells[2 * m + k] += whitened.z;
-                    }
-                    Some(sight) => cells[k] += row.whitener[(0, 0)] * sight.dot(&column),
-                }
+            let (x, yz) = cells.split_at_mut(m + 1);
+            let (y, z) = yz.split_at_mut(m + 1);
+            for (k, site, weight) in columns {
+                let column = work.posture.column(site);
+                x[k] += weight * column.x;
+                y[k] += weight * column.y;
+                z[k] += weight * column.z;
             }
+            (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
+            row.whiten(x, y, z);
         }
         let first = self.row_count - self.distances.len();
-        for (at, row) in (first..).zip(&self.distances) {
-            r[at] = row.weight * (row.distance - row.between(values).norm());
-            let Some(Jacobian { row_of, transposed }) = jacobian.as_deref_mut() else { continue };
+        for (row, cells) in self.distances.iter().zip(cells[first * (m + 1)..].chunks_exact_mut(m + 1)) {
             row.columns(values, &mut |p, slope| {
                 if let Some(k) = row_of[p] {
-                    transposed[(k, at)] += row.weight * slope;
+                    cells[k] += slope;
                 }
             });
+            cells[m] = row.distance - row.between(values).norm();
+            cells.iter_mut().for_each(|x| *x *= row.weight);
         }
     }
 
@@ -422,9 +417,9 @@ impl Problem {
         if self.noise_stated() {
             return 1.0;
         }
-        let mut r = DVector::zeros(self.row_count);
-        self.evaluate(values, &mut Workspace::new(&self.robot), &mut r, None);
-        r.norm() / (self.row_count.max(1) as f64).sqrt()
+        let mut near = Linearised::new(self, &[]);
+        self.linearise(values, &mut Workspace::new(&self.robot), &mut near);
+        (near.chi2() / self.row_count.max(1) as f64).sqrt()
     }
 
     /// Jacobian of the positions in SI, without weighting, of those parameters: what observability indices are defined on. Of a

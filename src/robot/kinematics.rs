@@ -236,7 +236,8 @@ impl Posture {
     /// d(TCP)/d(site), m per SI unit of the site; for a target site, d(target)/d(site) with the sign that makes it a column of the model's side.
     ///
     /// The residual is `target - tcp`, so a target site counts negatively here.
-    #[inline]
+    // Always: handed back through memory, each of a Jacobian's columns would wait for the stores of its parts.
+    #[inline(always)]
     pub fn column(&self, site: Site) -> Vector3<f64> {
         match site {
             Site::Base(axis) => {
@@ -273,7 +274,7 @@ impl Posture {
 }
 
 /// Column of one number of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the translation).
-#[inline]
+#[inline(always)]
 fn displacement_column(frame: &Frame, axis: Axis6, [rz, ry]: [Trig; 2], tcp: &Vector3<f64>) -> Vector3<f64> {
     let arm = tcp - frame.o;
     match axis {

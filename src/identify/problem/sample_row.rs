@@ -73,7 +73,7 @@ pub(super) struct SampleRow {
     q: Vec<f64>,
     tool: FramePose,
     target: Target,
-    /// W with W^T W = Sigma^-1; only (0, 0) for a distance.
+    /// W with W^T W = Sigma^-1, lower triangular; only (0, 0) for a distance.
     pub whitener: Matrix3<f64>,
     sigma: Option<f64>,
     /// What moves the TCP, by place among the problem's patterns: most samples are moved by the same parameters at the same sites.
@@ -200,15 +200,54 @@ impl SampleRow {
         }
     }
 
-    /// Calls `emit` with all that moves the TCP in the situation of this sample, the arm standing as in `posture`.
-    pub fn moves(
+    /// Finds how much of each parameter moves the TCP in the situation of this sample, the arm standing as in `posture`; whether it is
+    /// the parameters of `pattern` at its sites.
+    pub fn weigh_moves(
+        &mut self,
+        robot: &Robot,
+        cell: &Cell,
+        gravity: &Vector3<f64>,
+        posture: &Posture,
+        loads: &mut Loads,
+        pattern: Option<&Vec<Moves>>,
+    ) -> bool {
+        let mut expected = pattern.map_or(&[][..], Vec::as_slice).iter();
+        let mut same = true;
+        let mut weights = std::mem::take(&mut self.weights);
+        weights.clear();
+        self.moves(robot, cell, gravity, posture, loads, &mut |parameter, site, weight| {
+            same &= expected.next().is_some_and(|moves| moves.parameter == parameter && moves.site == site);
+            weights.push(weight);
+        });
+        self.weights = weights;
+        same && expected.next().is_none()
+    }
+
+    /// What moves the TCP in the situation of this sample, the arm standing as in `posture`.
+    pub fn pattern_of(
         &self,
         robot: &Robot,
         cell: &Cell,
         gravity: &Vector3<f64>,
         posture: &Posture,
         loads: &mut Loads,
-        emit: &mut dyn FnMut(Moves, f64),
+    ) -> Vec<Moves> {
+        let sites = SiteIndex::new(robot.joints());
+        let mut pattern = Vec::new();
+        self.moves(robot, cell, gravity, posture, loads, &mut |parameter, site, _| {
+            pattern.push(Moves { parameter, site, place: sites.of(site) });
+        });
+        pattern
+    }
+
+    fn moves(
+        &self,
+        robot: &Robot,
+        cell: &Cell,
+        gravity: &Vector3<f64>,
+        posture: &Posture,
+        loads: &mut Loads,
+        emit: &mut dyn FnMut(usize, Site, f64),
     ) {
         let payload = &cell.payloads[self.payload];
         loads.weigh(robot, posture, payload, gravity, &Vector3::zeros());
@@ -229,21 +268,20 @@ impl SampleRow {
             temp_c: self.temp_c,
             approach: self.approach.as_deref(),
         };
-        let sites = SiteIndex::new(robot.joints());
         for placed in &cell.effects {
             let first = placed.first[if placed.first.len() > 1 { self.setup } else { 0 }];
             placed.effect.terms(&situation, &mut |k, site, weight| {
                 if weight != 0.0 {
-                    emit(Moves { parameter: first + k, site, place: sites.of(site) }, weight);
+                    emit(first + k, site, weight);
                 }
             });
         }
     }
 
     /// Finds W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, the arm standing as in `posture`.
-    pub fn whiten(&mut self, noise_of: &Cell, posture: &Posture) {
+    pub fn state_noise(&mut self, cell: &Cell, posture: &Posture) {
         let sigma = self.sigma.unwrap_or(UNSTATED_SIGMA);
-        let joint_sigmas = &noise_of.noise.joint;
+        let joint_sigmas = &cell.noise.joint;
         if joint_sigmas.is_empty() {
             self.whitener = Matrix3::identity() / sigma;
             return;
@@ -262,6 +300,17 @@ impl SampleRow {
                 covariance.cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(|| Matrix3::identity() / sigma)
             }
         };
+    }
+
+    /// Multiplies the vectors whose coordinates are in `x`, `y`, `z` by the whitener, which is lower triangular.
+    #[inline]
+    pub fn whiten(&self, x: &mut [f64], y: &mut [f64], z: &mut [f64]) {
+        let w = &self.whitener;
+        for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+            *z = w[(2, 0)] * *x + w[(2, 1)] * *y + w[(2, 2)] * *z;
+            *y = w[(1, 0)] * *x + w[(1, 1)] * *y;
+            *x *= w[(0, 0)];
+        }
     }
 }
 
