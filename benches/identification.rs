@@ -1,35 +1,46 @@
-//! W2: identification of the 31 parameters from 80 centrings.
+//! W2: identification of the 31 parameters from 80 centrings, from nominal to convergence.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod works;
 
-use calibench::identify::{Adjustment, Problem, Use, fit, identify, independent_parameters};
+use std::hint::black_box;
+
+use calibench::identify::{Adjustment, Model, Problem, Use, fit, identify, independent_parameters};
 use criterion::{Criterion, criterion_group, criterion_main};
 use works::golden;
 
 fn identification(c: &mut Criterion) {
     let Some(model) = golden::golden_model() else { return };
     let dataset = works::centred(&model);
-    let frozen = works::frozen_torques();
-    let mut group = c.benchmark_group("W2");
     let named = [("w2", &dataset)];
-    group.bench_function("identify", |b| b.iter(|| identify(&named, &frozen).unwrap()));
-    group.bench_function("problem new", |b| b.iter(|| Problem::new(&named, &frozen, Use::Fit).unwrap()));
+    let frozen = works::frozen_torques();
     let mut problem = Problem::new(&named, &frozen, Use::Fit).unwrap();
-    group.bench_function("fit", |b| b.iter(|| fit(&mut problem).unwrap()));
-    group.bench_function("rank", |b| b.iter(|| independent_parameters(&problem).unwrap()));
-    group.bench_function("renew", |b| b.iter(|| problem.renew(&[&dataset.samples]).unwrap()));
     let start = problem.start();
     let all: Vec<usize> = (0..start.len()).collect();
     let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();
-    group.bench_function("adjust", |b| b.iter(|| adjustment.adjust(&mut problem, &start).unwrap()));
-    group.bench_function("renew and adjust", |b| {
-        b.iter(|| {
-            problem.renew(&[&dataset.samples]).unwrap();
-            adjustment.adjust(&mut problem, &start).unwrap();
-        });
+    adjustment.adjust(&mut problem, &start).unwrap();
+    works::check_identification(&problem, adjustment.values());
+
+    let mut group = c.benchmark_group("W2");
+    let mut bench = |name: &str, work: &mut dyn FnMut()| {
+        works::print_least(name, 1, &mut *work);
+        group.bench_function(name, |b| b.iter(&mut *work));
+    };
+    // All that depends on what was measured: torques, residuals, Gauss-Newton.
+    bench("identification", &mut || {
+        problem.renew(&[&dataset.samples]).unwrap();
+        adjustment.adjust(&mut problem, &start).unwrap();
+        black_box(adjustment.values());
     });
-    group.bench_function("covariance", |b| b.iter(|| adjustment.covariance().unwrap()));
+    bench("  of it taking the samples and weighing", &mut || problem.renew(&[&dataset.samples]).unwrap());
+    bench("  of it Gauss-Newton", &mut || adjustment.adjust(&mut problem, &start).unwrap());
+    bench("covariance", &mut || _ = black_box(adjustment.covariance()));
+    // What the first of many identifications pays besides.
+    bench("rank analysis", &mut || _ = black_box(independent_parameters(&problem)));
+    bench("laying out the problem", &mut || _ = black_box(Problem::new(&named, &frozen, Use::Fit)));
+    bench("fit: rank analysis, Gauss-Newton, covariance, observability", &mut || _ = black_box(fit(&mut problem)));
+    bench("identify: all of it, from dataset to calibration", &mut || _ = black_box(identify(&named, &frozen)));
+    bench("identify, torques weighed where the arm is found", &mut || _ = black_box(identify(&named, &Model::paper())));
     group.finish();
 }
 

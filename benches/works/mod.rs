@@ -6,10 +6,12 @@
 
 #[path = "../../tests/golden/mod.rs"]
 pub mod golden;
+pub mod trial;
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use calibench::identify::{Model, TorquePosture};
+use calibench::identify::{Model, Problem, TorquePosture};
 use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
 use calibench::robot::{Loads, Posture, Site, SiteIndex};
 use golden::GoldenModel;
@@ -59,6 +61,9 @@ pub fn random_configurations(model: &GoldenModel, count: usize) -> Vec<[f64; 6]>
         .collect()
 }
 
+/// One-sigma by which the works weigh centrings, m. All weigh the same, so it changes no estimate.
+pub const BALL_SIGMA: f64 = 1e-6;
+
 /// A dataset of these ball poses, left-over readings not recorded, as if the robot stood there centred.
 pub fn dataset(model: &GoldenModel, poses: &[BallPose]) -> Dataset {
     let centred = |(k, pose): (usize, &BallPose)| {
@@ -73,7 +78,7 @@ pub fn dataset(model: &GoldenModel, poses: &[BallPose]) -> Dataset {
         tool: model.tool,
         payloads: vec![model.payload.clone()],
         balls: model.balls.iter().enumerate().map(ball).collect(),
-        noise: Noise { ball: Some(1e-6), ..Noise::default() },
+        noise: Noise { ball: Some(BALL_SIGMA), ..Noise::default() },
         samples: poses.iter().enumerate().map(centred).collect(),
         ..Dataset::default()
     }
@@ -88,6 +93,43 @@ pub fn centred(model: &GoldenModel) -> Dataset {
 pub fn frozen_torques() -> Model {
     Model { torque_posture: TorquePosture::Drawn, ..Model::paper() }
 }
+
+/// The parameter of a problem that the reference calls `name`: `x_0W`, `alpha_0W`, `theta_offs_2`, `c_6`, `a_1`.
+pub fn place_in(problem: &Problem, name: &str) -> usize {
+    let base = [("x", "x"), ("y", "y"), ("z", "z"), ("alpha", "rz"), ("beta", "ry"), ("gamma", "rx")];
+    let ours = match name.strip_suffix("_0W") {
+        Some(kind) => format!("base_{}", base.iter().find(|(theirs, _)| *theirs == kind).unwrap().1),
+        None => name.replace("_offs", "").replace('_', ""),
+    };
+    problem.parameters().iter().position(|p| p.name == ours).unwrap()
+}
+
+/// Prints the least time that one of many runs of `work` took, and what that is for each of `units`: what the machine can do, whatever
+/// else runs on it.
+pub fn print_least(name: &str, units: usize, mut work: impl FnMut()) {
+    let (began, mut least) = (Instant::now(), Duration::MAX);
+    while began.elapsed() < Duration::from_secs(1) {
+        let run = Instant::now();
+        work();
+        least = least.min(run.elapsed());
+    }
+    println!("{name}: least {:.4} us", least.as_secs_f64() * 1e6 / units as f64);
+}
+
+/// Checks that an adjustment of W2 ended at the parameters (SI, in metres of TCP displacement per column) of independent programs.
+pub fn check_identification(problem: &Problem, values: &[f64]) {
+    let wanted = golden::read("identify_w2.json").unwrap();
+    let names: Vec<&str> = wanted["names"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
+    for (name, wanted) in names.iter().zip(golden::numbers(&wanted["rho"])) {
+        let k = place_in(problem, name);
+        let found = problem.parameters()[k].start + values[k];
+        let found = if name.starts_with("c_") { -found } else { found };
+        assert!((found - wanted).abs() < SAME_MINIMUM, "{name}: {found} against {wanted}");
+    }
+}
+
+/// The reference was converged to rounding.
+const SAME_MINIMUM: f64 = 1e-9;
 
 /// The nominal arm of the works, with room for one configuration.
 pub struct Arm<'a> {
@@ -129,6 +171,27 @@ impl<'a> Arm<'a> {
             // The reference counts torque as holding the arm, `Loads` as the load's own.
             *out = torque.map_or(column, |joint| column * -self.loads.tau[joint]);
         }
+    }
+}
+
+/// The golden numbers are kept to 1e-12; TCP in m, torque in N m, columns in m per SI unit up to 50.
+const KINEMATICS_TOLERANCE: f64 = 1e-11;
+
+/// Checks that pose, torque and columns are those of the independent programs at their 200 configurations.
+pub fn check_kinematics(arm: &mut Arm<'_>) {
+    let (poses, jacobians) = (golden::read("fk_torque_200.json").unwrap(), golden::read("jac31_200.json").unwrap());
+    let mut columns = [Vector3::zeros(); 31];
+    for (k, q) in golden::rows(&poses["q"]).iter().enumerate() {
+        arm.set(q);
+        arm.columns(&mut columns);
+        let pose = golden::numbers(&poses["pose_nominal_pinocchio"][k]);
+        let torque = golden::numbers(&poses["tau_pinocchio"][k]);
+        let jacobian = golden::numbers(&jacobians["nominal"]["J"][k]);
+        for r in 0..3 {
+            assert!((arm.posture.tcp()[r] - pose[4 * r + 3]).abs() < KINEMATICS_TOLERANCE);
+            (0..31).for_each(|c| assert!((columns[c][r] - jacobian[31 * r + c]).abs() < KINEMATICS_TOLERANCE, "column {c}"));
+        }
+        (0..6).for_each(|j| assert!((arm.loads.tau[j] + torque[j]).abs() < KINEMATICS_TOLERANCE, "torque {j}"));
     }
 }
 

@@ -81,7 +81,6 @@ impl RelTool {
             let slide = target - self.posture.tcp();
             let error = Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z);
             let largest = self.step(&error).ok_or(RelToolError::Singular)?;
-            self.posture.set(robot, base, tool, &self.moved, &self.drawn);
             if largest < LAST_STEP || self.stop_after.is_some_and(|most| step >= most) {
                 if let Some(joint) = robot.outside_limits(&self.moved, 0.0) {
                     return Err(RelToolError::JointLimit { joint: joint + 1 });
@@ -89,6 +88,7 @@ impl RelTool {
                 q.copy_from_slice(&self.moved);
                 return Ok(());
             }
+            self.posture.set(robot, base, tool, &self.moved, &self.drawn);
         }
         Err(RelToolError::Singular)
     }
