@@ -205,7 +205,8 @@ max_deg = 100.0
 label = ""
 dataset = "d"
 session = ""
-base_start = { x_mm = -536.32, y_mm = 0.0, z_mm = 0.0, a_deg = 0.0, b_deg = 0.0, c_deg = 0.0 }
+base_start = { x_mm = -536.0, y_mm = -22.0, z_mm = -58.0, a_deg = 0.0, b_deg = 0.0, c_deg = 0.0 }
+
 [[parameter]]
 name = "a2"
 effect = "mdh"
