@@ -207,17 +207,12 @@ fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, Run
     Ok(Validation::of(&prediction).unwrap_or_else(|| unreachable!("a prediction has samples")))
 }
 
-/// Median of the final number of readings is not asked for; their mean is what the paper's half minute is made of.
-fn readings_mean(campaign: &CampaignRecord) -> f64 {
-    let centred: Vec<f64> =
-        campaign.probings.iter().filter_map(|p| p.probing.outcome.as_ref().ok()).map(|c| (c.steps + 1) as f64).collect();
-    centred.iter().sum::<f64>() / centred.len().max(1) as f64
-}
-
 impl Run {
     /// Mean number of readings of three a centring took.
     pub fn readings_mean(&self) -> f64 {
-        readings_mean(&self.campaign)
+        let centred = self.campaign.probings.iter().filter_map(|p| p.probing.outcome.as_ref().ok());
+        let readings: Vec<f64> = centred.map(|c| (c.steps + 1) as f64).collect();
+        readings.iter().sum::<f64>() / readings.len().max(1) as f64
     }
 
     /// Every number that can be expected, by name.

@@ -43,7 +43,7 @@ impl Default for CentringSettings {
     fn default() -> Self {
         CentringSettings {
             tolerance: 3.0 * UM,
-            max_step: 5.0 * MM,
+            max_step: TriCal::PAPER.safe_range,
             max_steps: 30,
             readings: 1,
             retries: 2,
