@@ -1,5 +1,6 @@
 //! `model.toml`: the effects that the identifier may use.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,9 @@ struct ModelToml {
     /// Take joint torques from the dataset's `tau1_nm` ... columns, not from link masses.
     #[serde(default)]
     measured_torques: bool,
+    /// How large an effect may be, one-sigma in plausible sizes.
+    #[serde(default)]
+    width: BTreeMap<String, f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<UserEffectToml>,
 }
@@ -49,7 +53,23 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
         return Err(field_error(path, &text, "effect[0]", "user-written effects are not supported yet", remedy));
     }
     check_effects(path, &text, "effects", &file.effects, subject)?;
-    Ok(Model { effects: file.effects, measured_torques: file.measured_torques, ..Model::default() })
+    for (id, width) in &file.width {
+        let key = format!("width.{id:?}");
+        if !file.effects.contains(id) {
+            let remedy = "name an effect of the list `effects`";
+            return Err(field_error(path, &text, &key, format!("'{id}' is no effect of this model"), remedy));
+        }
+        if !(*width > 0.0) {
+            return Err(field_error(
+                path,
+                &text,
+                &key,
+                format!("is {width}"),
+                "give a positive number of plausible sizes, or inf",
+            ));
+        }
+    }
+    Ok(Model { effects: file.effects, measured_torques: file.measured_torques, width: file.width, ..Model::default() })
 }
 
 /// Checks a list of effects that stands under `key` of the TOML document `text`, such as `model.effects` of a scenario.
@@ -89,5 +109,14 @@ pub fn check_effects(path: &Path, text: &str, key: &str, ids: &[String], subject
 pub fn write_model(model: &Model, path: &Path) -> Result<(), FileError> {
     let quoted: Vec<String> = model.effects.iter().map(|id| toml::Value::from(id.as_str()).to_string()).collect();
     let torques = if model.measured_torques { "measured_torques = true\n" } else { "" };
-    write_whole(path, format!("effects = [{}]\n{torques}", quoted.join(", ")).as_bytes())
+    let mut width = String::new();
+    for (k, (id, size)) in model.width.iter().enumerate() {
+        let heading = if k == 0 {
+            "\n# How large an effect may be: one-sigma, in plausible sizes of the catalogue.\n[width]\n"
+        } else {
+            ""
+        };
+        width.push_str(&format!("{heading}{} = {size:?}\n", toml::Value::from(id.as_str())));
+    }
+    write_whole(path, format!("effects = [{}]\n{torques}{width}", quoted.join(", ")).as_bytes())
 }
