@@ -5,6 +5,7 @@
 //! frame, so it enters as a shifted TCP, exactly.
 
 mod assembly;
+mod columns;
 mod sample_row;
 mod start;
 
@@ -15,6 +16,7 @@ use nalgebra::{DMatrix, Vector3};
 use thiserror::Error;
 
 use self::assembly::Assembly;
+pub(crate) use self::columns::Circumstance;
 use self::sample_row::{Cell, DistanceRow, Moves, SampleRow};
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};

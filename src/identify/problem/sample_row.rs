@@ -240,6 +240,22 @@ impl SampleRow {
         pattern
     }
 
+    /// The loads on the arm of this sample, standing as in `posture`: gravity, the plungers' springs, or torques as measured.
+    pub fn load(&self, robot: &Robot, cell: &Cell, gravity: &Vector3<f64>, posture: &Posture, loads: &mut Loads) {
+        loads.weigh(robot, posture, &cell.payloads[self.payload], gravity, &Vector3::zeros());
+        if self.ball.is_some() && cell.contact_force != Vector3::zeros() {
+            push(loads, posture, &posture.flange().direction(&cell.contact_force));
+        }
+        if let Some(tau) = &self.tau {
+            loads.tau.copy_from_slice(tau);
+        }
+    }
+
+    /// Seconds since its session began.
+    pub fn time_s(&self) -> Option<f64> {
+        self.time_s
+    }
+
     fn moves(
         &self,
         robot: &Robot,
@@ -250,13 +266,7 @@ impl SampleRow {
         emit: &mut dyn FnMut(usize, Site, f64),
     ) {
         let payload = &cell.payloads[self.payload];
-        loads.weigh(robot, posture, payload, gravity, &Vector3::zeros());
-        if self.ball.is_some() && cell.contact_force != Vector3::zeros() {
-            push(loads, posture, &posture.flange().direction(&cell.contact_force));
-        }
-        if let Some(tau) = &self.tau {
-            loads.tau.copy_from_slice(tau);
-        }
+        self.load(robot, cell, gravity, posture, loads);
         let situation = Situation {
             robot,
             q: &self.q,
