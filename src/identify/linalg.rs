@@ -60,6 +60,14 @@ pub fn normal_matrix(a: &DMatrix<f64>, out: &mut DMatrix<f64>) {
     out.fill_upper_triangle_with_lower_triangle();
 }
 
+/// `a b^T` for `a` (m x k) and `b` (n x k).
+pub fn product_with_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(a.nrows(), b.nrows());
+    let to = MatMut::from_column_major_slice_mut(out.as_mut_slice(), a.nrows(), b.nrows());
+    faer::linalg::matmul::matmul(to, Accum::Replace, view(a), view(b).transpose(), 1.0, Par::Seq);
+    out
+}
+
 /// The triangle R of `a = Q R`, by Householder reflections; as many rows as `a` has rows or columns, whichever are fewer.
 pub fn triangle(a: DMatrix<f64>) -> DMatrix<f64> {
     // At a few hundred rows nalgebra's reflections, which block nothing and allocate once, are faster than faer's.
