@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Remainder, Seen, ln_sum_exp};
+use crate::identify::{FitError, linalg};
 
 /// Sizes of the background, in plausible sizes; zero is none.
 pub(super) const SIZES: [f64; 7] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6];
@@ -24,10 +25,13 @@ pub(super) struct Background {
 
 impl Background {
     /// From the inner products of all columns, and with the remainder.
-    pub fn new(gram: &DMatrix<f64>, z: &DVector<f64>, remainder: &Remainder) -> Self {
-        let eigen = gram.clone().symmetric_eigen();
-        let lambda = eigen.eigenvalues.map(|l| l.max(0.0));
-        let b = eigen.eigenvectors.tr_mul(z);
+    ///
+    /// # Errors
+    /// When the inner products are not finite.
+    pub fn new(gram: &DMatrix<f64>, z: &DVector<f64>, remainder: &Remainder) -> Result<Self, FitError> {
+        let (values, vectors) = linalg::symmetric_eigen(gram)?;
+        let lambda = values.map(|l| l.max(0.0));
+        let b = vectors.tr_mul(z);
         let mut remainders = Vec::new();
         let mut ln_evidence = Vec::new();
         for tau in SIZES {
@@ -37,7 +41,7 @@ impl Background {
             ln_evidence.push(volume + remainder.gain(taken));
             remainders.push(Remainder { squares: (remainder.squares - taken).max(1e-12 * remainder.squares), ..*remainder });
         }
-        Background { vectors: eigen.eigenvectors, lambda, b, remainders, ln_evidence }
+        Ok(Background { vectors, lambda, b, remainders, ln_evidence })
     }
 
     /// Columns (given by their inner products with the background's columns) along the background's directions.

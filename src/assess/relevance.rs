@@ -25,8 +25,8 @@ pub struct Relevance {
     pub width: Vec<f64>,
     /// Coefficients of all candidates, in plausible sizes.
     pub mean: DVector<f64>,
-    /// Their covariance.
-    pub covariance: DMatrix<f64>,
+    /// Their covariance is `root root^T`.
+    pub root: DMatrix<f64>,
     /// Variance of the whitened residuals; one where the noise is as stated.
     pub noise: f64,
     /// Squares that each candidate takes: its contribution to what the model leaves.
@@ -45,7 +45,8 @@ impl Relevance {
         let mut noise = remainder.squares / remainder.dof;
         let mut factor = linalg::Cholesky::new(n);
         let mut inverse = DMatrix::zeros(n, n);
-        let (mut mean, mut covariance) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        let mut mean = DVector::zeros(n);
+        let mut spread = DMatrix::zeros(n, n);
         for _ in 0..ROUNDS {
             let mut root = DVector::zeros(n);
             for (span, w) in spans.iter().zip(&width2) {
@@ -58,7 +59,9 @@ impl Relevance {
             }
             factor.factor(&m)?;
             factor.inverse(&mut inverse);
-            covariance = DMatrix::from_fn(n, n, |r, c| noise * inverse[(r, c)] * root[r] * root[c]);
+            let covariance = DMatrix::from_fn(n, n, |r, c| noise * inverse[(r, c)] * root[r] * root[c]);
+            factor.inverse_root(&mut spread);
+            spread.row_iter_mut().zip(&root).for_each(|(mut row, r)| row *= noise.sqrt() * r);
             mean = &covariance * z / noise;
             let explained = 2.0 * mean.dot(z) - (gram * &mean).dot(&mean);
             let effective: f64 = (0..n).map(|k| 1.0 - noise * inverse[(k, k)]).sum();
@@ -69,7 +72,7 @@ impl Relevance {
             }
         }
         let energy = spans.iter().map(|span| energy(gram, &mean, *span)).collect();
-        Ok(Relevance { width: width2.iter().map(|w| w.sqrt()).collect(), mean, covariance, noise, energy })
+        Ok(Relevance { width: width2.iter().map(|w| w.sqrt()).collect(), mean, root: spread, noise, energy })
     }
 }
 

@@ -4,6 +4,7 @@ mod catalogue;
 mod diagnose;
 mod identify;
 mod import;
+mod ladder;
 mod measure;
 mod plan;
 mod progress;
@@ -55,6 +56,8 @@ enum Verb {
     Validate(validate::Arguments),
     /// Find which effect is missing in the model
     Diagnose(diagnose::Arguments),
+    /// Diagnose, add, refit, until nothing is left or nothing helps
+    Ladder(ladder::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -83,6 +86,7 @@ pub fn main() -> ExitCode {
         Verb::Identify(a) => identify::run(a),
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
+        Verb::Ladder(a) => ladder::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),
