@@ -21,7 +21,7 @@ pub struct Arm {
     /// Gravity in the world, m/s².
     pub gravity: Vector3<f64>,
     /// What is wrong with the cell.
-    pub flaws: Vec<Box<dyn Flaw>>,
+    pub flaws: Vec<Arc<dyn Flaw>>,
     posture: Posture,
     loads: Loads,
     deviations: Vec<f64>,
@@ -56,7 +56,7 @@ impl Arm {
         tool: FramePose,
         payload: Payload,
         gravity: Vector3<f64>,
-        flaws: Vec<Box<dyn Flaw>>,
+        flaws: Vec<Arc<dyn Flaw>>,
     ) -> Self {
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];

@@ -10,6 +10,7 @@ pub mod contact;
 pub mod controller;
 pub mod flaw;
 pub mod gauge;
+pub mod hidden;
 pub mod planning;
 pub mod plunger;
 pub mod random;

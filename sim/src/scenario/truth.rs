@@ -19,6 +19,7 @@ use crate::flaw::{Flaw, TrueEffect};
 pub struct Truth {
     keys: TruthToml,
     effects: Vec<StatedEffect>,
+    hidden: Vec<Arc<dyn Flaw>>,
 }
 
 /// An effect of the catalogue with what the scenario says of its sizes.
@@ -69,7 +70,11 @@ impl Truth {
             }
         }
         let effects = keys.effects.iter().map(|(id, given)| stated(id, given, cell, sources)).collect::<Result<_, _>>()?;
-        Ok(Truth { keys, effects })
+        let hidden = keys
+            .hidden
+            .flaws(cell)
+            .map_err(|misfit| sources.wrong(&format!("truth.hidden.{}", misfit.key), misfit.problem, misfit.remedy))?;
+        Ok(Truth { keys, effects, hidden })
     }
 
     /// As written.
@@ -83,8 +88,9 @@ impl Truth {
     }
 
     /// All flaws of one trial; `normal(one-sigma)` draws what is to be drawn.
-    pub fn flaws(&self, normal: &mut dyn FnMut(f64) -> f64) -> Vec<Box<dyn Flaw>> {
-        self.effects.iter().map(|effect| Box::new(effect.drawn(normal)) as Box<dyn Flaw>).collect()
+    pub fn flaws(&self, normal: &mut dyn FnMut(f64) -> f64) -> Vec<Arc<dyn Flaw>> {
+        let effects = self.effects.iter().map(|effect| Arc::new(effect.drawn(normal)) as Arc<dyn Flaw>);
+        effects.chain(self.hidden.iter().cloned()).collect()
     }
 
     /// What is truly on the flange when `entered` is said to be.

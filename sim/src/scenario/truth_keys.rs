@@ -7,6 +7,7 @@ use calibench::units::{MM, MRAD, UM};
 use serde::Deserialize;
 
 use crate::controller::ControllerSpec;
+use crate::hidden::HiddenToml;
 use crate::plunger::PlungerSpec;
 use crate::tracker::TrackerSpec;
 
@@ -18,6 +19,9 @@ pub struct TruthToml {
     /// Sizes by effect id and parameter (`a1_mm`), or `draw = s`: normal with s times the plausible size.
     #[serde(default)]
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Flaws that no model knows.
+    #[serde(default)]
+    pub hidden: HiddenToml,
     /// True mass of each link over the drawing's, minus one.
     #[serde(default)]
     pub link_mass_error: Vec<f64>,
