@@ -2,23 +2,17 @@
 
 use std::sync::Arc;
 
-use calibench::effects::{Effect, Situation};
-use calibench::robot::{FramePose, Loads, Payload, Pose, Posture, Robot, SiteIndex};
+use calibench::effects::Situation;
+use calibench::robot::{FramePose, Loads, Payload, Pose, Posture, Robot, Site, SiteIndex};
 use nalgebra::Vector3;
 
-/// An effect with its true size.
-pub struct TrueEffect {
-    /// Its shape.
-    pub effect: Box<dyn Effect>,
-    /// Its parameters, SI.
-    pub sizes: Vec<f64>,
-}
+use crate::flaw::Flaw;
 
 /// The true arm on its true base with its true tool.
 pub struct Arm {
-    /// The robot with its true masses; geometry as drawn, deviations come from `effects`.
+    /// The robot with its true masses; geometry as drawn, deviations come from `flaws`.
     pub robot: Arc<Robot>,
-    /// Nominal base; deviations come from `effects`.
+    /// Nominal base; deviations come from `flaws`.
     pub base: FramePose,
     /// True TCP in the last frame.
     pub tool: FramePose,
@@ -26,8 +20,8 @@ pub struct Arm {
     pub payload: Payload,
     /// Gravity in the world, m/s².
     pub gravity: Vector3<f64>,
-    /// What is wrong with the arm.
-    pub effects: Vec<TrueEffect>,
+    /// What is wrong with the cell.
+    pub flaws: Vec<Arc<dyn Flaw>>,
     posture: Posture,
     loads: Loads,
     deviations: Vec<f64>,
@@ -42,8 +36,12 @@ const MOST_EVALUATIONS: usize = 40;
 /// What the arm's surroundings are at one moment.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moment<'a> {
+    /// Ball being probed, by its place in the artifact.
+    pub ball: Option<usize>,
     /// Seconds since the session began.
     pub time_s: f64,
+    /// Temperature of the robot, °C.
+    pub temp_c: f64,
     /// Sign of each joint's last motion.
     pub approach: Option<&'a [i8]>,
     /// Force on the tool at the TCP, world axes, N.
@@ -51,18 +49,18 @@ pub struct Moment<'a> {
 }
 
 impl Arm {
-    /// An arm with those errors.
+    /// An arm in a cell with those flaws.
     pub fn new(
         robot: Arc<Robot>,
         base: FramePose,
         tool: FramePose,
         payload: Payload,
         gravity: Vector3<f64>,
-        effects: Vec<TrueEffect>,
+        flaws: Vec<Arc<dyn Flaw>>,
     ) -> Self {
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
-        Arm { robot, base, tool, payload, gravity, effects, posture, loads, deviations }
+        Arm { robot, base, tool, payload, gravity, flaws, posture, loads, deviations }
     }
 
     /// `world_from_tool` with the links at joint angles `q` (rad), at static equilibrium: loads are those of the deflected arm.
@@ -76,25 +74,36 @@ impl Arm {
             }
             tcp = self.posture.tcp();
             self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.gravity, &moment.force);
-            let situation = Situation {
-                robot: &self.robot,
-                q,
-                posture: &self.posture,
-                loads: &self.loads,
-                payload: &self.payload,
-                ball: None,
-                time_s: Some(moment.time_s),
-                temp_c: None,
-                approach: moment.approach,
-            };
-            let sites = SiteIndex::new(self.robot.joints());
-            self.deviations.fill(0.0);
-            for TrueEffect { effect, sizes } in &self.effects {
-                let deviations = &mut self.deviations;
-                effect.terms(&situation, &mut |k, site, weight| deviations[sites.of(site)] += weight * sizes[k]);
-            }
+            self.deviate(q, moment);
             self.posture.set(&self.robot, &self.base, &self.tool, q, &self.deviations);
         }
         self.posture.world_from_tool(&self.tool)
+    }
+
+    /// How far the ball, or where a point is measured, stands from its place, world, m; of the moment at which the arm settled last.
+    pub fn target_moved(&self) -> Vector3<f64> {
+        let sites = SiteIndex::new(self.robot.joints());
+        Vector3::from_fn(|k, _| self.deviations[sites.of(Site::Target(k))])
+    }
+
+    /// Finds the deviations of all sites in the present posture.
+    fn deviate(&mut self, q: &[f64], moment: &Moment<'_>) {
+        let situation = Situation {
+            robot: &self.robot,
+            q,
+            posture: &self.posture,
+            loads: &self.loads,
+            payload: &self.payload,
+            ball: moment.ball,
+            time_s: Some(moment.time_s),
+            temp_c: Some(moment.temp_c),
+            approach: moment.approach,
+        };
+        let sites = SiteIndex::new(self.robot.joints());
+        self.deviations.fill(0.0);
+        let deviations = &mut self.deviations;
+        for flaw in &self.flaws {
+            flaw.moves(&situation, &mut |site, by| deviations[sites.of(site)] += by);
+        }
     }
 }
