@@ -36,6 +36,20 @@ pub struct HiddenToml {
     pub smooth_field: Option<SmoothField>,
 }
 
+impl HiddenToml {
+    /// The joints that err, from 1.
+    pub fn joints(&self) -> Vec<usize> {
+        let one = [
+            self.cable_spring.as_ref().map(|f| f.joint),
+            self.third_harmonic.as_ref().map(|f| f.joint),
+            self.gear_defect.as_ref().map(|f| f.joint),
+            self.smooth_field.as_ref().map(|f| f.joint),
+        ];
+        let wrist = self.cross_coupled_wrist.iter().flat_map(|_| [3, 4]);
+        one.into_iter().flatten().chain(wrist).collect()
+    }
+}
+
 /// A key under `[truth.hidden]` that does not fit the robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misfit {

@@ -18,5 +18,6 @@ pub mod run;
 pub mod scenario;
 pub mod score;
 pub mod session;
+pub mod suite;
 pub mod tracker;
 pub mod world;

@@ -48,6 +48,8 @@ pub struct Scenario {
     pub model: Model,
     /// What must come out.
     pub expect: Vec<Expectation>,
+    /// Blind trials of the diagnosis.
+    pub suite: Option<SuiteToml>,
     cell: Dataset,
     outward: Vec<Unit<Vector3<f64>>>,
     bodies: Bodies,
@@ -76,6 +78,7 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
         bodies: Bodies::of(&toml, cell.robot.joints(), &sources)?,
         truth: Truth::of(toml.truth, &cell, &sources)?,
         expect: check::expectations(&toml.expect, &sources)?,
+        suite: toml.suite,
         name: toml.name,
         question: toml.question,
         seed: toml.seed,

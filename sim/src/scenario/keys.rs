@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::truth_keys::TruthToml;
+use crate::suite::SuiteToml;
 
 /// A scenario as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -35,6 +36,7 @@ pub struct ScenarioToml {
     pub truth: TruthToml,
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
+    pub suite: Option<SuiteToml>,
 }
 
 /// The base: position, then turns about z, y, x.
