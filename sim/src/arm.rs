@@ -31,6 +31,7 @@ pub struct Arm {
     posture: Posture,
     loads: Loads,
     deviations: Vec<f64>,
+    compliance: Vec<f64>,
 }
 
 /// Equilibrium is reached when the TCP moves less than this between two evaluations, m.
@@ -62,7 +63,8 @@ impl Arm {
     ) -> Self {
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
-        Arm { robot, base, tool, payload, gravity, effects, posture, loads, deviations }
+        let compliance = true_compliance(&robot, &effects);
+        Arm { robot, base, tool, payload, gravity, effects, posture, loads, deviations, compliance }
     }
 
     /// `world_from_tool` with the links at joint angles `q` (rad), at static equilibrium: loads are those of the deflected arm.
@@ -77,15 +79,12 @@ impl Arm {
             tcp = self.posture.tcp();
             self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.gravity, &moment.force);
             let situation = Situation {
-                robot: &self.robot,
-                q,
-                posture: &self.posture,
-                loads: &self.loads,
-                payload: &self.payload,
-                ball: None,
+                gravity: self.gravity,
+                tool: self.tool,
+                compliance: &self.compliance,
                 time_s: Some(moment.time_s),
-                temp_c: None,
                 approach: moment.approach,
+                ..Situation::at_rest(&self.robot, q, &self.posture, &self.loads, &self.payload)
             };
             let sites = SiteIndex::new(self.robot.joints());
             self.deviations.fill(0.0);
@@ -97,4 +96,13 @@ impl Arm {
         }
         self.posture.world_from_tool(&self.tool)
     }
+}
+
+/// The compliance that each joint truly has, rad/(N·m): what a unit of torque turns it by, through the effects that are in proportion to it.
+fn true_compliance(robot: &Robot, effects: &[TrueEffect]) -> Vec<f64> {
+    let size = |name: &str| {
+        let of = |e: &TrueEffect| e.effect.parameters().iter().position(|p| p.name == name).map(|k| e.sizes[k]);
+        effects.iter().filter_map(of).sum()
+    };
+    (1..=robot.joints()).map(|j| size(&format!("c{j}"))).collect()
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use calibench::effects::{self, Subject};
 use calibench::files::{FileError, field_error, parse_toml, read_text};
-use calibench::identify::{Model, check_effects};
+use calibench::identify::{Model, OwnEffectTable, check_effects, own_effects};
 use calibench::measure::{Ball, Dataset, Noise, check_description};
 use calibench::robot::{FramePose, Payload, Robot, Solid, Surroundings, robot};
 use calibench::units::{ARCSEC, DEG, MM, MRAD, UM};
@@ -200,6 +200,9 @@ pub struct TrackerPlace {
 #[allow(missing_docs)]
 pub struct ModelSpec {
     pub effects: Vec<String>,
+    /// The user's own.
+    #[serde(default)]
+    pub effect: Vec<OwnEffectTable>,
 }
 
 /// Everything that is truly so and that no model is told.
@@ -457,8 +460,8 @@ impl Scenario {
         // What the scenario's datasets will say, in the same keys.
         check_description(&self.dataset(), &self.folder()).map_err(as_here)?;
         let (robot, balls) = (self.robot(), self.ball_ids());
-        let subject = Subject { robot: &robot, balls: &balls };
-        check_effects(Path::new(""), "", "model.effects", &self.model.effects, &subject).map_err(as_here)?;
+        let subject = Subject::new(&robot, &balls);
+        check_effects(Path::new(""), "", "model.effects", &self.model.effects, &self.model.effect, &subject).map_err(as_here)?;
         self.true_effects(&mut |_, _| 0.0)?;
         self.solids("solid", &self.solids)?;
         self.solids("carried", &self.carried)?;
@@ -508,7 +511,7 @@ impl Scenario {
         let mut all = Vec::new();
         for (id, given) in &self.truth.effects {
             let key = format!("truth.effects.{id}");
-            let effect = effects::build(id, &Subject { robot: &robot, balls: &balls })
+            let effect = effects::build(id, &Subject::new(&robot, &balls))
                 .map_err(|e| self.wrong(&key, e.to_string(), "correct its name"))?;
             let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
             let drawn = given.get("draw").copied();
@@ -604,7 +607,10 @@ impl Scenario {
 
     /// The model.
     pub fn model(&self) -> Model {
-        Model { effects: self.model.effects.clone(), ..Model::default() }
+        let ModelSpec { effects, effect } = &self.model;
+        // Checked when the scenario was read.
+        let (own, effects) = own_effects(effect, effects).unwrap_or_default();
+        Model { effects, own, ..Model::default() }
     }
 
     /// Flaws of the indicators.
