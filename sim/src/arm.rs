@@ -89,15 +89,15 @@ impl Arm {
     /// Finds the deviations of all sites in the present posture.
     fn deviate(&mut self, q: &[f64], moment: &Moment<'_>) {
         let situation = Situation {
-            robot: &self.robot,
-            q,
-            posture: &self.posture,
-            loads: &self.loads,
-            payload: &self.payload,
-            ball: moment.ball,
+            gravity: self.gravity,
+            tool: self.tool,
+            compliance: &[],
+            kind: moment.ball.map(calibench::effects::Kind::Ball),
             time_s: Some(moment.time_s),
+            duration_s: Some(1000.0),
             temp_c: Some(moment.temp_c),
             approach: moment.approach,
+            ..Situation::at_rest(&self.robot, q, &self.posture, &self.loads, &self.payload)
         };
         let sites = SiteIndex::new(self.robot.joints());
         self.deviations.fill(0.0);

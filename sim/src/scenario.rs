@@ -23,6 +23,7 @@ pub use bodies::ball_body;
 pub use expect::{Expectation, Quantity};
 pub use keys::{CentringToml, Order, PlanToml, ScenarioToml, TrackerToml};
 use sources::Sources;
+use crate::suite::SuiteToml;
 pub use truth::{StatedEffect, Truth, parameter_key, written_sizes};
 pub use truth_keys::{IndicatorTruth, PayloadTruth, TrackerTruth, TruthToml};
 

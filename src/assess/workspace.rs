@@ -163,7 +163,7 @@ struct Fields {
 fn fields(there: &Dataset, examination: &Examination) -> Result<Fields, IdentifyError> {
     let Examination { wide, values, fitted, columns, model, library, .. } = examination;
     let balls = there.ball_ids();
-    let subject = Subject { robot: &there.robot, balls: &balls };
+    let subject = Subject { own: &model.own, ..Subject::new(&there.robot, &balls) };
     let named = [("workspace", there)];
     // Balls and gauges stand nowhere but where they were measured; all that the fit absorbed of them is in the parameters.
     let moves_the_arm = |id: &String| {

@@ -198,7 +198,7 @@ fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure>
 fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Model, Failure> {
     let first = &datasets[0].1;
     Ok(match path {
-        Some(path) => read_model(path, &Subject { robot: &first.robot, balls: &first.ball_ids() })?,
+        Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
         None => Model::default_for(first),
     })
 }

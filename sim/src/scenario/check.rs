@@ -159,8 +159,9 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
 pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Result<(), FileError> {
     let as_here = |e: FileError| sources.wrong(&e.field, e.problem, e.remedy);
     check_description(cell, &sources.folder()).map_err(as_here)?;
-    let subject = Subject { robot: &cell.robot, balls: &cell.ball_ids() };
-    check_effects(Path::new(""), "", "model.effects", &toml.model.effects, &subject).map_err(as_here)
+    let balls = cell.ball_ids();
+    let subject = Subject::new(&cell.robot, &balls);
+    check_effects(Path::new(""), "", "model.effects", &toml.model.effects, &[], &subject).map(drop).map_err(as_here)
 }
 
 /// The expectations, in the order in which they are printed.

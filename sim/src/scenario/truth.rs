@@ -109,7 +109,7 @@ impl Truth {
 /// An effect with the sizes `given` under their keys.
 fn stated(id: &str, given: &BTreeMap<String, f64>, cell: &Dataset, sources: &Sources) -> Result<StatedEffect, FileError> {
     let key = format!("truth.effects.{id}");
-    let effect = effects::build(id, &Subject { robot: &cell.robot, balls: &cell.ball_ids() })
+    let effect = effects::build(id, &Subject::new(&cell.robot, &cell.ball_ids()))
         .map_err(|e| sources.wrong(&key, e.to_string(), "correct its name"))?;
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
     if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {
