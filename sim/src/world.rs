@@ -65,8 +65,7 @@ impl World {
     pub fn new(scenario: &Scenario, streams: &Streams) -> Self {
         let nominal = scenario.dataset();
         let truth = scenario.truth().keys();
-        let mut sizes = streams.stream("effects");
-        let flaws = scenario.truth().flaws(&mut |sigma| normal(sigma, &mut sizes));
+        let flaws = scenario.truth().flaws(streams);
         let mut robot = Robot::clone(&nominal.robot);
         for (link, error) in robot.links.iter_mut().zip(&truth.link_mass_error) {
             link.mass *= 1.0 + error;

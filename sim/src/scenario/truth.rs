@@ -9,10 +9,14 @@ use calibench::measure::Dataset;
 use calibench::robot::Payload;
 use calibench::units::MM;
 use nalgebra::Vector3;
+use rand::RngExt;
+use rand_distr::StandardNormal;
 
 use super::sources::Sources;
 use super::truth_keys::TruthToml;
 use crate::flaw::{Flaw, TrueEffect};
+use crate::mismatch::misshapen;
+use crate::random::Streams;
 
 /// What is truly so.
 #[derive(Clone)]
@@ -58,6 +62,10 @@ impl Truth {
             let key = format!("truth.link_mass_error[{k}]");
             return Err(sources.wrong(&key, "leaves the link no mass", "give true mass over drawn mass, minus one"));
         }
+        if !(0.0..=1.0).contains(&keys.mismatch) {
+            let problem = format!("is {}", keys.mismatch);
+            return Err(sources.wrong("truth.mismatch", problem, "give a number from 0 (the catalogue's shapes) to 1"));
+        }
         for (name, error) in &keys.payload {
             let key = format!("truth.payload.{name}");
             let Some(payload) = cell.payloads.iter().find(|p| p.name == *name) else {
@@ -87,9 +95,13 @@ impl Truth {
         &self.effects
     }
 
-    /// All flaws of one trial; `normal(one-sigma)` draws what is to be drawn.
-    pub fn flaws(&self, normal: &mut dyn FnMut(f64) -> f64) -> Vec<Arc<dyn Flaw>> {
-        let effects = self.effects.iter().map(|effect| Arc::new(effect.drawn(normal)) as Arc<dyn Flaw>);
+    /// All flaws of one trial, their sizes and shapes drawn from its streams `effects` and `shapes`.
+    pub fn flaws(&self, streams: &Streams) -> Vec<Arc<dyn Flaw>> {
+        let (mut sizes, mut shapes) = (streams.stream("effects"), streams.stream("shapes"));
+        let effects = self.effects.iter().map(|stated| {
+            let effect = stated.drawn(&mut |sigma| sigma * sizes.sample::<f64, _>(StandardNormal));
+            Arc::from(misshapen(effect, self.keys.mismatch, &mut shapes))
+        });
         effects.chain(self.hidden.iter().cloned()).collect()
     }
 
