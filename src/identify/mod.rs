@@ -8,6 +8,7 @@ pub(crate) mod linalg;
 mod model;
 mod model_file;
 mod observability;
+mod own_effects;
 mod problem;
 
 pub use adjustment::Adjustment;
@@ -18,4 +19,5 @@ pub use linalg::LinalgError;
 pub use model::{Model, TorquePosture};
 pub use model_file::{check_effects, read_model, write_model};
 pub use observability::Observability;
-pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
+pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
+pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, missing};

@@ -1,5 +1,6 @@
 //! Which effects the identifier may use.
 
+use crate::effects::OwnEffect;
 use crate::measure::Dataset;
 
 /// At which posture the joint torques of the model are evaluated.
@@ -14,10 +15,12 @@ pub enum TorquePosture {
 }
 
 /// The model: a list of effect ids, and where joint torques come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// Effect ids, in the order in which their parameters are preferred.
     pub effects: Vec<String>,
+    /// Effects of the user's own, by whose names `effects` may call them; those that it does not call are offered to the diagnosis.
+    pub own: Vec<OwnEffect>,
     /// Use the dataset's `tau1_nm` ... columns in place of link masses. Their sign is that of the load about +z.
     pub measured_torques: bool,
     /// Where torques are evaluated.
@@ -29,6 +32,7 @@ impl Model {
     pub fn of(effects: &[&str]) -> Self {
         Model {
             effects: effects.iter().map(|e| (*e).into()).collect(),
+            own: Vec::new(),
             measured_torques: false,
             torque_posture: TorquePosture::default(),
         }

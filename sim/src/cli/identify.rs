@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = match &arguments.model {
         Some(path) => {
             let first = &datasets[0].1;
-            read_model(path, &Subject { robot: &first.robot, balls: &first.ball_ids() })?
+            read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?
         }
         None => Model::default_for(&datasets[0].1),
     };
