@@ -172,17 +172,7 @@ mod tests {
                 robot.links.iter().enumerate().map(|(i, l)| l.limits[0] + (l.limits[1] - l.limits[0]) * share(i)).collect();
             posture.set(robot, &cell.base, &cell.tool, &q, &none);
             loads.weigh(robot, &posture, payload, &cell.gravity, &Vector3::zeros());
-            let at = Situation {
-                robot,
-                q: &q,
-                posture: &posture,
-                loads: &loads,
-                payload,
-                ball: None,
-                time_s: None,
-                temp_c: None,
-                approach: None,
-            };
+            let at = Situation::at_rest(robot, &q, &posture, &loads, payload);
             flaw.moves(&at, &mut |site, by| squares += if site == theta(joint) { by * by } else { 0.0 });
         }
         (squares / 2000.0).sqrt()

@@ -11,6 +11,7 @@ pub mod controller;
 pub mod flaw;
 pub mod gauge;
 pub mod hidden;
+mod mismatch;
 pub mod planning;
 pub mod plunger;
 pub mod random;

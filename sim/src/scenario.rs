@@ -73,7 +73,7 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
     check::numbers(&merged, &sources)?;
     check::keys(&toml, robot.joints(), &sources)?;
     let cell = cell(&toml, robot);
-    check::cell(&cell, &toml, &sources)?;
+    let model = check::cell(&cell, &toml, &sources)?;
     Ok(Scenario {
         outward: toml.balls.iter().map(|b| Unit::new_normalize(Vector3::from(b.outward))).collect(),
         bodies: Bodies::of(&toml, cell.robot.joints(), &sources)?,
@@ -86,7 +86,7 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
         plan: toml.plan,
         centring: toml.centring,
         tracker: toml.tracker,
-        model: Model { effects: toml.model.effects, ..Model::default() },
+        model,
         cell,
         sources: Arc::new(sources),
     })

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
 use super::truth_keys::TruthToml;
@@ -190,4 +191,7 @@ pub struct TrackerToml {
 #[allow(missing_docs)]
 pub struct ModelToml {
     pub effects: Vec<String>,
+    /// The user's own.
+    #[serde(default)]
+    pub effect: Vec<OwnEffectTable>,
 }
