@@ -77,7 +77,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 
 /// Sums up.
 pub fn tally(outcomes: &[Outcome]) -> Tally {
-    let of = |kind: &'static str| outcomes.iter().filter(move |o| o.kind == kind);
+    let of = |kind: &'static str| outcomes.iter().filter(move |o| o.kind == kind && o.verdict != "not_measured");
     let detected = |o: &Outcome| o.verdict != "nothing_left";
     let one = || of("one").filter(|o| o.testable);
     let claimed = || one().filter(|o| o.claimed());
@@ -103,7 +103,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
     let sizes: Vec<f64> = claimed().map(|o| o.set95.split(' ').count() as f64).collect();
     let fallen = || claimed().filter(|o| o.size >= 2.0 && o.visible >= TO_BE_FOUND);
     let ratio = |of: &dyn Fn(&Outcome) -> Option<f64>| quantile(fallen().filter_map(of).collect(), 0.5);
-    let predictions = || outcomes.iter().filter(|o| matches!(o.kind, "dense" | "clutter" | "two"));
+    let predictions = || ["dense", "clutter", "two"].into_iter().flat_map(of);
     let over: Vec<f64> = predictions().map(|o| o.predicted_mm / o.before_mm).collect();
     let mut families: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for o in one() {

@@ -39,7 +39,7 @@ pub enum TrialError {
 }
 
 /// What came out of one trial: the truth and the answer side by side.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[allow(missing_docs)] // the columns of the table of trials
 pub struct Outcome {
     pub case: String,
@@ -108,7 +108,15 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
         joints = keys.hidden.joints();
     }
     let scenario = scenario.with_truth(keys)?;
-    let mut measured = measure_all(&scenario, streams, plans, &mut ())?;
+    let mut measured = match measure_all(&scenario, streams, plans, &mut ()) {
+        Ok(measured) => measured,
+        // A robot so wrong that its balls cannot be centred has shown it without any diagnosis.
+        Err(RunError::Campaign(_)) => {
+            let (case, hidden) = (case.kind.to_string(), names(&hidden));
+            return Ok(Outcome { case, kind, hidden, size, testable: false, verdict: "not_measured", ..Outcome::default() });
+        }
+        Err(e) => return Err(e.into()),
+    };
     for (id, sizes) in &hidden {
         disturb(&mut measured.fit, id, sizes);
     }
@@ -136,7 +144,7 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     let outcome = Outcome {
         case: case.kind.to_string(),
         kind,
-        hidden: hidden.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(" "),
+        hidden: names(&hidden),
         size,
         visible: visible.iter().map(|v| v * v).sum::<f64>().sqrt(),
         testable: !diagnosis.untestable.iter().any(|u| hidden.iter().any(|(id, _)| *id == u.effect)),
@@ -154,6 +162,10 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     Ok(Outcome { after_mm: Some(with(&found)?), oracle_mm: with(&ids).ok(), ..outcome })
 }
 
+fn names(hidden: &[Hidden]) -> String {
+    hidden.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(" ")
+}
+
 /// What the diagnosis says, held against the truth.
 fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[usize]) -> Outcome {
     let is_true = |effect: &str| hidden.iter().any(|(id, _)| same(id, effect));
@@ -169,12 +181,6 @@ fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[u
         _ => top.and_then(|f| joint_of(&f.hypothesis.in_model)),
     };
     Outcome {
-        case: String::new(),
-        kind: "",
-        hidden: String::new(),
-        size: 0.0,
-        visible: 0.0,
-        testable: true,
         verdict: diagnosis.verdict.name(),
         top: top.map(name).unwrap_or_default(),
         rivals: top.map(|f| f.rivals.join(" ")).unwrap_or_default(),
@@ -187,10 +193,7 @@ fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[u
         joint_right: joint.is_some_and(|j| joints.contains(&j)),
         contributor_right: largest.is_some_and(|k| same(&hidden[k].0, &contributor)),
         contributor,
-        before_mm: 0.0,
-        predicted_mm: 0.0,
-        after_mm: None,
-        oracle_mm: None,
+        ..Outcome::default()
     }
 }
 
