@@ -27,10 +27,21 @@ impl Flaw for TrueEffect {
 }
 
 /// All flaws of a cell.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Flaws {
     /// What moves its sites.
     pub all: Vec<Arc<dyn Flaw>>,
+    /// Lost motion of each joint by the side from which it came, rad; the joints change sides gradually, so they keep it.
+    pub hysteresis: Vec<f64>,
+    /// Where each plunger hangs up by the side from which it came, m; kept by the plungers likewise.
+    pub stiction: [f64; 3],
     /// Compliance that each joint truly has, rad/(N·m): what loads that are not as entered act through.
     pub compliance: Vec<f64>,
+}
+
+impl Flaws {
+    /// None, of an arm with so many joints.
+    pub fn none(joints: usize) -> Self {
+        Flaws { all: Vec::new(), hysteresis: vec![0.0; joints], stiction: [0.0; 3], compliance: vec![0.0; joints] }
+    }
 }

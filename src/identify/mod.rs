@@ -19,6 +19,6 @@ pub use linalg::LinalgError;
 pub use model::{FREELY_FITTED, Model, ORDINARY_WIDTH, TorquePosture};
 pub use model_file::{check_effects, read_model, write_model};
 pub use observability::Observability;
-pub(crate) use problem::Circumstance;
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
+pub(crate) use problem::Circumstance;
 pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, missing};

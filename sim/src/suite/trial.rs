@@ -199,10 +199,12 @@ fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[u
 
 /// Whether two ids name one effect; where a scan finds a moment, any moment will do.
 fn same(a: &str, b: &str) -> bool {
-    let moment = |id: &str| id.split_once("_step").map(|(kind, rest)| {
-        let joint = if kind == "joint" { rest.split(':').nth(1).unwrap_or_default() } else { "" };
-        format!("{kind}:{joint}")
-    });
+    let moment = |id: &str| {
+        id.split_once("_step").map(|(kind, rest)| {
+            let joint = if kind == "joint" { rest.split(':').nth(1).unwrap_or_default() } else { "" };
+            format!("{kind}:{joint}")
+        })
+    };
     a == b || (moment(a).is_some() && moment(a) == moment(b)) || (a.starts_with("outlier") && b == "outlier")
 }
 
