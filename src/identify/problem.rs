@@ -6,6 +6,7 @@
 
 mod assembly;
 mod sample_row;
+mod samples_view;
 mod start;
 
 use std::collections::HashMap;
@@ -16,6 +17,7 @@ use thiserror::Error;
 
 use self::assembly::Assembly;
 use self::sample_row::{Cell, DistanceRow, Moves, SampleRow};
+pub use self::samples_view::PosedSample;
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};
 use crate::measure::{Dataset, Sample, SampleSet};
