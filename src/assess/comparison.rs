@@ -5,6 +5,9 @@ mod lack_of_fit;
 mod layout;
 mod sentences;
 mod standing;
+mod suggestions;
+
+use std::collections::HashSet;
 
 use crate::identify::{Application, Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, Sample};
@@ -89,13 +92,14 @@ impl Comparison {
         let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
         let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
         let scores = Scores::new(&whitened, &beforehand, &places, layout.patterns(), &mut show);
-        let judge = finding::Judge { noise: &noise, samples: seen.len() };
+        let judge = finding::Judge { noise: &noise, samples: seen.len(), repetition: repetition(&seen) };
         let views = layout::Views { layout: &layout, seen: &seen, scores: &scores, judge: &judge, fitted: beforehand.fitted };
         let unit = judge.unit(&scores);
         let setups = views.setups(problem.setups());
         let curves = views.curves();
         let (mut findings, left) = finding::findings(&layout, &judge, &scores);
         for finding in &mut findings {
+            finding.effects = layout.suggestions(finding.subject, calibration, datasets);
             if let Subject::Curve(place) = &mut finding.subject {
                 *place = curves.iter().position(|(at, _)| at == place).unwrap_or(*place);
             }
@@ -130,4 +134,16 @@ impl Comparison {
             noise,
         })
     }
+}
+
+/// How many times the samples count a posture's error: numbers measured, by three for every posture; at least 1. A posture is that of
+/// replicates, or of the same angles to a tenth of a milliradian.
+fn repetition(seen: &[SeenSample<'_>]) -> f64 {
+    const SAME_ANGLE: f64 = 1e-4;
+    let posture = |s: &SeenSample<'_>| s.sample.q.iter().map(|q| (q / SAME_ANGLE).round() as i64).collect::<Vec<i64>>();
+    let replicates = |s: &SeenSample<'_>| s.sample.repeat.as_deref().map(|name| (s.setup, name.to_owned()));
+    let named: HashSet<_> = seen.iter().filter_map(replicates).collect();
+    let others: HashSet<_> = seen.iter().filter(|s| s.sample.repeat.is_none()).map(|s| (s.setup, posture(s))).collect();
+    let numbers: usize = seen.iter().map(|s| s.height).sum();
+    (numbers as f64 / (3 * (named.len() + others.len())).max(1) as f64).max(1.0)
 }

@@ -41,12 +41,19 @@ pub struct Finding {
     pub sizes: Vec<f64>,
     /// One-sigma of each.
     pub sigmas: Vec<f64>,
+    /// Effects of the catalogue that the model lacks and that would leave such a mark.
+    pub effects: Vec<String>,
 }
+
+/// A view that explains less than this share of what noise does not is not worth a sentence, however surely it is there.
+const WORTH: f64 = 0.02;
 
 /// Judges what views take.
 pub(super) struct Judge<'a> {
     pub noise: &'a NoiseFloor,
     pub samples: usize,
+    /// How many times a posture's error is counted: numbers measured, by three for every posture; at least 1.
+    pub repetition: f64,
 }
 
 impl Judge<'_> {
@@ -67,7 +74,12 @@ impl Judge<'_> {
         let p = if taken.dof == 0 {
             1.0
         } else {
-            let against_rest = if beyond >= 1.0 { fisher_chance((squares / dof) / (rest / beyond), dof, beyond) } else { None };
+            // What the model gets wrong in a posture it gets wrong in all replicates of it (Kish's design effect); noise it is not.
+            let wrong = self.noise.level.map_or(1.0, |l| (1.0 - l.relative.powi(2) * beyond / rest).clamp(0.0, 1.0));
+            let effect = 1.0 + (self.repetition - 1.0) * if rest > 0.0 { wrong } else { 0.0 };
+            let below = beyond / effect;
+            let against_rest =
+                if below >= 1.0 { fisher_chance((squares / dof) / (rest / beyond) / effect, dof, below) } else { None };
             let against_noise = self.noise.chance_of(squares, dof);
             match (against_noise, against_rest) {
                 (Some(a), Some(b)) => a.max(b),
@@ -81,6 +93,12 @@ impl Judge<'_> {
             p_family: (p * family).min(1.0),
             explains: if scores.squares > 0.0 { ((squares - by_chance) / scores.squares).clamp(0.0, 1.0) } else { 0.0 },
         }
+    }
+
+    /// Whether a view explains enough of what noise does not to be spoken of.
+    fn is_worth_saying(&self, scores: &Scores, test: &ViewTest) -> bool {
+        let noise = self.noise.level.map_or(0.0, |l| l.relative.powi(2) * scores.dof);
+        test.explains * scores.squares >= WORTH * (scores.squares - noise)
     }
 
     /// How much the view is worth: twice the gain in log likelihood, less the price of its numbers.
@@ -110,15 +128,18 @@ pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (
             let places = if scanned(*subject) { judge.samples as f64 } else { 1.0 };
             let test = judge.test(&now, &taken, family * places);
             let gain = judge.gain(&now, &taken) - 2.0 * places.ln();
-            if test.p_family < SIGNIFICANCE && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
+            let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(&now, &test);
+            if stands_out && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
                 let unit = judge.unit(&now);
                 let sigmas = (0..patterns.len()).map(|i| unit * taken.covariance[(i, i)].max(0.0).sqrt()).collect();
-                let sizes = taken.sizes.iter().copied().collect();
-                best = Some((gain, Finding { subject: *subject, test, sizes, sigmas }, patterns));
+                // A ball that stands off draws the TCP with it: the residual, ball minus TCP, is its displacement turned round.
+                let sign = if matches!(subject, Subject::Ball(_)) { -1.0 } else { 1.0 };
+                let sizes = taken.sizes.iter().map(|x| sign * x).collect();
+                best = Some((gain, Finding { subject: *subject, test, sizes, sigmas, effects: Vec::new() }, patterns));
             }
         }
         let Some((_, finding, patterns)) = best else { break };
-        now.give(patterns);
+        now.give(&layout.given(finding.subject, patterns));
         found.push(finding);
     }
     let left = if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };

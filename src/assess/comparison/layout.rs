@@ -16,11 +16,21 @@ const NO_LEVER: f64 = 1e-6;
 /// Patterns of a set-up: six motions of its base, three shifts of its tool.
 const PER_SETUP: usize = 9;
 
+/// A moment that varies by less than this share of the largest one's variation shows the base's tilt, not a load.
+const NO_LOAD: f64 = 0.01;
+
 struct Curve {
     joint: usize,
     against: JointVariable,
     bins: Bins,
+    /// First of its steps, one a bin; slopes within the bins follow.
     first: usize,
+}
+
+impl Curve {
+    fn steps(&self) -> usize {
+        self.bins.counts.len()
+    }
 }
 
 /// Every pattern has a number: set-ups first, all of them together next, then joints' means, balls, curves, worst samples.
@@ -52,6 +62,12 @@ impl Layout {
         order.truncate(MOST_WORST);
         let mut layout = Layout { setups, joints, balls, curves: Vec::new(), worst: order };
         let mut first = layout.first_ball() + 3 * layout.balls.len();
+        let spread = |v: JointVariable| {
+            let ends = |e: [f64; 2], x: f64| [e[0].min(x), e[1].max(x)];
+            let [low, high] = seen.iter().filter_map(|s| v.of(s)).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+            high - low
+        };
+        let largest = (1..=count).map(|j| spread(JointVariable::Torque(j))).fold(0.0, f64::max);
         let mut shared: Vec<(JointVariable, Option<Bins>)> = Vec::new();
         for &j in &layout.joints {
             for against in JointVariable::of_joint(j + 1) {
@@ -62,10 +78,11 @@ impl Layout {
                     shared.push((against, bins.clone()));
                     bins
                 });
-                if let Some(bins) = bins {
-                    let width = bins.counts.len();
-                    layout.curves.push(Curve { joint: j, against, bins, first });
-                    first += width;
+                let loaded = !matches!(against, JointVariable::Torque(_)) || spread(against) > NO_LOAD * largest;
+                if let Some(bins) = bins.filter(|_| loaded) {
+                    let curve = Curve { joint: j, against, bins, first };
+                    first += 2 * curve.steps();
+                    layout.curves.push(curve);
                 }
             }
         }
@@ -98,7 +115,25 @@ impl Layout {
 
     fn curve(&self, c: usize) -> Vec<usize> {
         let curve = &self.curves[c];
-        (curve.first..curve.first + curve.bins.counts.len()).collect()
+        (curve.first..curve.first + curve.steps()).collect()
+    }
+
+    /// What the model is given when a subject is found: of a curve its slopes too, so that its steps are not found next.
+    pub fn given(&self, subject: Subject, patterns: &[usize]) -> Vec<usize> {
+        match subject {
+            Subject::Curve(c) => (self.curves[c].first..self.curves[c].first + 2 * self.curves[c].steps()).collect(),
+            _ => patterns.to_vec(),
+        }
+    }
+
+    /// Dataset and place of a ball.
+    pub fn ball_at(&self, b: usize) -> (usize, usize) {
+        self.balls[b]
+    }
+
+    /// Joint (from 1) and variable of a curve.
+    pub fn curve_of(&self, c: usize) -> (usize, JointVariable) {
+        (self.curves[c].joint + 1, self.curves[c].against)
     }
 
     fn worst(&self, w: usize) -> Vec<usize> {
@@ -106,7 +141,7 @@ impl Layout {
     }
 
     fn first_worst(&self) -> usize {
-        self.curves.last().map_or(self.first_ball() + 3 * self.balls.len(), |c| c.first + c.bins.counts.len())
+        self.curves.last().map_or(self.first_ball() + 3 * self.balls.len(), |c| c.first + 2 * c.steps())
     }
 
     /// Number of patterns.
@@ -131,8 +166,11 @@ impl Layout {
             out.push(self.level(k), w * s.joint_columns[j]);
             let at = out.vectors.len() - 1;
             for curve in self.curves.iter().filter(|c| c.joint == j) {
-                if let Some(bin) = curve.bins.of[place] {
-                    out.places.push((curve.first + usize::from(bin), at));
+                if let Some(bin) = curve.bins.of[place].map(usize::from) {
+                    out.places.push((curve.first + bin, at));
+                    let [mean, low, high] = curve.bins.x[bin];
+                    let within = curve.against.of(s).filter(|_| high > low).map_or(0.0, |x| (x - mean) / (high - low));
+                    out.push(curve.first + curve.steps() + bin, out.vectors[at] * within);
                 }
             }
         }
