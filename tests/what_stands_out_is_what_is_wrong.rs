@@ -142,7 +142,10 @@ fn noise_alone_raises_an_alarm_as_rarely_as_claimed() {
         assert_eq!(c.noise.source, NoiseSource::Unknown);
         of_unknown += usize::from(!c.findings.is_empty());
     }
-    println!("of {TRIALS}: {of_fit} findings on fitted rows, {of_new} on new ones, {of_unknown} without stated noise; {lack} of {} lacks of fit", 2 * TRIALS);
+    println!(
+        "of {TRIALS}: {of_fit} findings on fitted rows, {of_new} on new ones, {of_unknown} without stated noise; {lack} of {} lacks of fit",
+        2 * TRIALS
+    );
     // At 1 % two are expected; more than seven of 200 has a chance of 1e-3 (binomial).
     for alarms in [of_fit, of_new, of_unknown] {
         assert!(alarms <= 7);
@@ -159,8 +162,12 @@ fn a_moved_ball_shows_in_the_ball_table_and_nowhere_else() {
     let samples = cell.probings(&at, 25);
     let data = cell.dataset(samples);
     let c = compare(&data, &data, Use::Fit);
-    for f in &c.findings { println!("{f:?}"); }
-    for b in &c.balls { println!("{b:?}"); }
+    for f in &c.findings {
+        println!("{f:?}");
+    }
+    for b in &c.balls {
+        println!("{b:?}");
+    }
     let subjects: Vec<Subject> = c.findings.iter().map(|f| f.subject).collect();
     assert_eq!(subjects, [Subject::Ball(1)]);
     let [displacement, sigma] = c.balls[1].displacement.unwrap();
@@ -178,8 +185,12 @@ fn an_error_once_a_turn_shows_at_its_joint_first() {
     let samples = cell.points(200, &error);
     let data = cell.dataset(samples);
     let c = compare(&data, &data, Use::Fit);
-    for f in &c.findings { println!("{f:?}"); }
-    for b in &c.joints { println!("{} {} {:?}", b.joint, b.against.name(), b.test); }
+    for f in &c.findings {
+        println!("{f:?}");
+    }
+    for b in &c.joints {
+        println!("{} {} {:?}", b.joint, b.against.name(), b.test);
+    }
     assert_eq!((c.joints[0].joint, c.joints[0].against), (1, JointVariable::Angle(1)));
     assert_eq!(c.findings[0].subject, Subject::Curve(0));
     assert!(c.joints[0].test.p_family < 1e-6);
@@ -196,7 +207,9 @@ fn a_moved_base_shows_in_the_world() {
     samples.iter_mut().for_each(|s| s.set = SampleSet::Validation);
     let after = cell.dataset(samples);
     let c = compare(&before, &after, Use::Validation);
-    for f in &c.findings { println!("{f:?}"); }
+    for f in &c.findings {
+        println!("{f:?}");
+    }
     println!("{:?}", c.world);
     assert_eq!(c.findings.iter().map(|f| f.subject).collect::<Vec<_>>(), [Subject::World(0)]);
     let off = c.world.translation - Vector3::new(0.15, 0.0, -0.10) * MM;
@@ -247,7 +260,9 @@ fn distances_enter_along_their_line_of_sight() {
     let mut data = cell.dataset(samples);
     data.anchors = anchors.iter().enumerate().map(|(k, &position)| Anchor { id: k.to_string(), position }).collect();
     let c = compare(&data, &data, Use::Fit);
-    for f in &c.findings { println!("{f:?}"); }
+    for f in &c.findings {
+        println!("{f:?}");
+    }
     assert_eq!((c.joints[0].joint, c.joints[0].against), (3, JointVariable::Angle(3)));
     assert_eq!(c.findings[0].subject, Subject::Curve(0));
     assert!(c.balls.is_empty());

@@ -15,7 +15,8 @@ use crate::measure::{Dataset, Sample};
 use self::layout::Layout;
 use super::noise_floor::{NoiseFloor, NoisySample};
 use super::residual_views::{
-    BallView, JointCurve, JointOffset, SampleResidual, Scores, SeenSample, SetupView, ToolView, Whitened, WorldView, WorstSample,
+    BallView, JointCurve, JointOffset, SampleResidual, Scores, SeenSample, SetupView, ToolView, Whitened, WorldView,
+    WorstSample,
 };
 
 pub use self::finding::{Finding, Subject};

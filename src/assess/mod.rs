@@ -8,6 +8,7 @@ mod validation;
 pub use comparison::{Comparison, Finding, LackOfFit, SIGNIFICANCE, Standing, Subject};
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use residual_views::{
-    BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView, WorstSample,
+    BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
+    WorstSample,
 };
 pub use validation::{HistogramBin, Validation};

@@ -214,8 +214,12 @@ mod tests {
     #[test]
     fn two_pairs_known_by_heart() {
         // Each pair two apart along one axis: 2 about the mean; three degrees of freedom a pair.
-        let samples =
-            [sample(Some("a"), 1.0, 5.0, 0.0), sample(Some("a"), 3.0, 5.0, 0.0), sample(Some("b"), 0.0, 0.0, 7.0), sample(Some("b"), 0.0, 0.0, 9.0)];
+        let samples = [
+            sample(Some("a"), 1.0, 5.0, 0.0),
+            sample(Some("a"), 3.0, 5.0, 0.0),
+            sample(Some("b"), 0.0, 0.0, 7.0),
+            sample(Some("b"), 0.0, 0.0, 9.0),
+        ];
         let floor = NoiseFloor::of(&samples, false);
         let replicates = floor.replicates.expect("there are two groups");
         assert_eq!((replicates.groups, replicates.samples, replicates.squares, replicates.dof), (2, 4, 4.0, 6.0));

@@ -8,8 +8,8 @@
 
 mod bins;
 mod joint_variable;
-mod seen_sample;
 mod scores;
+mod seen_sample;
 mod worst;
 
 use nalgebra::Vector3;

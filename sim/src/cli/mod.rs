@@ -1,6 +1,7 @@
 //! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
 
 mod catalogue;
+mod compare;
 mod identify;
 mod import;
 mod measure;
@@ -51,6 +52,8 @@ enum Verb {
     Identify(identify::Arguments),
     /// Judge a calibration on poses that it has not seen
     Validate(validate::Arguments),
+    /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
+    Compare(compare::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -78,6 +81,7 @@ pub fn main() -> ExitCode {
         Verb::Measure(a) => measure::run(a),
         Verb::Identify(a) => identify::run(a),
         Verb::Validate(a) => validate::run(a),
+        Verb::Compare(a) => compare::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),

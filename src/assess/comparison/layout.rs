@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::finding::{Judge, Subject};
 use crate::assess::residual_views::{
-    BallView, Bins, JointBin, JointCurve, JointOffset, JointVariable, MOST_WORST, Patterns, Scores, SeenSample, SetupView, Taken,
-    ToolView, WorldView, WorstSample, remarks,
+    BallView, Bins, JointBin, JointCurve, JointOffset, JointVariable, MOST_WORST, Patterns, Scores, SeenSample, SetupView,
+    Taken, ToolView, WorldView, WorstSample, remarks,
 };
 use crate::identify::Setup;
 use crate::measure::Dataset;
@@ -55,10 +55,13 @@ impl Layout {
                 *flag = true;
             }
         }
-        let of_dataset = |(d, flags): (usize, &Vec<bool>)| (0..flags.len()).filter(|&b| flags[b]).map(|b| (d, b)).collect::<Vec<_>>();
+        let of_dataset =
+            |(d, flags): (usize, &Vec<bool>)| (0..flags.len()).filter(|&b| flags[b]).map(|b| (d, b)).collect::<Vec<_>>();
         let balls: Vec<(usize, usize)> = probed.iter().enumerate().flat_map(of_dataset).collect();
         let mut order: Vec<usize> = (0..seen.len()).collect();
-        order.sort_by(|&a, &b| (normalised[b].0 / normalised[b].1.max(1) as f64).total_cmp(&(normalised[a].0 / normalised[a].1.max(1) as f64)));
+        order.sort_by(|&a, &b| {
+            (normalised[b].0 / normalised[b].1.max(1) as f64).total_cmp(&(normalised[a].0 / normalised[a].1.max(1) as f64))
+        });
         order.truncate(MOST_WORST);
         let mut layout = Layout { setups, joints, balls, curves: Vec::new(), worst: order };
         let mut first = layout.first_ball() + 3 * layout.balls.len();
@@ -186,11 +189,11 @@ impl Layout {
     /// What may stand out: its patterns, and the pattern whose share does not count.
     pub fn candidates(&self) -> Vec<(Subject, Vec<usize>, Option<usize>)> {
         let balls = (0..self.balls.len()).map(|b| (Subject::Ball(b), self.ball(b), None));
-        let setups = (0..self.setups)
-            .flat_map(|s| [(Subject::Tool(s), self.tool(s), None), (Subject::World(s), self.base(s), None)]);
+        let setups =
+            (0..self.setups).flat_map(|s| [(Subject::Tool(s), self.tool(s), None), (Subject::World(s), self.base(s), None)]);
         let offsets = (0..self.joints.len()).map(|k| (Subject::Offset(k), vec![self.level(k)], None));
-        let curves = (0..self.curves.len())
-            .map(|c| (Subject::Curve(c), self.curve(c), Some(self.level_of(self.curves[c].joint))));
+        let curves =
+            (0..self.curves.len()).map(|c| (Subject::Curve(c), self.curve(c), Some(self.level_of(self.curves[c].joint))));
         let worst = (0..self.worst.len()).map(|w| (Subject::Sample(w), self.worst(w), None));
         balls.chain(setups).chain(offsets).chain(curves).chain(worst).collect()
     }
@@ -240,7 +243,11 @@ impl Views<'_> {
         let after = |s: &SeenSample<'_>| {
             let moved = translation + rotation.cross(&s.from_base);
             // Of a distance only what lies along the line of sight is seen.
-            let seen = if s.height == 1 { s.whitener.row(0).transpose() * (s.whitener.row(0).transpose().dot(&moved) * s.variance) } else { moved };
+            let seen = if s.height == 1 {
+                s.whitener.row(0).transpose() * (s.whitener.row(0).transpose().dot(&moved) * s.variance)
+            } else {
+                moved
+            };
             (s.residual - seen).norm_squared()
         };
         let own: Vec<f64> = self.seen.iter().filter(|s| of(s)).map(after).collect();

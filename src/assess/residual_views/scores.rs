@@ -50,7 +50,8 @@ pub(crate) struct Whitened {
 fn information(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let n = covariance.nrows();
     let sigma = DVector::from_fn(n, |i, _| covariance[(i, i)].sqrt());
-    let correlation = DMatrix::from_fn(n, n, |i, k| covariance[(i, k)] / (sigma[i] * sigma[k]) + if i == k { RIDGE } else { 0.0 });
+    let correlation =
+        DMatrix::from_fn(n, n, |i, k| covariance[(i, k)] / (sigma[i] * sigma[k]) + if i == k { RIDGE } else { 0.0 });
     let inverse = correlation.cholesky().map_or_else(|| DMatrix::zeros(n, n), |c| c.inverse());
     DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] / (sigma[i] * sigma[k]))
 }
@@ -111,7 +112,9 @@ impl Whitened {
         let r = Vector3::from_fn(|i, _| if i < height { self.residuals[first_row + i] } else { 0.0 });
         let eigen = SymmetricEigen::new(left);
         let seen = (0..3).filter(|&i| eigen.eigenvalues[i] > SEEN);
-        seen.fold((0.0, 0), |(sum, dof), i| (sum + eigen.eigenvectors.column(i).dot(&r).powi(2) / eigen.eigenvalues[i], dof + 1))
+        seen.fold((0.0, 0), |(sum, dof), i| {
+            (sum + eigen.eigenvectors.column(i).dot(&r).powi(2) / eigen.eigenvalues[i], dof + 1)
+        })
     }
 }
 

@@ -37,13 +37,19 @@ pub(crate) fn remarks(all: &[SeenSample<'_>], place: usize) -> Vec<String> {
     let own = &all[place];
     let joints = own.joint_columns.len();
     let mut found: Vec<(f64, String)> = Vec::new();
-    let mut look = |name: &str, unit: &str, scale: f64, lowest: Option<&str>, highest: &str, of: &dyn Fn(&SeenSample<'_>) -> Option<f64>| {
+    let mut look = |name: &str,
+                    unit: &str,
+                    scale: f64,
+                    lowest: Option<&str>,
+                    highest: &str,
+                    of: &dyn Fn(&SeenSample<'_>) -> Option<f64>| {
         let Some(value) = of(own) else { return };
         let values = || all.iter().filter_map(of);
         let count = values().count() as f64;
         let share = |more: usize| more as f64 / count;
         // Ties are nothing special.
-        let (above, below) = (share(values().filter(|&v| v >= value).count() - 1), share(values().filter(|&v| v <= value).count() - 1));
+        let (above, below) =
+            (share(values().filter(|&v| v >= value).count() - 1), share(values().filter(|&v| v <= value).count() - 1));
         let shown = format!("{name} {} {unit}", significant(value / scale));
         if above <= EXTREME && count > 2.0 {
             found.push((above, format!("{shown}, {}{highest}", rank(above))));
