@@ -122,6 +122,8 @@ fn compare(fitted: &Dataset, judged: &Dataset, which: Use) -> Comparison {
 fn noise_alone_raises_an_alarm_as_rarely_as_claimed() {
     const TRIALS: u64 = 200;
     let (mut of_fit, mut of_new, mut of_unknown, mut lack) = (0, 0, 0, 0);
+    // Sum of chi-square and of its degrees of freedom over all views: fitted rows, new rows.
+    let mut chi2 = [[0.0; 2]; 2];
     for trial in 0..TRIALS {
         let mut cell = Cell::new(1000 + trial);
         let mut samples = cell.probings(&places(), 15);
@@ -129,12 +131,14 @@ fn noise_alone_raises_an_alarm_as_rarely_as_claimed() {
         let data = cell.dataset(samples);
         let c = compare(&data, &data, Use::Fit);
         assert!(c.standing.fitted);
+        add(&mut chi2[0], &c);
         of_fit += usize::from(!c.findings.is_empty());
         lack += usize::from(c.lack_of_fit.p.unwrap() < LEVEL);
         let new_points = cell.points(60, &exact);
         let new = cell.dataset(new_points);
         let c = compare(&data, &new, Use::Fit);
         assert!(!c.standing.fitted);
+        add(&mut chi2[1], &c);
         of_new += usize::from(!c.findings.is_empty());
         lack += usize::from(c.lack_of_fit.p.unwrap() < LEVEL);
         let silent = Dataset { noise: Noise::default(), ..data };
@@ -151,6 +155,20 @@ fn noise_alone_raises_an_alarm_as_rarely_as_claimed() {
         assert!(alarms <= 7);
     }
     assert!(lack <= 12, "four of 400 are expected");
+    // That few alarms are raised must not be because the one-sigmas are too large. Views overlap, so a trial tells about as much as its
+    // 240 residuals: 200 trials know the mean to sqrt(2 / 48,000) = 0.6 %; the noise drawn is known to 1e-3.
+    for [sum, dof] in chi2 {
+        println!("chi-square of the views by their degrees of freedom: {:.4}", sum / dof);
+        assert!((sum / dof - 1.0).abs() < 0.025);
+    }
+}
+
+fn add(sums: &mut [f64; 2], c: &Comparison) {
+    let views = c.balls.iter().map(|b| b.test).chain(c.joints.iter().map(|j| j.test)).chain(c.offsets.iter().map(|o| o.test));
+    for test in views.chain([c.tool.test, c.world.test]) {
+        sums[0] += test.chi2;
+        sums[1] += test.dof as f64;
+    }
 }
 
 #[test]
@@ -162,12 +180,6 @@ fn a_moved_ball_shows_in_the_ball_table_and_nowhere_else() {
     let samples = cell.probings(&at, 25);
     let data = cell.dataset(samples);
     let c = compare(&data, &data, Use::Fit);
-    for f in &c.findings {
-        println!("{f:?}");
-    }
-    for b in &c.balls {
-        println!("{b:?}");
-    }
     let subjects: Vec<Subject> = c.findings.iter().map(|f| f.subject).collect();
     assert_eq!(subjects, [Subject::Ball(1)]);
     let [displacement, sigma] = c.balls[1].displacement.unwrap();
@@ -185,12 +197,6 @@ fn an_error_once_a_turn_shows_at_its_joint_first() {
     let samples = cell.points(200, &error);
     let data = cell.dataset(samples);
     let c = compare(&data, &data, Use::Fit);
-    for f in &c.findings {
-        println!("{f:?}");
-    }
-    for b in &c.joints {
-        println!("{} {} {:?}", b.joint, b.against.name(), b.test);
-    }
     assert_eq!((c.joints[0].joint, c.joints[0].against), (1, JointVariable::Angle(1)));
     assert_eq!(c.findings[0].subject, Subject::Curve(0));
     assert!(c.joints[0].test.p_family < 1e-6);
@@ -207,10 +213,6 @@ fn a_moved_base_shows_in_the_world() {
     samples.iter_mut().for_each(|s| s.set = SampleSet::Validation);
     let after = cell.dataset(samples);
     let c = compare(&before, &after, Use::Validation);
-    for f in &c.findings {
-        println!("{f:?}");
-    }
-    println!("{:?}", c.world);
     assert_eq!(c.findings.iter().map(|f| f.subject).collect::<Vec<_>>(), [Subject::World(0)]);
     let off = c.world.translation - Vector3::new(0.15, 0.0, -0.10) * MM;
     assert!(off.norm() < 4.0 * c.world.translation_sigma.norm());
@@ -232,7 +234,6 @@ fn replicates_with_twice_the_stated_noise_are_found() {
     }
     let data = cell.dataset(samples);
     let c = compare(&data, &data, Use::Fit);
-    println!("{:?} {:?}", c.noise, c.lack_of_fit);
     assert_eq!(c.noise.source, NoiseSource::Replicates);
     assert!(c.noise.contradicts_statement());
     let level = c.noise.level.unwrap();
@@ -260,9 +261,6 @@ fn distances_enter_along_their_line_of_sight() {
     let mut data = cell.dataset(samples);
     data.anchors = anchors.iter().enumerate().map(|(k, &position)| Anchor { id: k.to_string(), position }).collect();
     let c = compare(&data, &data, Use::Fit);
-    for f in &c.findings {
-        println!("{f:?}");
-    }
     assert_eq!((c.joints[0].joint, c.joints[0].against), (3, JointVariable::Angle(3)));
     assert_eq!(c.findings[0].subject, Subject::Curve(0));
     assert!(c.balls.is_empty());

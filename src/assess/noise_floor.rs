@@ -173,31 +173,41 @@ fn scatter_interval(found: f64, dof: f64) -> Option<[f64; 2]> {
     Some([1.0 - tail, tail].map(|p| found * (dof / chi2.inverse_cdf(p)).sqrt()))
 }
 
+/// Replicates of one target, about the first of them, so that a common offset costs no digits.
+struct Group {
+    first: Vector3<f64>,
+    height: usize,
+    sum: Vector3<f64>,
+    squares: f64,
+    count: usize,
+}
+
 /// Scatter within groups of replicates; `None` when there are none.
 fn pooled(samples: &[NoisySample<'_>]) -> Option<Replicates> {
-    // Sum, sum of squares and count, about the first of each group so that a common offset costs no digits.
-    let mut groups: HashMap<(usize, &str), (Vector3<f64>, Vector3<f64>, f64, usize, usize)> = HashMap::new();
-    let mut order = Vec::new();
+    let mut place: HashMap<(usize, &str), usize> = HashMap::new();
+    let mut groups: Vec<Group> = Vec::new();
     for sample in samples {
         let Some(key) = sample.replicate_of else { continue };
-        let group = groups.entry(key).or_insert_with(|| {
-            order.push(key);
-            (sample.whitened, Vector3::zeros(), 0.0, 0, sample.height)
-        });
+        let at = *place.entry(key).or_insert(groups.len());
+        if at == groups.len() {
+            let (first, height) = (sample.whitened, sample.height);
+            groups.push(Group { first, height, sum: Vector3::zeros(), squares: 0.0, count: 0 });
+        }
+        let group = &mut groups[at];
         // A target measured in two ways is two targets; the first way counts.
-        if group.4 == sample.height {
-            let off = sample.whitened - group.0;
-            group.1 += off;
-            group.2 += off.norm_squared();
-            group.3 += 1;
+        if group.height == sample.height {
+            let off = sample.whitened - group.first;
+            group.sum += off;
+            group.squares += off.norm_squared();
+            group.count += 1;
         }
     }
     let mut pooled = Replicates { groups: 0, samples: 0, squares: 0.0, dof: 0.0 };
-    for (_, sum, squares, count, height) in order.iter().map(|key| groups[key]).filter(|g| g.3 > 1) {
+    for group in groups.iter().filter(|g| g.count > 1) {
         pooled.groups += 1;
-        pooled.samples += count;
-        pooled.squares += squares - sum.norm_squared() / count as f64;
-        pooled.dof += (height * (count - 1)) as f64;
+        pooled.samples += group.count;
+        pooled.squares += group.squares - group.sum.norm_squared() / group.count as f64;
+        pooled.dof += (group.height * (group.count - 1)) as f64;
     }
     (pooled.groups > 0).then_some(pooled)
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::plain_table;
-use crate::assess::{Comparison, JointBin, ViewTest};
+use crate::assess::{Comparison, JointBin, SIGNIFICANCE, ViewTest};
 use crate::units::{MM, UM, URAD};
 
 /// Curves shown; the others are in the JSON document.
@@ -22,8 +22,11 @@ fn chance(p: f64) -> String {
     }
 }
 
-/// Three significant digits, but no more than two after the point.
+/// Three significant digits, but no more than two after the point, and none of a whole number.
 fn number(x: f64) -> String {
+    if x.fract() == 0.0 && x.abs() < 1e6 {
+        return format!("{x:.0}");
+    }
     let before = if x == 0.0 || !x.is_finite() { 1 } else { x.abs().log10().floor() as i32 + 1 };
     format!("{x:.*}", (3 - before).clamp(0, 2) as usize)
 }
@@ -36,9 +39,14 @@ fn with_sigma(mean: &Vector3<f64>, sigma: &Vector3<f64>, unit: f64) -> [String; 
 /// chi-square, degrees of freedom, chance.
 fn test(t: &ViewTest) -> [String; 3] {
     match t.dof {
-        0 => ["absorbed".into(), "0".into(), String::new()],
+        0 => ["-".into(), "0".into(), "-".into()],
         _ => [number(t.chi2), t.dof.to_string(), chance(t.p_family)],
     }
+}
+
+/// Nothing is shown of what the fit took up: zeros would look like a result.
+fn unless_absorbed(t: &ViewTest, cells: [String; 3]) -> [String; 3] {
+    if t.dof == 0 { cells.map(|_| "-".to_owned()) } else { cells }
 }
 
 /// A curve as a row of bars, lowest bin to highest.
@@ -56,7 +64,8 @@ pub fn comparison_text(c: &Comparison) -> String {
         out.push_str(&format!("* {sentence}\n"));
     }
     out.push_str(
-        "\nMeans are followed by what chance makes of them, one-sigma. p is the chance that a right model shows as much, over all rows of the table.\n",
+        "\nA mean is followed by what chance makes of it, one-sigma. dof counts the directions that the fit could not take up (0: it took all).\n\
+         p is the chance that a right model shows as much in any row of the table, against the noise and against what else is left.\n",
     );
     let mut section = |heading: &str, table: String| out.push_str(&format!("\n{heading}\n{table}\n"));
     if !c.balls.is_empty() {
@@ -101,7 +110,10 @@ fn balls(c: &Comparison) -> String {
             let [x, y, z] = with_sigma(&b.mean, &b.sigma, UM);
             let [chi2, dof, p] = test(&b.test);
             let name = if c.several_datasets() { format!("{} of {}", b.ball, b.dataset) } else { b.ball.clone() };
-            let moved = b.displacement.map_or_else(String::new, |[d, s]| with_sigma(&d, &s, UM).join("  "));
+            let moved = b
+                .displacement
+                .filter(|_| b.test.p_family < SIGNIFICANCE)
+                .map_or_else(String::new, |[d, s]| with_sigma(&d, &s, UM).join("  "));
             [name, b.samples.to_string(), number(b.rms / UM), x, y, z, chi2, dof, p, moved]
         })
         .collect();
@@ -112,7 +124,7 @@ fn tool(c: &Comparison) -> String {
     let header = ["set-up", "samples", "rms mm", "axis 1 um", "axis 2 um", "axis 3 um", "chi2", "dof", "p"];
     let mut rows: Vec<[String; 9]> = Vec::new();
     let mut row = |name: String, samples: usize, rms: f64, view: &crate::assess::ToolView| {
-        let [x, y, z] = with_sigma(&view.mean, &view.sigma, UM);
+        let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.mean, &view.sigma, UM));
         let [chi2, dof, p] = test(&view.test);
         rows.push([name, samples.to_string(), format!("{:.4}", rms / MM), x, y, z, chi2, dof, p]);
     };
@@ -140,8 +152,8 @@ fn world(c: &Comparison) -> String {
     ];
     let mut rows: Vec<[String; 12]> = Vec::new();
     let mut row = |name: String, rms: f64, view: &crate::assess::WorldView| {
-        let [x, y, z] = with_sigma(&view.translation, &view.translation_sigma, UM);
-        let [rx, ry, rz] = with_sigma(&view.rotation, &view.rotation_sigma, URAD);
+        let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.translation, &view.translation_sigma, UM));
+        let [rx, ry, rz] = unless_absorbed(&view.test, with_sigma(&view.rotation, &view.rotation_sigma, URAD));
         let [chi2, dof, p] = test(&view.test);
         let mm = |x: f64| format!("{:.4}", x / MM);
         rows.push([name, x, y, z, rx, ry, rz, mm(rms), mm(view.rms_after), chi2, dof, p]);

@@ -45,7 +45,7 @@ pub struct Finding {
     pub effects: Vec<String>,
 }
 
-/// A view that explains less than this share of what noise does not is not worth a sentence, however surely it is there.
+/// A view that explains less than this share of what noise does not explain is not worth a sentence, however surely it is there.
 const WORTH: f64 = 0.02;
 
 /// Judges what views take.
@@ -95,10 +95,10 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether a view explains enough of what noise does not to be spoken of.
-    fn is_worth_saying(&self, scores: &Scores, test: &ViewTest) -> bool {
+    /// Whether a share of the residual sum of squares is large enough to be spoken of.
+    fn is_worth_saying(&self, scores: &Scores, share: f64) -> bool {
         let noise = self.noise.level.map_or(0.0, |l| l.relative.powi(2) * scores.dof);
-        test.explains * scores.squares >= WORTH * (scores.squares - noise)
+        share * scores.squares >= WORTH * (scores.squares - noise)
     }
 
     /// How much the view is worth: twice the gain in log likelihood, less the price of its numbers.
@@ -126,9 +126,11 @@ pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (
                 None => now.taken(patterns),
             };
             let places = if scanned(*subject) { judge.samples as f64 } else { 1.0 };
-            let test = judge.test(&now, &taken, family * places);
+            let mut test = judge.test(&now, &taken, family * places);
+            // Of the whole, and not of what those before have left.
+            test.explains *= if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };
             let gain = judge.gain(&now, &taken) - 2.0 * places.ln();
-            let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(&now, &test);
+            let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(scores, test.explains);
             if stands_out && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
                 let unit = judge.unit(&now);
                 let sigmas = (0..patterns.len()).map(|i| unit * taken.covariance[(i, i)].max(0.0).sqrt()).collect();

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::finding::{Judge, Subject};
 use crate::assess::residual_views::{
     BallView, Bins, JointBin, JointCurve, JointOffset, JointVariable, MOST_WORST, Patterns, Scores, SeenSample, SetupView,
-    Taken, ToolView, WorldView, WorstSample, remarks,
+    Taken, ToolView, ViewTest, WorldView, WorstSample, remarks,
 };
 use crate::identify::Setup;
 use crate::measure::Dataset;
@@ -323,7 +323,7 @@ impl Views<'_> {
         self.layout.joints.iter().enumerate().map(one).collect()
     }
 
-    /// Those first that are worth most, each with its place in the layout.
+    /// Those first that explain most, each with its place in the layout.
     pub fn curves(&self) -> Vec<(usize, JointCurve)> {
         let family = self.layout.curves.len() as f64;
         let one = |(c, curve): (usize, &Curve)| {
@@ -341,11 +341,15 @@ impl Views<'_> {
                 bins: (0..patterns.len()).map(bin).collect(),
                 test: self.judge.test(self.scores, &taken, family),
             };
-            (self.judge.gain(self.scores, &taken), c, shown)
+            (c, shown)
         };
-        let mut curves: Vec<(f64, usize, JointCurve)> = self.layout.curves.iter().enumerate().map(one).collect();
-        curves.sort_by(|a, b| b.0.total_cmp(&a.0));
-        curves.into_iter().map(|(_, place, curve)| (place, curve)).collect()
+        let mut curves: Vec<(usize, JointCurve)> = self.layout.curves.iter().enumerate().map(one).collect();
+        let order = |t: &ViewTest| (t.explains, t.chi2 / t.dof.max(1) as f64);
+        curves.sort_by(|(_, a), (_, b)| {
+            let (a, b) = (order(&a.test), order(&b.test));
+            b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1))
+        });
+        curves
     }
 
     pub fn worst(&self, normalised: &[(f64, usize)]) -> Vec<WorstSample> {

@@ -43,6 +43,7 @@ impl Comparison {
         said.extend(self.of_standing());
         said.extend(self.findings.iter().map(|f| self.of_finding(f)));
         said.extend(self.of_what_is_left());
+        said.extend(self.of_strays());
         said
     }
 
@@ -232,6 +233,19 @@ impl Comparison {
         Some(match self.lack_of_fit.noise_left {
             Some(noise) => format!("{left} about {rms} mm rms would be left, where noise leaves {}.", three(noise / MM)),
             None => format!("{left} about {rms} mm rms would be left."),
+        })
+    }
+
+    /// Samples that are too far off for chance but too few to explain much.
+    fn of_strays(&self) -> Option<String> {
+        let found = |w: usize| self.findings.iter().any(|f| f.subject == Subject::Sample(w));
+        let strays = (0..self.worst.len()).filter(|&w| self.worst[w].test.p_family < SIGNIFICANCE && !found(w));
+        let names: Vec<&str> = strays.map(|w| self.worst[w].id.as_str()).collect();
+        (!names.is_empty()).then(|| {
+            format!(
+                "Further off than chance allows: {}. Check what happened there; one wrong row can pull the whole fit.",
+                names.join(", ")
+            )
         })
     }
 
