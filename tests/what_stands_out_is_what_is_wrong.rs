@@ -80,7 +80,7 @@ impl Cell {
             let at = self.tcp(&q, error).translation.vector + self.noise(NOISE);
             let mut sample = Sample::new(format!("p{k}"), q, Measured::Point(at));
             sample.time_s = Some(30.0 * k as f64);
-            sample.approach = Some((0..6).map(|j| if (k >> j) % 2 == 0 { 1 } else { -1 }).collect());
+            sample.approach = Some((0..6).map(|j| if (k >> j) & 1 == 0 { 1 } else { -1 }).collect());
             sample
         };
         (0..count).map(one).collect()
@@ -264,4 +264,16 @@ fn distances_enter_along_their_line_of_sight() {
     assert_eq!((c.joints[0].joint, c.joints[0].against), (3, JointVariable::Angle(3)));
     assert_eq!(c.findings[0].subject, Subject::Curve(0));
     assert!(c.balls.is_empty());
+}
+
+#[test]
+fn noise_stated_ten_times_too_large_hides_no_moved_ball() {
+    let mut cell = Cell::new(7);
+    let mut at = places();
+    at[2] += Vector3::new(0.05, 0.05, -0.05) * MM;
+    let samples = cell.probings(&at, 25);
+    let data = Dataset { noise: Noise { ball: Some(10.0 * NOISE), point: None, joint: Vec::new() }, ..cell.dataset(samples) };
+    let c = compare(&data, &data, Use::Fit);
+    assert!(c.lack_of_fit.noise_overstated);
+    assert_eq!(c.findings.first().map(|f| f.subject), Some(Subject::Ball(2)));
 }

@@ -6,6 +6,7 @@ mod layout;
 mod sentences;
 mod standing;
 mod suggestions;
+mod views;
 
 use std::collections::HashSet;
 
@@ -93,8 +94,10 @@ impl Comparison {
         let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
         let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
         let scores = Scores::new(&whitened, &beforehand, &places, layout.patterns(), &mut show);
-        let judge = finding::Judge { noise: &noise, samples: seen.len(), repetition: repetition(&seen) };
-        let views = layout::Views { layout: &layout, seen: &seen, scores: &scores, judge: &judge, fitted: beforehand.fitted };
+        // Noise stated larger than all that is left would hide whatever is wrong: views are then judged by what else is left.
+        let yardstick = NoiseFloor { level: noise.level.filter(|_| !lack_of_fit.noise_overstated), ..noise.clone() };
+        let judge = finding::Judge { noise: &yardstick, samples: seen.len(), repetition: repetition(&seen) };
+        let views = views::Views { layout: &layout, seen: &seen, scores: &scores, judge: &judge, fitted: beforehand.fitted };
         let unit = judge.unit(&scores);
         let setups = views.setups(problem.setups());
         let curves = views.curves();

@@ -122,6 +122,7 @@ pub fn comparison_json(c: &Comparison) -> Value {
         "dof": c.lack_of_fit.dof,
         "chi2_per_dof": c.lack_of_fit.chi2_per_dof,
         "lack_of_fit_p": c.lack_of_fit.p,
+        "noise_overstated": c.lack_of_fit.noise_overstated,
         "balls": balls,
         "tool": tool(&c.tool),
         "world": world(&c.world),

@@ -59,7 +59,13 @@ fn bars(bins: &[JointBin]) -> String {
 
 /// The whole comparison.
 pub fn comparison_text(c: &Comparison) -> String {
-    let mut out = format!("{} against {} samples, {:.4} mm rms (3-D)\n\n", c.robot, c.samples, c.rms / MM);
+    let mut out = format!(
+        "{} against {} sample{}, {:.4} mm rms (3-D)\n\n",
+        c.robot,
+        c.samples,
+        if c.samples == 1 { "" } else { "s" },
+        c.rms / MM
+    );
     for sentence in c.sentences() {
         out.push_str(&format!("* {sentence}\n"));
     }
@@ -220,6 +226,6 @@ fn worst(c: &Comparison) -> String {
             [name, number(w.residual.norm() / UM), x, y, z, number(w.normalised), p, w.remarks.join("; ")]
         })
         .collect();
-    let unit = if c.noise.level.is_some() { "times the noise" } else { "times the mean" };
+    let unit = if c.noise.level.is_some() && !c.lack_of_fit.noise_overstated { "times the noise" } else { "times the mean" };
     plain_table(&["sample", "off um", "x um", "y um", "z um", unit, "p", "special"], &rows)
 }

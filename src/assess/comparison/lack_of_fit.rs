@@ -1,5 +1,6 @@
 //! What the model leaves above the noise.
 
+use super::SIGNIFICANCE;
 use crate::assess::noise_floor::{NoiseFloor, NoiseSource, fisher_chance};
 
 /// Quantile of the normal distribution for 95 %, two-sided.
@@ -22,11 +23,21 @@ pub struct LackOfFit {
     pub unexplained: Option<f64>,
     /// Where that lies with 95 % confidence, m, if what is unexplained stays as it is and the noise is drawn again.
     pub interval: Option<[f64; 2]>,
+    /// Whether less is left than the stated noise would leave, at 1 %: it is stated too large to judge anything by.
+    pub noise_overstated: bool,
 }
 
 impl LackOfFit {
     pub(super) fn of(noise: &NoiseFloor, rms: f64, squares: f64, dof: f64, numbers: usize) -> Self {
-        let nothing = LackOfFit { dof, chi2_per_dof: None, p: None, noise_left: None, unexplained: None, interval: None };
+        let nothing = LackOfFit {
+            dof,
+            chi2_per_dof: None,
+            p: None,
+            noise_left: None,
+            unexplained: None,
+            interval: None,
+            noise_overstated: false,
+        };
         let Some(level) = noise.level else { return nothing };
         let relative = squares / (level.relative * level.relative);
         let p = match (noise.source, noise.replicates) {
@@ -49,12 +60,13 @@ impl LackOfFit {
         let of_noise = level.dof.map_or(0.0, |known| noise_left * noise_left * (2.0 / known).sqrt());
         let reach = TWO_SIDED_95 * own.hypot(of_noise);
         LackOfFit {
+            dof,
             chi2_per_dof: (dof > 0.0).then_some(relative / dof),
             p,
             noise_left: Some(noise_left),
             unexplained: Some(unexplained.max(0.0).sqrt()),
             interval: Some([-reach, reach].map(|by| (unexplained + by).max(0.0).sqrt())),
-            ..nothing
+            noise_overstated: noise.source == NoiseSource::Stated && p.is_some_and(|p| p > 1.0 - SIGNIFICANCE),
         }
     }
 }

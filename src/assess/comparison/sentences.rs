@@ -94,9 +94,11 @@ impl Comparison {
                 three(high / MM),
                 chance(p)
             ),
-            Some(p) if p > 1.0 - 0.5 * SIGNIFICANCE && self.noise.source == NoiseSource::Stated => format!(
-                "{balance}: less is left than the stated noise would leave ({}). It is stated too large, and errors hide behind it; measure \
-                 ten targets twice to know it.",
+            Some(p) if fit.noise_overstated => format!(
+                "The stated noise would leave {} mm, and {} mm is left ({}): it is stated too large, so the views are judged against each \
+                 other. Measure ten targets twice to know the noise, and correct [noise] of dataset.toml.",
+                three(noise / MM),
+                three(self.rms / MM),
                 chance(1.0 - p)
             ),
             Some(p) => format!(
@@ -207,7 +209,7 @@ impl Comparison {
             Subject::Sample(w) => {
                 let sample = &self.worst[w];
                 format!(
-                    "Sample {} disagrees with all others ({explains}): {} mm off, {} times the noise. Measure it again or leave it out, and \
+                    "Sample {} disagrees with all others ({explains}): {} mm off, {} times what is usual. Measure it again or leave it out, and \
                      identify again before you believe the rest.",
                     sample.id,
                     three(sample.residual.norm() / MM),
@@ -218,9 +220,10 @@ impl Comparison {
     }
 
     fn of_what_is_left(&self) -> Option<String> {
-        let missing = self.lack_of_fit.p.is_none_or(|p| p < SIGNIFICANCE);
+        let known = self.noise.level.is_some() && !self.lack_of_fit.noise_overstated;
+        let missing = !known || self.lack_of_fit.p.is_none_or(|p| p < SIGNIFICANCE);
         if self.findings.is_empty() {
-            return Some(match (missing, self.noise.level.is_some()) {
+            return Some(match (missing, known) {
                 (true, true) => "No ball, tool, base, joint or sample stands out: what is unexplained comes from several causes, or follows \
                                  something that is not shown here."
                     .into(),
@@ -230,7 +233,7 @@ impl Comparison {
         }
         let left = format!("With {} taken away", if self.findings.len() == 1 { "that" } else { "those" });
         let rms = three(self.rms * self.left.sqrt() / MM);
-        Some(match self.lack_of_fit.noise_left {
+        Some(match self.lack_of_fit.noise_left.filter(|_| known) {
             Some(noise) => format!("{left} about {rms} mm rms would be left, where noise leaves {}.", three(noise / MM)),
             None => format!("{left} about {rms} mm rms would be left."),
         })
