@@ -14,7 +14,15 @@ use rand_distr::{Distribution, Normal};
 const APPROACH: [f64; 3] = [0.03, 0.03, 0.03];
 
 fn pose() -> PlannedPose {
-    PlannedPose { id: "1".into(), ball: 0, payload: 0, contact: vec![0.0; 3], approach: APPROACH.to_vec(), reserve: false }
+    PlannedPose {
+        id: "1".into(),
+        ball: 0,
+        payload: 0,
+        contact: vec![0.0; 3],
+        approach: APPROACH.to_vec(),
+        reserve: false,
+        reverses: None,
+    }
 }
 
 fn probe(cell: &ScriptedCell, settings: CentringSettings) -> calibench::measure::Probing {

@@ -9,8 +9,15 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 const APPROACH: [f64; 3] = [0.03, 0.03, 0.03];
 
 fn probe_with(cell: &ScriptedCell, settings: CentringSettings) -> Probing {
-    let pose =
-        PlannedPose { id: "1".into(), ball: 0, payload: 0, contact: vec![0.0; 3], approach: APPROACH.to_vec(), reserve: false };
+    let pose = PlannedPose {
+        id: "1".into(),
+        ball: 0,
+        payload: 0,
+        contact: vec![0.0; 3],
+        approach: APPROACH.to_vec(),
+        reserve: false,
+        reverses: None,
+    };
     let mut controller =
         CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), cell.free_reading(), settings);
     controller.probe(&pose, &mut |_| {})

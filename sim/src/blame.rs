@@ -22,7 +22,7 @@ impl Scenario {
         match error {
             PlanError::Tracker(inner) => self.blame_poses(inner, "tracker.identification_poses"),
             PlanError::Pool(PoolError::NoPose { ball: id, .. } | PoolError::UnknownBody { ball: id, .. }) => {
-                let key = self.balls.iter().position(|b| b.id == *id).map_or_else(|| "ball".into(), ball);
+                let key = self.ball_ids().iter().position(|b| b == id).map_or_else(|| "ball".into(), ball);
                 let remedy = "move the ball or the base, turn its `outward`, widen plan.cone_deg, or lower plan.clearance_mm";
                 self.wrong(&key, error.to_string(), remedy)
             }

@@ -6,6 +6,17 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Deserialize;
 
+/// Which joint angles a controller gives when it is asked where the joints are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reports {
+    /// Those that the encoders read.
+    #[default]
+    Actual,
+    /// Those that it commanded.
+    Commanded,
+}
+
 /// How well the joints go where they are told. All sizes are one-sigma, per joint where a list is given.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -22,12 +33,37 @@ pub struct ControllerSpec {
     pub speed_deg_per_s: f64,
     /// Time to come to rest after each motion.
     pub settle_s: f64,
+    /// Which joint angles it reports.
+    #[serde(default)]
+    pub reports: Reports,
+    /// Whether it tells the commanded joint angles as well.
+    #[serde(default)]
+    pub log_commanded: bool,
+    /// By how much the robot gets warmer in the end.
+    #[serde(default)]
+    pub warm_up_c: f64,
+    /// Time constant of that; 0 for at once.
+    #[serde(default)]
+    pub warm_up_s: f64,
 }
 
-/// Where the joints are: as the encoders say, and as the links stand.
+/// Temperature at which a session begins, °C: the reference temperature of dimensional metrology (ISO 1).
+const COLD_C: f64 = 20.0;
+
+impl ControllerSpec {
+    /// Temperature of the robot so long after the session began, °C: `T0 + dT (1 - exp(-t / tau))`.
+    pub fn temperature_c(&self, time_s: f64) -> f64 {
+        let share = if self.warm_up_s > 0.0 { -(-time_s / self.warm_up_s).exp_m1() } else { 1.0 };
+        COLD_C + self.warm_up_c * share
+    }
+}
+
+/// Where the joints are: as commanded, as the encoders say, and as the links stand.
 #[derive(Debug, Clone)]
 pub struct Joints {
     spec: ControllerSpec,
+    commanded: Vec<f64>,
+    servo: Vec<f64>,
     motor: Vec<f64>,
     lost: Vec<f64>,
     play: Vec<f64>,
@@ -37,12 +73,27 @@ impl Joints {
     /// Joints at zero.
     pub fn new(robot: &Robot, spec: &ControllerSpec) -> Self {
         let zero = vec![0.0; robot.joints()];
-        Joints { spec: spec.clone(), motor: zero.clone(), lost: zero.clone(), play: zero }
+        Joints {
+            spec: spec.clone(),
+            commanded: zero.clone(),
+            servo: zero.clone(),
+            motor: zero.clone(),
+            lost: zero.clone(),
+            play: zero,
+        }
     }
 
     /// Joint angles as reported, rad.
     pub fn reported(&self) -> &[f64] {
-        &self.motor
+        match self.spec.reports {
+            Reports::Actual => &self.motor,
+            Reports::Commanded => &self.commanded,
+        }
+    }
+
+    /// Joint angles as commanded, rad.
+    pub fn commanded(&self) -> &[f64] {
+        &self.commanded
     }
 
     /// Joint angles at which the links stand, rad.
@@ -60,20 +111,23 @@ impl Joints {
         let mut longest = 0.0f64;
         for i in 0..target.len() {
             let mut normal = |sigma: f64| sigma * ARCSEC * Distribution::<f64>::sample(&StandardNormal, rng);
-            let servo = normal(self.spec.servo_error_arcsec[i]);
+            self.servo[i] = normal(self.spec.servo_error_arcsec[i]);
             self.lost[i] = normal(self.spec.lost_motion_arcsec[i]);
             longest = longest.max((target[i] - self.motor[i]).abs());
-            self.motor[i] = self.step(target[i] + servo);
+            self.commanded[i] = target[i];
+            self.motor[i] = self.step(target[i] + self.servo[i]);
             self.play[i] = 0.0;
         }
         longest / (self.spec.speed_deg_per_s * DEG) + self.spec.settle_s
     }
 
-    /// A small motion: the motors go to the nearest step, the links follow once the play is taken up. Returns its duration, s.
+    /// A small motion: the motors keep what the servos left, and go to the nearest step; the links follow once the play is taken up.
+    /// Returns its duration, s.
     pub fn move_small(&mut self, target: &[f64]) -> f64 {
         for i in 0..target.len() {
             let half = self.spec.small_move_play_arcsec[i] * ARCSEC;
-            let moved = self.step(target[i]) - self.motor[i];
+            let moved = self.step(target[i] + self.servo[i]) - self.motor[i];
+            self.commanded[i] = target[i];
             self.motor[i] += moved;
             self.play[i] = (self.play[i] - moved).clamp(-half, half);
         }
@@ -95,8 +149,13 @@ mod tests {
             small_move_play_arcsec: vec![1.0],
             speed_deg_per_s: 100.0,
             settle_s: 0.5,
+            reports: Reports::Actual,
+            log_commanded: false,
+            warm_up_c: 0.0,
+            warm_up_s: 0.0,
         };
-        let mut joints = Joints { spec, motor: vec![0.0], lost: vec![0.0], play: vec![0.0] };
+        let one = || vec![0.0];
+        let mut joints = Joints { spec, commanded: one(), servo: one(), motor: one(), lost: one(), play: one() };
         joints.move_large(&[0.1], &mut ChaCha8Rng::seed_from_u64(1));
         assert_eq!(joints.links(), [0.1]);
         joints.move_small(&[0.1 + 0.5 * ARCSEC]);

@@ -8,12 +8,12 @@ use calibench::measure::{
     Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample,
     feasible_pool, free_poses, interleave,
 };
-use calibench::robot::{Surroundings, world_from_tool};
+use calibench::robot::world_from_tool;
 use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, Unit, Vector3};
 use thiserror::Error;
 
-use crate::scenario::{Order, Scenario, TrackerPlace, ball_body};
+use crate::scenario::{Order, PlanToml, Scenario, TrackerToml, ball_body};
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
@@ -84,6 +84,8 @@ pub struct TrackerPlan {
     pub identification: Vec<Vec<f64>>,
     /// How they were chosen.
     pub chosen: Chosen,
+    /// To add to the probings, chosen by observability; rad.
+    pub points: Vec<Vec<f64>>,
     /// For validation, at random; rad.
     pub validation: Vec<Vec<f64>>,
 }
@@ -101,7 +103,7 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
         .balls
         .iter()
         .zip(scenario.outward())
-        .map(|(b, outward)| ProbedBall { id: b.id.clone(), centre: b.position, outward, body: Some(ball_body(&b.id)) })
+        .map(|(b, &outward)| ProbedBall { id: b.id.clone(), centre: b.position, outward, body: Some(ball_body(&b.id)) })
         .collect();
     let pool = feasible_pool(&PoolRequest {
         robot: &cell.robot,
@@ -121,35 +123,56 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
         .enumerate()
         .map(|(k, c)| Sample::new(k.to_string(), c.q.clone(), Measured::Ball { ball: c.ball, reading: None }));
     let groups: Vec<usize> = pool.iter().map(|c| c.ball).collect();
-    let per_ball = |poses: usize| Quota::PerGroup(vec![poses; cell.balls.len()]);
-    let model = scenario.model();
-    let pool_design = PoolDesign::new(&cell, samples.collect(), groups, &model)?;
-    let request = Request { starts: scenario.plan.starts, seed, ..Request::new(per_ball(scenario.plan.poses_per_ball)) };
-    let selection = select(&pool_design.candidates, &request)?;
+    let PlanToml { poses_per_ball, reserves_per_ball, reversed_poses, light_poses, .. } = scenario.plan;
+    let pool_design = PoolDesign::new(&cell, samples.collect(), groups, &scenario.model)?;
+    let per_ball = |poses: usize| vec![poses; cell.balls.len()];
+    let quota = Quota::PerGroup(per_ball(poses_per_ball));
+    let selection = select(&pool_design.candidates, &Request { starts: scenario.plan.starts, seed, ..Request::new(quota) })?;
     let trical = pool_design.chosen(&selection)?;
-    let with_reserves = Request {
-        fixed: selection.poses.clone(),
-        starts: 1,
-        seed,
-        ..Request::new(per_ball(scenario.plan.poses_per_ball + scenario.plan.reserves_per_ball))
+    // Each further lot is what adds most to all before it.
+    let mut taken = selection.poses.clone();
+    let mut counts = per_ball(poses_per_ball);
+    let mut further = |more: &[usize]| -> Result<Vec<usize>, PlanError> {
+        if more.iter().all(|&m| m == 0) {
+            return Ok(Vec::new());
+        }
+        counts.iter_mut().zip(more).for_each(|(count, more)| *count += more);
+        let request = Request { fixed: taken.clone(), starts: 1, seed, ..Request::new(Quota::PerGroup(counts.clone())) };
+        let mut added = select(&pool_design.candidates, &request)?.poses;
+        added.retain(|p| !taken.contains(p));
+        taken.extend(&added);
+        Ok(added)
     };
-    let reserves = select(&pool_design.candidates, &with_reserves)?.poses.into_iter().filter(|p| !selection.poses.contains(p));
-    let pose = |id: String, p: usize, reserve: bool| PlannedPose {
-        id,
-        ball: pool[p].ball,
-        payload: 0,
-        contact: pool[p].q.clone(),
-        approach: pool[p].q_approach.clone(),
-        reserve,
+    let balls = cell.balls.len();
+    let light: Vec<usize> = (0..balls).map(|b| light_poses / balls + usize::from(b < light_poses % balls)).collect();
+    let light = further(&light)?;
+    let reserves = further(&per_ball(reserves_per_ball))?;
+    let poses = |letter: char, chosen: &[usize], payload: usize, reserve: bool| -> Vec<PlannedPose> {
+        let pose = |(k, &p): (usize, &usize)| PlannedPose {
+            id: format!("{letter}{:02}", k + 1),
+            ball: pool[p].ball,
+            payload,
+            contact: pool[p].q.clone(),
+            approach: pool[p].q_approach.clone(),
+            reserve,
+            reverses: None,
+        };
+        chosen.iter().enumerate().map(pose).collect()
     };
-    let poses: Vec<PlannedPose> =
-        selection.poses.iter().enumerate().map(|(k, &p)| pose(format!("p{:02}", k + 1), p, false)).collect();
-    let reserves = reserves.enumerate().map(|(k, p)| pose(format!("r{:02}", k + 1), p, true));
-    let order = match scenario.plan.order {
-        Order::Interleaved => interleave(&poses),
-        Order::BallByBall => (0..poses.len()).collect(),
+    let ordered = |poses: Vec<PlannedPose>| match scenario.plan.order {
+        Order::Interleaved => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
+        Order::BallByBall => poses,
     };
-    Ok(Plan { probings: order.into_iter().map(|k| poses[k].clone()).chain(reserves).collect(), trical })
+    let main = ordered(poses('p', &selection.poses, 0, false));
+    // Of all balls alike, in whatever order they are probed.
+    let back = |(k, forth): (usize, usize)| {
+        let forth = &main[forth];
+        PlannedPose { id: format!("b{:02}", k + 1), reverses: Some(forth.id.clone()), ..forth.clone() }
+    };
+    let reversed: Vec<PlannedPose> = interleave(&main).into_iter().take(reversed_poses).enumerate().map(back).collect();
+    let light = ordered(poses('l', &light, 1, false));
+    let reserves = poses('r', &reserves, 0, true);
+    Ok(Plan { probings: [main, reversed, light, reserves].concat(), trical })
 }
 
 /// Chooses the tracker's poses.
@@ -159,9 +182,7 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
 pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanError> {
     let cell = scenario.dataset();
     // The artifact is removed before the tracker measures (paper, section 6); the table stays.
-    let Surroundings { mut fixed, carried } = scenario.surroundings();
-    fixed.retain(|s| !on_artifact(&s.name));
-    let surroundings = Surroundings { fixed, carried };
+    let surroundings = scenario.surroundings_without_artifact();
     let mut free = free_poses(&FreePosesRequest {
         robot: &cell.robot,
         base: &cell.base,
@@ -177,8 +198,8 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
         count: TRACKER_POOL + scenario.tracker.validation_poses,
         seed,
     })?;
-    let TrackerPlace { identification_poses, validation_poses, .. } = scenario.tracker;
-    let wanted = identification_poses + validation_poses;
+    let TrackerToml { identification_poses, validation_poses, .. } = scenario.tracker;
+    let wanted = identification_poses.max(scenario.plan.point_poses) + validation_poses;
     if free.len() < wanted {
         return Err(PlanError::TooFewFree { found: free.len(), wanted });
     }
@@ -186,16 +207,18 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
     // Where the drawing puts them: a point that contradicts the base would have it sought elsewhere.
     let drawn = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
     let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(drawn(q))));
-    let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model())?;
-    let quota = Quota::Free(scenario.tracker.identification_poses);
-    let selection = select(&design.candidates, &Request { starts: scenario.plan.starts, seed, ..Request::new(quota) })?;
-    let chosen = design.chosen(&selection)?;
-    let identification = selection.poses.iter().map(|&p| free[p].clone()).collect();
-    Ok(TrackerPlan { identification, chosen, validation })
-}
-
-fn on_artifact(name: &str) -> bool {
-    ["riser", "stem", "ball"].iter().any(|part| name.starts_with(part))
+    let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model)?;
+    let best = |poses: usize| {
+        let request = Request { starts: scenario.plan.starts, seed, ..Request::new(Quota::Free(poses)) };
+        select(&design.candidates, &request)
+    };
+    let joints = |selection: &Selection| selection.poses.iter().map(|&p| free[p].clone()).collect();
+    let selection = best(identification_poses)?;
+    let points = match scenario.plan.point_poses {
+        0 => Vec::new(),
+        poses => joints(&best(poses)?),
+    };
+    Ok(TrackerPlan { identification: joints(&selection), chosen: design.chosen(&selection)?, points, validation })
 }
 
 /// The way out of a ball, in the tool's axes: the middle of the three channels.

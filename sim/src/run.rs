@@ -1,41 +1,19 @@
 //! The whole procedure on the simulated cell: plan, master, probe, identify, validate, and the same with the tracker.
 
-use std::collections::BTreeMap;
-
 use calibench::assess::Validation;
-use calibench::cell::{Manipulator, TriCal};
 use calibench::identify::{Calibration, IdentifyError, Use, identify};
-use calibench::measure::{
-    Abort, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Dataset, Mastering,
-    MasteringError, MasteringSettings, Measured, PlannedPose, Sample, SampleSet, Witness, master,
-};
-use calibench::units::{MM, UM};
+use calibench::measure::{Abort, CampaignRecord, Dataset, Mastering, MasteringError, SampleSet, Witness};
+use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker};
 use crate::random::Streams;
-use crate::scenario::Scenario;
+use crate::scenario::{Expectation, Quantity, Scenario};
 use crate::score::Score;
+use crate::session::Session;
 use crate::tracker::{SimulatedTracker, TrackerError};
-use crate::world::{SharedWorld, World};
-
-/// Names of what a scenario may expect.
-pub const CHECKS: &[&str] = &[
-    "trical_mean_mm",
-    "trical_max_mm",
-    "trical_std_mm",
-    "tracker_mean_mm",
-    "tracker_max_mm",
-    "tracker_std_mm",
-    "before_mean_mm",
-    "probings",
-    "rank",
-    "readings_mean",
-    "chi2_per_dof",
-    "within_2_sigma",
-    "within_3_sigma",
-];
+use crate::world::World;
 
 /// Why the procedure did not come to its end.
 #[derive(Debug, Error)]
@@ -100,7 +78,7 @@ pub struct Run {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
     /// Its name.
-    pub name: String,
+    pub name: &'static str,
     /// What came out.
     pub value: f64,
     /// Least and most expected.
@@ -135,70 +113,81 @@ impl Plans {
     }
 }
 
+/// A cell measured: what calibration and judgement are made from.
+pub struct Measurements {
+    /// The mastering.
+    pub mastering: Mastering,
+    /// The campaign, iteration by iteration.
+    pub campaign: CampaignRecord,
+    /// What the calibration may use: balls, and the points that the plan adds to them.
+    pub fit: Dataset,
+    /// Points by tracker at poses that are judged on.
+    pub validation: Dataset,
+    /// Where the TCP truly was at those, world, m: free of the tracker's noise.
+    pub validation_truth: Vec<Vector3<f64>>,
+}
+
+/// Measures the cell of a scenario once, on the poses of `plans`; they serve every truth and every trial.
+///
+/// # Errors
+/// When a stage cannot be completed.
+pub fn measure_all(
+    scenario: &Scenario,
+    streams: Streams,
+    plans: &Plans,
+    witness: &mut dyn Witness,
+) -> Result<Measurements, RunError> {
+    let session = Session::begin(scenario, streams)?;
+    Ok(measured(&session, scenario, plans, witness)?.0)
+}
+
+/// All balls and points that serve the TriCal and the judgement; and the tracker, which stands there now.
+fn measured(
+    session: &Session<'_>,
+    scenario: &Scenario,
+    plans: &Plans,
+    witness: &mut dyn Witness,
+) -> Result<(Measurements, SimulatedTracker), RunError> {
+    let campaign = session.probe(&plans.plan.probings, witness);
+    if let Some(abort) = &campaign.aborted {
+        return Err(abort.clone().into());
+    }
+    let tracker = session.set_up_tracker()?;
+    let points = session.points(&tracker, &plans.tracker.points, "t", SampleSet::Fit)?;
+    let validation = session.points(&tracker, &plans.tracker.validation, "v", SampleSet::Validation)?;
+    let cell = scenario.dataset();
+    let samples = campaign.samples.iter().cloned().chain(points.samples).collect();
+    let measurements = Measurements {
+        mastering: session.mastering().clone(),
+        campaign,
+        fit: Dataset { contact_force: World::nominal_contact_force(scenario), samples, ..cell.clone() },
+        validation: Dataset { samples: validation.samples, ..cell },
+        validation_truth: validation.truth,
+    };
+    Ok((measurements, tracker))
+}
+
 /// Carries out the whole procedure.
 ///
 /// # Errors
 /// When a stage cannot be completed.
 pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dyn Witness) -> Result<Run, RunError> {
-    let world = SharedWorld::new(World::new(scenario, &streams));
-    let clock = || world.robot().clock_s();
-    let mastering =
-        master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
-    let campaign = probe(scenario, &world, &plans.plan.probings, &mastering, witness);
-    if let Some(abort) = &campaign.aborted {
-        return Err(abort.clone().into());
-    }
-    let cell = scenario.dataset();
-    let trical_data =
-        Dataset { contact_force: World::nominal_contact_force(scenario), samples: campaign.samples.clone(), ..cell.clone() };
-
-    let mut rng = streams.stream("tracker");
-    let nests = scenario.tracker.nests_mm.map(|n| Vector3::from(n) * MM);
-    let tracker = SimulatedTracker::set_up(&scenario.tracker_spec(), &nests, &mut rng)?;
-    let mut points = |poses: &[Vec<f64>], prefix: &str, set: SampleSet| -> Result<Vec<Sample>, RunError> {
-        let mut robot = world.robot();
-        poses
-            .iter()
-            .enumerate()
-            .map(|(k, q)| {
-                robot.move_joints(q)?;
-                let point = tracker.measure(&world.tcp(), &mut rng);
-                let mut sample = Sample::new(format!("{prefix}{:03}", k + 1), robot.joints()?, Measured::Point(point));
-                sample.set = set;
-                sample.time_s = Some(robot.clock_s());
-                Ok(sample)
-            })
-            .collect()
-    };
-    let tracker_data = Dataset { samples: points(&plans.tracker.identification, "t", SampleSet::Fit)?, ..cell.clone() };
-    let validation = Dataset { samples: points(&plans.tracker.validation, "v", SampleSet::Validation)?, ..cell.clone() };
-
-    let model = scenario.model();
-    let method = |name: &'static str, dataset: Dataset| -> Result<Method, RunError> {
-        let calibration = identify(&[(name, &dataset)], &model)?;
+    let session = Session::begin(scenario, streams)?;
+    let (measured, tracker) = measured(&session, scenario, &plans, witness)?;
+    let Measurements { mastering, campaign, fit, validation, .. } = measured;
+    let points = session.points(&tracker, &plans.tracker.identification, "i", SampleSet::Fit)?;
+    let tracker_data = Dataset { samples: points.samples, ..scenario.dataset() };
+    let method = |name: &'static str, dataset: Dataset, score: fn(&Calibration, &Scenario) -> Score| {
+        let calibration = identify(&[(name, &dataset)], &scenario.model)?;
         let judged = judge(&calibration, &validation)?;
-        let score = Score::of(&calibration, scenario);
-        Ok(Method { name, dataset, calibration, validation: judged, score })
+        let score = score(&calibration, scenario);
+        Ok::<_, RunError>(Method { name, dataset, calibration, validation: judged, score })
     };
-    let trical = method("trical", trical_data)?;
-    let tracker = method("tracker", tracker_data)?;
+    let trical = method("trical", fit, Score::of)?;
+    let tracker = method("tracker", tracker_data, Score::of_tracker)?;
     let before = judge(&trical.calibration.as_drawn(), &validation)?;
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
     Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, trical, tracker, validation, before })
-}
-
-/// Probes the balls of the plan.
-pub fn probe(
-    scenario: &Scenario,
-    world: &SharedWorld,
-    poses: &[PlannedPose],
-    mastering: &Mastering,
-    witness: &mut dyn Witness,
-) -> CampaignRecord {
-    let settings = CentringSettings { tolerance: scenario.centring.tolerance_um * UM, ..CentringSettings::default() };
-    let controller =
-        CenteringController::new(world.robot(), world.indicators(), TriCal::default(), mastering.free_reading, settings);
-    Campaign::new(controller, CampaignSettings::default()).run(poses, witness)
 }
 
 fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, RunError> {
@@ -215,34 +204,30 @@ impl Run {
         readings.iter().sum::<f64>() / readings.len().max(1) as f64
     }
 
-    /// Every number that can be expected, by name.
-    pub fn numbers(&self) -> BTreeMap<&'static str, f64> {
+    /// A number that can be expected.
+    pub fn number(&self, quantity: Quantity) -> f64 {
         let (t, l) = (&self.trical.validation, &self.tracker.validation);
-        let values = [
-            t.mean / MM,
-            t.max / MM,
-            t.std / MM,
-            l.mean / MM,
-            l.max / MM,
-            l.std / MM,
-            self.before.mean / MM,
-            self.campaign.samples.len() as f64,
-            self.trical.calibration.rank as f64,
-            self.readings_mean(),
-            self.trical.calibration.chi2_per_dof,
-            self.trical.score.within(2.0),
-            self.trical.score.within(3.0),
-        ];
-        CHECKS.iter().copied().zip(values).collect()
+        match quantity {
+            Quantity::TricalMean => t.mean / MM,
+            Quantity::TricalMax => t.max / MM,
+            Quantity::TricalStd => t.std / MM,
+            Quantity::TrackerMean => l.mean / MM,
+            Quantity::TrackerMax => l.max / MM,
+            Quantity::TrackerStd => l.std / MM,
+            Quantity::BeforeMean => self.before.mean / MM,
+            Quantity::Probings => self.campaign.samples.len() as f64,
+            Quantity::Points => (self.trical.dataset.samples.len() - self.campaign.samples.len()) as f64,
+            Quantity::Rank => self.trical.calibration.rank as f64,
+            Quantity::ReadingsMean => self.readings_mean(),
+            Quantity::Chi2PerDof => self.trical.calibration.chi2_per_dof,
+            Quantity::Within2Sigma => self.trical.score.within(2.0),
+            Quantity::Within3Sigma => self.trical.score.within(3.0),
+        }
     }
 
     /// The scenario's expectations against what came out.
     pub fn checks(&self, scenario: &Scenario) -> Vec<Check> {
-        let numbers = self.numbers();
-        scenario
-            .expect
-            .iter()
-            .filter_map(|(name, band)| Some(Check { name: name.clone(), value: *numbers.get(name.as_str())?, band: *band }))
-            .collect()
+        let check = |e: &Expectation| Check { name: e.quantity.name(), value: self.number(e.quantity), band: e.band };
+        scenario.expect.iter().map(check).collect()
     }
 }

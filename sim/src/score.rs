@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use calibench::identify::Calibration;
 
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, StatedEffect};
 
 /// One parameter, as it is and as it was found, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,25 +36,25 @@ pub struct Score {
 impl Score {
     /// Compares a calibration with the sizes that the scenario states (drawn ones are not compared).
     pub fn of(calibration: &Calibration, scenario: &Scenario) -> Self {
-        // Checked when the scenario was read.
-        let effects = scenario.true_effects(&mut |_, _| f64::NAN).unwrap_or_default();
-        let truth: BTreeMap<String, f64> = effects
-            .iter()
-            .flat_map(|e| e.effect.parameters().iter().map(|p| p.name.clone()).zip(e.sizes.iter().copied()))
-            .collect();
+        let truth: BTreeMap<&str, Option<f64>> = scenario.truth().effects().iter().flat_map(StatedEffect::parameters).collect();
         let parameters = calibration
             .estimates
             .iter()
             .filter(|e| e.stated_sigma.is_none())
-            .map(|e| ScoredParameter {
-                name: e.name.clone(),
-                truth: e.nominal + truth.get(&e.name).copied().unwrap_or(0.0),
-                estimate: e.value,
-                sigma: e.sigma,
+            .filter_map(|e| {
+                let size = truth.get(e.name.as_str()).copied().unwrap_or(Some(0.0))?;
+                Some(ScoredParameter { name: e.name.clone(), truth: e.nominal + size, estimate: e.value, sigma: e.sigma })
             })
-            .filter(|p| p.truth.is_finite())
             .collect();
         Score { parameters }
+    }
+
+    /// The same for a calibration by tracker alone. What a tracker calls the world is the frame of its nests as it measured them, which
+    /// the stated noise does not hold: its base is another number than the truth's, and is not compared.
+    pub fn of_tracker(calibration: &Calibration, scenario: &Scenario) -> Self {
+        let mut score = Score::of(calibration, scenario);
+        score.parameters.retain(|p| !p.name.starts_with("base_"));
+        score
     }
 
     /// Share of the parameters within so many sigma of the truth.

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
-use calibench::measure::{Attendant, CalledOff, Dataset};
+use calibench::measure::{Attendant, CalledOff, CampaignSettings, Dataset, LastMotion};
 use calibench::robot::{FramePose, Payload, Pose, RelTool, RelToolError, Robot};
 use calibench::units::UM;
 use nalgebra::{Point3, Vector3};
@@ -13,15 +13,18 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::arm::{Arm, Moment};
 use crate::cmm::SimulatedCmm;
-use crate::contact::DATUM_RADIUS;
-use crate::controller::Joints;
+use crate::contact::{DATUM_RADIUS, FREE_READING};
+use crate::controller::{ControllerSpec, Joints};
 use crate::gauge::Gauge;
-use crate::plunger::PresentedBall;
+use crate::plunger::{PlungerSpec, PresentedBall};
 use crate::random::{Streams, noisy_point};
 use crate::scenario::Scenario;
 
 /// A wireless indicator answers about eight times a second.
 const READING_S: f64 = 0.125;
+
+/// A probing takes about that long (paper, section 4), and so a session is as long as its plan.
+const PROBING_S: f64 = 30.0;
 
 /// A ball further from the TCP than this touches no plunger, m.
 const OUT_OF_REACH: f64 = 0.05;
@@ -36,13 +39,19 @@ const MOST_BALANCINGS: usize = 50;
 pub struct World {
     arm: Arm,
     joints: Joints,
+    controller: ControllerSpec,
     gauge: Gauge,
+    /// Where they truly stand when nothing has moved them.
     balls: Vec<PresentedBall>,
+    artifact_is_there: bool,
+    payloads: Vec<Payload>,
+    payload: usize,
     ball_form: f64,
     master_radius_sigma: f64,
     nominal: Dataset,
     rel_tool: RelTool,
-    approach: Vec<i8>,
+    joint_motion: LastMotion,
+    plunger_motion: LastMotion,
     time_s: f64,
     pose: Pose,
     motion: ChaCha8Rng,
@@ -58,10 +67,9 @@ impl World {
     /// The cell of a scenario, its errors drawn from the streams of a trial.
     pub fn new(scenario: &Scenario, streams: &Streams) -> Self {
         let nominal = scenario.dataset();
-        let truth = &scenario.truth;
+        let truth = scenario.truth().keys();
         let mut sizes = streams.stream("effects");
-        // Checked when the scenario was read.
-        let effects = scenario.true_effects(&mut |_, sigma| normal(sigma, &mut sizes)).unwrap_or_default();
+        let flaws = scenario.truth().flaws(&mut |sigma| normal(sigma, &mut sizes));
         let mut robot = Robot::clone(&nominal.robot);
         for (link, error) in robot.links.iter_mut().zip(&truth.link_mass_error) {
             link.mass *= 1.0 + error;
@@ -81,19 +89,30 @@ impl World {
         let certified = Vector3::from(nominal.tool.xyz);
         let tool_xyz = cmm(truth.tool.sigma_um).measure_ball(&certified, &mut streams.stream("tool"));
         let tool = FramePose { xyz: tool_xyz.into(), ..nominal.tool };
-        let payload = nominal.payloads.first().cloned().unwrap_or_else(Payload::none);
+        let payloads: Vec<Payload> = nominal.payloads.iter().map(|p| scenario.truth().payload(p)).collect();
+        let payload = payloads.first().cloned().unwrap_or_else(Payload::none);
         let robot = std::sync::Arc::new(robot);
-        let arm = Arm::new(robot.clone(), nominal.base, tool, payload, nominal.gravity, effects);
+        let arm = Arm {
+            balls: nominal.balls.iter().map(|b| b.position).collect(),
+            session_s: PROBING_S * (scenario.plan.poses_per_ball * nominal.balls.len()) as f64,
+            ..Arm::new(robot.clone(), nominal.base, tool, payload, nominal.gravity, flaws)
+        };
+        let CampaignSettings { joint_motion, plunger_motion, .. } = CampaignSettings::default();
         let mut world = World {
             arm,
             joints: Joints::new(&robot, &truth.controller),
-            gauge: Gauge::draw(&scenario.plungers(), streams),
+            controller: truth.controller.clone(),
+            gauge: Gauge::draw(&truth.indicators.plungers(), streams),
             balls,
+            artifact_is_there: true,
+            payloads,
+            payload: 0,
             ball_form: truth.indicators.ball_form_um * UM,
             master_radius_sigma: radius_sigma,
             rel_tool: RelTool::new(&nominal.robot),
             nominal,
-            approach: vec![0; robot.joints()],
+            joint_motion: LastMotion::new(joint_motion),
+            plunger_motion: LastMotion::new(plunger_motion),
             time_s: 0.0,
             pose: Pose::identity(),
             motion: streams.stream("motion"),
@@ -106,8 +125,8 @@ impl World {
 
     /// Force of the three plungers on the tool with a ball centred, tool axes, N: what the gauge's data sheet says.
     pub fn nominal_contact_force(scenario: &Scenario) -> Vector3<f64> {
-        let gauge =
-            Gauge::draw(&crate::plunger::PlungerSpec { placement: 0.0, ..scenario.plungers() }, &Streams { seed: 0, trial: 0 });
+        let plungers = PlungerSpec { placement: 0.0, ..scenario.truth().keys().indicators.plungers() };
+        let gauge = Gauge::draw(&plungers, &Streams { seed: 0, trial: 0 });
         gauge.force_from(Some(&PresentedBall { centre: Vector3::zeros(), radius: DATUM_RADIUS }))
     }
 
@@ -121,63 +140,92 @@ impl World {
         &self.pose
     }
 
-    /// Lets the arm come to rest against gravity and the plungers' springs.
+    /// Lets the arm come to rest against gravity and the plungers' springs, and the plungers on the ball.
     fn settle(&mut self) {
-        let q = self.joints.links();
-        let mut force = Vector3::zeros();
-        // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
-        for _ in 0..MOST_BALANCINGS {
-            let moment = Moment { time_s: self.time_s, approach: Some(&self.approach), force };
-            self.pose = self.arm.settle(&q, &moment);
-            let ball = self.ball_in_tool();
-            let pushed = self.pose.rotation * self.gauge.force_from(ball.as_ref());
-            let change = (pushed - force).norm();
-            force = pushed;
-            if change < IN_BALANCE {
-                break;
-            }
-        }
-        let ball = self.ball_in_tool();
+        let ball = self.balance();
+        let before = self.plunger_motion.signs().to_vec();
+        self.plungers_rest(ball.as_ref());
+        // Plungers that turned round may hang up on the other side.
+        let ball = if self.plunger_motion.signs() == before { ball } else { self.balance() };
         let ball = ball.map(|b| PresentedBall { centre: noisy_point(&b.centre, self.ball_form, &mut self.form), ..b });
         self.gauge.present(ball);
     }
 
-    fn ball_in_tool(&self) -> Option<PresentedBall> {
+    fn plungers_rest(&mut self, ball: Option<&PresentedBall>) {
+        let reading = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
+        self.plunger_motion.rest_at(reading.as_slice());
+    }
+
+    /// Seeks the balance of the arm and the plungers' springs; the ball in the tool's frame.
+    fn balance(&mut self) -> Option<PresentedBall> {
+        let q = self.joints.links();
+        let (mut force, mut near, mut ball) = (Vector3::zeros(), None, None);
+        // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
+        for _ in 0..MOST_BALANCINGS {
+            let moment = Moment {
+                ball: near,
+                time_s: self.time_s,
+                temp_c: self.controller.temperature_c(self.time_s),
+                approach: Some(self.joint_motion.signs()),
+                plungers: self.plunger_motion.signs().try_into().ok(),
+                commanded: Some(self.joints.commanded()),
+                force,
+            };
+            self.pose = self.arm.settle(&q, &moment);
+            let last = near;
+            near = self.nearest_ball();
+            ball = near.map(|k| self.ball_in_tool(k));
+            let pushed = self.pose.rotation * self.gauge.force_from(ball.as_ref());
+            let change = (pushed - force).norm();
+            force = pushed;
+            if change < IN_BALANCE && near == last {
+                break;
+            }
+        }
+        ball
+    }
+
+    /// The ball within reach of the plungers, by its place.
+    fn nearest_ball(&self) -> Option<usize> {
         let tcp = self.tcp();
-        let nearest = self.balls.iter().min_by(|a, b| (a.centre - tcp).norm().total_cmp(&(b.centre - tcp).norm()))?;
-        let centre = self.pose.inverse_transform_point(&Point3::from(nearest.centre)).coords;
-        (centre.norm() < OUT_OF_REACH).then_some(PresentedBall { centre, radius: nearest.radius })
+        let distance = |k: &usize| (self.balls[*k].centre - tcp).norm();
+        let nearest = (0..self.balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        (self.artifact_is_there && distance(&nearest) < OUT_OF_REACH).then_some(nearest)
+    }
+
+    /// A ball where it truly stands now, in the tool's frame.
+    fn ball_in_tool(&self, k: usize) -> PresentedBall {
+        let PresentedBall { centre, radius } = self.balls[k];
+        let centre = self.pose.inverse_transform_point(&Point3::from(centre + self.arm.target_moved())).coords;
+        PresentedBall { centre, radius }
     }
 
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
         if let Some(joint) = self.nominal.robot.outside_limits(target, 0.0) {
             return Err(ManipulatorError::JointLimit { joint: joint + 1 });
         }
-        self.note_approach(target);
         self.time_s += self.joints.move_large(target, &mut self.motion);
+        self.joint_motion.rest_at(self.joints.commanded());
         self.settle();
         Ok(())
     }
 
     fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
-        let mut target = self.joints.reported().to_vec();
+        let mut target = self.joints.commanded().to_vec();
         let Dataset { robot, base, tool, .. } = &self.nominal;
         self.rel_tool.shift(robot, base, tool, &mut target, offset).map_err(|e| match e {
             RelToolError::JointLimit { joint } => ManipulatorError::JointLimit { joint },
             RelToolError::Singular => ManipulatorError::Unreachable,
         })?;
-        self.note_approach(&target);
         self.time_s += self.joints.move_small(&target);
+        self.joint_motion.rest_at(self.joints.commanded());
         self.settle();
         Ok(())
     }
 
-    fn note_approach(&mut self, target: &[f64]) {
-        for (sign, (to, from)) in self.approach.iter_mut().zip(target.iter().zip(self.joints.reported())) {
-            if to != from {
-                *sign = if to > from { 1 } else { -1 };
-            }
-        }
+    /// What the tracker would see without any noise, the arm standing as it does: where the world that its nests carry has the TCP.
+    fn point(&self) -> Vector3<f64> {
+        self.tcp() - self.arm.target_moved()
     }
 }
 
@@ -201,7 +249,7 @@ impl SharedWorld {
         [0, 1, 2].map(|k| SimulatedIndicator { world: self.clone(), k })
     }
 
-    /// Whoever places the master ball in it.
+    /// Whoever works in it.
     pub fn attendant(&self) -> SimulatedAttendant {
         SimulatedAttendant(self.clone())
     }
@@ -209,6 +257,16 @@ impl SharedWorld {
     /// True world position of the TCP, m.
     pub fn tcp(&self) -> Vector3<f64> {
         self.0.borrow().tcp()
+    }
+
+    /// The TCP in the world that the tracker's nests carry, m.
+    pub fn point(&self) -> Vector3<f64> {
+        self.0.borrow().point()
+    }
+
+    /// What is on the flange, by its place among the payloads.
+    pub fn payload(&self) -> usize {
+        self.0.borrow().payload
     }
 }
 
@@ -231,6 +289,16 @@ impl Manipulator for SimulatedRobot {
     fn clock_s(&mut self) -> f64 {
         self.0.0.borrow().time_s
     }
+
+    fn commanded(&mut self) -> Option<Vec<f64>> {
+        let world = self.0.0.borrow();
+        world.controller.log_commanded.then(|| world.joints.commanded().to_vec())
+    }
+
+    fn temperature_c(&mut self) -> Option<f64> {
+        let world = self.0.0.borrow();
+        Some(world.controller.temperature_c(world.time_s))
+    }
 }
 
 /// One simulated indicator.
@@ -251,11 +319,38 @@ impl Indicator for SimulatedIndicator {
     }
 }
 
-/// Places and removes the master ball.
+/// Places and removes the master ball, changes the payload, takes the artifact away.
 pub struct SimulatedAttendant(SharedWorld);
 
 /// It takes a person about so long to place or remove the master ball, s.
 const HANDLING_S: f64 = 20.0;
+
+/// To screw weight disks on or off, or to take the artifact off the table, s.
+const REBUILDING_S: f64 = 120.0;
+
+impl SimulatedAttendant {
+    /// Puts that payload on the flange, by its place; nothing happens when it is there.
+    pub fn mount(&mut self, payload: usize) {
+        let mut world = self.0.0.borrow_mut();
+        let world = &mut *world;
+        if payload != world.payload && payload < world.payloads.len() {
+            world.payload = payload;
+            world.arm.payload = world.payloads[payload].clone();
+            world.time_s += REBUILDING_S;
+            world.settle();
+        }
+    }
+
+    /// Takes the artifact away, to make room for the tracker; nothing happens when it is away.
+    pub fn remove_artifact(&mut self) {
+        let mut world = self.0.0.borrow_mut();
+        if world.artifact_is_there {
+            world.artifact_is_there = false;
+            world.time_s += REBUILDING_S;
+            world.settle();
+        }
+    }
+}
 
 impl Attendant for SimulatedAttendant {
     fn place_master_ball(&mut self) -> Result<(), CalledOff> {

@@ -82,7 +82,7 @@ fn mistakes() -> Vec<Mistake> {
         own("seed = 1", "seed = 99999999999999999999", "seed", "2^63"),
         own("seed = 1", "sed = 1", "sed", "did you mean `seed`"),
         own("kr6-trical.toml", "nosuch.toml", "extends", "existing"),
-        own("kr6-trical.toml", "s.toml", "extends", "one level"),
+        own("kr6-trical.toml", "s.toml", "extends", "stands by itself"),
         own("extends = \"kr6-trical.toml\"", "extends = 3", "extends", "in quotes"),
         Mistake { on: None, ..own("extends = \"kr6-trical.toml\"", "", "", "add") },
         own("effects.mdh]", "effects.mhd]", "truth.effects.mhd", "correct its name"),

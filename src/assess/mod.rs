@@ -1,5 +1,25 @@
-//! Judging a calibration: position errors on poses that it has not seen.
+//! Judging a calibration: position errors on poses that it has not seen, where the model fails, and what it is missing.
 
+mod background;
+mod cross_validation;
+mod diagnosis;
+mod evidence;
+mod examination;
+mod heat_map;
+mod hypotheses;
+mod ladder;
+mod library;
+mod relevance;
+mod sweep;
 mod validation;
+mod workspace;
 
+pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, diagnose, diagnose_examined};
+pub use examination::Examination;
+pub use heat_map::{Cell, Curve, HeatMap, Variable};
+pub use hypotheses::{Hypothesis, Place};
+pub use ladder::{Ladder, Objection, Rung, SessionError, Top, add, ladder, rung, whole_library};
+pub use library::{Candidate, Library, Untestable};
+pub use relevance::Relevance;
 pub use validation::{HistogramBin, Validation};
+pub use workspace::{Banded, ExpectedError, WORKSPACE_POSES, WorkspaceError, workspace_poses};

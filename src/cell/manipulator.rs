@@ -57,6 +57,16 @@ pub trait Manipulator {
 
     /// Seconds on the cell's clock since the session began.
     fn clock_s(&mut self) -> f64;
+
+    /// Joint angles that the controller commands at rest, rad (N), where it tells them apart from those read back.
+    fn commanded(&mut self) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Temperature of the robot, °C, where it says.
+    fn temperature_c(&mut self) -> Option<f64> {
+        None
+    }
 }
 
 impl<T: Manipulator + ?Sized> Manipulator for &mut T {
@@ -74,5 +84,13 @@ impl<T: Manipulator + ?Sized> Manipulator for &mut T {
 
     fn clock_s(&mut self) -> f64 {
         (**self).clock_s()
+    }
+
+    fn commanded(&mut self) -> Option<Vec<f64>> {
+        (**self).commanded()
+    }
+
+    fn temperature_c(&mut self) -> Option<f64> {
+        (**self).temperature_c()
     }
 }

@@ -61,10 +61,7 @@ impl Adjustment {
         let parameters = problem.parameters();
         let (rows, unknowns) = (problem.row_count(), kept.len());
         let flat = kept.iter().filter(|&&p| parameters[p].knowledge == Knowledge::Flat).count();
-        let information = kept.iter().map(|&p| match parameters[p].knowledge {
-            Knowledge::Flat => 0.0,
-            Knowledge::Stated(sigma) => 1.0 / (sigma * sigma),
-        });
+        let information = kept.iter().map(|&p| parameters[p].knowledge.sigma().powi(-2));
         Adjustment {
             information: information.collect(),
             values: problem.start(),

@@ -134,7 +134,7 @@ impl Calibration {
                 sigma: fit.sigma(p).unwrap_or(0.0),
                 nominal: parameters[p].spec.nominal,
                 stated_sigma: match parameters[p].knowledge {
-                    Knowledge::Flat => None,
+                    Knowledge::Flat | Knowledge::Plausible(_) => None,
                     Knowledge::Stated(sigma) => Some(sigma),
                 },
             })

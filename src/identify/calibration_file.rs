@@ -1,5 +1,6 @@
 //! `calibration.toml`: a calibration in mm and deg, to be read by people and programs alike.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::DMatrix;
@@ -23,6 +24,8 @@ struct File {
     effects: Vec<String>,
     #[serde(default)]
     measured_torques: bool,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    width: BTreeMap<String, f64>,
     dataset_sha256: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     absolute_accuracy: Option<bool>,
@@ -131,6 +134,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         robot: own_robot.clone().unwrap_or_else(|| c.robot_reference.clone()),
         effects: c.model.effects.clone(),
         measured_torques: c.model.measured_torques,
+        width: c.model.width.clone(),
         dataset_sha256: c.dataset_hashes.clone(),
         absolute_accuracy: c.absolute_accuracy,
         unresolved: c.unresolved.clone(),
@@ -254,7 +258,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     Ok(Calibration {
         robot: std::sync::Arc::new(robot),
         robot_reference: file.robot.clone(),
-        model: Model { effects, own, measured_torques: file.measured_torques, ..Model::default() },
+        model: Model { effects, own, measured_torques: file.measured_torques, width: file.width, ..Model::default() },
         estimates,
         correlation,
         unresolved: file.unresolved,

@@ -8,7 +8,7 @@ use faer::linalg::cholesky::llt;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_inverse;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 /// Why a factorisation gave nothing.
@@ -21,6 +21,12 @@ pub enum LinalgError {
         rows: usize,
         /// Columns.
         columns: usize,
+    },
+    /// The eigenvalues could not be separated, as happens when an entry is not finite.
+    #[error("the eigenvalues of a {size} x {size} matrix did not converge")]
+    EigenDidNotConverge {
+        /// Rows and columns.
+        size: usize,
     },
     /// The columns up to and including this one are dependent to working precision.
     #[error("the normal matrix is not positive definite at column {column}")]
@@ -58,6 +64,26 @@ pub fn normal_matrix(a: &DMatrix<f64>, out: &mut DMatrix<f64>) {
         Par::Seq,
     );
     out.fill_upper_triangle_with_lower_triangle();
+}
+
+/// Eigenvalues (ascending) and eigenvectors (columns) of a symmetric matrix, of which the lower triangle is read.
+///
+/// # Errors
+/// When they do not converge, as happens when an entry is not finite.
+pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>), LinalgError> {
+    let n = a.nrows();
+    let failed = |_| LinalgError::EigenDidNotConverge { size: n };
+    let eigen = view(a).self_adjoint_eigen(faer::Side::Lower).map_err(failed)?;
+    let (values, vectors) = (eigen.S(), eigen.U());
+    Ok((DVector::from_fn(n, |k, _| values[k]), DMatrix::from_fn(n, n, |r, c| vectors[(r, c)])))
+}
+
+/// `a b^T` for `a` (m x k) and `b` (n x k).
+pub fn product_with_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(a.nrows(), b.nrows());
+    let to = MatMut::from_column_major_slice_mut(out.as_mut_slice(), a.nrows(), b.nrows());
+    faer::linalg::matmul::matmul(to, Accum::Replace, view(a), view(b).transpose(), 1.0, Par::Seq);
+    out
 }
 
 /// The triangle R of `a = Q R`, by Householder reflections; as many rows as `a` has rows or columns, whichever are fewer.

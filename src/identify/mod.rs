@@ -16,8 +16,9 @@ pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupNam
 pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};
 pub use linalg::LinalgError;
-pub use model::{Model, TorquePosture};
+pub use model::{FREELY_FITTED, Model, ORDINARY_WIDTH, TorquePosture};
 pub use model_file::{check_effects, read_model, write_model};
 pub use observability::Observability;
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
+pub(crate) use problem::Circumstance;
 pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, missing};

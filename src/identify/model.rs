@@ -1,5 +1,7 @@
 //! Which effects the identifier may use.
 
+use std::collections::BTreeMap;
+
 use crate::effects::OwnEffect;
 use crate::measure::Dataset;
 
@@ -25,9 +27,39 @@ pub struct Model {
     pub measured_torques: bool,
     /// Where torques are evaluated.
     pub torque_posture: TorquePosture,
+    /// How large an effect may be, one-sigma, in plausible sizes of the catalogue. Effects not named here are held to
+    /// [`ORDINARY_WIDTH`], but for those of [`FREELY_FITTED`], which no prior holds.
+    pub width: BTreeMap<String, f64>,
 }
 
+/// The effects of the paper's model: the drawing of a robot is no better than its maker, so nothing holds their sizes.
+pub const FREELY_FITTED: [&str; 3] = ["base_frame", "mdh", "joint_compliance"];
+
+/// One-sigma, in plausible sizes, of an effect that was added to the model: an ordinary one is not shrunk by a tenth, an absurd one is.
+pub const ORDINARY_WIDTH: f64 = 3.0;
+
 impl Model {
+    /// One-sigma in plausible sizes to which an effect is held; infinite when nothing holds it.
+    pub fn width_of(&self, effect: &str) -> f64 {
+        let freely = FREELY_FITTED.contains(&effect.split(':').next().unwrap_or_default());
+        self.width.get(effect).copied().unwrap_or(if freely { f64::INFINITY } else { ORDINARY_WIDTH })
+    }
+
+    /// The same model with one more effect.
+    pub fn with(&self, effect: &str) -> Self {
+        let mut model = self.clone();
+        model.effects.push(effect.into());
+        model
+    }
+
+    /// The same model with one effect less.
+    pub fn without(&self, effect: &str) -> Self {
+        let mut model = self.clone();
+        model.effects.retain(|e| e != effect);
+        model.width.remove(effect);
+        model
+    }
+
     /// A model of these effects.
     pub fn of(effects: &[&str]) -> Self {
         Model {
@@ -35,6 +67,7 @@ impl Model {
             own: Vec::new(),
             measured_torques: false,
             torque_posture: TorquePosture::default(),
+            width: BTreeMap::new(),
         }
     }
 

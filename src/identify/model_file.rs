@@ -1,5 +1,6 @@
 //! `model.toml`: the effects that the identifier may use.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,9 @@ struct ModelToml {
     /// Take joint torques from the dataset's `tau1_nm` ... columns, not from link masses.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     measured_torques: bool,
+    /// How large an effect may be, one-sigma in plausible sizes.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    width: BTreeMap<String, f64>,
     /// The user's own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<OwnEffectTable>,
@@ -30,7 +34,23 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
     let text = read_text(path)?;
     let file: ModelToml = parse_toml(path, &text)?;
     let (own, effects) = check_effects(path, &text, "effects", &file.effects, &file.effect, subject)?;
-    Ok(Model { effects, own, measured_torques: file.measured_torques, ..Model::default() })
+    for (id, width) in &file.width {
+        let key = format!("width.{id:?}");
+        if !effects.contains(id) {
+            let remedy = "name an effect of the list `effects`";
+            return Err(field_error(path, &text, &key, format!("'{id}' is no effect of this model"), remedy));
+        }
+        if !(*width > 0.0) {
+            return Err(field_error(
+                path,
+                &text,
+                &key,
+                format!("is {width}"),
+                "give a positive number of plausible sizes, or inf",
+            ));
+        }
+    }
+    Ok(Model { effects, own, measured_torques: file.measured_torques, width: file.width, ..Model::default() })
 }
 
 /// Checks a list of effects that stands under `key` of the TOML document `text`, such as `model.effects` of a scenario, and the tables
@@ -87,8 +107,10 @@ pub fn write_model(model: &Model, path: &Path) -> Result<(), FileError> {
     let file = ModelToml {
         effects: model.effects.clone(),
         measured_torques: model.measured_torques,
+        width: model.width.clone(),
         effect: tables(&model.own, &model.effects),
     };
     let text = toml::to_string(&file).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
-    write_whole(path, text.as_bytes())
+    let heading = "\n# How large an effect may be: one-sigma, in plausible sizes of the catalogue.\n[width]\n";
+    write_whole(path, text.replacen("\n[width]\n", heading, 1).as_bytes())
 }

@@ -5,6 +5,7 @@
 //! frame, so it enters as a shifted TCP, exactly.
 
 mod assembly;
+mod columns;
 mod sample_row;
 mod start;
 
@@ -16,6 +17,7 @@ use thiserror::Error;
 
 use self::assembly::Assembly;
 pub use self::assembly::missing;
+pub(crate) use self::columns::Circumstance;
 use self::sample_row::{Cell, DistanceRow, Moves, SampleRow, Scale};
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};
@@ -81,6 +83,19 @@ pub enum Knowledge {
     Flat,
     /// Stated with a one-sigma uncertainty (SI): a certified ball or TCP, carried along so that its uncertainty is not lost.
     Stated(f64),
+    /// Of ordinary size, one-sigma (SI): an effect of the catalogue, about which nothing else is known. Without that, terms that the
+    /// data see faintly would take absurd sizes and do harm where nothing was measured.
+    Plausible(f64),
+}
+
+impl Knowledge {
+    /// One-sigma before any data, SI; infinite when nothing is known.
+    pub fn sigma(self) -> f64 {
+        match self {
+            Knowledge::Flat => f64::INFINITY,
+            Knowledge::Stated(sigma) | Knowledge::Plausible(sigma) => sigma,
+        }
+    }
 }
 
 /// One unknown of the fit.

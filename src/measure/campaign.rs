@@ -169,7 +169,10 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         loop {
             let progress = self.progress(done, planned, began_s);
             witness.probing_started(pose, attempt, &progress);
-            let (probing, sample) = self.probe(pose, witness);
+            // Of a pose that failed there is no side to come against.
+            let reversed = pose.reverses.as_ref().and_then(|id| record.samples.iter().find(|s| s.id == *id));
+            let last_motion = reversed.and_then(|s| s.approach.as_deref());
+            let (probing, sample) = self.probe(pose, last_motion, witness);
             witness.probing_finished(pose, &probing, sample.as_ref());
             let failure = probing.outcome.as_ref().err().cloned();
             record.probings.push(ProbingRecord { pose: place, attempt, probing });
@@ -188,11 +191,16 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     }
 
     /// One probing, and the sample it gives.
-    fn probe(&mut self, pose: &PlannedPose, witness: &mut dyn Witness) -> (Probing, Option<Sample>) {
+    fn probe(
+        &mut self,
+        pose: &PlannedPose,
+        last_motion: Option<&[i8]>,
+        witness: &mut dyn Witness,
+    ) -> (Probing, Option<Sample>) {
         let Campaign { controller, joints, plungers, .. } = self;
         // The signs that count are those of the last stop on the ball, before the retreat turns them round.
         let mut on_ball = (Vec::new(), Vec::new());
-        let probing = controller.probe(pose, &mut |iteration| {
+        let probing = controller.probe_against(pose, last_motion, &mut |iteration| {
             if let Some(reading) = &iteration.reading {
                 joints.rest_at(&iteration.joints);
                 plungers.rest_at(reading.as_slice());
@@ -207,6 +215,8 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
             Sample {
                 payload: pose.payload,
                 time_s: Some(centred.time_s),
+                temp_c: centred.temp_c,
+                q_commanded: centred.commanded.clone(),
                 approach: Some(on_ball.0),
                 plungers: <[i8; 3]>::try_from(on_ball.1).ok(),
                 ..Sample::new(&pose.id, centred.joints.clone(), measured)

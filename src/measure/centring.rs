@@ -108,6 +108,10 @@ pub struct Centred {
     pub time_s: f64,
     /// Steps it took.
     pub steps: usize,
+    /// Joints commanded, rad (N), where the controller tells them apart.
+    pub commanded: Option<Vec<f64>>,
+    /// Temperature of the robot, °C, where it says.
+    pub temp_c: Option<f64>,
 }
 
 /// Centres balls with a robot and a mastered TriCal, which it owns.
@@ -246,8 +250,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             (None, Ok(())) => Ok(()),
         }?;
         if reading.amax() < self.settings.tolerance {
-            let joints = at.joints.clone();
-            return Ok(Some(Centred { joints, reading, time_s: at.time_s, steps: course.steps }));
+            return Ok(Some(self.centred(at, reading, course.steps)));
         }
         if course.steps == self.settings.max_steps {
             return Err(CentringFailure::DidNotConverge { steps: course.steps, remaining: reading.amax() });
@@ -263,8 +266,14 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         Ok(None)
     }
 
+    /// The ball, centred at this stop after so many steps.
+    pub(super) fn centred(&mut self, at: &Iteration, reading: Vector3<f64>, steps: usize) -> Centred {
+        let (commanded, temp_c) = (self.robot.commanded(), self.robot.temperature_c());
+        Centred { joints: at.joints.clone(), reading, time_s: at.time_s, steps, commanded, temp_c }
+    }
+
     /// Whether all three plungers are pushed in and none is at its stop.
-    fn contact(&self, reading: &Vector3<f64>) -> Result<(), CentringFailure> {
+    pub(super) fn contact(&self, reading: &Vector3<f64>) -> Result<(), CentringFailure> {
         let stop = self.trical.travel - self.settings.end_band;
         if let Some(axis) = (0..3).find(|&k| reading[k] - self.free_reading[k] >= stop) {
             return Err(CentringFailure::PlungerAtStop { axis });

@@ -5,19 +5,20 @@
 /// A coordinate keeps its sign until it has moved by the threshold from where it last did; so a creep in one direction adds up,
 /// and a step too small to take up the lost motion changes nothing.
 #[derive(Debug, Clone)]
-pub(super) struct LastMotion {
+pub struct LastMotion {
     threshold: f64,
     reference: Vec<f64>,
     signs: Vec<i8>,
 }
 
 impl LastMotion {
-    pub(super) fn new(threshold: f64) -> Self {
+    /// Nothing has moved yet; `threshold` in the unit of the coordinates.
+    pub fn new(threshold: f64) -> Self {
         LastMotion { threshold, reference: Vec::new(), signs: Vec::new() }
     }
 
     /// The coordinates are at rest at `values` now.
-    pub(super) fn rest_at(&mut self, values: &[f64]) {
+    pub fn rest_at(&mut self, values: &[f64]) {
         if self.reference.len() != values.len() {
             self.reference = values.to_vec();
             self.signs = vec![0; values.len()];
@@ -32,7 +33,7 @@ impl LastMotion {
     }
 
     /// -1, 0 (has not moved by the threshold yet) or +1 for each coordinate.
-    pub(super) fn signs(&self) -> &[i8] {
+    pub fn signs(&self) -> &[i8] {
         &self.signs
     }
 }

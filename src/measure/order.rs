@@ -40,7 +40,15 @@ mod tests {
     use super::*;
 
     fn pose(ball: usize, q: f64) -> PlannedPose {
-        PlannedPose { id: format!("{ball}@{q}"), ball, payload: 0, contact: vec![q], approach: vec![q], reserve: false }
+        PlannedPose {
+            id: format!("{ball}@{q}"),
+            ball,
+            payload: 0,
+            contact: vec![q],
+            approach: vec![q],
+            reserve: false,
+            reverses: None,
+        }
     }
 
     #[test]

@@ -31,6 +31,9 @@ struct PoseToml {
     /// Probed only in place of a pose on the same ball that failed.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     reserve: bool,
+    /// Arrives from the side opposite to that of this earlier pose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reverses: Option<String>,
 }
 
 /// Writes a plan for the cell that `cell` describes, whole or not at all.
@@ -48,6 +51,7 @@ pub fn write_plan(path: &Path, poses: &[PlannedPose], cell: &Dataset) -> Result<
             contact_deg: degrees(&p.contact),
             approach_deg: degrees(&p.approach),
             reserve: p.reserve,
+            reverses: p.reverses.clone(),
         })
         .collect();
     let plan = PlanToml { format: PLAN_FORMAT.into(), robot: cell.robot_reference.clone(), pose };
@@ -100,9 +104,12 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<Vec<PlannedPose>, FileEr
                 return wrong(&key(field), format!("joint {} is outside its limits", joint + 1), "make the plan anew");
             }
         }
+        if p.reverses.as_ref().is_some_and(|id| poses.iter().all(|other| other.id != *id)) {
+            return wrong(&key("reverses"), "is not an earlier pose".into(), "name a pose that comes before it");
+        }
         let radians = |list: &[f64]| list.iter().map(|v| v * DEG).collect();
         let (contact, approach) = (radians(&p.contact_deg), radians(&p.approach_deg));
-        poses.push(PlannedPose { id: p.id, ball, payload, contact, approach, reserve: p.reserve });
+        poses.push(PlannedPose { id: p.id, ball, payload, contact, approach, reserve: p.reserve, reverses: p.reverses });
     }
     Ok(poses)
 }

@@ -20,6 +20,8 @@ pub struct PlannedPose {
     pub approach: Vec<f64>,
     /// Probed only in place of a pose on the same ball that failed.
     pub reserve: bool,
+    /// Name of an earlier pose: in the end every joint is to arrive from the side opposite to that of its sample.
+    pub reverses: Option<String>,
 }
 
 /// Why a probing gave no measurement, and where that left the arm.
@@ -51,19 +53,37 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// The plungers must be free before contact and again after the retreat, else a stuck one could pass for a centred one. A
     /// robot that is lost or stopped is told nothing more; in every other case the arm ends at the approach pose, if it obeys.
     pub fn probe(&mut self, pose: &PlannedPose, watch: &mut dyn FnMut(&Iteration)) -> Probing {
+        self.probe_against(pose, None, watch)
+    }
+
+    /// The same, in the end with every joint arriving against the `last_motion` (sign of each joint) of another sample, where given.
+    pub fn probe_against(
+        &mut self,
+        pose: &PlannedPose,
+        last_motion: Option<&[i8]>,
+        watch: &mut dyn FnMut(&Iteration),
+    ) -> Probing {
         let started_s = self.robot.clock_s();
         let mut iterations = Vec::new();
-        let outcome = self.approach_and_probe(pose, &mut |iteration| {
+        let outcome = self.approach_and_probe(pose, last_motion, &mut |iteration| {
             watch(iteration);
             iterations.push(iteration.clone());
         });
         Probing { outcome, iterations, started_s, duration_s: self.robot.clock_s() - started_s }
     }
 
-    fn approach_and_probe(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> Result<Centred, ProbingFailure> {
+    fn approach_and_probe(
+        &mut self,
+        pose: &PlannedPose,
+        last_motion: Option<&[i8]>,
+        note: &mut dyn FnMut(&Iteration),
+    ) -> Result<Centred, ProbingFailure> {
         self.stop(Phase::Approach, Some(&pose.approach), note, |cell, _, reading| cell.all_free(&reading))
             .map_err(|reason| ProbingFailure { backed_off: reason.robot_obeys(), reason })?;
-        let centred = self.centre_at(Some(&pose.contact), note);
+        let centred = self.centre_at(Some(&pose.contact), note).and_then(|centred| match last_motion {
+            Some(signs) => self.arrive_against(signs, &centred, note),
+            None => Ok(centred),
+        });
         match centred {
             Err(reason) if !reason.robot_obeys() => Err(ProbingFailure { reason, backed_off: false }),
             centred => {

@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use calibench::effects::Subject;
-use calibench::identify::{Calibration, Model, identify, read_model, write_calibration};
+use calibench::identify::{Calibration, identify, write_calibration};
 use calibench::report::{calibration_json, parameter_table, unresolved_sentences};
 use calibench::units::MM;
 
-use super::{Failure, Outcome, blame_data, named, print, print_json, read_datasets};
+use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -27,13 +26,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
-    let model = match &arguments.model {
-        Some(path) => {
-            let first = &datasets[0].1;
-            read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?
-        }
-        None => Model::default_for(&datasets[0].1),
-    };
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let calibration = identify(&named(&datasets), &model).map_err(blame)?;
     if let Some(path) = &arguments.output {

@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use calibench::cell::{Manipulator, TriCal};
-use calibench::measure::{Dataset, MasteringSettings, master, read_plan, write_dataset};
+use calibench::measure::{Dataset, PlannedPose, Sample, SampleSet, Witness, read_plan, write_dataset};
 
 use super::progress::CampaignBar;
 use super::{Failure, Outcome, print, seed};
-use crate::planning::{plan, wanted};
+use crate::planning::{PlanError, plan, plan_tracker, wanted};
 use crate::random::Streams;
-use crate::run::probe;
-use crate::scenario::load_scenario;
-use crate::world::{SharedWorld, World};
+use crate::run::RunError;
+use crate::scenario::{Scenario, load_scenario};
+use crate::session::Session;
+use crate::world::World;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -36,20 +36,44 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(path) => read_plan(path, &cell)?,
         None => plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probings,
     };
-    let world = SharedWorld::new(World::new(&scenario, &Streams { seed, trial: 0 }));
-    let clock = || world.robot().clock_s();
-    let mastering =
-        master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)
-            .map_err(|e| scenario.blame(&e.into()))?;
+    // The plan file holds poses on balls; where the tracker adds points, the scenario says how many.
+    let points = if scenario.plan.point_poses > 0 {
+        plan_tracker(&scenario, seed).map_err(|e| scenario.blame_plan(&PlanError::Tracker(Box::new(e))))?.points
+    } else {
+        Vec::new()
+    };
     let mut bar = CampaignBar::new(wanted(&poses));
-    let record = probe(&scenario, &world, &poses, &mastering, &mut bar);
+    let measured = measure(&scenario, Streams { seed, trial: 0 }, &poses, &points, &mut bar);
     bar.clear();
-    if let Some(abort) = record.aborted {
-        return Err(scenario.blame(&abort.into()).into());
-    }
-    let measured = record.samples.len();
-    let dataset = Dataset { contact_force: World::nominal_contact_force(&scenario), samples: record.samples, ..cell };
+    let samples = measured.map_err(|e| scenario.blame(&e))?;
+    let probed = samples.len() - points.len();
+    let dataset = Dataset { contact_force: World::nominal_contact_force(&scenario), samples, ..cell };
     write_dataset(&dataset, &arguments.output)?;
-    print(&format!("{measured} of {} planned probings measured; dataset in {}", wanted(&poses), arguments.output.display()))?;
+    let and_points = if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) };
+    print(&format!(
+        "{probed} of {} planned probings{and_points} measured; dataset in {}",
+        wanted(&poses),
+        arguments.output.display()
+    ))?;
     Ok(Outcome::Done)
+}
+
+fn measure(
+    scenario: &Scenario,
+    streams: Streams,
+    poses: &[PlannedPose],
+    points: &[Vec<f64>],
+    witness: &mut dyn Witness,
+) -> Result<Vec<Sample>, RunError> {
+    let session = Session::begin(scenario, streams)?;
+    let record = session.probe(poses, witness);
+    if let Some(abort) = record.aborted {
+        return Err(abort.into());
+    }
+    let mut samples = record.samples;
+    if !points.is_empty() {
+        let tracker = session.set_up_tracker()?;
+        samples.extend(session.points(&tracker, points, "t", SampleSet::Fit)?.samples);
+    }
+    Ok(samples)
 }

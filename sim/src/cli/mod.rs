@@ -1,8 +1,10 @@
 //! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
 
 mod catalogue;
+mod diagnose;
 mod identify;
 mod import;
+mod ladder;
 mod measure;
 mod plan;
 mod progress;
@@ -14,7 +16,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use calibench::files::one_line;
-use calibench::identify::{IdentifyError, ProblemError};
+use calibench::effects::Subject;
+use calibench::identify::{IdentifyError, Model, ProblemError, read_model};
 use calibench::measure::{Dataset, read_dataset};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -51,6 +54,10 @@ enum Verb {
     Identify(identify::Arguments),
     /// Judge a calibration on poses that it has not seen
     Validate(validate::Arguments),
+    /// Find which effect is missing in the model
+    Diagnose(diagnose::Arguments),
+    /// Diagnose, add, refit, until nothing is left or nothing helps
+    Ladder(ladder::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -78,6 +85,8 @@ pub fn main() -> ExitCode {
         Verb::Measure(a) => measure::run(a),
         Verb::Identify(a) => identify::run(a),
         Verb::Validate(a) => validate::run(a),
+        Verb::Diagnose(a) => diagnose::run(a),
+        Verb::Ladder(a) => ladder::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),
@@ -179,6 +188,15 @@ fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure>
     let longest = whole.iter().map(|f| f.iter().count()).max().unwrap_or(1);
     let length = (1..=longest).find(distinct).unwrap_or(longest);
     folders.iter().zip(&whole).map(|(f, whole)| Ok((end(whole, length), read_dataset(f)?))).collect()
+}
+
+/// The model of that file, or the one that the data get when none is named.
+fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Model, Failure> {
+    let first = &datasets[0].1;
+    Ok(match path {
+        Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
+        None => Model::default_for(first),
+    })
 }
 
 /// Borrowed, as the library takes them.

@@ -70,7 +70,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// The whole story, in the order of the work.
 fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure> {
-    print(&format!("{}: {}\nrobot {}, seed {}\n", scenario.name, scenario.question, scenario.robot, run.seed))?;
+    print(&format!(
+        "{}: {}\nrobot {}, seed {}\n",
+        scenario.name,
+        scenario.question,
+        scenario.dataset().robot_reference,
+        run.seed
+    ))?;
     print("PLAN")?;
     print(&chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
     print(&chosen_sentence("tracker poses", run.tracker_plan.identification.len(), &run.tracker_plan.chosen))?;

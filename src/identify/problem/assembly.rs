@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::sample_row::{Cell, DistanceRow, SampleRow};
 use super::start::{start, worlds_own};
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, WeighingRoom};
-use crate::effects::{self, Effect, Needs, Owner, Subject};
+use crate::effects::{self, Effect, Needs, Owner, ParameterSpec, Subject};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Dataset, Measured, Sample};
 use crate::robot::{Robot, Site};
@@ -28,6 +28,27 @@ pub(super) struct Assembly<'a> {
     parameters: Vec<Parameter>,
     /// Effects of each dataset, with the first parameter of each for every owner: robot, or set-up, or dataset.
     effects: Vec<Vec<Placed>>,
+}
+
+/// What is known of the size of an effect beforehand.
+#[derive(Debug, Clone, Copy)]
+enum Belief {
+    Flat,
+    /// One-sigma of each of its numbers, SI.
+    Stated(f64),
+    /// One-sigma in plausible sizes; may be infinite.
+    Width(f64),
+}
+
+impl Belief {
+    fn of(self, spec: &ParameterSpec) -> Knowledge {
+        match self {
+            Belief::Flat => Knowledge::Flat,
+            Belief::Stated(sigma) => Knowledge::Stated(sigma),
+            Belief::Width(width) if width.is_finite() => Knowledge::Plausible(width * spec.prior),
+            Belief::Width(_) => Knowledge::Flat,
+        }
+    }
 }
 
 pub(super) struct Placed {
@@ -110,7 +131,7 @@ impl<'a> Assembly<'a> {
         for (d, (label, dataset)) in self.datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
             let subject = Subject { own: &model.own, ..Subject::new(&self.robot, &balls) };
-            let mut wanted: Vec<(String, Knowledge)> = Vec::new();
+            let mut wanted: Vec<(String, Belief)> = Vec::new();
             let probed = |b: usize| {
                 let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
                 dataset.samples.iter().filter(|s| self.which.takes(s)).any(|s| on(&s))
@@ -119,24 +140,25 @@ impl<'a> Assembly<'a> {
             // linearly, and the last joint, link and the tool share numbers as the base and the first ones do.
             for (b, ball) in dataset.balls.iter().enumerate() {
                 if ball.free && probed(b) {
-                    wanted.push((format!("ball:{}", ball.id), Knowledge::Flat));
+                    wanted.push((format!("ball:{}", ball.id), Belief::Flat));
                 }
             }
-            wanted.extend(model.effects.iter().map(|e| (e.clone(), Knowledge::Flat)));
-            if dataset.tool_free && !wanted.iter().any(|(id, _)| id == "tool_frame") {
+            wanted.extend(model.effects.iter().map(|e| (e.clone(), Belief::Width(model.width_of(e)))));
+            if dataset.tool_free {
+                wanted.retain(|(id, _)| id != "tool_frame");
                 let base = wanted.iter().position(|(id, _)| id == "base_frame");
                 let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
-                wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), Knowledge::Flat));
+                wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), Belief::Flat));
             } else if dataset.tool_sigma > 0.0 {
-                wanted.push(("tool_frame".into(), Knowledge::Stated(dataset.tool_sigma)));
+                wanted.push(("tool_frame".into(), Belief::Stated(dataset.tool_sigma)));
             }
             for (b, ball) in dataset.balls.iter().enumerate() {
                 if !ball.free && ball.sigma > 0.0 && probed(b) {
-                    wanted.push((format!("ball:{}", ball.id), Knowledge::Stated(ball.sigma)));
+                    wanted.push((format!("ball:{}", ball.id), Belief::Stated(ball.sigma)));
                 }
             }
             let mut placed: Vec<Placed> = Vec::new();
-            for (id, knowledge) in wanted {
+            for (id, belief) in wanted {
                 if placed.iter().any(|p| p.effect.id() == id) {
                     continue; // named by the model as well: the model's word counts
                 }
@@ -146,9 +168,9 @@ impl<'a> Assembly<'a> {
                 }
                 let all = &mut self.parameters;
                 let first = match effect.owner() {
-                    Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| add(all, effect.as_ref(), "", knowledge))],
+                    Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| add(all, effect.as_ref(), "", belief))],
                     Owner::Artifact => {
-                        let first = add(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, knowledge);
+                        let first = add(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, belief);
                         let home = self.setup_of.iter().filter(|(key, _)| key.0 == d).map(|(_, &setup)| setup).min();
                         all[first..].iter_mut().for_each(|p| p.setup = home);
                         let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
@@ -162,7 +184,7 @@ impl<'a> Assembly<'a> {
                         let mut first = vec![usize::MAX; self.setups.len()];
                         for s in (0..self.setups.len()).filter(|&s| mine(s)) {
                             let setup = &self.setups[s];
-                            first[s] = add(all, effect.as_ref(), &setup.label, knowledge);
+                            first[s] = add(all, effect.as_ref(), &setup.label, belief);
                             all[first[s]..].iter_mut().for_each(|p| p.setup = Some(s));
                             match effect.id() {
                                 "base_frame" => {
@@ -261,13 +283,13 @@ fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]
 }
 
 /// Appends the parameters of an effect; returns the place of the first.
-fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, knowledge: Knowledge) -> usize {
+fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: Belief) -> usize {
     let first = all.len();
     all.extend(effect.parameters().iter().map(|spec| Parameter {
         name: if label.is_empty() { spec.name.clone() } else { format!("{}@{label}", spec.name) },
         spec: spec.clone(),
         effect: effect.id().into(),
-        knowledge,
+        knowledge: belief.of(spec),
         start: spec.nominal,
         owner: effect.owner(),
         setup: None,

@@ -260,16 +260,26 @@ impl SampleRow {
         pattern
     }
 
-    fn moves(&self, cell: &Cell, scale: &mut Scale<'_>, emit: &mut dyn FnMut(usize, Site, f64)) {
-        let Scale { robot, setup, posture, compliance, sample, loads } = scale;
-        let payload = &cell.payloads[self.payload];
-        loads.weigh(robot, posture, payload, &setup.gravity, &Vector3::zeros());
+    /// The loads on the arm of this sample, standing as in `posture`: gravity, the plungers' springs, or torques as measured.
+    pub fn load(&self, robot: &Robot, cell: &Cell, gravity: &Vector3<f64>, posture: &Posture, loads: &mut Loads) {
+        loads.weigh(robot, posture, &cell.payloads[self.payload], gravity, &Vector3::zeros());
         if self.ball.is_some() && cell.contact_force != Vector3::zeros() {
             push(loads, posture, &posture.flange().direction(&cell.contact_force));
         }
         if let Some(tau) = &self.tau {
             loads.tau.copy_from_slice(tau);
         }
+    }
+
+    /// Seconds since its session began.
+    pub fn time_s(&self) -> Option<f64> {
+        self.time_s
+    }
+
+    fn moves(&self, cell: &Cell, scale: &mut Scale<'_>, emit: &mut dyn FnMut(usize, Site, f64)) {
+        let Scale { robot, setup, posture, compliance, sample, loads } = scale;
+        let payload = &cell.payloads[self.payload];
+        self.load(robot, cell, &setup.gravity, posture, loads);
         let (kind, target) = match self.target {
             Target::Distance { .. } => (Kind::Distance, None),
             Target::Position(place) => (self.ball.map_or(Kind::Point, Kind::Ball), Some(place)),

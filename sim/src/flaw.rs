@@ -1,0 +1,36 @@
+//! Something truly wrong with the cell: it moves sites of the arm, the gauge or the artifact in each situation.
+
+use std::sync::Arc;
+
+use calibench::effects::{Effect, Situation};
+use calibench::robot::Site;
+
+/// A flaw of the simulated cell at its true size. Models have [`Effect`]s with sizes to be found; a flaw need not be one of them.
+pub trait Flaw: Send + Sync {
+    /// Calls `moved(site, by)` for every site that it moves in that situation, SI; what is given for one site adds up.
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64));
+
+    /// Its parameter of that name, SI, where it is an effect of the catalogue that has one.
+    fn size(&self, _parameter: &str) -> Option<f64> {
+        None
+    }
+}
+
+/// An effect of the catalogue with its true size.
+#[derive(Clone)]
+pub struct TrueEffect {
+    /// Its shape.
+    pub effect: Arc<dyn Effect>,
+    /// Its parameters, SI.
+    pub sizes: Vec<f64>,
+}
+
+impl Flaw for TrueEffect {
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
+        self.effect.terms(at, &mut |k, site, weight| moved(site, weight * self.sizes[k]));
+    }
+
+    fn size(&self, parameter: &str) -> Option<f64> {
+        self.effect.parameters().iter().position(|p| p.name == parameter).map(|k| self.sizes[k])
+    }
+}

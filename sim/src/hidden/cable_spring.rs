@@ -1,0 +1,64 @@
+//! A hose from the forearm to the tool: taut, it pulls at a joint of the wrist by how far it is stretched.
+
+use std::sync::Arc;
+
+use calibench::effects::Situation;
+use calibench::measure::Dataset;
+use calibench::robot::Site;
+use calibench::units::URAD;
+use serde::Deserialize;
+
+use super::{Flaw, Hidden, Misfit, scale_to, theta};
+
+/// Where the hose is clamped: so far behind the centre of the wrist, beside the forearm's axis, and before the centre of the wrist, m.
+const BEHIND: f64 = 0.15;
+const BESIDE: f64 = 0.06;
+const BEFORE: f64 = 0.10;
+
+/// Its length when slack, m: the straight wrist stretches it by a fifth, the bent one lets it hang.
+const SLACK: f64 = 0.21;
+
+/// `theta_J -= c k (L - L0) dL/dq_J` while the hose is longer than slack, `L(q4, q5)` being the distance of its clamps.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct CableSpring {
+    pub rms_urad: f64,
+    #[serde(default = "five")]
+    pub joint: usize,
+}
+
+fn five() -> usize {
+    5
+}
+
+/// `(L - L0) dL/dq_J`, m²/rad, for J = 4 (index 3) or 5.
+fn pull(q: &[f64], joint: usize) -> f64 {
+    let ((sin4, cos4), (sin5, cos5)) = (q[3].sin_cos(), q[4].sin_cos());
+    let squared = BEFORE * BEFORE + BESIDE * BESIDE + BEHIND * BEHIND - 2.0 * BEFORE * (BESIDE * cos4 * sin5 - BEHIND * cos5);
+    let length = squared.sqrt();
+    let slope = if joint == 3 { BESIDE * sin4 * sin5 } else { -(BESIDE * cos4 * cos5 + BEHIND * sin5) } * BEFORE / length;
+    (length - SLACK).max(0.0) * slope
+}
+
+struct Hose {
+    joint: usize,
+    size: f64,
+}
+
+impl Hidden for CableSpring {
+    const NAME: &'static str = "cable_spring";
+
+    fn flaw(&self, cell: &Dataset) -> Result<Arc<dyn Flaw>, Misfit> {
+        Self::needs_joints(cell, 5)?;
+        let joint = Self::joint("joint", self.joint, 4..=5)?;
+        let size = -scale_to(self.rms_urad * URAD, &cell.robot, |q| pull(q, joint));
+        Ok(Arc::new(Hose { joint, size }))
+    }
+}
+
+impl Flaw for Hose {
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
+        moved(theta(self.joint), self.size * pull(at.q, self.joint));
+    }
+}

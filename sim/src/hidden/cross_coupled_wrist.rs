@@ -1,0 +1,53 @@
+//! A wrist whose housing is soft: the torque at joint 5 twists joints 3 and 4.
+
+use std::sync::Arc;
+
+use calibench::effects::Situation;
+use calibench::measure::Dataset;
+use calibench::robot::{Loads, Payload, Posture, Site, SiteIndex};
+use calibench::units::URAD;
+use nalgebra::Vector3;
+use serde::Deserialize;
+
+use super::{Flaw, Hidden, Misfit, scale_to, theta};
+
+/// `theta_4 += k tau_5`, `theta_3 += k tau_5 / 2`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct CrossCoupledWrist {
+    pub rms_urad: f64,
+}
+
+/// The forearm's gear is the stiffer one.
+const AT_JOINT_3: f64 = 0.5;
+
+struct Twist {
+    compliance: f64,
+}
+
+impl Hidden for CrossCoupledWrist {
+    const NAME: &'static str = "cross_coupled_wrist";
+
+    fn flaw(&self, cell: &Dataset) -> Result<Arc<dyn Flaw>, Misfit> {
+        Self::needs_joints(cell, 5)?;
+        let robot = &cell.robot;
+        let none = vec![0.0; SiteIndex::new(robot.joints()).len()];
+        let (mut posture, mut loads) = (Posture::new(robot), Loads::new(robot.joints()));
+        let payload = cell.payloads.first().cloned().unwrap_or_else(Payload::none);
+        let compliance = scale_to(self.rms_urad * URAD, robot, |q| {
+            posture.set(robot, &cell.base, &cell.tool, q, &none);
+            loads.weigh(robot, &posture, &payload, &cell.gravity, &Vector3::zeros());
+            loads.tau[4]
+        });
+        Ok(Arc::new(Twist { compliance }))
+    }
+}
+
+impl Flaw for Twist {
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
+        let twist = self.compliance * at.loads.tau[4];
+        moved(theta(3), twist);
+        moved(theta(2), AT_JOINT_3 * twist);
+    }
+}

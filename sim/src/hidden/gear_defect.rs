@@ -1,0 +1,69 @@
+//! A dent in a gear: a joint errs near one angle, and nowhere else.
+
+use std::sync::Arc;
+
+use calibench::effects::Situation;
+use calibench::measure::Dataset;
+use calibench::robot::Site;
+use calibench::units::{DEG, URAD};
+use serde::Deserialize;
+
+use super::{Flaw, Hidden, Misfit, scale_to, theta};
+
+/// `theta_J += a exp(-((q_J - centre) / width)² / 2)`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct GearDefect {
+    pub rms_urad: f64,
+    #[serde(default = "three")]
+    pub joint: usize,
+    #[serde(default = "sixty")]
+    pub centre_deg: f64,
+    #[serde(default = "ten")]
+    pub width_deg: f64,
+}
+
+fn three() -> usize {
+    3
+}
+
+fn sixty() -> f64 {
+    60.0
+}
+
+fn ten() -> f64 {
+    10.0
+}
+
+#[derive(Clone, Copy)]
+struct Bump {
+    joint: usize,
+    height: f64,
+    centre: f64,
+    width: f64,
+}
+
+impl Bump {
+    fn at(&self, q: &[f64]) -> f64 {
+        self.height * (-0.5 * ((q[self.joint] - self.centre) / self.width).powi(2)).exp()
+    }
+}
+
+impl Hidden for GearDefect {
+    const NAME: &'static str = "gear_defect";
+
+    fn flaw(&self, cell: &Dataset) -> Result<Arc<dyn Flaw>, Misfit> {
+        let joint = Self::joint("joint", self.joint, 1..=cell.robot.joints())?;
+        let width = Self::positive("width_deg", self.width_deg)? * DEG;
+        let unit = Bump { joint, height: 1.0, centre: self.centre_deg * DEG, width };
+        let height = scale_to(self.rms_urad * URAD, &cell.robot, |q| unit.at(q));
+        Ok(Arc::new(Bump { height, ..unit }))
+    }
+}
+
+impl Flaw for Bump {
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
+        moved(theta(self.joint), self.at(at.q));
+    }
+}

@@ -1,0 +1,95 @@
+//! What stands in the cell and what the flange carries, as bodies that must not touch.
+
+use calibench::files::FileError;
+use calibench::robot::{Solid, Surroundings};
+use calibench::units::MM;
+use nalgebra::Vector3;
+
+use super::keys::{CarriedToml, ScenarioToml, SolidToml};
+use super::sources::Sources;
+use crate::contact::DATUM_RADIUS;
+
+/// Name of a ball's body among the surroundings.
+pub fn ball_body(id: &str) -> String {
+    format!("ball {id}")
+}
+
+/// The bodies of a cell.
+#[derive(Debug, Clone)]
+pub(super) struct Bodies {
+    /// Stand in the cell always.
+    fixed: Vec<Solid>,
+    /// Come and go with the artifact: its parts, and the balls.
+    artifact: Vec<Solid>,
+    /// On the flange.
+    carried: Vec<Solid>,
+}
+
+impl Bodies {
+    /// The bodies that a scenario describes.
+    pub fn of(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Result<Self, FileError> {
+        let mut bodies = Bodies { fixed: Vec::new(), artifact: Vec::new(), carried: Vec::new() };
+        for (k, solid) in toml.solids.iter().enumerate() {
+            let body = Written::from(solid).body(&format!("solid[{k}]"), joints, sources)?;
+            if solid.on_artifact { &mut bodies.artifact } else { &mut bodies.fixed }.push(body);
+        }
+        for (k, carried) in toml.carried.iter().enumerate() {
+            bodies.carried.push(Written::from(carried).body(&format!("carried[{k}]"), joints, sources)?);
+        }
+        bodies.artifact.extend(toml.balls.iter().map(|b| {
+            let centre = Vector3::new(b.x_mm, b.y_mm, b.z_mm) * MM;
+            Solid::capsule(ball_body(&b.id), 0, [centre, centre], DATUM_RADIUS)
+        }));
+        Ok(bodies)
+    }
+
+    /// All of them.
+    pub fn with_artifact(&self) -> Surroundings {
+        let fixed = self.fixed.iter().chain(&self.artifact).cloned().collect();
+        Surroundings { fixed, carried: self.carried.clone() }
+    }
+
+    /// Those that stay when the artifact has been taken away.
+    pub fn without_artifact(&self) -> Surroundings {
+        Surroundings { fixed: self.fixed.clone(), carried: self.carried.clone() }
+    }
+}
+
+/// A box or a capsule as written.
+struct Written<'a> {
+    name: &'a str,
+    corners: [Option<[f64; 3]>; 2],
+    ends: [Option<[f64; 3]>; 2],
+    radius: Option<f64>,
+}
+
+impl<'a> From<&'a SolidToml> for Written<'a> {
+    fn from(s: &'a SolidToml) -> Self {
+        Written { name: &s.name, corners: [s.min_mm, s.max_mm], ends: [s.from_mm, s.to_mm], radius: s.radius_mm }
+    }
+}
+
+impl<'a> From<&'a CarriedToml> for Written<'a> {
+    fn from(s: &'a CarriedToml) -> Self {
+        Written { name: &s.name, corners: [s.min_mm, s.max_mm], ends: [s.from_mm, s.to_mm], radius: s.radius_mm }
+    }
+}
+
+impl Written<'_> {
+    fn body(&self, key: &str, joints: usize, sources: &Sources) -> Result<Solid, FileError> {
+        let v = |a: [f64; 3]| Vector3::from(a) * MM;
+        match (self.corners, self.ends, self.radius) {
+            ([Some(min), Some(max)], [None, None], None) if (0..3).all(|i| min[i] < max[i]) => {
+                Ok(Solid::cuboid(self.name, joints, (v(min) + v(max)) / 2.0, (v(max) - v(min)) / 2.0))
+            }
+            ([None, None], [Some(from), Some(to)], Some(radius)) if radius > 0.0 => {
+                Ok(Solid::capsule(self.name, joints, [v(from), v(to)], radius * MM))
+            }
+            _ => Err(sources.wrong(
+                key,
+                format!("'{}' is neither a box nor a capsule", self.name),
+                "give min_mm below max_mm for a box, or from_mm, to_mm and a positive radius_mm for a capsule",
+            )),
+        }
+    }
+}

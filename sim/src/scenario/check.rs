@@ -1,0 +1,184 @@
+//! What a scenario's numbers must obey before anything runs.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use calibench::effects::Subject;
+use calibench::files::FileError;
+use calibench::identify::{Model, check_effects};
+use calibench::measure::{Dataset, check_description};
+use calibench::units::UM;
+use toml::{Table, Value};
+
+use super::expect::{Expectation, Quantity};
+use super::keys::ScenarioToml;
+use super::sources::Sources;
+use crate::contact::TRAVEL;
+use crate::planning::TRACKER_POOL;
+
+/// No number of a cell, in mm, um, deg or what its key says, is larger: a kilometre in um.
+const LARGEST: f64 = 1e9;
+/// Balls of one artifact.
+const MOST_BALLS: usize = 100;
+/// Poses of one plan, candidates it is chosen from (their Jacobian then takes 100 MB), starts of the search, poses to validate on.
+const MOST_POSES: usize = 2_000;
+const MOST_CANDIDATES: usize = 100_000;
+const MOST_STARTS: usize = 100;
+const MOST_VALIDATION_POSES: usize = 20_000;
+/// Slower than this, deg/s, no session ends.
+const SLOWEST: f64 = 1e-3;
+
+/// That no number is absurd, and none below zero that is a size.
+pub(super) fn numbers(merged: &Table, sources: &Sources) -> Result<(), FileError> {
+    fn walk(key: String, value: &Value, visit: &mut dyn FnMut(&str, f64) -> Result<(), FileError>) -> Result<(), FileError> {
+        match value {
+            Value::Float(v) => visit(&key, *v),
+            Value::Integer(v) => visit(&key, *v as f64),
+            Value::Array(list) => list.iter().enumerate().try_for_each(|(k, v)| walk(format!("{key}[{k}]"), v, visit)),
+            Value::Table(table) => table.iter().try_for_each(|(k, v)| {
+                let key = if key.is_empty() { k.clone() } else { format!("{key}.{k}") };
+                walk(key, v, visit)
+            }),
+            _ => Ok(()),
+        }
+    }
+    walk(String::new(), &Value::Table(merged.clone()), &mut |key, value| {
+        if value.abs() > LARGEST && key != "seed" {
+            return Err(sources.wrong(key, format!("{value:e} is absurdly large"), "check its unit, which is in its name"));
+        }
+        if value < 0.0 && is_a_size(key) {
+            return Err(sources.wrong(key, format!("is {value}, below zero"), "give zero or a positive number"));
+        }
+        Ok(())
+    })
+}
+
+/// Whether a negative number makes no sense under that key.
+fn is_a_size(path: &str) -> bool {
+    let last = path.rsplit('.').next().unwrap_or(path);
+    let size = [
+        "sigma_um",
+        "noise_um",
+        "ball_um",
+        "point_um",
+        "_arcsec",
+        "mass_kg",
+        "resolution",
+        "hysteresis",
+        "preload",
+        "full_force",
+        "drop_out",
+        "_mrad",
+        "concurrency_um",
+        "ball_diameter_um",
+        "ball_form_um",
+        "facing_deg",
+        "retreat_mm",
+        "clearance_mm",
+        "cone_deg",
+        "settle_s",
+        "warm_up_s",
+        "scale_error_um",
+        "placement_mm",
+    ];
+    size.iter().any(|s| last.contains(s)) && !path.starts_with("truth.effects") && !path.starts_with("truth.hidden")
+}
+
+/// That lists are as long as they must be and numbers within their bounds, for an arm of `joints` joints.
+pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Result<(), FileError> {
+    let wrong = |key: &str, problem: String, remedy: String| Err(sources.wrong(key, problem, remedy));
+    let ScenarioToml { plan, tracker, truth, balls, .. } = toml;
+    if toml.payloads.is_empty() {
+        return wrong("payload", "there is none".into(), "give at least one [[payload]]".into());
+    }
+    if !(1..=MOST_BALLS).contains(&balls.len()) {
+        return wrong("ball", format!("there are {}", balls.len()), format!("give 1 to {MOST_BALLS} [[ball]]"));
+    }
+    if let Some(k) = balls.iter().position(|ball| ball.outward.iter().all(|&v| v == 0.0)) {
+        let key = format!("ball[{k}].outward");
+        return wrong(&key, "has no direction".into(), "point it away from the ball's stem".into());
+    }
+    for (key, list) in [
+        ("noise.joint_arcsec", &toml.noise.joint_arcsec),
+        ("truth.controller.servo_error_arcsec", &truth.controller.servo_error_arcsec),
+        ("truth.controller.lost_motion_arcsec", &truth.controller.lost_motion_arcsec),
+        ("truth.controller.small_move_play_arcsec", &truth.controller.small_move_play_arcsec),
+    ] {
+        if list.len() != joints {
+            return wrong(key, format!("has {} numbers", list.len()), format!("give one for each of the {joints} joints"));
+        }
+    }
+    // A probability, two angles, a reading.
+    for (key, value, most) in [
+        ("truth.indicators.drop_out", truth.indicators.drop_out, 1.0),
+        ("plan.cone_deg", plan.cone_deg, 180.0),
+        ("tracker.facing_deg", tracker.facing_deg, 180.0),
+        // Beyond the range of an indicator everything is centred.
+        ("centring.tolerance_um", toml.centring.tolerance_um, TRAVEL / UM),
+    ] {
+        if value > most {
+            return wrong(key, format!("is {value}"), format!("give a number from 0 to {most}"));
+        }
+    }
+    if plan.light_poses > 0 && toml.payloads.len() < 2 {
+        return wrong(
+            "plan.light_poses",
+            "needs a second payload".into(),
+            "give a second [[payload]], or no light poses".into(),
+        );
+    }
+    let poses = MOST_POSES / balls.len();
+    let per_ball = plan.poses_per_ball + plan.reserves_per_ball + plan.light_poses.div_ceil(balls.len());
+    let reversible = plan.poses_per_ball.saturating_mul(balls.len());
+    for (key, count, least, most) in [
+        ("plan.poses_per_ball", plan.poses_per_ball, 1, poses),
+        ("plan.reserves_per_ball", plan.reserves_per_ball, 0, poses),
+        ("plan.light_poses", plan.light_poses, 0, MOST_POSES),
+        ("plan.reversed_poses", plan.reversed_poses, 0, reversible),
+        ("plan.point_poses", plan.point_poses, 0, TRACKER_POOL),
+        ("plan.pool_per_ball", plan.pool_per_ball, per_ball, MOST_CANDIDATES / balls.len()),
+        ("plan.starts", plan.starts, 1, MOST_STARTS),
+        ("tracker.identification_poses", tracker.identification_poses, 1, TRACKER_POOL),
+        ("tracker.validation_poses", tracker.validation_poses, 1, MOST_VALIDATION_POSES),
+    ] {
+        if !(least..=most).contains(&count) {
+            return wrong(key, format!("is {count}"), format!("give a whole number from {least} to {most}"));
+        }
+    }
+    if truth.controller.speed_deg_per_s < SLOWEST {
+        let remedy = format!("give the joints a speed of at least {SLOWEST} deg/s");
+        return wrong("truth.controller.speed_deg_per_s", "is not positive, or as good as zero".into(), remedy);
+    }
+    if toml.centring.tolerance_um <= 0.0 {
+        return wrong("centring.tolerance_um", "is not positive".into(), "the paper nulls to 3 um".into());
+    }
+    Ok(())
+}
+
+/// That the scenario's datasets will be good ones, and its model one for them, which is returned; they say it in the same keys.
+pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Result<Model, FileError> {
+    let as_here = |e: FileError| sources.wrong(&e.field, e.problem, e.remedy);
+    check_description(cell, &sources.folder()).map_err(as_here)?;
+    let balls = cell.ball_ids();
+    let (own, effects) =
+        check_effects(Path::new(""), "", "model.effects", &toml.model.effects, &toml.model.effect, &Subject::new(&cell.robot, &balls))
+            .map_err(as_here)?;
+    Ok(Model { effects, own, ..Model::default() })
+}
+
+/// The expectations, in the order in which they are printed.
+pub(super) fn expectations(expect: &BTreeMap<String, [f64; 2]>, sources: &Sources) -> Result<Vec<Expectation>, FileError> {
+    let mut all = Vec::with_capacity(expect.len());
+    for (name, &band) in expect {
+        match Quantity::named(name) {
+            Some(quantity) if band[0] <= band[1] => all.push(Expectation { quantity, band }),
+            _ => {
+                let known = Quantity::ALL.map(Quantity::name).join(", ");
+                let remedy = format!("the checks are: {known}");
+                return Err(sources.wrong(&format!("expect.{name}"), "is not a check with a band [least, most]", remedy));
+            }
+        }
+    }
+    all.sort_by_key(|e| e.quantity);
+    Ok(all)
+}

@@ -1,0 +1,141 @@
+//! The truth of a scenario, ready for the plant: effects of the catalogue at their sizes, and true payloads.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use calibench::effects::{self, Effect, Subject};
+use calibench::files::FileError;
+use calibench::measure::Dataset;
+use calibench::robot::Payload;
+use calibench::units::MM;
+use nalgebra::Vector3;
+
+use super::sources::Sources;
+use super::truth_keys::TruthToml;
+use crate::flaw::{Flaw, TrueEffect};
+
+/// What is truly so.
+#[derive(Clone)]
+pub struct Truth {
+    keys: TruthToml,
+    effects: Vec<StatedEffect>,
+    hidden: Vec<Arc<dyn Flaw>>,
+}
+
+/// An effect of the catalogue with what the scenario says of its sizes.
+#[derive(Clone)]
+pub struct StatedEffect {
+    effect: Arc<dyn Effect>,
+    /// By parameter, SI; `None` for one to be drawn.
+    sizes: Vec<Option<f64>>,
+    /// One-sigma of those to be drawn, over their plausible sizes.
+    scale: f64,
+}
+
+impl StatedEffect {
+    /// Its parameters: names, and sizes (SI) that are stated; `None` for one that is drawn.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, Option<f64>)> {
+        self.effect.parameters().iter().map(|p| p.name.as_str()).zip(self.sizes.iter().copied())
+    }
+
+    /// The effect at its true sizes; `normal(one-sigma)` draws those that are to be drawn, in the order of the parameters.
+    pub fn drawn(&self, normal: &mut dyn FnMut(f64) -> f64) -> TrueEffect {
+        let priors = self.effect.parameters().iter().map(|p| p.prior);
+        let sizes =
+            self.sizes.iter().zip(priors).map(|(size, prior)| size.unwrap_or_else(|| normal(self.scale * prior))).collect();
+        TrueEffect { effect: self.effect.clone(), sizes }
+    }
+}
+
+impl Truth {
+    pub(super) fn of(keys: TruthToml, cell: &Dataset, sources: &Sources) -> Result<Self, FileError> {
+        let n = cell.robot.joints();
+        if !keys.link_mass_error.is_empty() && keys.link_mass_error.len() != n {
+            let remedy = format!("give one number for each of the {n} links");
+            return Err(sources.wrong("truth.link_mass_error", "has the wrong length", remedy));
+        }
+        if let Some(k) = keys.link_mass_error.iter().position(|&e| e <= -1.0) {
+            let key = format!("truth.link_mass_error[{k}]");
+            return Err(sources.wrong(&key, "leaves the link no mass", "give true mass over drawn mass, minus one"));
+        }
+        for (name, error) in &keys.payload {
+            let key = format!("truth.payload.{name}");
+            let Some(payload) = cell.payloads.iter().find(|p| p.name == *name) else {
+                let known: Vec<&str> = cell.payloads.iter().map(|p| p.name.as_str()).collect();
+                return Err(sources.wrong(&key, "is not a payload", format!("name one of: {}", known.join(", "))));
+            };
+            if payload.mass + error.mass_error_kg < 0.0 {
+                let key = format!("{key}.mass_error_kg");
+                return Err(sources.wrong(&key, "leaves the payload no mass", "give true mass minus entered mass"));
+            }
+        }
+        let effects = keys.effects.iter().map(|(id, given)| stated(id, given, cell, sources)).collect::<Result<_, _>>()?;
+        let hidden = keys
+            .hidden
+            .flaws(cell)
+            .map_err(|misfit| sources.wrong(&format!("truth.hidden.{}", misfit.key), misfit.problem, misfit.remedy))?;
+        Ok(Truth { keys, effects, hidden })
+    }
+
+    /// As written.
+    pub fn keys(&self) -> &TruthToml {
+        &self.keys
+    }
+
+    /// Effects of the catalogue.
+    pub fn effects(&self) -> &[StatedEffect] {
+        &self.effects
+    }
+
+    /// All flaws of one trial; `normal(one-sigma)` draws what is to be drawn.
+    pub fn flaws(&self, normal: &mut dyn FnMut(f64) -> f64) -> Vec<Arc<dyn Flaw>> {
+        let effects = self.effects.iter().map(|effect| Arc::new(effect.drawn(normal)) as Arc<dyn Flaw>);
+        effects.chain(self.hidden.iter().cloned()).collect()
+    }
+
+    /// What is truly on the flange when `entered` is said to be.
+    pub fn payload(&self, entered: &Payload) -> Payload {
+        match self.keys.payload.get(&entered.name) {
+            Some(error) => Payload {
+                name: entered.name.clone(),
+                mass: entered.mass + error.mass_error_kg,
+                com: entered.com + Vector3::from(error.com_error_mm) * MM,
+            },
+            None => entered.clone(),
+        }
+    }
+}
+
+/// An effect with the sizes `given` under their keys.
+fn stated(id: &str, given: &BTreeMap<String, f64>, cell: &Dataset, sources: &Sources) -> Result<StatedEffect, FileError> {
+    let key = format!("truth.effects.{id}");
+    let effect = effects::build(id, &Subject::new(&cell.robot, &cell.ball_ids()))
+        .map_err(|e| sources.wrong(&key, e.to_string(), "correct its name"))?;
+    let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
+    if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {
+        let remedy = format!("its parameters are: {}, or draw", keys.join(", "));
+        return Err(sources.wrong(&format!("{key}.{unknown}"), "is not a parameter of this effect", remedy));
+    }
+    let scale = given.get("draw").copied();
+    let rest = if scale.is_some() { None } else { Some(0.0) };
+    let size = |(key, spec): (&String, &effects::ParameterSpec)| given.get(key).map(|v| spec.unit.to_si(*v)).or(rest);
+    let sizes = keys.iter().zip(effect.parameters()).map(size).collect();
+    Ok(StatedEffect { effect: effect.into(), sizes, scale: scale.unwrap_or(0.0) })
+}
+
+/// Key of a parameter in `[truth.effects.ID]`: its name without what the id already says, and its unit.
+pub fn parameter_key(id: &str, name: &str, suffix: &str) -> String {
+    let family = id.split(':').next().unwrap_or(id);
+    let own = name
+        .strip_prefix(&format!("{id}."))
+        .or_else(|| name.strip_prefix(&format!("{family}:")))
+        .or_else(|| name.strip_prefix(&format!("{family}.")))
+        .unwrap_or(name);
+    format!("{own}_{suffix}")
+}
+
+/// The sizes (SI, one for each parameter) of an effect as they stand under `[truth.effects.ID]`.
+pub fn written_sizes(effect: &dyn Effect, sizes: &[f64]) -> BTreeMap<String, f64> {
+    let key = |p: &effects::ParameterSpec| parameter_key(effect.id(), &p.name, p.unit.suffix);
+    effect.parameters().iter().zip(sizes).map(|(p, size)| (key(p), p.unit.from_si(*size))).collect()
+}

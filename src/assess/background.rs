@@ -1,0 +1,86 @@
+//! The small stuff that every robot has: all candidates at once at a common fraction of their plausible sizes.
+//!
+//! Against nothing, the best of seventy candidates sticks out as soon as a robot is ordinary: what is left is explained a little
+//! better by any of them than by noise. Against a background of all others at a common size tau, only what is unusual sticks out.
+//! Model discrepancy as a random field: Kennedy & O'Hagan 2001; Brynjarsdottir & O'Hagan 2014.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::evidence::{Remainder, Seen, ln_sum_exp};
+use crate::identify::{FitError, linalg};
+
+/// Sizes of the background, in plausible sizes; zero is none.
+pub(super) const SIZES: [f64; 7] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6];
+
+/// The background's columns along their principal directions.
+pub(super) struct Background {
+    vectors: DMatrix<f64>,
+    lambda: DVector<f64>,
+    /// Remainder along them.
+    b: DVector<f64>,
+    /// What is left at each size, and the evidence of that size.
+    pub remainders: Vec<Remainder>,
+    pub ln_evidence: Vec<f64>,
+}
+
+impl Background {
+    /// From the inner products of all columns, and with the remainder.
+    ///
+    /// # Errors
+    /// When the inner products are not finite.
+    pub fn new(gram: &DMatrix<f64>, z: &DVector<f64>, remainder: &Remainder) -> Result<Self, FitError> {
+        let (values, vectors) = linalg::symmetric_eigen(gram)?;
+        let lambda = values.map(|l| l.max(0.0));
+        let b = vectors.tr_mul(z);
+        let mut remainders = Vec::new();
+        let mut ln_evidence = Vec::new();
+        for tau in SIZES {
+            let t2 = tau * tau;
+            let taken: f64 = lambda.iter().zip(&b).map(|(l, b)| t2 / (1.0 + t2 * l) * b * b).sum();
+            let volume: f64 = lambda.iter().map(|l| -0.5 * (t2 * l).ln_1p()).sum();
+            ln_evidence.push(volume + remainder.gain(taken));
+            remainders.push(Remainder { squares: (remainder.squares - taken).max(1e-12 * remainder.squares), ..*remainder });
+        }
+        Ok(Background { vectors, lambda, b, remainders, ln_evidence })
+    }
+
+    /// Columns (given by their inner products with the background's columns) along the background's directions.
+    pub fn along(&self, cross: &DMatrix<f64>) -> DMatrix<f64> {
+        self.vectors.tr_mul(cross)
+    }
+
+    /// The candidate as it is seen against the background of size number `t`; `along` are its columns along the directions.
+    fn seen(&self, t: usize, k: &DMatrix<f64>, z: &DVector<f64>, along: &DMatrix<f64>) -> Seen {
+        let t2 = SIZES[t] * SIZES[t];
+        let weight = self.lambda.map(|l| t2 / (1.0 + t2 * l));
+        let mut weighted = along.clone();
+        for (mut row, w) in weighted.row_iter_mut().zip(&weight) {
+            row *= *w;
+        }
+        Seen::new(k - along.tr_mul(&weighted), &(z - weighted.tr_mul(&self.b)))
+    }
+
+    /// Logarithm of the evidence of a candidate over that of the background alone, all sizes of the background averaged with the
+    /// weight that the data give them.
+    pub fn ln_evidence_of(&self, k: &DMatrix<f64>, z: &DVector<f64>, along: &DMatrix<f64>, sizes: &[f64]) -> f64 {
+        let whole = ln_sum_exp(self.ln_evidence.iter().copied());
+        let with: Vec<f64> = (0..SIZES.len())
+            .map(|t| {
+                let ln_b = if SIZES[t] == 0.0 {
+                    Seen::new(k.clone(), z).ln_evidence(&self.remainders[0], sizes)
+                } else {
+                    self.seen(t, k, z, along).ln_evidence(&self.remainders[t], sizes)
+                };
+                self.ln_evidence[t] + ln_b
+            })
+            .collect();
+        ln_sum_exp(with.iter().copied()) - whole
+    }
+
+    /// The most credible size of the background, in plausible sizes.
+    pub fn size(&self) -> f64 {
+        let best = (0..SIZES.len()).max_by(|&a, &b| self.ln_evidence[a].total_cmp(&self.ln_evidence[b]));
+        best.map_or(0.0, |t| SIZES[t])
+    }
+}
+

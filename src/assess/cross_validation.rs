@@ -1,0 +1,79 @@
+//! Blocked cross-validation: does a model predict the stretch of the data that it has not seen?
+//!
+//! Folds are runs of samples as they were taken, each split of every session by itself: neighbours in time share drift, neighbours on a
+//! grid share pose, and a random fold would be predicted by them.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::examination::Examination;
+use crate::identify::{Circumstance, Knowledge, ORDINARY_WIDTH};
+
+/// Folds, where there are samples enough.
+const FOLDS: usize = 10;
+
+/// Fold of each sample: `FOLDS` runs of each session in the order of the file.
+pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
+    let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
+    let mut counts = vec![0; setups];
+    circumstances.iter().for_each(|c| counts[c.setup] += 1);
+    let mut seen = vec![0; setups];
+    let fold = |c: &Circumstance| {
+        seen[c.setup] += 1;
+        (seen[c.setup] - 1) * FOLDS.min(counts[c.setup]) / counts[c.setup]
+    };
+    circumstances.iter().map(fold).collect()
+}
+
+/// Cross-validated sum of squares of each session, whitened, of the fitted model with these columns of the examination beside it, held
+/// to an ordinary size. The model is taken as linear near the fit.
+pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside: std::ops::Range<usize>) -> Vec<f64> {
+    let Examination { rows, fitted, columns, circumstances, problem, fit, .. } = examination;
+    let (m, n) = (fitted.len(), columns.len());
+    let chosen: Vec<usize> = (0..m).chain(beside.map(|k| m + k)).chain([m + n]).collect();
+    let size = chosen.len() - 1;
+    let count = folds.iter().max().map_or(0, |f| f + 1);
+    let mut of_fold = vec![DMatrix::<f64>::zeros(size + 1, size + 1); count];
+    let mut row = DVector::zeros(size + 1);
+    let mut gather = |at: usize, row: &mut DVector<f64>| {
+        let from = rows.column(at);
+        row.iter_mut().zip(&chosen).for_each(|(x, &k)| *x = from[k]);
+    };
+    for (at, &fold) in circumstances.iter().zip(folds) {
+        for k in 0..at.height {
+            gather(at.first_row + k, &mut row);
+            of_fold[fold].syger(1.0, &row, &row, 1.0);
+        }
+    }
+    of_fold.iter_mut().for_each(|f| f.fill_upper_triangle_with_lower_triangle());
+    let mut all = of_fold.iter().fold(DMatrix::zeros(size + 1, size + 1), |sum, f| sum + f);
+    // What is known beforehand, as rows of its own; the ordinary size in units of the noise that is left.
+    let unit = (examination.remainder.squares / examination.remainder.dof).max(f64::MIN_POSITIVE);
+    for (k, p) in fit.kept.iter().enumerate() {
+        let knowledge = problem.parameters()[*p].knowledge;
+        if knowledge != Knowledge::Flat {
+            let information = knowledge.sigma().powi(-2);
+            all[(k, k)] += information;
+            all[(k, size)] -= information * fit.values[*p];
+        }
+    }
+    (m..size).for_each(|k| all[(k, k)] += unit / (ORDINARY_WIDTH * ORDINARY_WIDTH));
+    let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
+    let mut squares = vec![0.0; setups];
+    for (f, own) in of_fold.iter().enumerate() {
+        let train = &all - own;
+        // Scaled, so that millimetres and microradians weigh alike; a fold that alone knows a parameter leaves it where it is.
+        let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
+        let mut normal = DMatrix::from_fn(size, size, |r, c| train[(r, c)] * scale[r] * scale[c]);
+        (0..size).for_each(|k| normal[(k, k)] += 1e-9);
+        let gradient = DVector::from_fn(size, |k, _| train[(k, size)] * scale[k]);
+        let Some(factor) = Cholesky::new(normal) else { return vec![f64::INFINITY; setups] };
+        let step = factor.solve(&gradient).component_mul(&scale);
+        for (at, _) in circumstances.iter().zip(folds).filter(|(_, fold)| **fold == f) {
+            for k in 0..at.height {
+                gather(at.first_row + k, &mut row);
+                squares[at.setup] += (row[size] - row.rows(0, size).dot(&step)).powi(2);
+            }
+        }
+    }
+    squares
+}

@@ -1,0 +1,274 @@
+//! A fitted model with the columns of every candidate beside it, reduced to inner products after all that the model can absorb is
+//! projected out. Everything that a diagnosis says is made of these.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use super::evidence::{Remainder, Seen};
+use super::library::{Candidate, Library};
+use crate::identify::{Circumstance, Fit, IdentifyError, Knowledge, Model, Problem, Use, fit, linalg};
+use crate::measure::Dataset;
+
+/// A noise that is merely stated counts as much as so many degrees of freedom: wrong by a factor of 1.5 is nothing unusual.
+const STATED_NOISE_DOF: f64 = 4.0;
+
+/// Columns of the candidates: an effect's parameters in plausible sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Span {
+    pub first: usize,
+    pub count: usize,
+}
+
+impl Span {
+    pub fn range(self) -> std::ops::Range<usize> {
+        self.first..self.first + self.count
+    }
+}
+
+/// One number of a candidate.
+#[derive(Debug, Clone)]
+pub(super) struct Column {
+    /// Parameter of the wide problem.
+    pub parameter: usize,
+    /// Plausible size, SI.
+    pub plausible: f64,
+}
+
+/// A model fitted to data, and its candidates.
+pub struct Examination {
+    pub(super) model: Model,
+    pub(super) library: Library,
+    /// The fitted problem.
+    pub(super) problem: Problem,
+    pub(super) fit: Fit,
+    /// The same with every candidate's parameters.
+    pub(super) wide: Problem,
+    /// The fit's values and zeros.
+    pub(super) values: Vec<f64>,
+    /// Parameters of the wide problem that the fit estimated.
+    pub(super) fitted: Vec<usize>,
+    /// Columns of all candidates.
+    pub(super) columns: Vec<Column>,
+    /// Columns of each candidate.
+    pub(super) spans: Vec<Span>,
+    pub(super) circumstances: Vec<Circumstance>,
+    /// Whitened, one row a parameter of `fitted`, then one a column in plausible sizes, then the residuals.
+    pub(super) rows: DMatrix<f64>,
+    pub(super) projection: Projection,
+    /// Inner products of the candidates' projected columns.
+    pub(super) gram: DMatrix<f64>,
+    /// And with the remainder.
+    pub(super) z: DVector<f64>,
+    /// Inner products before projection, on the diagonal: how large a column is in all.
+    pub(super) whole: Vec<f64>,
+    pub(super) remainder: Remainder,
+}
+
+/// Takes out of any vector what the fitted parameters absorb.
+pub(super) struct Projection {
+    factor: Cholesky<f64, Dyn>,
+    scale: DVector<f64>,
+    /// `L^-1` times the inner products of the fitted columns with the candidates, and with the residuals.
+    pub of_columns: DMatrix<f64>,
+    pub of_residual: DVector<f64>,
+}
+
+impl Projection {
+    /// `L^-1 S x` of inner products with the fitted columns.
+    pub fn half(&self, mut products: DMatrix<f64>) -> DMatrix<f64> {
+        for (mut row, scale) in products.row_iter_mut().zip(&self.scale) {
+            row *= *scale;
+        }
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut products);
+        products
+    }
+
+    /// `(J^T J)^-1 J^T x` of such a half: how much of each fitted parameter absorbs x, SI.
+    pub fn absorbed(&self, mut half: DMatrix<f64>) -> DMatrix<f64> {
+        self.factor.l_dirty().tr_solve_lower_triangular_mut(&mut half);
+        for (mut row, scale) in half.row_iter_mut().zip(&self.scale) {
+            row *= *scale;
+        }
+        half
+    }
+
+    /// `S` with `S S^T = (J^T J)^-1`: turns independent unit normal numbers into fitted parameters' errors, SI.
+    pub fn root_of_covariance(&self) -> DMatrix<f64> {
+        let n = self.scale.len();
+        self.absorbed(DMatrix::identity(n, n))
+    }
+}
+
+impl Examination {
+    /// Fits `model` to the rows of set `fit` and lays every candidate beside it.
+    ///
+    /// # Errors
+    /// When data and model do not go together, or do not determine the unknowns.
+    pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
+        let mut problem = Problem::new(datasets, model, Use::Fit)?;
+        let fit = fit(&mut problem)?;
+        Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
+    }
+
+    /// The same fit with other candidates beside it.
+    pub(super) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
+        let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
+        problem.settle_loads(&self.fit.values);
+        let library = Library { candidates, untestable: Vec::new() };
+        Examination::of(datasets, &self.model, problem, self.fit.clone(), library)
+    }
+
+    fn of(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        problem: Problem,
+        fit: Fit,
+        library: Library,
+    ) -> Result<Self, IdentifyError> {
+        let mut wide_model = model.clone();
+        wide_model.effects.extend(library.candidates.iter().map(|c| c.id.clone()));
+        let mut wide = Problem::new(datasets, &wide_model, Use::Fit)?;
+        let mut values = wide.start();
+        let of_name = |name: &str| wide.parameters().iter().position(|p| p.name == name);
+        let mut fitted = Vec::with_capacity(fit.kept.len());
+        for (p, parameter) in problem.parameters().iter().enumerate() {
+            let Some(place) = of_name(&parameter.name) else { continue };
+            values[place] = fit.values[p];
+            if fit.kept.binary_search(&p).is_ok() {
+                fitted.push(place);
+            }
+        }
+        wide.settle_loads(&values);
+
+        let mut columns = Vec::new();
+        let spans = library.candidates.iter().map(|candidate| {
+            let first = columns.len();
+            let parameters = wide.parameters().iter().enumerate().filter(|(_, p)| p.effect == candidate.id);
+            columns.extend(parameters.map(|(k, p)| Column { parameter: k, plausible: p.spec.prior }));
+            Span { first, count: columns.len() - first }
+        });
+        let spans: Vec<Span> = spans.collect();
+
+        let rows = lay_out(&wide, &values, &fitted, &columns);
+        let mut products = DMatrix::zeros(rows.nrows(), rows.nrows());
+        linalg::normal_matrix(&rows, &mut products);
+        let (m, n) = (fitted.len(), columns.len());
+        // What is known beforehand of a fitted parameter is a measurement of it: a row of its own, of which no candidate knows.
+        let mut normal = products.view((0, 0), (m, m)).into_owned();
+        let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
+        let mut squares = products[(m + n, m + n)];
+        for (k, p) in fit.kept.iter().enumerate() {
+            if problem.parameters()[*p].knowledge != Knowledge::Flat {
+                let information = problem.parameters()[*p].knowledge.sigma().powi(-2);
+                normal[(k, k)] += information;
+                gradient[k] -= information * fit.values[*p];
+                squares += information * fit.values[*p].powi(2);
+            }
+        }
+        let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
+        let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
+        let factor = Cholesky::new(scaled).ok_or(crate::identify::FitError::Singular)?;
+        let empty = DMatrix::zeros(m, 0);
+        let mut projection = Projection { factor, scale, of_columns: empty, of_residual: DVector::zeros(m) };
+        projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
+        projection.of_residual = projection.half(gradient).column(0).into_owned();
+        let gram = products.view((m, m), (n, n)) - projection.of_columns.tr_mul(&projection.of_columns);
+        let z = products.view((m, m + n), (n, 1)).column(0) - projection.of_columns.tr_mul(&projection.of_residual);
+        let left = (squares - projection.of_residual.norm_squared()).max(f64::MIN_POSITIVE);
+        let remainder = if problem.noise_stated() {
+            Remainder { squares: left + STATED_NOISE_DOF, dof: fit.dof as f64 + STATED_NOISE_DOF }
+        } else {
+            Remainder { squares: left, dof: fit.dof as f64 }
+        };
+        Ok(Examination {
+            model: model.clone(),
+            circumstances: wide.circumstances(&values),
+            whole: (0..n).map(|k| products[(m + k, m + k)]).collect(),
+            library,
+            problem,
+            fit,
+            wide,
+            values,
+            fitted,
+            columns,
+            spans,
+            rows,
+            projection,
+            gram,
+            z,
+            remainder,
+        })
+    }
+
+    /// The fit.
+    pub fn fit(&self) -> &Fit {
+        &self.fit
+    }
+
+    /// The fitted problem.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// The candidates.
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
+
+    /// A candidate as the data see it.
+    pub(super) fn seen(&self, candidate: usize) -> Seen {
+        let Span { first, count } = self.spans[candidate];
+        Seen::new(self.gram.view((first, first), (count, count)).into_owned(), &self.z.rows(first, count).into_owned())
+    }
+
+    /// Coefficients of a candidate held to `width` plausible sizes, and their covariance, in plausible sizes, where the whitened
+    /// residuals have variance `unit`.
+    pub(super) fn posterior(&self, candidate: usize, width: f64, unit: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let Span { first, count } = self.spans[candidate];
+        let precision =
+            self.gram.view((first, first), (count, count)) / unit + DMatrix::identity(count, count) / (width * width);
+        // Held to a size, it is positive definite.
+        let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count) * width * width);
+        (&covariance * self.z.rows(first, count) / unit, covariance)
+    }
+
+    /// Whether `other` can stand in for what `candidate` explains: less than `share` of it would be left.
+    pub(super) fn is_near_alias(&self, candidate: usize, other: usize, share: f64) -> bool {
+        let (a, b) = (self.spans[candidate], self.spans[other]);
+        let (mean, _) = self.posterior(candidate, 10.0, self.remainder.squares / self.remainder.dof);
+        let own = self.gram.view((a.first, a.first), (a.count, a.count));
+        let energy = (own * &mean).dot(&mean);
+        let with_other = self.gram.view((b.first, a.first), (b.count, a.count)) * &mean;
+        let seen = Seen::new(self.gram.view((b.first, b.first), (b.count, b.count)).into_owned(), &with_other);
+        energy > 0.0 && energy - seen.explained().0 < share * energy
+    }
+
+    /// Share of a candidate's energy that the fitted model does not absorb.
+    pub(super) fn visible(&self, candidate: usize) -> f64 {
+        let energy = |of: &dyn Fn(usize) -> f64| self.spans[candidate].range().map(of).sum::<f64>();
+        let whole = energy(&|k| self.whole[k]);
+        if whole > 0.0 { (energy(&|k| self.gram[(k, k)]) / whole).clamp(0.0, 1.0) } else { 0.0 }
+    }
+}
+
+/// Whitened columns of the fitted parameters (SI) and of the candidates (in plausible sizes), then the residuals, transposed.
+fn lay_out(wide: &Problem, values: &[f64], fitted: &[usize], columns: &[Column]) -> DMatrix<f64> {
+    // A certified ball is both fitted and a candidate: its columns are computed once and copied.
+    let mut parameters: Vec<usize> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).collect();
+    parameters.sort_unstable();
+    parameters.dedup();
+    let all = wide.whitened(values, &parameters);
+    let place = |p: usize| parameters.binary_search(&p).unwrap_or_else(|_| unreachable!("listed above"));
+    let sources: Vec<(usize, f64)> = fitted
+        .iter()
+        .map(|&p| (place(p), 1.0))
+        .chain(columns.iter().map(|c| (place(c.parameter), c.plausible)))
+        .chain([(parameters.len(), 1.0)])
+        .collect();
+    let mut rows = DMatrix::zeros(sources.len(), all.ncols());
+    for (mut to, from) in rows.column_iter_mut().zip(all.column_iter()) {
+        for (x, (source, scale)) in to.iter_mut().zip(&sources) {
+            *x = from[*source] * scale;
+        }
+    }
+    rows
+}

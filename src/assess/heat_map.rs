@@ -1,0 +1,259 @@
+//! For what no effect of the library describes: is there any smooth error of one joint that follows one variable?
+//!
+//! For every joint and variable, `theta_J += f(v)`, f a Gaussian process of squared-exponential covariance on u in [-1, 1] (the range of v
+//! in the data), as a series of sines on [-1.5, 1.5] (Solin & Särkkä 2020, Eq. 56-58).
+
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::background::Background;
+use super::evidence::{Seen, ln_mean_exp};
+use super::examination::Examination;
+use super::sweep::{self, Sweep};
+use crate::units::URAD;
+
+/// Length scales on [-1, 1], and the terms that carry them.
+const SCALES: [(f64, usize); 2] = [(0.25, 14), (0.7, 8)];
+
+/// Plausible amplitude of an error of a joint that follows anything.
+const AMPLITUDE: f64 = 60.0 * URAD;
+
+/// Amplitudes tried, in plausible ones.
+const SIZES: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
+
+/// Half the length on which the series lives; the data lie in [-1, 1].
+const HALF_LENGTH: f64 = 1.5;
+
+/// Points at which a curve is drawn.
+const DRAWN: usize = 41;
+
+/// What a joint's error may follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variable {
+    /// Angle of a joint, counted from 0.
+    Angle(usize),
+    /// Sum of the angles of joints 2 and 3: how the forearm stands, where axes 2 and 3 are parallel.
+    Forearm,
+    /// Moment of the load about a joint, counted from 0.
+    Torque(usize),
+    /// Time since the session began.
+    Time,
+}
+
+impl Variable {
+    /// As in the user's own effects: `q1`, `q2 + q3`, `tau2`, `time_s`.
+    pub fn expression(self) -> String {
+        match self {
+            Variable::Angle(j) => format!("q{}", j + 1),
+            Variable::Forearm => "(q2 + q3)".into(),
+            Variable::Torque(j) => format!("tau{}", j + 1),
+            Variable::Time => "time_s".into(),
+        }
+    }
+
+    /// Unit in which it is shown, and its SI value.
+    pub fn unit(self) -> (&'static str, f64) {
+        match self {
+            Variable::Angle(_) | Variable::Forearm => ("deg", crate::units::DEG),
+            Variable::Torque(_) => ("N·m", 1.0),
+            Variable::Time => ("s", 1.0),
+        }
+    }
+}
+
+/// Evidence that the error of a joint follows a variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// The joint, counted from 0.
+    pub joint: usize,
+    /// What its error follows.
+    pub variable: Variable,
+    /// Logarithm of the evidence over that of noise alone.
+    pub ln_evidence: f64,
+    /// Logarithm of the evidence over that of the ordinary small stuff of a robot.
+    pub ln_evidence_against_background: f64,
+    /// Share of the remaining squares that the curve takes.
+    pub explains: f64,
+}
+
+/// An error of a joint as it follows a variable, with its band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// The variable, SI.
+    pub at: Vec<f64>,
+    /// The error, rad; the part of it that the fitted model absorbs is not seen.
+    pub mean: Vec<f64>,
+    /// Its one-sigma, rad.
+    pub sigma: Vec<f64>,
+    /// The same curve as terms of a user's own effect: expressions whose coefficients are in rad, with the plausible size of each.
+    pub terms: Vec<(String, f64)>,
+}
+
+/// All cells, and the curve of the best.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct HeatMap {
+    /// Joint by joint; what does not vary in the data is left out.
+    pub cells: Vec<Cell>,
+    /// Place of the best against the background.
+    pub best: Option<usize>,
+    /// Its curve.
+    pub curve: Option<Curve>,
+}
+
+/// A variable in the data: its values on [-1, 1], and what they stand for.
+struct Scaled {
+    variable: Variable,
+    centre: f64,
+    half_range: f64,
+    u: Vec<f64>,
+}
+
+impl Scaled {
+    fn new(variable: Variable, values: Option<Vec<f64>>) -> Option<Self> {
+        let values = values?;
+        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (centre, half_range) = ((low + high) / 2.0, (high - low) / 2.0);
+        // What varies by rounding alone has no shape.
+        (half_range > 1e-6 * centre.abs().max(1e-3)).then(|| Scaled {
+            variable,
+            centre,
+            half_range,
+            u: values.iter().map(|v| (v - centre) / half_range).collect(),
+        })
+    }
+}
+
+fn frequency(m: usize) -> f64 {
+    (m + 1) as f64 * PI / (2.0 * HALF_LENGTH)
+}
+
+/// Root of the spectral density at term `m`.
+fn weight(m: usize, length: f64) -> f64 {
+    ((2.0 * PI).sqrt() * length * (-(length * frequency(m)).powi(2) / 2.0).exp()).sqrt()
+}
+
+fn term(m: usize, length: f64, u: f64) -> f64 {
+    weight(m, length) * (frequency(m) * (u + HALF_LENGTH)).sin() / HALF_LENGTH.sqrt()
+}
+
+impl HeatMap {
+    /// Tries every joint and variable on what the fit leaves.
+    pub(super) fn new(examination: &Examination, background: &Background) -> Self {
+        let variables = variables(examination);
+        let joints = examination.problem.robot().joints();
+        let terms: usize = SCALES.iter().map(|(_, m)| m).sum();
+        let samples = examination.circumstances.len();
+        let mut features = DMatrix::zeros(variables.len() * terms, samples);
+        for (v, scaled) in variables.iter().enumerate() {
+            let mut b = v * terms;
+            for (length, count) in SCALES {
+                for m in 0..count {
+                    for (i, &u) in scaled.u.iter().enumerate() {
+                        features[(b, i)] = term(m, length, u);
+                    }
+                    b += 1;
+                }
+            }
+        }
+        let of_joint = |j: usize| {
+            let sweep =
+                Sweep::new(examination, background, sweep::joint(&examination.circumstances, j), features.clone());
+            let of_variable = |(v, scaled): (usize, &Scaled)| {
+                let mut first = v * terms;
+                let mut found = [Vec::new(), Vec::new()];
+                let mut explains = 0.0_f64;
+                for (_, count) in SCALES {
+                    let block = sweep.block(first, count, AMPLITUDE);
+                    let [plain, aware] = block.ln_evidence(examination, background, &SIZES);
+                    found[0].push(plain);
+                    found[1].push(aware);
+                    explains = explains.max(Seen::new(block.k, &block.z).explained().0 / examination.remainder.squares);
+                    first += count;
+                }
+                Cell {
+                    joint: j,
+                    variable: scaled.variable,
+                    ln_evidence: ln_mean_exp(&found[0]),
+                    ln_evidence_against_background: ln_mean_exp(&found[1]),
+                    explains,
+                }
+            };
+            variables.iter().enumerate().map(of_variable).collect::<Vec<Cell>>()
+        };
+        let cells: Vec<Cell> = (0..joints).into_par_iter().map(of_joint).collect::<Vec<_>>().into_iter().flatten().collect();
+        let aware = |k: &usize| cells[*k].ln_evidence_against_background;
+        let best = (0..cells.len()).max_by(|a, b| aware(a).total_cmp(&aware(b)));
+        let curve = best.and_then(|k| {
+            let scaled = variables.iter().find(|s| s.variable == cells[k].variable)?;
+            Some(curve(examination, background, cells[k].joint, scaled))
+        });
+        HeatMap { cells, best, curve }
+    }
+
+    /// The best cell.
+    pub fn best_cell(&self) -> Option<&Cell> {
+        self.best.map(|k| &self.cells[k])
+    }
+
+    /// Mean evidence of all cells against the background, as one hypothesis: some joint follows something.
+    pub(super) fn ln_evidence_against_background(&self) -> f64 {
+        ln_mean_exp(&self.cells.iter().map(|c| c.ln_evidence_against_background).collect::<Vec<_>>())
+    }
+}
+
+fn variables(examination: &Examination) -> Vec<Scaled> {
+    let circumstances = &examination.circumstances;
+    let robot = examination.problem.robot();
+    let joints = robot.joints();
+    let angle = |j: usize| Some(circumstances.iter().map(|c| c.q[j]).collect());
+    let parallel = joints > 2 && robot.links[2].mdh.alpha.sin().abs() < 1e-3;
+    let mut all: Vec<(Variable, Option<Vec<f64>>)> = (0..joints).map(|j| (Variable::Angle(j), angle(j))).collect();
+    if parallel {
+        all.push((Variable::Forearm, Some(circumstances.iter().map(|c| c.q[1] + c.q[2]).collect())));
+    }
+    if robot.has_masses() {
+        let torque = |j: usize| Some(circumstances.iter().map(|c| c.tau[j]).collect());
+        all.extend((0..joints).map(|j| (Variable::Torque(j), torque(j))));
+    }
+    all.push((Variable::Time, circumstances.iter().map(|c| c.time_s).collect()));
+    all.into_iter().filter_map(|(variable, values)| Scaled::new(variable, values)).collect()
+}
+
+/// Posterior of the better of the length scales, at the most credible amplitude.
+fn curve(examination: &Examination, background: &Background, joint: usize, scaled: &Scaled) -> Curve {
+    let samples = scaled.u.len();
+    let candidates = SCALES.map(|(length, count)| {
+        let features = DMatrix::from_fn(count, samples, |m, i| term(m, length, scaled.u[i]));
+        let sweep = Sweep::new(examination, background, sweep::joint(&examination.circumstances, joint), features);
+        let block = sweep.block(0, count, AMPLITUDE);
+        let seen = Seen::new(block.k.clone(), &block.z);
+        let of_size = SIZES.map(|s| (s, seen.ln_evidence(&examination.remainder, &[s])));
+        let (size, ln_evidence) = of_size.into_iter().fold((1.0, f64::NEG_INFINITY), |a, b| if b.1 > a.1 { b } else { a });
+        (ln_evidence, length, count, size, block)
+    });
+    let [first, second] = candidates;
+    let (_, length, count, size, block) = if first.0 >= second.0 { first } else { second };
+    let remainder = &examination.remainder;
+    let explained = Seen::new(block.k.clone(), &block.z).explained().0;
+    let noise = ((remainder.squares - explained) / remainder.dof).max(f64::MIN_POSITIVE);
+    let precision = &block.k / noise + DMatrix::identity(count, count) / (size * size);
+    let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
+    let mean: DVector<f64> = &covariance * &block.z / noise;
+    let mut curve = Curve { at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
+    for k in 0..DRAWN {
+        let u = 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
+        let features = DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
+        curve.at.push(scaled.centre + u * scaled.half_range);
+        curve.mean.push(features.dot(&mean));
+        curve.sigma.push((&covariance * &features).dot(&features).max(0.0).sqrt());
+    }
+    for m in 0..count {
+        let slope = frequency(m) / scaled.half_range;
+        let phase = frequency(m) * (HALF_LENGTH - scaled.centre / scaled.half_range);
+        let expression = format!("sin({slope:?} * {} + ({phase:?}))", scaled.variable.expression());
+        curve.terms.push((expression, size * AMPLITUDE * weight(m, length) / HALF_LENGTH.sqrt()));
+    }
+    curve
+}

@@ -1,0 +1,243 @@
+//! What may be missing: every candidate of the library, and every family whose place (an order, a moment, a sample) a scan finds.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::background::Background;
+use super::evidence::{SIZES, ln_mean_exp};
+use super::examination::Examination;
+use super::library::Untestable;
+use super::sweep::{self, Sweep};
+use crate::effects::{self, Subject};
+
+/// Where a scan found its effect.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// Periods per turn.
+    Order(u32),
+    /// Seconds since the session began.
+    Time(f64),
+    /// Name of a sample.
+    Sample(String),
+}
+
+/// One answer to the question what is missing, with its evidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hypothesis {
+    /// Id of the catalogue.
+    pub effect: String,
+    /// The id under which a model takes it: with its moment or sample, where a scan found one.
+    pub in_model: String,
+    /// Where a scan found it.
+    pub place: Option<Place>,
+    /// Logarithm of the evidence over that of noise alone. Of a scan: averaged over all places.
+    pub ln_evidence: f64,
+    /// Logarithm of the evidence over that of the ordinary small stuff of a robot.
+    pub ln_evidence_against_background: f64,
+    /// Share of the remaining squares that its best coefficients take.
+    pub explains: f64,
+    /// Number of its coefficients that the data see.
+    pub coefficients: usize,
+    /// Share of its energy that the fitted model does not absorb.
+    pub visible: f64,
+    /// Number of places tried.
+    pub places: usize,
+}
+
+/// Whole orders tried on every joint; once and twice per turn are effects of their own.
+const ORDERS: std::ops::RangeInclusive<u32> = 3..=140;
+
+/// Usual ratios of strain-wave gears, where the robot's are not known: their ripple is once and twice per turn of the wave generator.
+const USUAL_RATIOS: [u32; 11] = [30, 50, 51, 80, 81, 100, 101, 120, 121, 160, 161];
+
+/// Change points tried.
+const MOMENTS: usize = 24;
+
+/// Every hypothesis on a fitted model, in the order of the catalogue, the scanned ones last.
+pub(super) fn hypotheses(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
+    let mut all = named(examination, background);
+    let joints = examination.problem.robot().joints();
+    let harmonics: Vec<Option<Hypothesis>> =
+        (0..joints).into_par_iter().map(|j| harmonic(examination, background, j)).collect();
+    all.extend(harmonics.into_iter().flatten());
+    let (steps, untestable) = steps(examination, background);
+    all.extend(steps);
+    all.extend(outlier(examination, background));
+    (all, untestable)
+}
+
+fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> {
+    let of_candidate = |k: usize| {
+        let candidate = &examination.library.candidates[k];
+        let span = examination.spans[k];
+        let (first, count) = (span.first, span.count);
+        let gram = examination.gram.view((first, first), (count, count)).into_owned();
+        let z = examination.z.rows(first, count).into_owned();
+        let along = background.along(&examination.gram.columns(first, count).into_owned());
+        let seen = examination.seen(k);
+        let (explained, coefficients) = seen.explained();
+        Hypothesis {
+            effect: candidate.id.clone(),
+            in_model: candidate.id.clone(),
+            place: None,
+            ln_evidence: seen.ln_evidence(&examination.remainder, &SIZES),
+            ln_evidence_against_background: background.ln_evidence_of(&gram, &z, &along, &SIZES),
+            explains: explained / examination.remainder.squares,
+            coefficients,
+            visible: examination.visible(k),
+            places: 1,
+        }
+    };
+    (0..examination.library.candidates.len()).into_par_iter().map(of_candidate).collect()
+}
+
+/// A family tried at many places: its evidence is the average, its place the best.
+struct Tried {
+    places: Vec<(Place, String)>,
+    plain: Vec<f64>,
+    aware: Vec<f64>,
+    explained: Vec<(f64, usize)>,
+    visible: Vec<f64>,
+}
+
+impl Tried {
+    fn new() -> Self {
+        Tried { places: Vec::new(), plain: Vec::new(), aware: Vec::new(), explained: Vec::new(), visible: Vec::new() }
+    }
+
+    fn push(
+        &mut self,
+        examination: &Examination,
+        background: &Background,
+        place: Place,
+        in_model: String,
+        block: &sweep::Block,
+    ) {
+        let [plain, aware] = block.ln_evidence(examination, background, &SIZES);
+        self.plain.push(plain);
+        self.aware.push(aware);
+        self.explained.push(super::evidence::Seen::new(block.k.clone(), &block.z).explained());
+        self.visible.push(if block.whole > 0.0 { (block.k.trace() / block.whole).clamp(0.0, 1.0) } else { 0.0 });
+        self.places.push((place, in_model));
+    }
+
+    /// The hypothesis, named after its best place by `effect`.
+    fn hypothesis(self, examination: &Examination, effect: impl Fn(&str) -> String) -> Option<Hypothesis> {
+        let best = (0..self.places.len()).max_by(|&a, &b| self.aware[a].total_cmp(&self.aware[b]))?;
+        let (place, in_model) = self.places[best].clone();
+        Some(Hypothesis {
+            effect: effect(&in_model),
+            in_model,
+            place: Some(place),
+            ln_evidence: ln_mean_exp(&self.plain),
+            ln_evidence_against_background: ln_mean_exp(&self.aware),
+            explains: self.explained[best].0 / examination.remainder.squares,
+            coefficients: self.explained[best].1,
+            visible: self.visible[best],
+            places: self.places.len(),
+        })
+    }
+}
+
+/// A ripple of unknown order of joint `j`.
+fn harmonic(examination: &Examination, background: &Background, j: usize) -> Option<Hypothesis> {
+    let robot = examination.problem.robot();
+    let mut orders: Vec<u32> = ORDERS.collect();
+    if robot.gear_ratios.is_empty() {
+        orders.extend(USUAL_RATIOS.iter().flat_map(|&n| [n, 2 * n]));
+        orders.sort_unstable();
+        orders.dedup();
+    }
+    let id = |k: u32| format!("harmonic:{}:{k}", j + 1);
+    orders.retain(|&k| !examination.model.effects.contains(&id(k)) && examination.library.place(&id(k)).is_none());
+    let plausible = plausible(examination, &id(*orders.first()?))?;
+    let samples = examination.circumstances.len();
+    let mut features = DMatrix::zeros(2 * orders.len(), samples);
+    for (i, at) in examination.circumstances.iter().enumerate() {
+        for (b, &k) in orders.iter().enumerate() {
+            let (sin, cos) = (f64::from(k) * at.q[j]).sin_cos();
+            features[(2 * b, i)] = sin;
+            features[(2 * b + 1, i)] = cos;
+        }
+    }
+    let sweep = Sweep::new(examination, background, sweep::joint(&examination.circumstances, j), features);
+    let mut tried = Tried::new();
+    for (b, &k) in orders.iter().enumerate() {
+        let block = sweep.block(2 * b, 2, plausible);
+        tried.push(examination, background, Place::Order(k), id(k), &block);
+    }
+    tried.hypothesis(examination, str::to_owned)
+}
+
+/// Plausible size of the first number of an effect.
+fn plausible(examination: &Examination, id: &str) -> Option<f64> {
+    let subject = Subject::new(examination.problem.robot(), &[]);
+    effects::build(id, &subject).ok()?.parameters().first().map(|p| p.prior)
+}
+
+/// Something that moved once, at a moment to be found.
+fn steps(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
+    let circumstances = &examination.circumstances;
+    let joints = examination.problem.robot().joints();
+    let ids: Vec<String> = ["base_step".to_owned(), "tool_step".to_owned()]
+        .into_iter()
+        .chain((1..=joints).map(|j| format!("joint_step:{j}")))
+        .collect();
+    let needs = if circumstances.iter().any(|c| c.time_s.is_none()) {
+        "column time_s"
+    } else if examination.problem.setups().len() > 1 {
+        "data of one session alone"
+    } else {
+        let moments = moments(circumstances.iter().filter_map(|c| c.time_s).collect());
+        let found = |id: &String| step(examination, background, id, &moments);
+        return (ids.par_iter().filter_map(found).collect(), Vec::new());
+    };
+    (Vec::new(), ids.into_iter().map(|effect| Untestable { effect, needs }).collect())
+}
+
+fn step(examination: &Examination, background: &Background, id: &str, moments: &[f64]) -> Option<Hypothesis> {
+    let circumstances = &examination.circumstances;
+    let carriers = match id.split_once(':') {
+        Some((_, joint)) => sweep::joint(circumstances, joint.parse::<usize>().ok()? - 1),
+        None if id == "base_step" => sweep::base(circumstances),
+        None => sweep::tool(circumstances),
+    };
+    let plausible = plausible(examination, &format!("{id}:0"))?;
+    let after = |b: usize, i: usize| if circumstances[i].time_s > Some(moments[b]) { 1.0 } else { 0.0 };
+    let features = DMatrix::from_fn(moments.len(), circumstances.len(), after);
+    let sweep = Sweep::new(examination, background, carriers, features);
+    let mut tried = Tried::new();
+    for (b, &moment) in moments.iter().enumerate() {
+        let in_model = format!("{id}:{moment}");
+        tried.push(examination, background, Place::Time(moment), in_model, &sweep.block(b, 1, plausible));
+    }
+    tried.hypothesis(examination, |_| id.to_owned())
+}
+
+/// Moments between samples, evenly spread over them; s, to the tenth.
+fn moments(mut times: Vec<f64>) -> Vec<f64> {
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    let between: Vec<f64> = times.windows(2).map(|w| ((w[0] + w[1]) * 5.0).round() / 10.0).collect();
+    let count = between.len().min(MOMENTS);
+    let mut moments: Vec<f64> = (0..count).map(|k| between[(2 * k + 1) * between.len() / (2 * count)]).collect();
+    moments.dedup();
+    moments
+}
+
+/// One sample that disagrees with all others.
+fn outlier(examination: &Examination, background: &Background) -> Option<Hypothesis> {
+    let ids = examination.problem.sample_ids();
+    let plausible = plausible(examination, &format!("outlier:{}", ids.first()?))?;
+    let sweep = Sweep::of_each_sample(examination, background, sweep::base(&examination.circumstances));
+    let mut tried = Tried::new();
+    for (i, id) in ids.iter().enumerate() {
+        let in_model = format!("outlier:{id}");
+        if examination.model.effects.contains(&in_model) {
+            continue;
+        }
+        let block = sweep.of_sample(i, plausible);
+        tried.push(examination, background, Place::Sample(id.clone()), in_model, &block);
+    }
+    tried.hypothesis(examination, |_| "outlier".into())
+}

@@ -1,0 +1,162 @@
+//! Columns that vary with a position: an order, a change point, a length scale. Each is a carrier (how the residual of a sample moves
+//! with a place of the arm) times a feature (a number of the sample), so that thousands cost one product of matrices.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::background::Background;
+use super::evidence::Seen;
+use super::examination::Examination;
+use crate::identify::{Circumstance, linalg};
+
+/// Projected columns `carrier_c(i) feature_b(i)`; column `b * carriers + c`.
+pub(super) struct Sweep<'a> {
+    examination: &'a Examination,
+    carriers: Vec<Vec<Vector3<f64>>>,
+    /// Features x samples.
+    features: DMatrix<f64>,
+    /// Halves of the fitted parameters' products.
+    half: DMatrix<f64>,
+    /// Products with the candidates' columns, projected; and along the background's directions.
+    pub cross: DMatrix<f64>,
+    along: DMatrix<f64>,
+    z: DVector<f64>,
+}
+
+/// A stretch of a sweep as one candidate.
+pub(super) struct Block {
+    pub k: DMatrix<f64>,
+    pub z: DVector<f64>,
+    along: DMatrix<f64>,
+    /// Energy before projection.
+    pub whole: f64,
+}
+
+impl<'a> Sweep<'a> {
+    /// Columns of these carriers (one vector a sample each) times these features (features x samples).
+    pub fn new(
+        examination: &'a Examination,
+        background: &Background,
+        carriers: Vec<Vec<Vector3<f64>>>,
+        features: DMatrix<f64>,
+    ) -> Self {
+        let mut products = DMatrix::zeros(examination.rows.nrows(), features.nrows() * carriers.len());
+        for (c, carrier) in carriers.iter().enumerate() {
+            let of_carrier = linalg::product_with_transposed(&moved(examination, carrier), &features);
+            for (b, column) in of_carrier.column_iter().enumerate() {
+                products.set_column(b * carriers.len() + c, &column);
+            }
+        }
+        Sweep::of(examination, background, carriers, features, products)
+    }
+
+    /// The carriers at one sample after the other.
+    pub fn of_each_sample(examination: &'a Examination, background: &Background, carriers: Vec<Vec<Vector3<f64>>>) -> Self {
+        let samples = examination.circumstances.len();
+        let mut products = DMatrix::zeros(examination.rows.nrows(), samples * carriers.len());
+        for (c, carrier) in carriers.iter().enumerate() {
+            for (i, column) in moved(examination, carrier).column_iter().enumerate() {
+                products.set_column(i * carriers.len() + c, &column);
+            }
+        }
+        Sweep::of(examination, background, carriers, DMatrix::zeros(0, samples), products)
+    }
+
+    fn of(
+        examination: &'a Examination,
+        background: &Background,
+        carriers: Vec<Vec<Vector3<f64>>>,
+        features: DMatrix<f64>,
+        products: DMatrix<f64>,
+    ) -> Self {
+        let (m, n) = (examination.fitted.len(), examination.columns.len());
+        let projection = &examination.projection;
+        let half = projection.half(products.rows(0, m).into_owned());
+        let cross = products.rows(m, n) - projection.of_columns.tr_mul(&half);
+        let z = products.row(m + n).transpose() - half.tr_mul(&projection.of_residual);
+        let along = background.along(&cross);
+        Sweep { examination, carriers, features, half, cross, along, z }
+    }
+
+    /// The columns of features `first` ... `first + count` as one candidate, of plausible size `plausible` (SI) each.
+    pub fn block(&self, first: usize, count: usize, plausible: f64) -> Block {
+        let carriers = self.carriers.len();
+        let (from, wide) = (first * carriers, count * carriers);
+        let mut own = DMatrix::zeros(wide, wide);
+        let samples = self.examination.circumstances.iter().enumerate();
+        for (i, at) in samples {
+            let feature = self.features.view((first, i), (count, 1));
+            if feature.iter().all(|f| *f == 0.0) {
+                continue;
+            }
+            let among = |c: usize, d: usize| {
+                (0..at.height).map(|axis| self.carriers[c][i][axis] * self.carriers[d][i][axis]).sum::<f64>()
+            };
+            for c in 0..carriers {
+                for d in 0..carriers {
+                    let weight = among(c, d);
+                    for b in 0..count {
+                        for e in 0..count {
+                            own[(b * carriers + c, e * carriers + d)] += weight * feature[b] * feature[e];
+                        }
+                    }
+                }
+            }
+        }
+        self.projected(own, from, wide, plausible)
+    }
+
+    fn projected(&self, own: DMatrix<f64>, from: usize, wide: usize, plausible: f64) -> Block {
+        let half = self.half.columns(from, wide);
+        let s2 = plausible * plausible;
+        Block {
+            whole: own.trace() * s2,
+            k: (own - half.tr_mul(&half)) * s2,
+            z: self.z.rows(from, wide) * plausible,
+            along: self.along.columns(from, wide) * plausible,
+        }
+    }
+
+    /// The carriers at sample `i`, of a sweep [over each sample](Sweep::of_each_sample).
+    pub fn of_sample(&self, i: usize, plausible: f64) -> Block {
+        let carriers = self.carriers.len();
+        let height = self.examination.circumstances[i].height;
+        let among = |c: usize, d: usize| (0..height).map(|a| self.carriers[c][i][a] * self.carriers[d][i][a]).sum::<f64>();
+        self.projected(DMatrix::from_fn(carriers, carriers, among), i * carriers, carriers, plausible)
+    }
+}
+
+/// Products of a carrier at each sample with all rows of the examination: rows x samples.
+fn moved(examination: &Examination, carrier: &[Vector3<f64>]) -> DMatrix<f64> {
+    let rows = &examination.rows;
+    let mut moved = DMatrix::zeros(rows.nrows(), carrier.len());
+    for ((i, at), carrier) in examination.circumstances.iter().enumerate().zip(carrier) {
+        let mut to = moved.column_mut(i);
+        for axis in 0..at.height {
+            to.axpy(carrier[axis], &rows.column(at.first_row + axis), 1.0);
+        }
+    }
+    moved
+}
+
+impl Block {
+    /// Logarithm of the evidence against nothing, and against the background.
+    pub fn ln_evidence(&self, examination: &Examination, background: &Background, sizes: &[f64]) -> [f64; 2] {
+        let plain = Seen::new(self.k.clone(), &self.z).ln_evidence(&examination.remainder, sizes);
+        [plain, background.ln_evidence_of(&self.k, &self.z, &self.along, sizes)]
+    }
+}
+
+/// Carrier: the angle of joint `j`.
+pub(super) fn joint(circumstances: &[Circumstance], j: usize) -> Vec<Vec<Vector3<f64>>> {
+    vec![circumstances.iter().map(|c| c.joints[j]).collect()]
+}
+
+/// Carriers: the place of the base in the world.
+pub(super) fn base(circumstances: &[Circumstance]) -> Vec<Vec<Vector3<f64>>> {
+    (0..3).map(|k| circumstances.iter().map(|c| c.base[k]).collect()).collect()
+}
+
+/// Carriers: the TCP in the last frame.
+pub(super) fn tool(circumstances: &[Circumstance]) -> Vec<Vec<Vector3<f64>>> {
+    (0..3).map(|k| circumstances.iter().map(|c| c.tool[k]).collect()).collect()
+}

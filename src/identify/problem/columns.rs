@@ -1,0 +1,66 @@
+//! The problem as a diagnosis sees it: whitened columns of any parameters, and under which circumstances each sample was taken.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::{Linearised, Problem, Workspace};
+use crate::robot::{Loads, MdhEntry, Site};
+
+/// Under which circumstances a sample was taken, and how its whitened residual moves with the places that a scan varies.
+pub(crate) struct Circumstance {
+    /// First scalar residual, and their number: three, or one for a distance.
+    pub first_row: usize,
+    pub height: usize,
+    /// Set-up that it belongs to.
+    pub setup: usize,
+    /// Joint angles, rad (N).
+    pub q: Vec<f64>,
+    /// Moment of the load about each joint, N·m (N).
+    pub tau: Vec<f64>,
+    /// Seconds since its session began.
+    pub time_s: Option<f64>,
+    /// Whitened column of each joint's angle (N); only x counts for a distance.
+    pub joints: Vec<Vector3<f64>>,
+    /// Whitened columns of the base's position in the world.
+    pub base: [Vector3<f64>; 3],
+    /// Whitened columns of the TCP's position in the last frame.
+    pub tool: [Vector3<f64>; 3],
+}
+
+impl Problem {
+    /// Whitened columns of `parameters` at `values`, transposed, the residuals in the last row: (parameters + 1) x residuals.
+    pub(crate) fn whitened(&self, values: &[f64], parameters: &[usize]) -> DMatrix<f64> {
+        let mut near = Linearised::new(self, parameters);
+        self.linearise(values, &mut Workspace::new(&self.robot), &mut near);
+        near.transposed
+    }
+
+    /// Circumstances of every sample, the arm standing as `values` say.
+    pub(crate) fn circumstances(&self, values: &[f64]) -> Vec<Circumstance> {
+        let n = self.robot.joints();
+        let mut work = Workspace::new(&self.robot);
+        let mut loads = Loads::new(n);
+        let of_row = |row: &super::SampleRow| {
+            self.pose(row, values, &mut work);
+            let sight = self.residual(row, &work).1;
+            let whiten = |column: Vector3<f64>| match sight {
+                Some(sight) => Vector3::new(row.whitener[(0, 0)] * sight.dot(&column), 0.0, 0.0),
+                None => row.whitener * column,
+            };
+            let column = |site: Site| whiten(work.posture.column(site));
+            let setup = &self.setups[row.setup];
+            row.load(&self.robot, &self.cells[row.cell], &setup.gravity, &work.posture, &mut loads);
+            Circumstance {
+                first_row: row.first_row,
+                height: row.height(),
+                setup: row.setup,
+                q: row.q().to_vec(),
+                tau: loads.tau.clone(),
+                time_s: row.time_s(),
+                joints: (0..n).map(|j| column(Site::Mdh(j, MdhEntry::Theta))).collect(),
+                base: [0, 1, 2].map(|k| column(Site::Base(crate::robot::Axis6::ALL[k]))),
+                tool: [0, 1, 2].map(|k| column(Site::Tool(k))),
+            }
+        };
+        self.rows.iter().map(of_row).collect()
+    }
+}

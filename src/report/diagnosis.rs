@@ -1,0 +1,173 @@
+//! A diagnosis in words, tables and JSON.
+
+use serde_json::{Value, json};
+
+use super::tables::plain_table;
+use crate::assess::{Diagnosis, Finding, HeatMap, Place, Verdict};
+use crate::units::{MM, URAD};
+
+/// Format tag.
+const FORMAT: &str = "calibench-diagnosis/1";
+
+/// A diagnosis as one JSON document.
+pub fn diagnosis_json(d: &Diagnosis) -> Value {
+    let findings: Vec<Value> = d.findings.iter().enumerate().map(|(k, f)| finding_json(k + 1, f)).collect();
+    let untestable: Vec<Value> = d.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
+    let contributions: Vec<Value> = d
+        .contributions
+        .iter()
+        .map(|c| json!({"effect": c.effect, "share": c.share, "size_plausible": c.size}))
+        .collect();
+    json!({
+        "format": FORMAT,
+        "samples": d.samples,
+        "dof": d.dof,
+        "rms_mm": d.rms / MM,
+        "noise_mm": d.noise / MM,
+        "unexplained_mm": d.unexplained / MM,
+        "chi2_per_dof": d.chi2_per_dof,
+        "lack_of_fit_p": d.lack_of_fit_p,
+        "verdict": d.verdict.name(),
+        "set95": d.set95,
+        "nothing_probability": d.nothing,
+        "background_plausible": d.background,
+        "findings": findings,
+        "contributions": contributions,
+        "heat_map": heat_map_json(&d.heat_map),
+        "untestable": untestable,
+        "fitted": d.fitted,
+        "sentences": sentences(d),
+    })
+}
+
+fn finding_json(rank: usize, f: &Finding) -> Value {
+    let h = &f.hypothesis;
+    let parameters: Vec<Value> = f
+        .parameters
+        .iter()
+        .map(|p| json!({"name": p.name, "value": p.unit.from_si(p.value), "sigma": p.unit.from_si(p.sigma), "unit": p.unit.symbol}))
+        .collect();
+    let at = match &h.place {
+        None => Value::Null,
+        Some(Place::Order(k)) => json!({"order": k}),
+        Some(Place::Time(t)) => json!({"time_s": t}),
+        Some(Place::Sample(id)) => json!({"sample": id}),
+    };
+    json!({
+        "rank": rank,
+        "effect": h.effect,
+        "in_model": h.in_model,
+        "at": at,
+        "probability": f.probability,
+        "explains": h.explains,
+        "p_family": f.p_family,
+        "delta_bic": f.delta_bic,
+        "cv_gain": f.cv_gain,
+        "visible": h.visible,
+        "ln_evidence": h.ln_evidence,
+        "ln_evidence_against_background": h.ln_evidence_against_background,
+        "rivals": f.rivals,
+        "parameters": parameters,
+    })
+}
+
+fn heat_map_json(map: &HeatMap) -> Value {
+    let cells: Vec<Value> = map
+        .cells
+        .iter()
+        .map(|c| {
+            json!({"joint": c.joint + 1, "against": c.variable.expression(), "ln_evidence": c.ln_evidence,
+                "ln_evidence_against_background": c.ln_evidence_against_background, "explains": c.explains})
+        })
+        .collect();
+    let best = map.best_cell().zip(map.curve.as_ref()).map(|(cell, curve)| {
+        let (unit, si) = cell.variable.unit();
+        let points: Vec<Value> = (0..curve.at.len())
+            .map(|k| json!({"x": curve.at[k] / si, "mean_urad": curve.mean[k] / URAD, "sigma_urad": curve.sigma[k] / URAD}))
+            .collect();
+        json!({"joint": cell.joint + 1, "against": cell.variable.expression(), "x_unit": unit, "curve": points})
+    });
+    json!({"cells": cells, "best": best})
+}
+
+/// A diagnosis as tables for a terminal.
+pub fn diagnosis_text(d: &Diagnosis) -> String {
+    let mut out = String::new();
+    for sentence in sentences(d) {
+        out.push_str(&sentence);
+        out.push('\n');
+    }
+    let rows: Vec<[String; 9]> = d
+        .findings
+        .iter()
+        .map(|f| {
+            let h = &f.hypothesis;
+            [
+                h.in_model.clone(),
+                format!("{:.3}", f.probability),
+                format!("{:+.1}", h.ln_evidence_against_background),
+                format!("{:+.1}", h.ln_evidence),
+                format!("{:.0}", 100.0 * h.explains),
+                format!("{:+.0}", 100.0 * f.cv_gain),
+                format!("{:.1}", 100.0 * h.visible),
+                sizes(f),
+                f.rivals.join(", "),
+            ]
+        })
+        .collect();
+    out.push_str("\nWHAT STICKS OUT of the ordinary\n");
+    out.push_str(&plain_table(
+        &[
+            "effect",
+            "probability",
+            "ln B ordinary",
+            "ln B noise",
+            "explains %",
+            "cv gain %",
+            "visible %",
+            "as it would be fitted",
+            "same in these data",
+        ],
+        &rows,
+    ));
+    let rows: Vec<[String; 3]> = d
+        .contributions
+        .iter()
+        .take(10)
+          .map(|c| [c.effect.clone(), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)])
+        .collect();
+    out.push_str("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
+    out.push_str(&plain_table(&["effect", "share of what is left %", "size, plausible sizes"], &rows));
+    out
+}
+
+fn sizes(f: &Finding) -> String {
+    let one = |p: &crate::assess::FoundParameter| {
+        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.symbol)
+    };
+    let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
+    let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };
+    shown.join(", ") + &more
+}
+
+/// The findings in words: what is seen, what it means, what to do.
+pub fn sentences(d: &Diagnosis) -> Vec<String> {
+    let mut all = vec![format!(
+        "{} samples leave {:.4} mm rms (3-D); noise alone would leave {:.4} mm, so {:.4} mm is unexplained (chi2/dof {:.2} on {}).",
+        d.samples,
+        d.rms / MM,
+        d.noise / MM,
+        d.unexplained / MM,
+        d.chi2_per_dof,
+        d.dof
+    )];
+    match d.verdict {
+        Verdict::NothingLeft => all.push("Verdict: nothing_left. What remains is noise.".into()),
+        Verdict::Identified => all.push(format!("Verdict: identified. {} is missing in the model.", d.set95.join(""))),
+        Verdict::Indistinguishable => {
+            all.push(format!("Verdict: indistinguishable. One of {} is missing; these data cannot tell which.", d.set95.join(", ")));
+        }
+        Verdict::Unexplained => all.push("Verdict: unexplained. Something is left, and no effect of the catalogue explains it.".into()),
+    }
+    all
+}
