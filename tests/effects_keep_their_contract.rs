@@ -29,10 +29,10 @@ fn ids(subject: &Subject<'_>) -> Vec<String> {
     CATALOGUE.iter().flat_map(|f| [f.ids(subject), f.scanned(subject, value(f.scan))].concat()).collect()
 }
 
-/// The members that stand for their families where each would take too long: all of joints 2 and 5, and one of any other kind.
+/// The members that stand for their families where each would take too long: all of joints 2 and 6, and one of any other kind.
 fn some_ids(subject: &Subject<'_>) -> Vec<String> {
     let stands_for = |id: &String| match id.split(':').nth(1) {
-        Some(argument) => ["2", "5", "b007", "2400", "temp"].contains(&argument),
+        Some(argument) => ["2", "6", "b007", "2400", "temp"].contains(&argument),
         None => true,
     };
     ids(subject).into_iter().filter(stands_for).collect()
@@ -131,9 +131,12 @@ fn what_is_injected_is_recovered() {
     let cell = cell();
     let balls = cell.ball_ids();
     let subject = Subject::new(&cell.robot, &balls);
-    for id in some_ids(&subject) {
+    // Joint 2 turns through two thirds of a circle, on which forty orders cannot be told apart without their plausible sizes.
+    for id in some_ids(&subject).into_iter().filter(|id| id != "error_curve:2") {
         let effect = build(&id, &subject).unwrap();
-        let model = model(effect.as_ref());
+        let mut model = model(effect.as_ref());
+        // By the data alone.
+        model.width.insert(id.clone(), f64::INFINITY);
         let mut data = cell.clone();
         let truth = injected(&Problem::new(&[("d", &data)], &model, Use::Fit).unwrap());
         make_true(&mut data, &model, &truth);

@@ -92,11 +92,9 @@ impl World {
         let payloads: Vec<Payload> = nominal.payloads.iter().map(|p| scenario.truth().payload(p)).collect();
         let payload = payloads.first().cloned().unwrap_or_else(Payload::none);
         let robot = std::sync::Arc::new(robot);
-        let arm = Arm {
-            balls: nominal.balls.iter().map(|b| b.position).collect(),
-            session_s: PROBING_S * (scenario.plan.poses_per_ball * nominal.balls.len()) as f64,
-            ..Arm::new(robot.clone(), nominal.base, tool, payload, nominal.gravity, flaws)
-        };
+        let mut arm = Arm::new(robot.clone(), nominal.base, tool, payload, nominal.gravity, flaws);
+        arm.balls = nominal.balls.iter().map(|b| b.position).collect();
+        arm.session_s = PROBING_S * (scenario.plan.poses_per_ball * nominal.balls.len()) as f64;
         let CampaignSettings { joint_motion, plunger_motion, .. } = CampaignSettings::default();
         let mut world = World {
             arm,
