@@ -64,7 +64,8 @@ impl Library {
 
 /// What an effect lacks in any of the datasets.
 pub(super) fn missing_somewhere(effect: &dyn Effect, datasets: &[(&str, &Dataset)], model: &Model) -> Option<&'static str> {
-    let _ = (effect, datasets, model); None
+    let _ = (effect, datasets, model);
+    None
 }
 
 /// Names of the families.
@@ -75,10 +76,17 @@ pub(super) fn families() -> impl Iterator<Item = &'static str> {
 fn shim_ids(subject: &Subject<'_>) -> Vec<String> {
     let n = subject.robot.joints();
     let mut out = vec!["joint_compliance".to_owned(), "tool_frame".into(), "pedestal".into()];
-    for b in subject.balls { out.push(format!("ball:{b}")); }
-    for f in ["joint_compliance", "harmonic1","harmonic2","stiffening","gravity_backlash","bearing_tilt"] {
-        for j in 1..=n { out.push(format!("{f}:{j}")); }
+    for b in subject.balls {
+        out.push(format!("ball:{b}"));
     }
-    for (j, r) in subject.robot.gear_ratios.iter().enumerate() { out.push(format!("harmonic:{}:{}", j+1, *r as u32)); out.push(format!("harmonic:{}:{}", j+1, 2 * *r as u32)); }
+    for f in ["joint_compliance", "harmonic1", "harmonic2", "stiffening", "gravity_backlash", "bearing_tilt"] {
+        for j in 1..=n {
+            out.push(format!("{f}:{j}"));
+        }
+    }
+    for (j, r) in subject.robot.gear_ratios.iter().enumerate() {
+        out.push(format!("harmonic:{}:{}", j + 1, *r as u32));
+        out.push(format!("harmonic:{}:{}", j + 1, 2 * *r as u32));
+    }
     out
 }

@@ -15,8 +15,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::files::one_line;
 use calibench::effects::Subject;
+use calibench::files::one_line;
 use calibench::identify::{IdentifyError, Model, ProblemError, read_model};
 use calibench::measure::{Dataset, read_dataset};
 use clap::error::ErrorKind;

@@ -160,9 +160,15 @@ pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Re
     let as_here = |e: FileError| sources.wrong(&e.field, e.problem, e.remedy);
     check_description(cell, &sources.folder()).map_err(as_here)?;
     let balls = cell.ball_ids();
-    let (own, effects) =
-        check_effects(Path::new(""), "", "model.effects", &toml.model.effects, &toml.model.effect, &Subject::new(&cell.robot, &balls))
-            .map_err(as_here)?;
+    let (own, effects) = check_effects(
+        Path::new(""),
+        "",
+        "model.effects",
+        &toml.model.effects,
+        &toml.model.effect,
+        &Subject::new(&cell.robot, &balls),
+    )
+    .map_err(as_here)?;
     Ok(Model { effects, own, ..Model::default() })
 }
 
