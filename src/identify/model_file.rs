@@ -40,7 +40,7 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
             let remedy = "name an effect of the list `effects`";
             return Err(field_error(path, &text, &key, format!("'{id}' is no effect of this model"), remedy));
         }
-        if !(*width > 0.0) {
+        if width.is_nan() || *width <= 0.0 {
             return Err(field_error(
                 path,
                 &text,
