@@ -7,6 +7,7 @@
 mod assembly;
 mod columns;
 mod sample_row;
+mod samples_view;
 mod start;
 
 use std::collections::HashMap;
@@ -19,6 +20,7 @@ use self::assembly::Assembly;
 pub use self::assembly::missing;
 pub(crate) use self::columns::Circumstance;
 use self::sample_row::{Cell, DistanceRow, Moves, SampleRow, Scale};
+pub use self::samples_view::PosedSample;
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};
 use crate::measure::{Dataset, Sample, SampleSet};
@@ -356,6 +358,11 @@ impl Problem {
     /// Whether what the parameters move depends on their values: by the posture that they give, or by the compliances among them.
     pub(super) fn depends_on_values(&self) -> bool {
         self.torque_posture == TorquePosture::Identified || self.acts_through_compliance
+    }
+
+    /// Whether an effect of the model acts through the compliances sought.
+    pub(super) fn acts_through_compliance(&self) -> bool {
+        self.acts_through_compliance
     }
 
     /// That every effect has a value at every sample.

@@ -1,6 +1,7 @@
 //! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
 
 mod catalogue;
+mod compare;
 mod diagnose;
 mod identify;
 mod import;
@@ -61,6 +62,8 @@ enum Verb {
     Ladder(ladder::Arguments),
     /// Blind trials of the diagnosis, held against the truth
     Study(study::Arguments),
+    /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
+    Compare(compare::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -91,6 +94,7 @@ pub fn main() -> ExitCode {
         Verb::Diagnose(a) => diagnose::run(a),
         Verb::Ladder(a) => ladder::run(a),
         Verb::Study(a) => study::run(a),
+        Verb::Compare(a) => compare::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),

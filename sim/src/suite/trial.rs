@@ -89,7 +89,7 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     let mut random = streams.stream("suite");
     let cell = scenario.dataset();
     let model = &scenario.model;
-    let (hidden, kind, size) = hide(case, &cell, model, plans, &mut random);
+    let (mut hidden, kind, size) = hide(case, &cell, model, plans, &mut random);
     let mut keys = scenario.truth().keys().clone();
     let balls = cell.ball_ids();
     let subject = Subject::new(&cell.robot, &balls);
@@ -140,6 +140,8 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     let with = |ids: &[String]| -> Result<f64, IdentifyError> {
         error(&identify(&data, &ids.iter().fold(model.clone(), |m, id| m.with(id)))?)
     };
+    // What the data cannot test they do not see: it is no contributor.
+    hidden.retain(|(id, _)| kind == "one" || !diagnosis.untestable.iter().any(|u| u.effect == *id));
     let visible = examination.visible_rms(&data, &hidden).unwrap_or_default();
     let outcome = Outcome {
         case: case.kind.to_string(),
