@@ -46,6 +46,8 @@ impl Unit {
     pub const UM: Unit = Unit { symbol: "um", suffix: "um", si: UM };
     /// Degree.
     pub const DEG: Unit = Unit { symbol: "deg", suffix: "deg", si: DEG };
+    /// Milliradian.
+    pub const MRAD: Unit = Unit { symbol: "mrad", suffix: "mrad", si: MRAD };
     /// Microradian.
     pub const URAD: Unit = Unit { symbol: "urad", suffix: "urad", si: URAD };
     /// Thousandth of a degree per newton metre, the paper's unit of joint compliance.
@@ -57,9 +59,31 @@ impl Unit {
     /// A ratio.
     pub const RATIO: Unit = Unit { symbol: "1", suffix: "ratio", si: 1.0 };
 
+    /// Microradian per radian, a millionth of an angle.
+    pub const URAD_PER_RAD: Unit = Unit { symbol: "urad/rad", suffix: "urad_per_rad", si: 1e-6 };
+    /// Micrometre per metre, a millionth of a length.
+    pub const UM_PER_M: Unit = Unit { symbol: "um/m", suffix: "um_per_m", si: 1e-6 };
+    /// Micrometre per metre and kelvin, a millionth of a length per kelvin.
+    pub const UM_PER_M_K: Unit = Unit { symbol: "um/(m·K)", suffix: "um_per_m_k", si: 1e-6 };
+    /// Kilogram.
+    pub const KG: Unit = Unit { symbol: "kg", suffix: "kg", si: 1.0 };
+
     /// Every unit there is.
-    pub const ALL: [Unit; 8] =
-        [Unit::MM, Unit::UM, Unit::DEG, Unit::URAD, Unit::MDEG_PER_NM, Unit::URAD_PER_NM, Unit::PER_MN_M2, Unit::RATIO];
+    pub const ALL: [Unit; 13] = [
+        Unit::MM,
+        Unit::UM,
+        Unit::DEG,
+        Unit::MRAD,
+        Unit::URAD,
+        Unit::MDEG_PER_NM,
+        Unit::URAD_PER_NM,
+        Unit::PER_MN_M2,
+        Unit::RATIO,
+        Unit::URAD_PER_RAD,
+        Unit::UM_PER_M,
+        Unit::UM_PER_M_K,
+        Unit::KG,
+    ];
 
     /// The unit written so.
     pub fn from_symbol(symbol: &str) -> Option<Unit> {

@@ -306,7 +306,7 @@ fn dataset(folder: &Path) -> Result<(), FileError> {
 fn model(folder: &Path) -> Result<(), FileError> {
     let robot = built_in("kr6_r700").expect("built in");
     let balls = ["1".to_owned(), "2".to_owned()];
-    read_model(&folder.join("model.toml"), &Subject { robot: &robot, balls: &balls }).map(drop)
+    read_model(&folder.join("model.toml"), &Subject::new(&robot, &balls)).map(drop)
 }
 
 fn robot(folder: &Path) -> Result<(), FileError> {

@@ -2,26 +2,26 @@
 
 use std::sync::Arc;
 
-use calibench::effects::Situation;
+use calibench::effects::{ArtifactShape, Kind, Situation};
+use calibench::measure::Dataset;
 use calibench::robot::{FramePose, Loads, Payload, Pose, Posture, Robot, Site, SiteIndex};
 use nalgebra::Vector3;
 
-use crate::flaw::Flaw;
+use crate::flaw::Flaws;
 
 /// The true arm on its true base with its true tool.
 pub struct Arm {
-    /// The robot with its true masses; geometry as drawn, deviations come from `flaws`.
-    pub robot: Arc<Robot>,
-    /// Nominal base; deviations come from `flaws`.
-    pub base: FramePose,
+    /// The robot with its true masses; geometry as drawn, deviations come from the flaws.
+    robot: Arc<Robot>,
+    /// What its owner knows of the cell.
+    nominal: Dataset,
+    artifact: ArtifactShape,
     /// True TCP in the last frame.
-    pub tool: FramePose,
+    tool: FramePose,
     /// True payload.
     pub payload: Payload,
-    /// Gravity in the world, m/s².
-    pub gravity: Vector3<f64>,
-    /// What is wrong with the cell.
-    pub flaws: Vec<Arc<dyn Flaw>>,
+    flaws: Flaws,
+    session_s: f64,
     posture: Posture,
     loads: Loads,
     deviations: Vec<f64>,
@@ -36,51 +36,56 @@ const MOST_EVALUATIONS: usize = 40;
 /// What the arm's surroundings are at one moment.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moment<'a> {
-    /// Ball being probed, by its place in the artifact.
-    pub ball: Option<usize>,
+    /// What is measured.
+    pub kind: Option<Kind>,
+    /// Name of the sample.
+    pub sample: Option<&'a str>,
     /// Seconds since the session began.
     pub time_s: f64,
     /// Temperature of the robot, °C.
     pub temp_c: f64,
+    /// Joint angles that the controller commands, rad.
+    pub commanded: Option<&'a [f64]>,
     /// Sign of each joint's last motion.
     pub approach: Option<&'a [i8]>,
+    /// Sign of each plunger's last motion.
+    pub plungers: Option<[i8; 3]>,
+    /// What the indicators have left to read: the ball's centre in the tool, m.
+    pub reading: Option<Vector3<f64>>,
     /// Force on the tool at the TCP, world axes, N.
     pub force: Vector3<f64>,
 }
 
 impl Arm {
-    /// An arm in a cell with those flaws.
-    pub fn new(
-        robot: Arc<Robot>,
-        base: FramePose,
-        tool: FramePose,
-        payload: Payload,
-        gravity: Vector3<f64>,
-        flaws: Vec<Arc<dyn Flaw>>,
-    ) -> Self {
+    /// An arm in the cell that its owner takes for `nominal`, with its true masses, TCP, payload and flaws, in a session of about that
+    /// length.
+    pub fn new(robot: Arc<Robot>, nominal: Dataset, tool: FramePose, payload: Payload, flaws: Flaws, session_s: f64) -> Self {
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
-        Arm { robot, base, tool, payload, gravity, flaws, posture, loads, deviations }
+        let balls: Vec<Vector3<f64>> = nominal.balls.iter().map(|b| b.position).collect();
+        let artifact = ArtifactShape::of(&balls);
+        Arm { robot, nominal, artifact, tool, payload, flaws, session_s, posture, loads, deviations }
     }
 
     /// `world_from_tool` with the links at joint angles `q` (rad), at static equilibrium: loads are those of the deflected arm.
     pub fn settle(&mut self, q: &[f64], moment: &Moment<'_>) -> Pose {
         self.deviations.fill(0.0);
-        self.posture.set(&self.robot, &self.base, &self.tool, q, &self.deviations);
+        let base = self.nominal.base;
+        self.posture.set(&self.robot, &base, &self.tool, q, &self.deviations);
         let mut tcp = Vector3::repeat(f64::INFINITY);
         for _ in 0..MOST_EVALUATIONS {
             if (self.posture.tcp() - tcp).norm() < AT_REST {
                 break;
             }
             tcp = self.posture.tcp();
-            self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.gravity, &moment.force);
+            self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.nominal.gravity, &moment.force);
             self.deviate(q, moment);
-            self.posture.set(&self.robot, &self.base, &self.tool, q, &self.deviations);
+            self.posture.set(&self.robot, &base, &self.tool, q, &self.deviations);
         }
         self.posture.world_from_tool(&self.tool)
     }
 
-    /// How far the ball, or where a point is measured, stands from its place, world, m; of the moment at which the arm settled last.
+    /// How far the ball, or the point as measured, stands from its place, world, m; at the moment for which the arm settled last.
     pub fn target_moved(&self) -> Vector3<f64> {
         let sites = SiteIndex::new(self.robot.joints());
         Vector3::from_fn(|k, _| self.deviations[sites.of(Site::Target(k))])
@@ -89,20 +94,30 @@ impl Arm {
     /// Finds the deviations of all sites in the present posture.
     fn deviate(&mut self, q: &[f64], moment: &Moment<'_>) {
         let situation = Situation {
-            robot: &self.robot,
-            q,
-            posture: &self.posture,
-            loads: &self.loads,
-            payload: &self.payload,
-            ball: moment.ball,
-            time_s: Some(moment.time_s),
-            temp_c: Some(moment.temp_c),
+            gravity: self.nominal.gravity,
+            tool: self.nominal.tool,
+            compliance: &self.flaws.compliance,
+            sample: moment.sample,
+            kind: moment.kind,
+            target: match moment.kind {
+                Some(Kind::Ball(ball)) => self.nominal.balls.get(ball).map(|b| b.position),
+                Some(Kind::Point) => Some(self.posture.tcp()),
+                _ => None,
+            },
+            artifact: Some(self.artifact),
+            reading: moment.reading,
+            plungers: moment.plungers,
+            q_commanded: moment.commanded,
             approach: moment.approach,
+            time_s: Some(moment.time_s),
+            duration_s: Some(self.session_s),
+            temp_c: Some(moment.temp_c),
+            ..Situation::at_rest(&self.robot, q, &self.posture, &self.loads, &self.payload)
         };
         let sites = SiteIndex::new(self.robot.joints());
         self.deviations.fill(0.0);
         let deviations = &mut self.deviations;
-        for flaw in &self.flaws {
+        for flaw in &self.flaws.all {
             flaw.moves(&situation, &mut |site, by| deviations[sites.of(site)] += by);
         }
     }

@@ -25,3 +25,12 @@ impl Flaw for TrueEffect {
         self.effect.terms(at, &mut |k, site, weight| moved(site, weight * self.sizes[k]));
     }
 }
+
+/// All flaws of a cell.
+#[derive(Clone, Default)]
+pub struct Flaws {
+    /// What moves its sites.
+    pub all: Vec<Arc<dyn Flaw>>,
+    /// Compliance that each joint truly has, rad/(N·m): what loads that are not as entered act through.
+    pub compliance: Vec<f64>,
+}

@@ -36,6 +36,20 @@ pub struct HiddenToml {
     pub smooth_field: Option<SmoothField>,
 }
 
+impl HiddenToml {
+    /// The joints that err, from 1.
+    pub fn joints(&self) -> Vec<usize> {
+        let one = [
+            self.cable_spring.as_ref().map(|f| f.joint),
+            self.third_harmonic.as_ref().map(|f| f.joint),
+            self.gear_defect.as_ref().map(|f| f.joint),
+            self.smooth_field.as_ref().map(|f| f.joint),
+        ];
+        let wrist = self.cross_coupled_wrist.iter().flat_map(|_| [3, 4]);
+        one.into_iter().flatten().chain(wrist).collect()
+    }
+}
+
 /// A key under `[truth.hidden]` that does not fit the robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misfit {
@@ -158,17 +172,7 @@ mod tests {
                 robot.links.iter().enumerate().map(|(i, l)| l.limits[0] + (l.limits[1] - l.limits[0]) * share(i)).collect();
             posture.set(robot, &cell.base, &cell.tool, &q, &none);
             loads.weigh(robot, &posture, payload, &cell.gravity, &Vector3::zeros());
-            let at = Situation {
-                robot,
-                q: &q,
-                posture: &posture,
-                loads: &loads,
-                payload,
-                ball: None,
-                time_s: None,
-                temp_c: None,
-                approach: None,
-            };
+            let at = Situation::at_rest(robot, &q, &posture, &loads, payload);
             flaw.moves(&at, &mut |site, by| squares += if site == theta(joint) { by * by } else { 0.0 });
         }
         (squares / 2000.0).sqrt()

@@ -7,7 +7,7 @@ use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker};
+use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, session_s};
 use crate::random::Streams;
 use crate::scenario::{Expectation, Quantity, Scenario};
 use crate::score::Score;
@@ -137,7 +137,7 @@ pub fn measure_all(
     plans: &Plans,
     witness: &mut dyn Witness,
 ) -> Result<Measurements, RunError> {
-    let session = Session::begin(scenario, streams)?;
+    let session = Session::begin(scenario, streams, session_s(scenario, &plans.plan.probings, plans.tracker.points.len()))?;
     Ok(measured(&session, scenario, plans, witness)?.0)
 }
 
@@ -172,7 +172,7 @@ fn measured(
 /// # Errors
 /// When a stage cannot be completed.
 pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dyn Witness) -> Result<Run, RunError> {
-    let session = Session::begin(scenario, streams)?;
+    let session = Session::begin(scenario, streams, session_s(scenario, &plans.plan.probings, plans.tracker.points.len()))?;
     let (measured, tracker) = measured(&session, scenario, &plans, witness)?;
     let Measurements { mastering, campaign, fit, validation, .. } = measured;
     let points = session.points(&tracker, &plans.tracker.identification, "i", SampleSet::Fit)?;

@@ -23,6 +23,7 @@ pub use bodies::ball_body;
 pub use expect::{Expectation, Quantity};
 pub use keys::{CentringToml, Order, PlanToml, ScenarioToml, TrackerToml};
 use sources::Sources;
+use crate::suite::SuiteToml;
 pub use truth::{StatedEffect, Truth, parameter_key, written_sizes};
 pub use truth_keys::{IndicatorTruth, PayloadTruth, TrackerTruth, TruthToml};
 
@@ -48,6 +49,8 @@ pub struct Scenario {
     pub model: Model,
     /// What must come out.
     pub expect: Vec<Expectation>,
+    /// Blind trials of the diagnosis.
+    pub suite: Option<SuiteToml>,
     cell: Dataset,
     outward: Vec<Unit<Vector3<f64>>>,
     bodies: Bodies,
@@ -70,19 +73,20 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
     check::numbers(&merged, &sources)?;
     check::keys(&toml, robot.joints(), &sources)?;
     let cell = cell(&toml, robot);
-    check::cell(&cell, &toml, &sources)?;
+    let model = check::cell(&cell, &toml, &sources)?;
     Ok(Scenario {
         outward: toml.balls.iter().map(|b| Unit::new_normalize(Vector3::from(b.outward))).collect(),
         bodies: Bodies::of(&toml, cell.robot.joints(), &sources)?,
         truth: Truth::of(toml.truth, &cell, &sources)?,
         expect: check::expectations(&toml.expect, &sources)?,
+        suite: toml.suite,
         name: toml.name,
         question: toml.question,
         seed: toml.seed,
         plan: toml.plan,
         centring: toml.centring,
         tracker: toml.tracker,
-        model: Model { effects: toml.model.effects, ..Model::default() },
+        model,
         cell,
         sources: Arc::new(sources),
     })

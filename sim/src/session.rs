@@ -2,8 +2,8 @@
 
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
-    Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, LastMotion, Mastering, MasteringError,
-    MasteringSettings, Measured, PlannedPose, Sample, SampleSet, Witness, master,
+    Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, LastMotion, Mastering,
+    MasteringError, MasteringSettings, Measured, PlannedPose, Probing, Progress, Sample, SampleSet, Witness, master,
 };
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
@@ -31,12 +31,13 @@ pub struct Points {
 }
 
 impl<'a> Session<'a> {
-    /// Masters the gauge of a scenario's cell, its errors drawn from the streams of a trial.
+    /// Masters the gauge of a scenario's cell, its errors drawn from the streams of a trial; all that is fitted will be measured in
+    /// about so many seconds.
     ///
     /// # Errors
     /// When the gauge cannot be mastered.
-    pub fn begin(scenario: &'a Scenario, streams: Streams) -> Result<Self, MasteringError> {
-        let world = SharedWorld::new(World::new(scenario, &streams));
+    pub fn begin(scenario: &'a Scenario, streams: Streams, session_s: f64) -> Result<Self, MasteringError> {
+        let world = SharedWorld::new(World::new(scenario, &streams, session_s));
         let clock = || world.robot().clock_s();
         let mastering =
             master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
@@ -66,7 +67,8 @@ impl<'a> Session<'a> {
             let (robot, indicators) = (self.world.robot(), self.world.indicators());
             let controller =
                 CenteringController::new(robot, indicators, TriCal::default(), self.mastering.free_reading, settings.clone());
-            let part = Campaign::new(controller, CampaignSettings::default()).run(&with_it, witness);
+            let mut naming = Naming { world: &self.world, witness: &mut *witness };
+            let part = Campaign::new(controller, CampaignSettings::default()).run(&with_it, &mut naming);
             record.samples.extend(part.samples);
             record.probings.extend(part.probings.into_iter().map(|mut probing| {
                 probing.pose = places[probing.pose];
@@ -110,6 +112,8 @@ impl<'a> Session<'a> {
         motion.rest_at(&robot.joints()?);
         let mut points = Points { samples: Vec::with_capacity(poses.len()), truth: Vec::with_capacity(poses.len()) };
         for (k, target) in poses.iter().enumerate() {
+            let id = format!("{prefix}{:03}", k + 1);
+            self.world.name_sample(&id);
             robot.move_joints(target)?;
             let q = robot.joints()?;
             motion.rest_at(&q);
@@ -122,9 +126,30 @@ impl<'a> Session<'a> {
                 temp_c: robot.temperature_c(),
                 approach: Some(motion.signs().to_vec()),
                 q_commanded: robot.commanded(),
-                ..Sample::new(format!("{prefix}{:03}", k + 1), q, Measured::Point(point))
+                ..Sample::new(id, q, Measured::Point(point))
             });
         }
         Ok(points)
+    }
+}
+
+/// Tells the cell which sample is being taken: a truth may be about one of them.
+struct Naming<'a> {
+    world: &'a SharedWorld,
+    witness: &'a mut dyn Witness,
+}
+
+impl Witness for Naming<'_> {
+    fn probing_started(&mut self, pose: &PlannedPose, attempt: usize, progress: &Progress) {
+        self.world.name_sample(&pose.id);
+        self.witness.probing_started(pose, attempt, progress);
+    }
+
+    fn iteration(&mut self, pose: &PlannedPose, iteration: &Iteration) {
+        self.witness.iteration(pose, iteration);
+    }
+
+    fn probing_finished(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
+        self.witness.probing_finished(pose, probing, sample);
     }
 }

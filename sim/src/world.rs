@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
+use calibench::effects::Kind;
 use calibench::measure::{Attendant, CalledOff, CampaignSettings, Dataset, LastMotion};
 use calibench::robot::{FramePose, Payload, Pose, RelTool, RelToolError, Robot};
 use calibench::units::UM;
@@ -21,7 +22,7 @@ use crate::random::{Streams, noisy_point};
 use crate::scenario::Scenario;
 
 /// A wireless indicator answers about eight times a second.
-const READING_S: f64 = 0.125;
+pub const READING_S: f64 = 0.125;
 
 /// A ball further from the TCP than this touches no plunger, m.
 const OUT_OF_REACH: f64 = 0.05;
@@ -49,6 +50,7 @@ pub struct World {
     rel_tool: RelTool,
     joint_motion: LastMotion,
     plunger_motion: LastMotion,
+    sample: Option<String>,
     time_s: f64,
     pose: Pose,
     motion: ChaCha8Rng,
@@ -61,12 +63,11 @@ fn normal(sigma: f64, rng: &mut ChaCha8Rng) -> f64 {
 }
 
 impl World {
-    /// The cell of a scenario, its errors drawn from the streams of a trial.
-    pub fn new(scenario: &Scenario, streams: &Streams) -> Self {
+    /// The cell of a scenario, its errors drawn from the streams of a trial; the session will take about so many seconds.
+    pub fn new(scenario: &Scenario, streams: &Streams, session_s: f64) -> Self {
         let nominal = scenario.dataset();
         let truth = scenario.truth().keys();
-        let mut sizes = streams.stream("effects");
-        let flaws = scenario.truth().flaws(&mut |sigma| normal(sigma, &mut sizes));
+        let flaws = scenario.truth().flaws(streams, nominal.robot.joints());
         let mut robot = Robot::clone(&nominal.robot);
         for (link, error) in robot.links.iter_mut().zip(&truth.link_mass_error) {
             link.mass *= 1.0 + error;
@@ -89,7 +90,7 @@ impl World {
         let payloads: Vec<Payload> = nominal.payloads.iter().map(|p| scenario.truth().payload(p)).collect();
         let payload = payloads.first().cloned().unwrap_or_else(Payload::none);
         let robot = std::sync::Arc::new(robot);
-        let arm = Arm::new(robot.clone(), nominal.base, tool, payload, nominal.gravity, flaws);
+        let arm = Arm::new(robot.clone(), nominal.clone(), tool, payload, flaws, session_s);
         let CampaignSettings { joint_motion, plunger_motion, .. } = CampaignSettings::default();
         let mut world = World {
             arm,
@@ -106,6 +107,7 @@ impl World {
             nominal,
             joint_motion: LastMotion::new(joint_motion),
             plunger_motion: LastMotion::new(plunger_motion),
+            sample: None,
             time_s: 0.0,
             pose: Pose::identity(),
             motion: streams.stream("motion"),
@@ -156,7 +158,11 @@ impl World {
         // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
         for _ in 0..MOST_BALANCINGS {
             let moment = Moment {
-                ball: near,
+                kind: near.map(Kind::Ball).or((!self.artifact_is_there).then_some(Kind::Point)),
+                sample: self.sample.as_deref(),
+                commanded: Some(self.joints.commanded()),
+                plungers: <[i8; 3]>::try_from(self.plunger_motion.signs()).ok(),
+                reading: ball.map(|b: PresentedBall| b.centre),
                 time_s: self.time_s,
                 temp_c: self.controller.temperature_c(self.time_s),
                 approach: Some(self.joint_motion.signs()),
@@ -253,6 +259,11 @@ impl SharedWorld {
     /// The TCP in the world that the tracker's nests carry, m.
     pub fn point(&self) -> Vector3<f64> {
         self.0.borrow().point()
+    }
+
+    /// Tells the cell the name of the sample that is being taken.
+    pub fn name_sample(&self, id: &str) {
+        self.0.borrow_mut().sample = Some(id.to_owned());
     }
 
     /// What is on the flange, by its place among the payloads.

@@ -34,7 +34,7 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
     let count = folds.iter().max().map_or(0, |f| f + 1);
     let mut of_fold = vec![DMatrix::<f64>::zeros(size + 1, size + 1); count];
     let mut row = DVector::zeros(size + 1);
-    let mut gather = |at: usize, row: &mut DVector<f64>| {
+    let gather = |at: usize, row: &mut DVector<f64>| {
         let from = rows.column(at);
         row.iter_mut().zip(&chosen).for_each(|(x, &k)| *x = from[k]);
     };

@@ -21,19 +21,15 @@ pub(super) struct Elsewhere {
 }
 
 impl Elsewhere {
-    /// Lays out those samples of `there` that `which` takes; effects that `takes` refuses, or that lack their data, move nothing.
+    /// Lays out the samples of `there`; effects that `takes` refuses, or that lack their data, move nothing. The session is as long as it
+    /// was, so that what builds up over it goes on at its pace.
     ///
     /// # Errors
-    /// When no sample is left.
-    pub fn new(
-        there: &Dataset,
-        which: Use,
-        examination: &Examination,
-        takes: impl Fn(&dyn Effect) -> bool,
-    ) -> Result<Self, IdentifyError> {
+    /// When there is no sample.
+    pub fn new(there: &Dataset, examination: &Examination, takes: impl Fn(&dyn Effect) -> bool) -> Result<Self, IdentifyError> {
         let Examination { wide, values, fitted, columns, model, library, .. } = examination;
         let balls = there.ball_ids();
-        let subject = Subject { robot: &there.robot, balls: &balls };
+        let subject = Subject { own: &model.own, ..Subject::new(&there.robot, &balls) };
         let named = [("elsewhere", there)];
         let counts = |id: &String| {
             effects::build(id, &subject).is_ok_and(|e| takes(e.as_ref()) && missing_somewhere(e.as_ref(), &named, model).is_none())
@@ -41,7 +37,8 @@ impl Elsewhere {
         let mut of_here = model.clone();
         of_here.effects.retain(&counts);
         of_here.effects.extend(library.candidates.iter().map(|c| c.id.clone()).filter(counts));
-        let mut problem = Problem::new(&named, &of_here, which)?;
+        let mut problem = Problem::new(&named, &of_here, Use::All)?;
+        problem.last_as_long_as(wide);
         let is_first = |p: &Parameter| p.setup.is_none_or(|setup| setup == 0);
         let twin = |k: usize| {
             let there = &wide.parameters()[k];

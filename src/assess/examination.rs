@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
-use crate::identify::{Circumstance, Fit, IdentifyError, Knowledge, Model, Problem, Use, fit, linalg};
+use crate::identify::{Calibration, Circumstance, Fit, IdentifyError, Knowledge, Model, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
 
 /// A noise that is merely stated counts as much as so many degrees of freedom: wrong by a factor of 1.5 is nothing unusual.
@@ -209,6 +209,11 @@ impl Examination {
         &self.problem
     }
 
+    /// The fit as a calibration.
+    pub fn calibration(&self, datasets: &[(&str, &Dataset)]) -> Calibration {
+        Calibration::of(datasets, &self.model, &self.problem, &self.fit)
+    }
+
     /// The candidates.
     pub fn library(&self) -> &Library {
         &self.library
@@ -240,6 +245,28 @@ impl Examination {
         let with_other = self.gram.view((b.first, a.first), (b.count, a.count)) * &mean;
         let seen = Seen::new(self.gram.view((b.first, b.first), (b.count, b.count)).into_owned(), &with_other);
         energy > 0.0 && energy - seen.explained().0 < share * energy
+    }
+
+    /// How large effects of these sizes (id in a model, SI) are in these data beside what the fitted model absorbs: rms over the whitened
+    /// residuals, so in units of their noise.
+    ///
+    /// # Errors
+    /// When an id does not fit the data.
+    pub fn visible_rms(
+        &self,
+        datasets: &[(&str, &Dataset)],
+        effects: &[(String, Vec<f64>)],
+    ) -> Result<Vec<f64>, IdentifyError> {
+        let candidates = effects.iter().map(|(id, _)| Candidate { id: id.clone(), family: id.clone() });
+        let beside = self.beside(datasets, candidates.collect())?;
+        let rms = |(k, (_, sizes)): (usize, &(String, Vec<f64>))| {
+            let Span { first, count } = beside.spans[k];
+            let of = |i: usize| sizes.get(i % sizes.len().max(1)).copied().unwrap_or(0.0);
+            let sizes = DVector::from_fn(count, |i, _| of(i) / beside.columns[first + i].plausible);
+            let energy = (beside.gram.view((first, first), (count, count)) * &sizes).dot(&sizes);
+            (energy.max(0.0) / beside.rows.ncols() as f64).sqrt()
+        };
+        Ok(effects.iter().enumerate().map(rms).collect())
     }
 
     /// Share of a candidate's energy that the fitted model does not absorb.

@@ -171,7 +171,7 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
 
 /// Plausible size of the first number of an effect.
 fn plausible(examination: &Examination, id: &str) -> Option<f64> {
-    let subject = Subject { robot: examination.problem.robot(), balls: &[] };
+    let subject = Subject::new(examination.problem.robot(), &[]);
     effects::build(id, &subject).ok()?.parameters().first().map(|p| p.prior)
 }
 

@@ -99,7 +99,7 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, poses: &[Vec<f64>]) ->
     let diagnosis = diagnose_examined(datasets, &examination)?;
     let relevance = Relevance::new(&examination)?;
     let workspace = WorkspaceError::predict(datasets, &examination, &relevance, poses)?;
-    let calibration = Calibration::of(datasets, model, &examination.problem, &examination.fit);
+    let calibration = examination.calibration(datasets);
     let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
     let validation = if has(SampleSet::Validation) {
         Validation::of(&calibration.predict(datasets, Use::Validation)?)

@@ -1,7 +1,7 @@
 //! The candidates: every effect of the catalogue, and of the user, that the fitted model does not hold and the data can test.
 
-use crate::effects::{self, CATALOGUE, Effect, Subject};
-use crate::identify::Model;
+use crate::effects::{self, Effect, Subject};
+use crate::identify::{Model, Use, missing};
 use crate::measure::Dataset;
 
 /// An effect of fixed shape that may be missing.
@@ -40,20 +40,25 @@ impl Library {
         let mut library = Library::default();
         let Some((_, first)) = datasets.first() else { return library };
         let balls = first.ball_ids();
-        let subject = Subject { robot: &first.robot, balls: &balls };
-        for id in shim_ids(&subject) {
-            let family = id.split(':').next().unwrap_or_default();
-            // Of a whole family in the model each member is there.
-            if family == ANY_SHAPE || model.effects.iter().any(|e| *e == id || *e == family) {
-                continue;
-            }
-            let Ok(effect) = effects::build(&id, &subject) else { continue };
+        let subject = Subject { robot: &first.robot, balls: &balls, own: &model.own };
+        let own = model.own.iter().map(|o| o.name.clone());
+        for id in effects::ids(&subject).into_iter().chain(own) {
+            let Some(candidate) = candidate(id, model) else { continue };
+            let Ok(effect) = effects::build(&candidate.id, &subject) else { continue };
             match missing_somewhere(effect.as_ref(), datasets, model) {
-                Some(needs) => library.untestable.push(Untestable { effect: id, needs }),
-                None => library.candidates.push(Candidate { family: family.into(), id }),
+                Some(needs) => library.untestable.push(Untestable { effect: candidate.id, needs }),
+                None => library.candidates.push(candidate),
             }
         }
         library
+    }
+
+    /// Every candidate for a robot that measures everything: what may be hidden in it.
+    pub fn of_robot(cell: &Dataset, model: &Model) -> Self {
+        let balls = cell.ball_ids();
+        let subject = Subject { own: &model.own, ..Subject::new(&cell.robot, &balls) };
+        let ids = effects::ids(&subject).into_iter().filter_map(|id| candidate(id, model));
+        Library { candidates: ids.collect(), untestable: Vec::new() }
     }
 
     /// The candidate of that id.
@@ -62,23 +67,16 @@ impl Library {
     }
 }
 
+/// An effect as a candidate beside a model; `None` when it is no hypothesis, or the model holds it.
+fn candidate(id: String, model: &Model) -> Option<Candidate> {
+    let family = id.split(':').next().unwrap_or_default().to_owned();
+    // Of a whole family in the model each member is there.
+    let held = model.effects.iter().any(|e| *e == id || *e == family);
+    (family != ANY_SHAPE && !held).then_some(Candidate { id, family })
+}
+
 /// What an effect lacks in any of the datasets.
 pub(super) fn missing_somewhere(effect: &dyn Effect, datasets: &[(&str, &Dataset)], model: &Model) -> Option<&'static str> {
-    let _ = (effect, datasets, model); None
+    datasets.iter().find_map(|(_, d)| missing(effect, d, model, Use::Fit))
 }
 
-/// Names of the families.
-pub(super) fn families() -> impl Iterator<Item = &'static str> {
-    CATALOGUE.iter().map(|f| f.id)
-}
-
-fn shim_ids(subject: &Subject<'_>) -> Vec<String> {
-    let n = subject.robot.joints();
-    let mut out = vec!["joint_compliance".to_owned(), "tool_frame".into(), "pedestal".into()];
-    for b in subject.balls { out.push(format!("ball:{b}")); }
-    for f in ["joint_compliance", "harmonic1","harmonic2","stiffening","gravity_backlash","bearing_tilt"] {
-        for j in 1..=n { out.push(format!("{f}:{j}")); }
-    }
-    for (j, r) in subject.robot.gear_ratios.iter().enumerate() { out.push(format!("harmonic:{}:{}", j+1, *r as u32)); out.push(format!("harmonic:{}:{}", j+1, 2 * *r as u32)); }
-    out
-}

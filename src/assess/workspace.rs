@@ -13,7 +13,7 @@ use super::elsewhere::Elsewhere;
 use super::examination::Examination;
 use super::relevance::Relevance;
 use crate::effects::Owner;
-use crate::identify::{IdentifyError, Use};
+use crate::identify::IdentifyError;
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
 use crate::robot::{Robot, Surroundings, world_from_tool};
 
@@ -158,5 +158,5 @@ pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Ve
 /// How fitted parameters (SI) and candidates (in plausible sizes) move the TCP at each pose: 3 rows a pose, m. Balls stand nowhere but
 /// where they were measured; all that the fit absorbed of them is in the parameters.
 pub(super) fn fields(there: &Dataset, examination: &Examination) -> Result<DMatrix<f64>, IdentifyError> {
-    Ok(Elsewhere::new(there, Use::All, examination, |effect| effect.owner() != Owner::Artifact)?.fields())
+    Ok(Elsewhere::new(there, examination, |effect| effect.owner() != Owner::Artifact)?.fields())
 }

@@ -3,7 +3,9 @@
 //!
 //! Subscripts are the paper's: alpha_{i-1}, a_{i-1}, beta_{i-1} stand in the line of joint i (Eq. 1).
 
-use super::{Effect, EffectError, Family, Id, ParameterSpec, Situation, Subject};
+use super::family::alone;
+use super::shape::Shape;
+use super::{Family, Origin, ParameterSpec, Scan};
 use crate::robot::{MdhEntry, Robot, Site};
 use crate::units::{DEG, MM, Unit};
 
@@ -12,16 +14,24 @@ pub(super) const FAMILY: Family = Family {
     arguments: "",
     what: "links are not made to the drawing",
     equation: "alpha_{i-1}, a_{i-1}, beta_{i-1}, theta_i, d_i += deviation",
-    build,
+    origin: Origin::Arm,
+    scan: Scan::None,
+    members: alone,
+    build: |id, subject| {
+        id.at_most(0)?;
+        let sites = sites(subject.robot);
+        let parameters = sites.iter().map(|&(i, entry)| describe(subject.robot, i, entry)).collect();
+        Shape::new(id, parameters, move |_, emit| {
+            for (k, &(i, entry)) in sites.iter().enumerate() {
+                emit(k, Site::Mdh(i, entry), 1.0);
+            }
+        })
+        .built()
+    },
 };
 
 /// Axes closer to parallel than this get a beta: below it, a common normal is too ill-defined to carry the error in d.
 const PARALLEL: f64 = 1.0 * DEG;
-
-struct Mdh {
-    parameters: Vec<ParameterSpec>,
-    sites: Vec<Site>,
-}
 
 /// Name, nominal value and unit of an MDH entry of link `i` (counted from 0).
 fn describe(robot: &Robot, i: usize, entry: MdhEntry) -> ParameterSpec {
@@ -36,41 +46,10 @@ fn describe(robot: &Robot, i: usize, entry: MdhEntry) -> ParameterSpec {
     ParameterSpec { name, unit, nominal, prior }
 }
 
-fn build(id: &Id<'_>, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
-    id.at_most(0)?;
-    let robot = subject.robot;
-    let mut sites = Vec::new();
-    // Table 8's order: twists, lengths, offsets, joint offsets, skews.
-    for entry in [MdhEntry::Alpha, MdhEntry::A, MdhEntry::D, MdhEntry::Theta, MdhEntry::Beta] {
-        for i in 0..robot.joints() {
-            let parallel = i > 0 && robot.links[i].mdh.alpha.sin().abs() < PARALLEL.sin();
-            if entry != MdhEntry::Beta || parallel {
-                sites.push(Site::Mdh(i, entry));
-            }
-        }
-    }
-    let parameters = sites
-        .iter()
-        .map(|site| match *site {
-            Site::Mdh(i, entry) => describe(robot, i, entry),
-            _ => unreachable!("only MDH sites were pushed"),
-        })
-        .collect();
-    Ok(Box::new(Mdh { parameters, sites }))
-}
-
-impl Effect for Mdh {
-    fn id(&self) -> &str {
-        "mdh"
-    }
-
-    fn parameters(&self) -> &[ParameterSpec] {
-        &self.parameters
-    }
-
-    fn terms(&self, _: &Situation<'_>, emit: &mut dyn FnMut(usize, Site, f64)) {
-        for (k, site) in self.sites.iter().enumerate() {
-            emit(k, *site, 1.0);
-        }
-    }
+/// The entries proposed, in Table 8's order: twists, lengths, offsets, joint offsets, skews.
+fn sites(robot: &Robot) -> Vec<(usize, MdhEntry)> {
+    let parallel = |i: usize| i > 0 && robot.links[i].mdh.alpha.sin().abs() < PARALLEL.sin();
+    let entries = [MdhEntry::Alpha, MdhEntry::A, MdhEntry::D, MdhEntry::Theta, MdhEntry::Beta];
+    let all = entries.into_iter().flat_map(|entry| (0..robot.joints()).map(move |i| (i, entry)));
+    all.filter(|&(i, entry)| entry != MdhEntry::Beta || parallel(i)).collect()
 }

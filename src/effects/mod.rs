@@ -1,50 +1,60 @@
-//! What can be wrong with an arm: one file per physical effect, one [`CATALOGUE`].
+//! What can be wrong with an arm, its gauge, its artifact or its set-up: one file per physical effect, one [`CATALOGUE`].
 //!
 //! An effect knows its shape, never its size. It says which [`Site`]s it moves, per unit of each of its parameters, in a given
 //! [`Situation`]; it is linear in its parameters and free in everything else. The plant holds one set of sizes (the truth), the
-//! model another (the estimate).
+//! model another (the estimate). A user's own effects ([`OwnEffect`]) are written as expressions and are not told apart from these.
 
+mod artifact_sag;
+mod artifact_scale;
 mod ball;
+mod base_drift;
 mod base_frame;
+mod base_step;
 mod bearing_tilt;
+mod cross_compliance;
+mod error_curve;
+mod expression;
+mod family;
+mod gauge_gain;
+mod gauge_tilt;
+mod gauge_zero;
 mod gravity_backlash;
+mod gravity_direction;
 mod harmonic;
+mod hysteresis;
 mod joint_compliance;
+mod joint_scale;
+mod joint_source;
+mod joint_step;
+mod link_bending;
+mod link_mass;
 mod mdh;
+mod outlier;
+mod own;
+mod payload_com;
+mod payload_mass;
 mod pedestal;
 mod reference_torque;
+mod shape;
+mod situation;
+mod stiction;
 mod stiffening;
+mod thermal_growth;
+mod thermal_joint;
+mod through_compliance;
 mod tool_frame;
+mod tool_step;
+mod tracker_registration;
+mod wrist_coupling;
 
 use thiserror::Error;
 
-use crate::robot::{Loads, Payload, Posture, Robot, Site};
-use crate::units::Unit;
+pub use family::{Build, CATALOGUE, Family, Origin, Scan, family, ids};
+pub use own::{OwnEffect, OwnEffectError, OwnTerm};
+pub use situation::{ArtifactShape, Kind, Situation};
 
-/// Everything an effect may depend on, at one sample.
-///
-/// In the model the posture and the loads are those of the nominal arm; in the plant those of the deflected arm at rest.
-#[derive(Debug, Clone, Copy)]
-pub struct Situation<'a> {
-    /// The robot as drawn.
-    pub robot: &'a Robot,
-    /// Joint angles, rad (N).
-    pub q: &'a [f64],
-    /// The arm in this posture.
-    pub posture: &'a Posture,
-    /// Gravity's moments and forces in it.
-    pub loads: &'a Loads,
-    /// What the flange carries.
-    pub payload: &'a Payload,
-    /// The ball being probed, by its place in the artifact.
-    pub ball: Option<usize>,
-    /// Seconds since the session began.
-    pub time_s: Option<f64>,
-    /// Temperature of the robot, °C.
-    pub temp_c: Option<f64>,
-    /// Sign of each joint's last motion (N).
-    pub approach: Option<&'a [i8]>,
-}
+use crate::robot::{Robot, Site};
+use crate::units::Unit;
 
 /// One number of an effect: its name, its unit, and how large it usually is.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,32 +74,55 @@ impl ParameterSpec {
     pub fn new(name: impl Into<String>, unit: Unit, prior: f64) -> Self {
         ParameterSpec { name: name.into(), unit, nominal: 0.0, prior }
     }
+
+    /// Three of them, `NAME.x` to `NAME.z`.
+    fn xyz(name: &str, unit: Unit, prior: f64) -> Vec<Self> {
+        ["x", "y", "z"].iter().map(|axis| ParameterSpec::new(format!("{name}.{axis}"), unit, prior)).collect()
+    }
 }
 
-/// A column of the dataset that an effect cannot do without.
+/// What an effect cannot do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
-    /// Link masses in the robot's description, or measured torques.
+    /// Joint torques: link masses in the robot's description, or `tau1_nm` ... `tauN_nm`.
+    Torques,
+    /// Link masses in the robot's description.
     Masses,
+    /// `joint_compliance` in the model, and torques from masses: a load that is not as entered acts through it.
+    Compliance,
     /// `approach1` ... `approachN`.
     Approach,
+    /// `plunger1` ... `plunger3`.
+    Plungers,
+    /// `r1_um` ... `r3_um`.
+    Readings,
+    /// `qcmd1_deg` ... `qcmdN_deg`.
+    Commanded,
     /// `time_s`.
     Time,
     /// `temp_c`.
     Temperature,
     /// Samples of kind `ball`.
     Balls,
+    /// Samples of kind `point`.
+    Points,
 }
 
 impl Needs {
     /// In the words of the files.
     pub fn words(self) -> &'static str {
         match self {
-            Needs::Masses => "link masses or tau1_nm ...",
+            Needs::Torques => "link masses or tau1_nm ...",
+            Needs::Masses => "link masses",
+            Needs::Compliance => "joint_compliance in the model",
             Needs::Approach => "approach1 ...",
+            Needs::Plungers => "plunger1 ...",
+            Needs::Readings => "r1_um ...",
+            Needs::Commanded => "qcmd1_deg ...",
             Needs::Time => "time_s",
             Needs::Temperature => "temp_c",
             Needs::Balls => "samples of kind ball",
+            Needs::Points => "samples of kind point",
         }
     }
 }
@@ -104,6 +137,9 @@ pub enum Owner {
     /// The artifact: each dataset has its own.
     Artifact,
 }
+
+/// Takes a parameter (by place among those of its effect), a site, and how far one SI unit of the parameter moves it, SI.
+pub type Emit<'e> = dyn FnMut(usize, Site, f64) + 'e;
 
 /// One thing that can be wrong, with its parameters.
 pub trait Effect: Send + Sync {
@@ -124,7 +160,12 @@ pub trait Effect: Send + Sync {
     }
 
     /// Calls `emit(parameter, site, weight)` for every site moved: the site's deviation is the sum of weight x parameter (SI).
-    fn terms(&self, at: &Situation<'_>, emit: &mut dyn FnMut(usize, Site, f64));
+    fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>);
+
+    /// The user's expression by which a parameter moves a site; `None` for what is not written by a user.
+    fn expression(&self, _parameter: usize, _site: Site) -> Option<&str> {
+        None
+    }
 }
 
 /// What an effect acts on: enough to build it from its id.
@@ -134,6 +175,15 @@ pub struct Subject<'a> {
     pub robot: &'a Robot,
     /// Names of the balls, in the order of the artifact.
     pub balls: &'a [String],
+    /// The user's own effects.
+    pub own: &'a [OwnEffect],
+}
+
+impl<'a> Subject<'a> {
+    /// A robot and an artifact, without effects of the user's own.
+    pub fn new(robot: &'a Robot, balls: &'a [String]) -> Self {
+        Subject { robot, balls, own: &[] }
+    }
 }
 
 /// Why an id is not an effect.
@@ -153,48 +203,26 @@ pub enum EffectError {
         /// What is wrong with it.
         problem: String,
     },
+    /// An effect of the user's own is not well formed.
+    #[error("effect '{id}': {error}")]
+    Own {
+        /// Its name.
+        id: String,
+        /// What is wrong with it.
+        error: OwnEffectError,
+    },
 }
-
-/// Builds an effect from its id, for a robot and an artifact.
-pub type Build = fn(&Id<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
-
-/// An entry of the catalogue.
-pub struct Family {
-    /// The id before the first colon.
-    pub id: &'static str,
-    /// What may follow: `""`, `":J"`, `":J:K"`, `":B"`.
-    pub arguments: &'static str,
-    /// What it is, in a sentence.
-    pub what: &'static str,
-    /// What it adds, per unit of its parameters.
-    pub equation: &'static str,
-    /// Builds the effect from its whole id, split at the colons.
-    pub build: Build,
-}
-
-/// Every effect that plant, model and diagnosis know.
-pub const CATALOGUE: &[Family] = &[
-    base_frame::FAMILY,
-    mdh::FAMILY,
-    joint_compliance::FAMILY,
-    tool_frame::FAMILY,
-    ball::FAMILY,
-    harmonic::ONCE,
-    harmonic::TWICE,
-    harmonic::ANY,
-    stiffening::FAMILY,
-    gravity_backlash::FAMILY,
-    bearing_tilt::FAMILY,
-    pedestal::FAMILY,
-];
 
 /// Builds the effect of that id for that robot and artifact.
 ///
 /// # Errors
-/// When no family has the name, or its arguments do not fit the robot or the artifact.
+/// When no family and no effect of the user's own has the name, or its arguments do not fit the robot or the artifact.
 pub fn build(id: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
+    if let Some(own) = subject.own.iter().find(|e| e.name == id) {
+        return own.build(subject).map_err(|error| EffectError::Own { id: id.into(), error });
+    }
+    let family = family(id).ok_or_else(|| EffectError::Unknown { id: id.into() })?;
     let parts: Vec<&str> = id.split(':').collect();
-    let family = CATALOGUE.iter().find(|f| f.id == parts[0]).ok_or_else(|| EffectError::Unknown { id: id.into() })?;
     (family.build)(&Id { whole: id, arguments: &parts[1..] }, subject)
 }
 
@@ -210,6 +238,11 @@ pub struct Id<'a> {
 impl Id<'_> {
     fn wrong(&self, problem: impl Into<String>) -> EffectError {
         EffectError::Argument { id: self.whole.into(), problem: problem.into() }
+    }
+
+    /// What stands before the first colon.
+    fn family(&self) -> &str {
+        self.whole.split(':').next().unwrap_or_default()
     }
 
     /// That there are at most `most` arguments.
@@ -232,6 +265,25 @@ impl Id<'_> {
         match self.arguments.get(k).and_then(|a| a.parse::<usize>().ok()) {
             Some(j) if (1..=n).contains(&j) => Ok(j - 1),
             _ => Err(self.wrong(format!("names a joint from 1 to {n} after the colon"))),
+        }
+    }
+
+    /// The indicator named by the only argument. Counted from 0.
+    fn indicator(&self) -> Result<usize, EffectError> {
+        match self.arguments {
+            ["1"] => Ok(0),
+            ["2"] => Ok(1),
+            ["3"] => Ok(2),
+            _ => Err(self.wrong("names an indicator from 1 to 3 after the colon")),
+        }
+    }
+
+    /// The time named by argument `k`, the last, s.
+    fn time(&self, k: usize) -> Result<f64, EffectError> {
+        self.at_most(k + 1)?;
+        match self.arguments.get(k).and_then(|a| a.parse::<f64>().ok()) {
+            Some(t) if t.is_finite() && t >= 0.0 => Ok(t),
+            _ => Err(self.wrong("ends in seconds since the session began, zero or more")),
         }
     }
 }

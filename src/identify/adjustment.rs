@@ -129,7 +129,7 @@ impl Adjustment {
         self.noise_stated = problem.noise_stated();
         self.values.copy_from_slice(start);
         self.iterations = 0;
-        let settles = problem.depends_on_posture();
+        let settles = problem.depends_on_values();
         // Torques that will be weighed anew deserve no more digits than the weighing will leave.
         self.descend(problem, if settles { SETTLED } else { STEP_TOLERANCE })?;
         if settles {

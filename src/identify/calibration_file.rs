@@ -6,6 +6,7 @@ use std::path::Path;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
+use super::own_effects::{OwnEffectTable, tables};
 use super::{Calibration, Estimate, Model, Observability, SetupName, check_effects};
 use crate::effects::Subject;
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
@@ -34,6 +35,8 @@ struct File {
     joint_range: Vec<JointRange>,
     #[serde(default)]
     setup: Vec<SetupTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    effect: Vec<OwnEffectTable>,
     #[serde(default)]
     parameter: Vec<ParameterTable>,
     /// Correlations of the parameters, row k holding those with parameters 1 to k.
@@ -166,6 +169,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
                 base_start: BaseTable::of(&s.base),
             })
             .collect(),
+        effect: tables(&c.model.own, &c.model.effects),
         parameter: c
             .estimates
             .iter()
@@ -210,8 +214,10 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     let robot =
         robot(&file.robot, folder).map_err(|e| if e.path.is_file() { e } else { wrong("robot", e.problem, &e.remedy) })?;
     // Which balls there were is known only by the effects that are about one.
-    let balls: Vec<String> = file.effects.iter().filter_map(|id| id.strip_prefix("ball:").map(str::to_owned)).collect();
-    check_effects(path, &text, "effects", &file.effects, &Subject { robot: &robot, balls: &balls })?;
+    let mut balls: Vec<String> = file.effects.iter().filter_map(|id| id.strip_prefix("ball:").map(str::to_owned)).collect();
+    balls.extend(file.effect.iter().flat_map(|table| table.balls()));
+    let subject = Subject::new(&robot, &balls);
+    let (own, effects) = check_effects(path, &text, "effects", &file.effects, &file.effect, &subject)?;
     if file.joint_range.len() != robot.joints() {
         return Err(wrong(
             "joint_range",
@@ -252,7 +258,13 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     Ok(Calibration {
         robot: std::sync::Arc::new(robot),
         robot_reference: file.robot.clone(),
-        model: Model { effects: file.effects, measured_torques: file.measured_torques, width: file.width, ..Model::default() },
+        model: Model {
+            effects,
+            own,
+            measured_torques: file.measured_torques,
+            width: file.width,
+            ..Model::default()
+        },
         estimates,
         correlation,
         unresolved: file.unresolved,

@@ -8,6 +8,7 @@ pub(crate) mod linalg;
 mod model;
 mod model_file;
 mod observability;
+mod own_effects;
 mod problem;
 
 pub use adjustment::Adjustment;
@@ -19,4 +20,5 @@ pub use model::{FREELY_FITTED, Model, ORDINARY_WIDTH, TorquePosture};
 pub use model_file::{check_effects, read_model, write_model};
 pub use observability::Observability;
 pub(crate) use problem::Circumstance;
-pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
+pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
+pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, missing};

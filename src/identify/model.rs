@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::effects::OwnEffect;
 use crate::measure::Dataset;
 
 /// At which posture the joint torques of the model are evaluated.
@@ -20,6 +21,8 @@ pub enum TorquePosture {
 pub struct Model {
     /// Effect ids, in the order in which their parameters are preferred.
     pub effects: Vec<String>,
+    /// Effects of the user's own, by whose names `effects` may call them; those that it does not call are offered to the diagnosis.
+    pub own: Vec<OwnEffect>,
     /// Use the dataset's `tau1_nm` ... columns in place of link masses. Their sign is that of the load about +z.
     pub measured_torques: bool,
     /// Where torques are evaluated.
@@ -61,6 +64,7 @@ impl Model {
     pub fn of(effects: &[&str]) -> Self {
         Model {
             effects: effects.iter().map(|e| (*e).into()).collect(),
+            own: Vec::new(),
             measured_torques: false,
             torque_posture: TorquePosture::default(),
             width: BTreeMap::new(),

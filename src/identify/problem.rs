@@ -16,8 +16,9 @@ use nalgebra::{DMatrix, Vector3};
 use thiserror::Error;
 
 use self::assembly::Assembly;
+pub use self::assembly::missing;
 pub(crate) use self::columns::Circumstance;
-use self::sample_row::{Cell, DistanceRow, Moves, SampleRow};
+use self::sample_row::{Cell, DistanceRow, Moves, SampleRow, Scale};
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};
 use crate::measure::{Dataset, Sample, SampleSet};
@@ -56,6 +57,16 @@ pub enum ProblemError {
         effect: String,
         /// The column or fact.
         needs: &'static str,
+    },
+    /// What an effect multiplies has no value at a sample.
+    #[error("effect '{effect}' has no value at sample '{sample}'{expression}; leave the sample or the effect out")]
+    NoValue {
+        /// The effect.
+        effect: String,
+        /// The sample.
+        sample: String,
+        /// The user's expression in words, where it is one; else empty.
+        expression: String,
     },
     /// Samples of another campaign that was not made to the same plan.
     #[error("the samples are not those of the campaign that the problem was laid out for: {found}; lay it out anew")]
@@ -128,6 +139,8 @@ pub struct Setup {
     /// Nominal TCP frame.
     pub tool: FramePose,
     gravity: Vector3<f64>,
+    /// Longest time of its samples, s.
+    duration_s: Option<f64>,
 }
 
 impl Setup {
@@ -176,6 +189,10 @@ pub struct Problem {
     distances: Vec<DistanceRow>,
     row_count: usize,
     torque_posture: TorquePosture,
+    /// Joint and parameter of every joint compliance sought.
+    compliances: Vec<(usize, usize)>,
+    /// Whether an effect acts through them.
+    acts_through_compliance: bool,
     sample_ids: Vec<String>,
     scale: WeighingRoom,
 }
@@ -184,11 +201,12 @@ pub struct Problem {
 struct WeighingRoom {
     work: Workspace,
     loads: Loads,
+    compliance: Vec<f64>,
 }
 
 impl WeighingRoom {
     fn new(robot: &Robot) -> Self {
-        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()) }
+        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()), compliance: vec![0.0; robot.joints()] }
     }
 }
 
@@ -268,7 +286,7 @@ impl Problem {
             id.clone_from(&sample.id);
         }
         self.weigh(None);
-        Ok(())
+        self.check_values()
     }
 
     /// The robot.
@@ -319,9 +337,10 @@ impl Problem {
 
     /// Weighs every sample's arm in the posture that `values` give, and so renews what effects depend on loads.
     ///
-    /// Returns whether anything may have changed: not when the model takes its torques from the drawing's posture.
+    /// Returns whether anything may have changed: not when the model takes its torques from the drawing's posture, and no effect acts
+    /// through the compliances sought.
     pub fn reweigh(&mut self, values: &[f64]) -> bool {
-        if !self.depends_on_posture() {
+        if !self.depends_on_values() {
             return false;
         }
         self.weigh(Some(values));
@@ -334,27 +353,52 @@ impl Problem {
         self.reweigh(values);
     }
 
-    /// Whether torques are those of the posture that the parameters give.
-    pub(super) fn depends_on_posture(&self) -> bool {
-        self.torque_posture == TorquePosture::Identified
+    /// Whether what the parameters move depends on their values: by the posture that they give, or by the compliances among them.
+    pub(super) fn depends_on_values(&self) -> bool {
+        self.torque_posture == TorquePosture::Identified || self.acts_through_compliance
+    }
+
+    /// That every effect has a value at every sample.
+    fn check_values(&self) -> Result<(), ProblemError> {
+        for (row, sample) in self.rows.iter().zip(&self.sample_ids) {
+            let moving = self.patterns[row.pattern].iter().zip(&row.weights);
+            if let Some((moves, _)) = { moving }.find(|(_, weight)| !weight.is_finite()) {
+                let effect = &self.parameters[moves.parameter].effect;
+                return Err(ProblemError::NoValue {
+                    effect: effect.clone(),
+                    sample: sample.clone(),
+                    expression: self.cells[row.cell].expression(effect, moves.site),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Weighs every sample's arm in the posture that `values` give; without values where the fit starts, and states the noise there.
+    ///
+    /// Before anything is known of them, joints are taken to be as compliant as is plausible: what acts through them would else seem to
+    /// move nothing.
     fn weigh(&mut self, values: Option<&[f64]>) {
-        let Problem { robot, setups, cells, rows, patterns, scale, .. } = self;
-        let WeighingRoom { work, loads } = scale;
-        for row in rows {
+        let drawn = self.torque_posture == TorquePosture::Drawn;
+        let Problem { robot, setups, cells, rows, patterns, parameters, compliances, sample_ids, scale, .. } = self;
+        let WeighingRoom { work, loads, compliance } = scale;
+        compliance.fill(0.0);
+        for &(joint, p) in compliances.iter() {
+            compliance[joint] += values.map_or(parameters[p].spec.prior, |values| values[p]);
+        }
+        for (row, sample) in rows.iter_mut().zip(sample_ids) {
             let (setup, cell) = (&setups[row.setup], &cells[row.cell]);
             match values {
-                Some(values) => row.deviate(&patterns[row.pattern], values, &mut work.deviations),
-                None => work.deviations.fill(0.0),
+                Some(values) if !drawn => row.deviate(&patterns[row.pattern], values, &mut work.deviations),
+                _ => work.deviations.fill(0.0),
             }
             row.pose(robot, setup, &mut work.posture, &work.deviations);
             if values.is_none() {
                 row.state_noise(cell, &work.posture);
             }
-            if !row.weigh_moves(robot, cell, &setup.gravity, &work.posture, loads, patterns.get(row.pattern)) {
-                let pattern = row.pattern_of(robot, cell, &setup.gravity, &work.posture, loads);
+            let mut scale = Scale { robot, setup, posture: &work.posture, compliance, sample, loads };
+            if !row.weigh_moves(cell, &mut scale, patterns.get(row.pattern)) {
+                let pattern = row.pattern_of(cell, &mut scale);
                 row.pattern = patterns.iter().position(|p| *p == pattern).unwrap_or_else(|| {
                     patterns.push(pattern);
                     patterns.len() - 1

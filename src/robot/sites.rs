@@ -55,6 +55,34 @@ pub enum Site {
     Target(usize),
 }
 
+impl Site {
+    /// The site printed so, of an arm with `joints` joints.
+    pub fn parse(text: &str, joints: usize) -> Option<Site> {
+        let axis = |name: &str| Axis6::ALL.into_iter().find(|a| a.name() == name);
+        let xyz = |name: &str| ["x", "y", "z"].iter().position(|n| *n == name);
+        let number = |digits: &str| digits.parse::<usize>().ok();
+        let parts: Vec<&str> = text.split(':').collect();
+        let site = match parts[..] {
+            ["base", a] => Site::Base(axis(a)?),
+            ["alpha", i] => Site::Mdh(number(i)?, MdhEntry::Alpha),
+            ["a", i] => Site::Mdh(number(i)?, MdhEntry::A),
+            ["beta", i] => Site::Mdh(number(i)?, MdhEntry::Beta),
+            ["theta", i] => Site::Mdh(number(i)?.checked_sub(1)?, MdhEntry::Theta),
+            ["d", i] => Site::Mdh(number(i)?.checked_sub(1)?, MdhEntry::D),
+            ["flex", k, a] => Site::Flex(number(k)?, axis(a)?),
+            ["tool", a] => Site::Tool(xyz(a)?),
+            ["ball", a] => Site::Target(xyz(a)?),
+            _ => return None,
+        };
+        let exists = match site {
+            Site::Mdh(i, _) => i < joints,
+            Site::Flex(k, _) => k <= joints,
+            _ => true,
+        };
+        exists.then_some(site)
+    }
+}
+
 /// Numbers the sites of an arm with `joints` joints, so that deviations are one flat vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SiteIndex {
@@ -124,6 +152,30 @@ impl fmt::Display for Site {
             Site::Flex(k, axis) => write!(f, "flex:{k}:{}", axis.name()),
             Site::Tool(k) => write!(f, "tool:{}", xyz(k)),
             Site::Target(k) => write!(f, "ball:{}", xyz(k)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_site_is_read_as_it_is_printed() {
+        let joints = 6;
+        let mut sites: Vec<Site> = Axis6::ALL.into_iter().map(Site::Base).collect();
+        sites.extend((0..joints).flat_map(|i| MdhEntry::ALL.map(|entry| Site::Mdh(i, entry))));
+        sites.extend((0..=joints).flat_map(|k| Axis6::ALL.map(|axis| Site::Flex(k, axis))));
+        sites.extend((0..3).flat_map(|k| [Site::Tool(k), Site::Target(k)]));
+        assert_eq!(sites.len(), SiteIndex::new(joints).len());
+        for site in sites {
+            assert_eq!(Site::parse(&site.to_string(), joints), Some(site));
+        }
+        for text in [
+            "", "theta:0", "theta:7", "d:0", "a:6", "flex:7:x", "flex:1", "flex:1:q", "tool:rx", "ball:1:x", "theta:-1",
+            "theta",
+        ] {
+            assert_eq!(Site::parse(text, joints), None, "{text}");
         }
     }
 }

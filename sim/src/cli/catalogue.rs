@@ -1,6 +1,6 @@
 //! `effects`, `robots`: what there is.
 
-use calibench::effects::{CATALOGUE, Subject, build};
+use calibench::effects::{CATALOGUE, Effect, Family, Origin, Scan, Subject, build};
 use calibench::report::plain_table;
 use calibench::robot::{BUILT_IN, built_in};
 use calibench::units::{DEG, MM};
@@ -18,44 +18,83 @@ pub struct Arguments {
 pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
     let robot = built_in("kr6_r700").ok_or("the KR6 is built in")?;
     let balls = ["1".to_owned()];
-    let subject = Subject { robot: &robot, balls: &balls };
-    // An example of each family: joint 2, order 17, ball 1 where arguments are needed.
-    let example = |id: &str, arguments: &str| match arguments {
-        ":J" => format!("{id}:2"),
-        ":J:k" => format!("{id}:2:17"),
-        ":B" => format!("{id}:1"),
-        _ => id.to_owned(),
-    };
-    let mut rows = Vec::new();
+    let subject = Subject::new(&robot, &balls);
     let mut documents = Vec::new();
-    for family in CATALOGUE {
-        let effect = build(&example(family.id, family.arguments), &subject)?;
-        let needs: Vec<&str> = effect.needs().iter().map(|n| n.words()).collect();
-        let units: Vec<&str> = effect.parameters().iter().map(|p| p.unit.symbol).collect();
-        let mut distinct = units.clone();
-        distinct.dedup();
-        let parameters: Vec<_> = effect
-            .parameters()
-            .iter()
-            .map(|p| json!({"name": p.name, "unit": p.unit.symbol, "plausible": p.unit.from_si(p.prior)}))
-            .collect();
-        rows.push([
-            format!("{}{}", family.id, family.arguments),
-            family.what.into(),
-            family.equation.into(),
-            distinct.join(", "),
-            needs.join(", "),
-        ]);
-        documents
-            .push(json!({"id": family.id, "arguments": family.arguments, "what": family.what, "equation": family.equation,
-            "example": effect.id(), "parameters": parameters, "needs": needs}));
+    for origin in Origin::ALL {
+        let mut rows = Vec::new();
+        for family in CATALOGUE.iter().filter(|f| f.origin == origin) {
+            let effect = build(&example(family, &subject), &subject)?;
+            let needs: Vec<&str> = effect.needs().iter().map(|n| n.words()).collect();
+            let parameters: Vec<_> = effect
+                .parameters()
+                .iter()
+                .map(|p| json!({"name": p.name, "unit": p.unit.symbol, "plausible": p.unit.from_si(p.prior)}))
+                .collect();
+            rows.push([
+                format!("{}{}", family.id, family.arguments),
+                family.what.into(),
+                family.equation.into(),
+                plausible(effect.as_ref()),
+                needs.join(", "),
+            ]);
+            documents.push(json!({"id": family.id, "arguments": family.arguments, "origin": origin.name(),
+                "scan": scan(family.scan), "what": family.what, "equation": family.equation, "example": effect.id(),
+                "members": family.ids(&subject), "parameters": parameters, "needs": needs}));
+        }
+        if !arguments.json {
+            let table = plain_table(&["effect", "what it is", "what it adds", "plausible", "needs"], &rows);
+            print(&format!("Of the {}:\n{table}", origin.name()))?;
+        }
     }
     if arguments.json {
         print_json(&json!({"format": "calibench-effects/1", "effects": documents}))?;
     } else {
-        print(&plain_table(&["effect", "what it is", "what it adds", "units", "needs"], &rows))?;
+        print(
+            "J, K: a joint. B: a ball. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
+        )?;
+        print("t: time as a share of the session, 0 to 1. The examples of sizes are those of the KR6.")?;
     }
     Ok(Outcome::Done)
+}
+
+/// A member of a family: the one of joint 2, ball 1 or indicator 1, order 17 or time 600 where arguments are needed.
+fn example(family: &Family, subject: &Subject<'_>) -> String {
+    let of_second_joint = |ids: Vec<String>| {
+        let second = ids.iter().find(|id| id.split(':').nth(1) == Some("2")).filter(|_| family.arguments.starts_with(":J"));
+        second.or(ids.first()).cloned().unwrap_or_else(|| family.id.to_owned())
+    };
+    match family.scan {
+        Scan::None => of_second_joint(family.ids(subject)),
+        Scan::Order => of_second_joint(family.scanned(subject, "17")),
+        Scan::Time => of_second_joint(family.scanned(subject, "600")),
+        Scan::Sample => of_second_joint(family.scanned(subject, "p001")),
+    }
+}
+
+fn scan(scan: Scan) -> Option<&'static str> {
+    match scan {
+        Scan::None => None,
+        Scan::Order => Some("order"),
+        Scan::Time => Some("time"),
+        Scan::Sample => Some("sample"),
+    }
+}
+
+/// Plausible sizes of an effect's parameters, each once: `0.3 mm, 0.05 deg`.
+fn plausible(effect: &dyn Effect) -> String {
+    let mut sizes: Vec<String> = Vec::new();
+    for p in effect.parameters() {
+        let size = p.unit.from_si(p.prior);
+        // Two digits are all that a plausible size has.
+        let digits = (1 - size.abs().log10().floor() as i32).clamp(0, 9) as usize;
+        let text = format!("{size:.digits$}");
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        let text = format!("{text} {}", p.unit.symbol);
+        if !sizes.contains(&text) {
+            sizes.push(text);
+        }
+    }
+    if sizes.len() > 2 { format!("{} ... {}", sizes[0], sizes[sizes.len() - 1]) } else { sizes.join(", ") }
 }
 
 pub fn robots(arguments: &Arguments) -> Result<Outcome, Failure> {

@@ -6,7 +6,7 @@ use calibench::measure::{Dataset, PlannedPose, Sample, SampleSet, Witness, read_
 
 use super::progress::CampaignBar;
 use super::{Failure, Outcome, print, seed};
-use crate::planning::{PlanError, plan, plan_tracker, wanted};
+use crate::planning::{PlanError, plan, plan_tracker, session_s, wanted};
 use crate::random::Streams;
 use crate::run::RunError;
 use crate::scenario::{Scenario, load_scenario};
@@ -65,7 +65,7 @@ fn measure(
     points: &[Vec<f64>],
     witness: &mut dyn Witness,
 ) -> Result<Vec<Sample>, RunError> {
-    let session = Session::begin(scenario, streams)?;
+    let session = Session::begin(scenario, streams, session_s(scenario, poses, points.len()))?;
     let record = session.probe(poses, witness);
     if let Some(abort) = record.aborted {
         return Err(abort.into());

@@ -9,6 +9,7 @@ mod measure;
 mod plan;
 mod progress;
 mod run;
+mod study;
 mod validate;
 
 use std::io::Write;
@@ -58,6 +59,8 @@ enum Verb {
     Diagnose(diagnose::Arguments),
     /// Diagnose, add, refit, until nothing is left or nothing helps
     Ladder(ladder::Arguments),
+    /// Blind trials of the diagnosis, held against the truth
+    Study(study::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -87,6 +90,7 @@ pub fn main() -> ExitCode {
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
         Verb::Ladder(a) => ladder::run(a),
+        Verb::Study(a) => study::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),
@@ -194,7 +198,7 @@ fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure>
 fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Model, Failure> {
     let first = &datasets[0].1;
     Ok(match path {
-        Some(path) => read_model(path, &Subject { robot: &first.robot, balls: &first.ball_ids() })?,
+        Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
         None => Model::default_for(first),
     })
 }

@@ -5,13 +5,13 @@ use std::path::Path;
 
 use calibench::effects::Subject;
 use calibench::files::FileError;
-use calibench::identify::check_effects;
+use calibench::identify::{Model, check_effects};
 use calibench::measure::{Dataset, check_description};
 use calibench::units::UM;
 use toml::{Table, Value};
 
 use super::expect::{Expectation, Quantity};
-use super::keys::ScenarioToml;
+use super::keys::{ModelToml, ScenarioToml};
 use super::sources::Sources;
 use crate::contact::TRAVEL;
 use crate::planning::TRACKER_POOL;
@@ -155,12 +155,15 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
     Ok(())
 }
 
-/// That the scenario's datasets will be good ones, and its model one for them; they say it in the same keys.
-pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Result<(), FileError> {
+/// The model, after checking that it is one for this cell and that the cell's datasets will be good ones; they say it in the same keys.
+pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Result<Model, FileError> {
     let as_here = |e: FileError| sources.wrong(&e.field, e.problem, e.remedy);
     check_description(cell, &sources.folder()).map_err(as_here)?;
-    let subject = Subject { robot: &cell.robot, balls: &cell.ball_ids() };
-    check_effects(Path::new(""), "", "model.effects", &toml.model.effects, &subject).map_err(as_here)
+    let balls = cell.ball_ids();
+    let subject = Subject::new(&cell.robot, &balls);
+    let ModelToml { effects, effect } = &toml.model;
+    let (own, effects) = check_effects(Path::new(""), "", "model.effects", effects, effect, &subject).map_err(as_here)?;
+    Ok(Model { effects, own, ..Model::default() })
 }
 
 /// The expectations, in the order in which they are printed.

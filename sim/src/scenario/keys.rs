@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
 use super::truth_keys::TruthToml;
+use crate::suite::SuiteToml;
 
 /// A scenario as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -35,6 +37,7 @@ pub struct ScenarioToml {
     pub truth: TruthToml,
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
+    pub suite: Option<SuiteToml>,
 }
 
 /// The base: position, then turns about z, y, x.
@@ -188,4 +191,7 @@ pub struct TrackerToml {
 #[allow(missing_docs)]
 pub struct ModelToml {
     pub effects: Vec<String>,
+    /// The user's own.
+    #[serde(default)]
+    pub effect: Vec<OwnEffectTable>,
 }

@@ -9,10 +9,14 @@ use calibench::measure::Dataset;
 use calibench::robot::Payload;
 use calibench::units::MM;
 use nalgebra::Vector3;
+use rand::RngExt;
+use rand_distr::StandardNormal;
 
 use super::sources::Sources;
 use super::truth_keys::TruthToml;
-use crate::flaw::{Flaw, TrueEffect};
+use crate::flaw::{Flaw, Flaws, TrueEffect};
+use crate::mismatch::misshapen;
+use crate::random::Streams;
 
 /// What is truly so.
 #[derive(Clone)]
@@ -58,6 +62,10 @@ impl Truth {
             let key = format!("truth.link_mass_error[{k}]");
             return Err(sources.wrong(&key, "leaves the link no mass", "give true mass over drawn mass, minus one"));
         }
+        if !(0.0..=1.0).contains(&keys.mismatch) {
+            let problem = format!("is {}", keys.mismatch);
+            return Err(sources.wrong("truth.mismatch", problem, "give a number from 0 (the catalogue's shapes) to 1"));
+        }
         for (name, error) in &keys.payload {
             let key = format!("truth.payload.{name}");
             let Some(payload) = cell.payloads.iter().find(|p| p.name == *name) else {
@@ -87,10 +95,21 @@ impl Truth {
         &self.effects
     }
 
-    /// All flaws of one trial; `normal(one-sigma)` draws what is to be drawn.
-    pub fn flaws(&self, normal: &mut dyn FnMut(f64) -> f64) -> Vec<Arc<dyn Flaw>> {
-        let effects = self.effects.iter().map(|effect| Arc::new(effect.drawn(normal)) as Arc<dyn Flaw>);
-        effects.chain(self.hidden.iter().cloned()).collect()
+    /// All flaws of one trial of an arm with so many joints, their sizes and shapes drawn from its streams `effects` and `shapes`.
+    pub fn flaws(&self, streams: &Streams, joints: usize) -> Flaws {
+        let (mut sizes, mut shapes) = (streams.stream("effects"), streams.stream("shapes"));
+        let mut flaws = Flaws { all: self.hidden.clone(), compliance: vec![0.0; joints] };
+        for stated in &self.effects {
+            let effect = stated.drawn(&mut |sigma| sigma * sizes.sample::<f64, _>(StandardNormal));
+            if effects::family(effect.effect.id()).is_some_and(|family| family.id == "joint_compliance") {
+                for (parameter, size) in effect.effect.parameters().iter().zip(&effect.sizes) {
+                    let joint = (0..joints).find(|j| parameter.name == format!("c{}", j + 1));
+                    joint.into_iter().for_each(|j| flaws.compliance[j] += size);
+                }
+            }
+            flaws.all.push(Arc::from(misshapen(effect, self.keys.mismatch, &mut shapes)));
+        }
+        flaws
     }
 
     /// What is truly on the flange when `entered` is said to be.
@@ -109,7 +128,7 @@ impl Truth {
 /// An effect with the sizes `given` under their keys.
 fn stated(id: &str, given: &BTreeMap<String, f64>, cell: &Dataset, sources: &Sources) -> Result<StatedEffect, FileError> {
     let key = format!("truth.effects.{id}");
-    let effect = effects::build(id, &Subject { robot: &cell.robot, balls: &cell.ball_ids() })
+    let effect = effects::build(id, &Subject::new(&cell.robot, &cell.ball_ids()))
         .map_err(|e| sources.wrong(&key, e.to_string(), "correct its name"))?;
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
     if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {

@@ -19,6 +19,9 @@ pub struct TruthToml {
     /// Sizes by effect id and parameter (`a1_mm`), or `draw = s`: normal with s times the plausible size.
     #[serde(default)]
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
+    /// How far the shapes of effects stray from the catalogue's, 0 to 1.
+    #[serde(default)]
+    pub mismatch: f64,
     /// Flaws that no model knows.
     #[serde(default)]
     pub hidden: HiddenToml,

@@ -107,7 +107,7 @@ impl Action {
 
     /// The candidate `k`.
     pub fn candidate(&self, k: usize) -> Option<&Sample> {
-        self.pool.dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).nth(k)
+        self.pool.dataset.samples.get(k)
     }
 
     /// Those measurements as poses to probe; none of points.
@@ -214,7 +214,6 @@ impl<'a> Bench<'a> {
         // Torques that a controller will report are those that it reported nearby.
         let near = || self.cell.samples.iter().filter(|s| s.tau.is_some()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         Sample {
-            set: SampleSet::Validation,
             payload,
             time_s: self.end_s.map(|t| t + after),
             temp_c: self.temp_c,
@@ -238,7 +237,7 @@ impl<'a> Bench<'a> {
             dataset.balls.iter_mut().for_each(|b| b.position += shift);
         }
         let (samples, approaches): (Vec<Sample>, _) = candidates.into_iter().unzip();
-        dataset.samples.extend(samples);
+        dataset.samples = samples;
         Action { kind, setup_s, each_s, pool: Pool { dataset, artifact_moved }, approaches }
     }
 

@@ -153,13 +153,17 @@ fn expected_length(covariance: &Matrix3<f64>) -> f64 {
         return 0.0;
     }
     let unit = covariance / scale;
-    // Trapezoid in ln t, where the integrand falls off as exp(-|u|/2) at both ends: the step leaves 1e-8, the ends 1e-9.
+    // Second invariant, sum of the principal minors; the first is 1. det(I + 2 t S) - 1 must not be lost to rounding at small t.
+    let minor = |a: usize, b: usize| unit[(a, a)] * unit[(b, b)] - unit[(a, b)] * unit[(b, a)];
+    let second = (minor(0, 1) + minor(1, 2) + minor(0, 2)).max(0.0);
+    let third = unit.determinant().max(0.0);
+    // Trapezoid in u = ln t; the integrand falls off as exp(-|u|/2), so that 1e-10 is left beyond the ends.
     const STEP: f64 = 0.25;
     let at = |k: i32| {
         let u = STEP * f64::from(k);
-        let t = u.exp();
-        let determinant = (Matrix3::identity() + unit * (2.0 * t)).determinant().max(1.0);
-        -(-0.5 * determinant.ln()).exp_m1() * (-0.5 * u).exp()
+        let x = 2.0 * u.exp();
+        let grown = x + x * x * second + x * x * x * third;
+        -(-0.5 * grown.ln_1p()).exp_m1() * (-0.5 * u).exp()
     };
     let sum: f64 = (-180..=180).map(at).sum();
     scale.sqrt() * sum * STEP / (2.0 * std::f64::consts::PI.sqrt())

@@ -4,18 +4,17 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::assess::elsewhere::Elsewhere;
 use crate::assess::examination::Examination;
-use crate::identify::{IdentifyError, Use};
-use crate::measure::{Dataset, Measured, SampleSet};
+use crate::identify::IdentifyError;
+use crate::measure::{Dataset, Measured};
 use crate::units::MM;
 
 /// One-sigma of where a moved artifact stands, m and rad: anywhere that the arm finds it, and far beyond what the data leave open.
 pub(super) const ANYWHERE: [f64; 6] = [5.0 * MM, 5.0 * MM, 5.0 * MM, 0.02, 0.02, 0.02];
 
-/// Measurements that could be made: a dataset of the cell whose samples of set `validation` are the candidates; others are those that
-/// were made, and stay out.
+/// Measurements that could be made.
 #[derive(Debug, Clone)]
 pub struct Pool {
-    /// The cell and the candidates. A measured point is where the drawing has it.
+    /// The cell, and the candidates as its samples: no readings, and points where the drawing has them.
     pub dataset: Dataset,
     /// The artifact stands at a new place, known by hand only: six numbers more have to come out of the new measurements themselves.
     pub artifact_moved: bool,
@@ -24,7 +23,7 @@ pub struct Pool {
 impl Pool {
     /// Number of candidates.
     pub fn len(&self) -> usize {
-        self.dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count()
+        self.dataset.samples.len()
     }
 
     /// Whether there is none.
@@ -40,13 +39,13 @@ impl Pool {
     /// Whitened columns of an examination's rows, then of the nuisance, transposed: three columns a candidate. Divided by `sigma`,
     /// that of the whitened residuals.
     pub(super) fn columns(&self, examination: &Examination, sigma: f64) -> Result<DMatrix<f64>, IdentifyError> {
-        let there = Elsewhere::new(&self.dataset, Use::Validation, examination, |_| true)?;
+        let there = Elsewhere::new(&self.dataset, examination, |_| true)?;
         let mut rows = there.whitened();
         let known = rows.nrows();
         // The residuals' own row, which what was not measured has not, stands between.
         rows = rows.resize_vertically(known + 1 + self.nuisance().len(), 0.0);
         if self.artifact_moved {
-            let candidates = self.dataset.samples.iter().filter(|s| s.set == SampleSet::Validation);
+            let candidates = self.dataset.samples.iter();
             let ball = |measured: &Measured| match measured {
                 Measured::Ball { ball, .. } => self.dataset.balls[*ball].position,
                 _ => Vector3::zeros(),

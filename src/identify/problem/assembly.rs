@@ -18,7 +18,7 @@ pub(super) struct Assembly<'a> {
     datasets: &'a [(&'a str, &'a Dataset)],
     robot: Arc<Robot>,
     which: Use,
-    measured_torques: bool,
+    model: &'a Model,
     torque_posture: TorquePosture,
     setups: Vec<Setup>,
     /// Set-up of (dataset, session).
@@ -58,7 +58,7 @@ pub(super) struct Placed {
 }
 
 impl<'a> Assembly<'a> {
-    pub(super) fn new(datasets: &'a [(&'a str, &'a Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
+    pub(super) fn new(datasets: &'a [(&'a str, &'a Dataset)], model: &'a Model, which: Use) -> Result<Self, ProblemError> {
         let (_, first) = datasets.first().ok_or(ProblemError::NoSamples { of: "at all" })?;
         let robot = first.robot.clone();
         let other = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&robot));
@@ -69,7 +69,7 @@ impl<'a> Assembly<'a> {
             datasets,
             robot,
             which,
-            measured_torques: model.measured_torques,
+            model,
             torque_posture: model.torque_posture,
             setups: Vec::new(),
             setup_of: HashMap::new(),
@@ -78,7 +78,7 @@ impl<'a> Assembly<'a> {
             effects: Vec::new(),
         };
         assembly.find_setups(model.effects.iter().any(|e| e == "base_frame"))?;
-        assembly.place_effects(model)?;
+        assembly.place_effects()?;
         Ok(assembly)
     }
 
@@ -105,6 +105,7 @@ impl<'a> Assembly<'a> {
                     worlds_own: worlds_own(dataset, self.which, *session, &sessions[..k], &start),
                     tool: dataset.tool,
                     gravity: dataset.gravity,
+                    duration_s: duration(dataset, *session),
                 });
             }
             self.balls.push(start.balls);
@@ -124,11 +125,12 @@ impl<'a> Assembly<'a> {
     }
 
     /// Effects of the model, and those that the datasets themselves ask for (free or uncertain balls and tools).
-    fn place_effects(&mut self, model: &Model) -> Result<(), ProblemError> {
+    fn place_effects(&mut self) -> Result<(), ProblemError> {
+        let model = self.model;
         let mut robot_owned: HashMap<String, usize> = HashMap::new();
         for (d, (label, dataset)) in self.datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
-            let subject = Subject { robot: &self.robot, balls: &balls };
+            let subject = Subject { own: &model.own, ..Subject::new(&self.robot, &balls) };
             let mut wanted: Vec<(String, Belief)> = Vec::new();
             let probed = |b: usize| {
                 let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
@@ -161,7 +163,9 @@ impl<'a> Assembly<'a> {
                     continue; // named by the model as well: the model's word counts
                 }
                 let effect = effects::build(&id, &subject)?;
-                check_needs(effect.as_ref(), &self.robot, dataset, self.measured_torques)?;
+                if let Some(needs) = missing(effect.as_ref(), dataset, model, self.which) {
+                    return Err(ProblemError::Missing { effect: effect.id().into(), needs });
+                }
                 let all = &mut self.parameters;
                 let first = match effect.owner() {
                     Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| add(all, effect.as_ref(), "", belief))],
@@ -206,12 +210,12 @@ impl<'a> Assembly<'a> {
 
     /// The problem of all samples.
     pub(super) fn problem(self) -> Result<Problem, ProblemError> {
-        let Assembly { datasets, robot, which, measured_torques, torque_posture, setups, setup_of, balls, parameters, effects } =
-            self;
+        let Assembly { datasets, robot, which, model, torque_posture, setups, setup_of, balls, parameters, effects } = self;
         let known = datasets.iter().zip(&balls).zip(&effects);
         let distances = known.flat_map(|(((_, d), balls), effects)| known_distances(d, balls, effects)).collect();
         let shared = datasets.iter().zip(balls).zip(effects);
-        let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, measured_torques)).collect();
+        let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, model.measured_torques)).collect();
+        let compliances = compliances(&parameters, robot.joints());
         let scale = WeighingRoom::new(&robot);
         let mut problem = Problem {
             robot,
@@ -224,6 +228,8 @@ impl<'a> Assembly<'a> {
             distances,
             row_count: 0,
             torque_posture,
+            compliances,
+            acts_through_compliance: false,
             sample_ids: Vec::new(),
             scale,
         };
@@ -245,7 +251,10 @@ impl<'a> Assembly<'a> {
             return Err(ProblemError::NoSamples { of });
         }
         problem.row_count += problem.distances.len();
+        let through = |placed: &Placed| placed.effect.needs().contains(&Needs::Compliance);
+        problem.acts_through_compliance = problem.cells.iter().any(|cell| cell.effects.iter().any(through));
         problem.weigh(None);
+        problem.check_values()?;
         for moves in problem.patterns.iter().flatten() {
             if let Site::Mdh(i, _) = moves.site {
                 problem.parameters[moves.parameter].link = Some(i);
@@ -298,24 +307,61 @@ fn place(parameters: &mut [Parameter], nominal: &[f64], start: &[f64]) {
     }
 }
 
-fn check_needs(effect: &dyn Effect, robot: &Robot, dataset: &Dataset, measured_torques: bool) -> Result<(), ProblemError> {
-    let samples = &dataset.samples;
-    for need in effect.needs() {
-        let missing = match need {
-            Needs::Masses if measured_torques => {
-                samples.iter().any(|s| s.tau.is_none()).then_some("columns tau1_nm ... tauN_nm")
-            }
-            Needs::Masses => (!robot.has_masses()).then_some("link masses in the robot's description"),
-            Needs::Approach => samples.iter().any(|s| s.approach.is_none()).then_some("columns approach1 ... approachN"),
-            Needs::Time => samples.iter().any(|s| s.time_s.is_none()).then_some("column time_s"),
-            Needs::Temperature => samples.iter().any(|s| s.temp_c.is_none()).then_some("column temp_c"),
-            Needs::Balls => {
-                samples.iter().all(|s| !matches!(s.measured, Measured::Ball { .. })).then_some("samples of kind 'ball'")
-            }
-        };
-        if let Some(needs) = missing {
-            return Err(ProblemError::Missing { effect: effect.id().into(), needs });
+/// Length of a session, s: the longest time of any of its samples, whatever they are used for.
+fn duration(dataset: &Dataset, session: Option<&str>) -> Option<f64> {
+    let times = dataset.samples.iter().filter(|s| s.session.as_deref() == session).filter_map(|s| s.time_s);
+    times.reduce(f64::max)
+}
+
+/// Joint and place of every joint compliance among the parameters.
+fn compliances(parameters: &[Parameter], joints: usize) -> Vec<(usize, usize)> {
+    let joint = |p: &Parameter| {
+        let of_compliance = effects::family(&p.effect).is_some_and(|f| f.id == COMPLIANCE);
+        (0..joints).find(|j| of_compliance && p.spec.name == format!("c{}", j + 1))
+    };
+    parameters.iter().enumerate().filter_map(|(k, p)| Some((joint(p)?, k))).collect()
+}
+
+/// The family whose parameters are the compliances of the joints.
+const COMPLIANCE: &str = "joint_compliance";
+
+/// What an effect needs and the samples that `which` selects, or the model, do not hold, in the words of the files; `None` when nothing is
+/// missing.
+///
+/// Rows that only judge ([`Use::Validation`], [`Use::All`]) may lack what has no side of its own (side of approach, readings, kinds of
+/// samples): there an effect of it is at its middle, which is nothing.
+pub fn missing(effect: &dyn Effect, dataset: &Dataset, model: &Model, which: Use) -> Option<&'static str> {
+    let samples = || dataset.samples.iter().filter(|s| which.takes(s));
+    let on_balls = || samples().filter(|s| matches!(s.measured, Measured::Ball { .. }));
+    let lacks = |has: fn(&Sample) -> bool| samples().any(|s| !has(s));
+    let masses = || (!dataset.robot.has_masses()).then_some("link masses in the robot's description");
+    let balls = || on_balls().next().is_none().then_some("samples of kind 'ball'");
+    let has_sides = |need: &Needs| {
+        use Needs::{Approach, Balls, Commanded, Plungers, Points, Readings};
+        matches!(need, Approach | Plungers | Readings | Commanded | Balls | Points)
+    };
+    effect.needs().iter().filter(|need| which == Use::Fit || !has_sides(need)).find_map(|need| match need {
+        Needs::Torques if model.measured_torques => lacks(|s| s.tau.is_some()).then_some("columns tau1_nm ... tauN_nm"),
+        Needs::Torques | Needs::Masses => masses(),
+        Needs::Compliance if model.measured_torques => {
+            Some("torques from link masses: to measured ones a wrong load makes no difference")
         }
-    }
-    Ok(())
+        Needs::Compliance => {
+            let sought = model.effects.iter().any(|e| effects::family(e).is_some_and(|f| f.id == COMPLIANCE));
+            masses().or((!sought).then_some("joint_compliance in the model"))
+        }
+        Needs::Approach => lacks(|s| s.approach.is_some()).then_some("columns approach1 ... approachN"),
+        Needs::Plungers => {
+            balls().or(on_balls().any(|s| s.plungers.is_none()).then_some("columns plunger1, plunger2, plunger3"))
+        }
+        Needs::Readings => {
+            let unread = |s: &Sample| matches!(s.measured, Measured::Ball { reading: None, .. });
+            balls().or(on_balls().any(unread).then_some("columns r1_um, r2_um, r3_um"))
+        }
+        Needs::Commanded => lacks(|s| s.q_commanded.is_some()).then_some("columns qcmd1_deg ... qcmdN_deg"),
+        Needs::Time => lacks(|s| s.time_s.is_some()).then_some("column time_s"),
+        Needs::Temperature => lacks(|s| s.temp_c.is_some()).then_some("column temp_c"),
+        Needs::Balls => balls(),
+        Needs::Points => samples().all(|s| !matches!(s.measured, Measured::Point(_))).then_some("samples of kind 'point'"),
+    })
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::Setup;
 use super::assembly::Placed;
-use crate::effects::Situation;
+use crate::effects::{ArtifactShape, Kind, Situation};
 use crate::measure::{Dataset, Measured, Noise, Sample};
 use crate::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
 use crate::units::MM;
@@ -25,6 +25,7 @@ pub(super) struct Cell {
     contact_force: Vector3<f64>,
     payloads: Vec<Payload>,
     balls: Vec<Vector3<f64>>,
+    artifact: ArtifactShape,
     anchors: Vec<Vector3<f64>>,
     noise: Noise,
     measured_torques: bool,
@@ -37,6 +38,7 @@ impl Cell {
         // A sample may name a payload that does not exist; it then carries nothing.
         let payloads = dataset.payloads.iter().cloned().chain([Payload::none()]).collect();
         Cell {
+            artifact: ArtifactShape::of(&balls),
             effects,
             tool: dataset.tool,
             tool_turn,
@@ -50,12 +52,33 @@ impl Cell {
     }
 }
 
+impl Cell {
+    /// The user's expression by which an effect moves a site, in words; empty where it is not written by a user.
+    pub fn expression(&self, effect: &str, site: Site) -> String {
+        let own = self.effects.iter().find(|p| p.effect.id() == effect).map(|p| &p.effect);
+        let text = own.and_then(|e| (0..e.parameters().len()).find_map(|p| e.expression(p, site)));
+        text.map(|text| format!(": `{text}` at {site}")).unwrap_or_default()
+    }
+}
+
 /// What a parameter moves: a site, and its place in the vector of deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Moves {
     pub parameter: usize,
     pub site: Site,
     pub place: usize,
+}
+
+/// What weighing one sample's arm takes besides the sample: the arm as it stands, and room for its loads.
+pub(super) struct Scale<'a> {
+    pub robot: &'a Robot,
+    pub setup: &'a Setup,
+    pub posture: &'a Posture,
+    /// Compliance of each joint at present, rad/(N·m).
+    pub compliance: &'a [f64],
+    /// Name of the sample.
+    pub sample: &'a str,
+    pub loads: &'a mut Loads,
 }
 
 /// What one sample compares the TCP with.
@@ -88,6 +111,9 @@ pub(super) struct SampleRow {
     time_s: Option<f64>,
     temp_c: Option<f64>,
     approach: Option<Vec<i8>>,
+    plungers: Option<[i8; 3]>,
+    reading: Option<Vector3<f64>>,
+    q_commanded: Option<Vec<f64>>,
 }
 
 impl SampleRow {
@@ -111,6 +137,9 @@ impl SampleRow {
             time_s: None,
             temp_c: None,
             approach: sample.approach.clone(),
+            plungers: None,
+            reading: None,
+            q_commanded: sample.q_commanded.clone(),
         };
         row.take(&cells[cell], sample);
         row
@@ -141,6 +170,8 @@ impl SampleRow {
             && sample.time_s.is_some() == self.time_s.is_some()
             && sample.temp_c.is_some() == self.temp_c.is_some()
             && sample.approach.as_ref().map(Vec::len) == self.approach.as_ref().map(Vec::len)
+            && sample.plungers.is_some() >= self.plungers.is_some()
+            && sample.q_commanded.is_some() >= self.q_commanded.is_some()
     }
 
     /// Takes over what was measured, of a sample that [is like](SampleRow::is_like) this one.
@@ -148,9 +179,11 @@ impl SampleRow {
         self.q.copy_from_slice(&sample.q);
         (self.ball, self.anchor) = aims(&sample.measured);
         self.tool = cell.tool;
+        self.reading = None;
         self.target = match &sample.measured {
             Measured::Ball { ball, reading } => {
                 if let Some(reading) = reading {
+                    self.reading = Some(*reading);
                     let shift = cell.tool_turn * reading;
                     self.tool.xyz.iter_mut().zip(&shift).for_each(|(x, s)| *x += s);
                 }
@@ -169,6 +202,8 @@ impl SampleRow {
         self.time_s = sample.time_s;
         self.temp_c = sample.temp_c;
         self.approach.clone_from(&sample.approach);
+        self.plungers = sample.plungers;
+        self.q_commanded.clone_from(&sample.q_commanded);
     }
 
     /// Moves the arm to this sample, its sites deviating by `deviations`.
@@ -200,22 +235,14 @@ impl SampleRow {
         }
     }
 
-    /// Finds how much of each parameter moves the TCP in the situation of this sample, the arm standing as in `posture`; whether it is
+    /// Finds how much of each parameter moves the TCP in the situation of this sample, the arm standing as in `weighed`; whether it is
     /// the parameters of `pattern` at its sites.
-    pub fn weigh_moves(
-        &mut self,
-        robot: &Robot,
-        cell: &Cell,
-        gravity: &Vector3<f64>,
-        posture: &Posture,
-        loads: &mut Loads,
-        pattern: Option<&Vec<Moves>>,
-    ) -> bool {
+    pub fn weigh_moves(&mut self, cell: &Cell, scale: &mut Scale<'_>, pattern: Option<&Vec<Moves>>) -> bool {
         let mut expected = pattern.map_or(&[][..], Vec::as_slice).iter();
         let mut same = true;
         let mut weights = std::mem::take(&mut self.weights);
         weights.clear();
-        self.moves(robot, cell, gravity, posture, loads, &mut |parameter, site, weight| {
+        self.moves(cell, scale, &mut |parameter, site, weight| {
             same &= expected.next().is_some_and(|moves| moves.parameter == parameter && moves.site == site);
             weights.push(weight);
         });
@@ -223,18 +250,11 @@ impl SampleRow {
         same && expected.next().is_none()
     }
 
-    /// What moves the TCP in the situation of this sample, the arm standing as in `posture`.
-    pub fn pattern_of(
-        &self,
-        robot: &Robot,
-        cell: &Cell,
-        gravity: &Vector3<f64>,
-        posture: &Posture,
-        loads: &mut Loads,
-    ) -> Vec<Moves> {
-        let sites = SiteIndex::new(robot.joints());
+    /// What moves the TCP in the situation of this sample.
+    pub fn pattern_of(&self, cell: &Cell, scale: &mut Scale<'_>) -> Vec<Moves> {
+        let sites = SiteIndex::new(scale.robot.joints());
         let mut pattern = Vec::new();
-        self.moves(robot, cell, gravity, posture, loads, &mut |parameter, site, _| {
+        self.moves(cell, scale, &mut |parameter, site, _| {
             pattern.push(Moves { parameter, site, place: sites.of(site) });
         });
         pattern
@@ -256,27 +276,30 @@ impl SampleRow {
         self.time_s
     }
 
-    fn moves(
-        &self,
-        robot: &Robot,
-        cell: &Cell,
-        gravity: &Vector3<f64>,
-        posture: &Posture,
-        loads: &mut Loads,
-        emit: &mut dyn FnMut(usize, Site, f64),
-    ) {
+    fn moves(&self, cell: &Cell, scale: &mut Scale<'_>, emit: &mut dyn FnMut(usize, Site, f64)) {
+        let Scale { robot, setup, posture, compliance, sample, loads } = scale;
         let payload = &cell.payloads[self.payload];
-        self.load(robot, cell, gravity, posture, loads);
+        self.load(robot, cell, &setup.gravity, posture, loads);
+        let (kind, target) = match self.target {
+            Target::Distance { .. } => (Kind::Distance, None),
+            Target::Position(place) => (self.ball.map_or(Kind::Point, Kind::Ball), Some(place)),
+        };
         let situation = Situation {
-            robot,
-            q: &self.q,
-            posture,
-            loads,
-            payload,
-            ball: self.ball,
-            time_s: self.time_s,
-            temp_c: self.temp_c,
+            gravity: setup.gravity,
+            tool: cell.tool,
+            compliance,
+            sample: Some(sample),
+            kind: Some(kind),
+            target,
+            artifact: Some(cell.artifact),
+            reading: self.reading,
+            plungers: self.plungers,
+            q_commanded: self.q_commanded.as_deref(),
             approach: self.approach.as_deref(),
+            time_s: self.time_s,
+            duration_s: setup.duration_s,
+            temp_c: self.temp_c,
+            ..Situation::at_rest(robot, &self.q, posture, loads, payload)
         };
         for placed in &cell.effects {
             let first = placed.first[if placed.first.len() > 1 { self.setup } else { 0 }];

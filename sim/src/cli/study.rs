@@ -1,0 +1,62 @@
+//! `study SCENARIO`: the blind suite of a scenario.
+
+use std::path::PathBuf;
+
+use calibench::files::write_whole;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use super::{Failure, Outcome, print, print_json, seed};
+use crate::run::Plans;
+use crate::scenario::load_scenario;
+use crate::suite::{cases, run as run_cases, tally};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file with a [suite]
+    scenario: PathBuf,
+    /// Only so many trials
+    #[arg(long)]
+    trials: Option<usize>,
+    /// Take every n-th trial only: a small suite with a bit of everything
+    #[arg(long, default_value_t = 1)]
+    every: usize,
+    /// Where to write the table of trials (CSV); a file that is there is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Seed in place of the scenario's
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let scenario = load_scenario(&arguments.scenario)?;
+    let Some(spec) = &scenario.suite else {
+        return Err(Box::new(scenario.wrong("suite", "is missing", "give a [suite] of blind trials")));
+    };
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
+    let mut all: Vec<_> = cases(&scenario, spec).into_iter().step_by(arguments.every.max(1)).collect();
+    all.truncate(arguments.trials.unwrap_or(usize::MAX));
+    let bar = ProgressBar::new(all.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} trials  {eta} left") {
+        bar.set_style(style);
+    }
+    let outcomes = run_cases(&scenario, &plans, &all, seed, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    if let Some(path) = &arguments.output {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        outcomes.iter().try_for_each(|o| table.serialize(o))?;
+        write_whole(path, &table.into_inner().map_err(|e| e.into_error())?)?;
+    }
+    let tally = tally(&outcomes);
+    if arguments.json {
+        print_json(&json!({"format": "calibench-suite/1", "scenario": scenario.name, "seed": seed, "tally": tally}))?;
+    } else {
+        print(&serde_json::to_string_pretty(&tally)?)?;
+    }
+    Ok(Outcome::Done)
+}

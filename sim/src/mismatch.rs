@@ -1,0 +1,134 @@
+//! Shape mismatch: what is truly there has the shape of a catalogue effect only roughly, so that the model that fits it is a little wrong.
+//!
+//! A catalogue fixes what its effects are not linear in: an exponent, a torque at which play closes, a time constant, a moment. A robot
+//! need not keep to it. At full mismatch the true constants lie anywhere in the ranges below; at a share of it, in that share of them.
+
+use calibench::effects::Situation;
+use calibench::robot::Site;
+use rand::{Rng, RngExt};
+
+use crate::flaw::{Flaw, TrueEffect};
+
+/// Stiffening grows with a power from 2.2 to 3.8 of the torque, where the catalogue says 3.
+const EXPONENT: f64 = 3.0;
+const EXPONENT_SPREAD: f64 = 0.8;
+/// Play closes at half to twice the torque.
+const CLOSING_SPREAD: f64 = 2.0;
+/// Warm-up takes 0.6 to 1.6 times as long.
+const TIME_SPREAD: f64 = 1.6;
+/// Up to so much of a harmonic's size appears at three times its order.
+const OVERTONE: f64 = 0.05;
+/// Steps happen within these shares of the session.
+const STEPS: [f64; 2] = [0.05, 0.95];
+
+/// How the shape of an effect is distorted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Distortion {
+    /// `|x|³` becomes `|x|` to this power.
+    Power(f64),
+    /// `tanh(x)` becomes `tanh(x / this)`.
+    Closing(f64),
+    /// So much of the third multiple is added to `sin` and `cos`.
+    Overtone(f64),
+    /// Time runs so much slower.
+    Slower(f64),
+    /// What happens at `stated` (s) happens by so much of the way nearer to this `share` of the session.
+    Moved { stated: f64, share: f64, way: f64 },
+}
+
+/// A catalogue effect with a shape of its own.
+struct Misshapen {
+    effect: TrueEffect,
+    distortion: Distortion,
+}
+
+/// The effect with a shape drawn at that mismatch (0 to 1), where it has a shape constant at all. Takes one number from `rng`, always.
+pub(crate) fn misshapen(effect: TrueEffect, mismatch: f64, rng: &mut impl Rng) -> Box<dyn Flaw> {
+    let draw = rng.random_range(-1.0..=1.0f64);
+    let swing = mismatch * draw;
+    let id = effect.effect.id();
+    let distortion = match id.split(':').next().unwrap_or(id) {
+        "stiffening" => Distortion::Power(EXPONENT + EXPONENT_SPREAD * swing),
+        "gravity_backlash" => Distortion::Closing(CLOSING_SPREAD.powf(swing)),
+        "thermal_growth" => Distortion::Slower(TIME_SPREAD.powf(swing)),
+        "harmonic1" | "harmonic2" | "harmonic" => Distortion::Overtone(OVERTONE * swing),
+        "base_step" | "joint_step" | "tool_step" => {
+            let stated = id.rsplit(':').next().and_then(|t| t.parse().ok()).unwrap_or(0.0);
+            let share = STEPS[0] + (STEPS[1] - STEPS[0]) * 0.5 * (1.0 + draw);
+            Distortion::Moved { stated, share, way: mismatch }
+        }
+        _ => return Box::new(effect),
+    };
+    Box::new(Misshapen { effect, distortion })
+}
+
+impl Distortion {
+    /// What the catalogue's weight becomes; sines have even numbers, cosines odd ones.
+    fn weight(self, parameter: usize, w: f64) -> f64 {
+        match self {
+            Distortion::Power(power) => w.signum() * w.abs().powf(power / EXPONENT),
+            Distortion::Closing(torque) => (w.atanh() / torque).tanh(),
+            // sin 3a = 3 sin a - 4 sin³ a, cos 3a = 4 cos³ a - 3 cos a
+            Distortion::Overtone(share) => {
+                let third = 3.0 * w - 4.0 * w.powi(3);
+                w + share * if parameter % 2 == 0 { third } else { -third }
+            }
+            Distortion::Slower(_) | Distortion::Moved { .. } => w,
+        }
+    }
+
+    /// What the catalogue takes the time to be.
+    fn time_s(self, time_s: f64, duration_s: f64) -> f64 {
+        match self {
+            Distortion::Slower(factor) => time_s / factor,
+            Distortion::Moved { stated, share, way } => time_s + way * (stated - share * duration_s),
+            Distortion::Power(_) | Distortion::Closing(_) | Distortion::Overtone(_) => time_s,
+        }
+    }
+}
+
+impl Flaw for Misshapen {
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
+        let time_s = at.time_s.zip(at.duration_s).map(|(t, d)| self.distortion.time_s(t, d));
+        let TrueEffect { effect, sizes } = &self.effect;
+        effect.terms(&Situation { time_s, ..*at }, &mut |k, site, w| {
+            moved(site, self.distortion.weight(k, w) * sizes[k]);
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_mismatch_is_the_catalogue() {
+        let none = [
+            Distortion::Power(EXPONENT),
+            Distortion::Closing(1.0),
+            Distortion::Overtone(0.0),
+            Distortion::Slower(1.0),
+            Distortion::Moved { stated: 60.0, share: 0.3, way: 0.0 },
+        ];
+        for distortion in none {
+            for w in [-1.0, -0.7, 0.0, 0.2, 0.99] {
+                // Two transcendental functions, each good to an ulp or two.
+                assert!((distortion.weight(0, w) - w).abs() < 1e-14, "{distortion:?} {w}");
+            }
+            assert_eq!(distortion.time_s(77.0, 1000.0), 77.0);
+        }
+    }
+
+    #[test]
+    fn shapes_become_what_they_are_said_to() {
+        let x = 0.6f64;
+        assert!((Distortion::Power(2.2).weight(0, -x.powi(3)) + x.powf(2.2)).abs() < 1e-14);
+        assert!((Distortion::Closing(2.0).weight(0, x.tanh()) - (x / 2.0).tanh()).abs() < 1e-14);
+        let overtone = Distortion::Overtone(0.05);
+        assert!((overtone.weight(0, x.sin()) - x.sin() - 0.05 * (3.0 * x).sin()).abs() < 1e-14);
+        assert!((overtone.weight(1, x.cos()) - x.cos() - 0.05 * (3.0 * x).cos()).abs() < 1e-14);
+        // A step at 60 s that truly happens at 300 s of 1000.
+        let moved = Distortion::Moved { stated: 60.0, share: 0.3, way: 1.0 };
+        assert!((moved.time_s(300.0, 1000.0) - 60.0).abs() < 1e-9);
+    }
+}

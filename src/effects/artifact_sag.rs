@@ -1,0 +1,31 @@
+//! `artifact_sag`: the artifact leans the more the higher, `ball += (x, y) h²`, h being the height over the lowest ball as a share of that
+//! of the highest: a stem that bends under its own weight.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::robot::Site;
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "artifact_sag",
+    arguments: "",
+    what: "the artifact leans with height",
+    equation: "ball += (x, y) h^2, h = 1 at the highest ball",
+    origin: Origin::Artifact,
+    scan: Scan::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        let parameter = |axis| ParameterSpec::new(format!("artifact_sag.{axis}"), Unit::MM, 0.03 * MM);
+        Shape::new(id, vec![parameter("x"), parameter("y")], |at, emit| {
+            if let (Some(_), Some(ball), Some(artifact)) = (at.ball(), at.target, at.artifact) {
+                let h = artifact.share_of_height(ball.z);
+                (0..2).for_each(|k| emit(k, Site::Target(k), h * h));
+            }
+        })
+        .owner(Owner::Artifact)
+        .needs(&[Needs::Balls])
+        .built()
+    },
+};

@@ -1,0 +1,30 @@
+//! `artifact_scale`: the artifact is warmer than on the CMM, `ball += s (ball - centroid)`. Shifting it as a whole is the base's business.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::robot::Site;
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "artifact_scale",
+    arguments: "",
+    what: "the artifact is warmer than on the CMM",
+    equation: "ball += s (ball - centroid)",
+    origin: Origin::Artifact,
+    scan: Scan::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        // Steel, 3.5 K.
+        Shape::new(id, vec![ParameterSpec::new("artifact_scale.s", Unit::UM_PER_M, 4e-5)], |at, emit| {
+            if let (Some(_), Some(ball), Some(artifact)) = (at.ball(), at.target, at.artifact) {
+                let from_centre = ball - artifact.centroid;
+                (0..3).for_each(|k| emit(0, Site::Target(k), from_centre[k]));
+            }
+        })
+        .owner(Owner::Artifact)
+        .needs(&[Needs::Balls])
+        .built()
+    },
+};

@@ -1,0 +1,28 @@
+//! `base_drift`: base and artifact drift apart, `base += (x, y, z) t` in the world, t being time as a share of the session.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::robot::{Axis6, Site};
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "base_drift",
+    arguments: "",
+    what: "base and artifact drift apart as the session goes on",
+    equation: "base += (x, y, z) t",
+    origin: Origin::SetUp,
+    scan: Scan::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        Shape::new(id, ParameterSpec::xyz("base_drift", Unit::MM, 0.02 * MM), |at, emit| {
+            if let Some(t) = at.share_of_session() {
+                (0..3).for_each(|k| emit(k, Site::Base(Axis6::ALL[k]), t));
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Time])
+        .built()
+    },
+};

@@ -1,0 +1,28 @@
+//! `base_step:T`: base and artifact moved against each other once, T seconds into the session: `base += (x, y, z)` after T, in the world.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::robot::{Axis6, Site};
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "base_step",
+    arguments: ":T",
+    what: "base or artifact was bumped once, T seconds into the session",
+    equation: "base += (x, y, z) after T",
+    origin: Origin::SetUp,
+    scan: Scan::Time,
+    members: alone,
+    build: |id, _| {
+        let time = id.time(0)?;
+        Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.05 * MM), move |at, emit| {
+            if at.is_after(time) {
+                (0..3).for_each(|k| emit(k, Site::Base(Axis6::ALL[k]), 1.0));
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Time])
+        .built()
+    },
+};

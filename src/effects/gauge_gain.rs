@@ -1,0 +1,27 @@
+//! `gauge_gain:I`: an indicator shows a share too little, `tool += g r_I e_I`; seen where readings were left over.
+
+use super::family::each_indicator;
+use super::shape::{Shape, shift_tool};
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "gauge_gain",
+    arguments: ":I",
+    what: "an indicator's scale is off (seen through left-over readings)",
+    equation: "tool += g r_I e_I",
+    origin: Origin::Gauge,
+    scan: Scan::None,
+    members: each_indicator,
+    build: |id, _| {
+        let i = id.indicator()?;
+        Shape::new(id, vec![ParameterSpec::new(format!("{}.g", id.whole), Unit::RATIO, 1e-3)], move |at, emit| {
+            if let (Some(_), Some(reading)) = (at.ball(), at.reading) {
+                shift_tool(0, &(at.indicator(i) * reading[i]), emit);
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Readings])
+        .built()
+    },
+};

@@ -1,0 +1,28 @@
+//! `gauge_tilt:I`: a plunger's flat is tilted, and shows some of the ball's offset across it: `tool += k (r_J + r_K) e_I`, J and K being
+//! the other two indicators; a tilt the other way across shows in the difference, and is left out.
+
+use super::family::each_indicator;
+use super::shape::{Shape, shift_tool};
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::units::{MRAD, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "gauge_tilt",
+    arguments: ":I",
+    what: "a plunger's flat is tilted (seen through left-over readings)",
+    equation: "tool += k (r_J + r_K) e_I",
+    origin: Origin::Gauge,
+    scan: Scan::None,
+    members: each_indicator,
+    build: |id, _| {
+        let i = id.indicator()?;
+        Shape::new(id, vec![ParameterSpec::new(format!("{}.k", id.whole), Unit::MRAD, MRAD)], move |at, emit| {
+            if let (Some(_), Some(reading)) = (at.ball(), at.reading) {
+                shift_tool(0, &(at.indicator(i) * (reading.sum() - reading[i])), emit);
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Readings])
+        .built()
+    },
+};

@@ -1,0 +1,40 @@
+//! `gravity_direction`: the world's z axis is not plumb, gravity being turned by (x, y) about its x and y axes:
+//! `theta_J += c_J z_J . sum_{k >= J} m_k (c_k - o_J) x (phi x g)`.
+
+use nalgebra::Vector3;
+
+use super::family::alone;
+use super::shape::Shape;
+use super::through_compliance::{NEEDS, twist};
+use super::{Family, Origin, Owner, ParameterSpec, Scan, Situation};
+use crate::units::{MRAD, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "gravity_direction",
+    arguments: "",
+    what: "the cell is not level",
+    equation: "theta_J += c_J dtau_J(gravity turned about x, y)",
+    origin: Origin::SetUp,
+    scan: Scan::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        let parameter = |axis| ParameterSpec::new(format!("gravity_direction.{axis}"), Unit::MRAD, 5.0 * MRAD);
+        Shape::new(id, vec![parameter("x"), parameter("y")], |at, emit| {
+            for (k, axis) in [Vector3::x(), Vector3::y()].iter().enumerate() {
+                let turned = axis.cross(&at.gravity);
+                twist(at, k, at.q.len(), |j, origin| first_moment(at, j, origin).cross(&turned), emit);
+            }
+        })
+        .owner(Owner::Session)
+        .needs(NEEDS)
+        .built()
+    },
+};
+
+/// Of all that hangs on joint `j` (counted from 0), about a point, kg·m.
+fn first_moment(at: &Situation<'_>, j: usize, about: &Vector3<f64>) -> Vector3<f64> {
+    let payload = (at.posture.flange().point(&at.payload.com) - about) * at.payload.mass;
+    let links = at.robot.links.iter().enumerate().skip(j);
+    links.fold(payload, |sum, (i, link)| sum + (at.posture.frame(i + 1).point(&link.com) - about) * link.mass)
+}

@@ -1,0 +1,26 @@
+//! `joint_scale:J`: the encoder or the gear ratio is off by a factor, `theta_J += s q_J`. Springs of cables and hoses look the same.
+
+use super::family::each_joint;
+use super::shape::{per_joint, theta};
+use super::{Family, Origin, ParameterSpec, Scan};
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "joint_scale",
+    arguments: ":J",
+    what: "a joint turns by a factor too far (encoder, ratio, hoses)",
+    equation: "theta_J += s q_J",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    members: each_joint,
+    build: |id, subject| {
+        let unit = Unit::URAD_PER_RAD;
+        per_joint(
+            id,
+            id.joints(subject)?,
+            |_, name| vec![ParameterSpec::new(format!("{name}.s"), unit, unit.to_si(100.0))],
+            |at, j, emit| emit(0, theta(j), at.q[j]),
+        )
+        .built()
+    },
+};

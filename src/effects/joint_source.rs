@@ -1,0 +1,31 @@
+//! `joint_source:J`: the arm stands where it was sent, not where it was read, `theta_J += s (q_commanded - q)`. s is 1 where the command
+//! is the truth and 0 where the reading is.
+
+use super::family::each_joint;
+use super::shape::{per_joint, theta};
+use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "joint_source",
+    arguments: ":J",
+    what: "residuals follow commanded minus read-back joints",
+    equation: "theta_J += s (q_commanded - q)",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    members: each_joint,
+    build: |id, subject| {
+        per_joint(
+            id,
+            id.joints(subject)?,
+            |_, name| vec![ParameterSpec::new(format!("{name}.s"), Unit::RATIO, 1.0)],
+            |at, j, emit| {
+                if let Some(commanded) = at.q_commanded.and_then(|q| q.get(j)) {
+                    emit(0, theta(j), commanded - at.q[j]);
+                }
+            },
+        )
+        .needs(&[Needs::Commanded])
+        .built()
+    },
+};

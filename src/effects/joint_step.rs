@@ -1,0 +1,28 @@
+//! `joint_step:J:T`: a joint slipped once, T seconds into the session: `theta_J += s` after T.
+
+use super::family::each_joint;
+use super::shape::{Shape, theta};
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::units::{URAD, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "joint_step",
+    arguments: ":J:T",
+    what: "a joint slipped once, T seconds into the session",
+    equation: "theta_J += s after T",
+    origin: Origin::Arm,
+    scan: Scan::Time,
+    members: each_joint,
+    build: |id, subject| {
+        let (j, time) = (id.joint(0, subject)?, id.time(1)?);
+        let parameters = vec![ParameterSpec::new(format!("{}.s", id.whole), Unit::URAD, 80.0 * URAD)];
+        Shape::new(id, parameters, move |at, emit| {
+            if at.is_after(time) {
+                emit(0, theta(j), 1.0);
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Time])
+        .built()
+    },
+};

@@ -1,0 +1,36 @@
+//! `link_mass`: links 2, 3 and 4 are heavier than entered, by a share of their mass: `theta_J += c_J m_k z_J . ((c_k - o_J) x g)`.
+//!
+//! Link 1 turns about the vertical and weighs on no joint; those after link 4 are light, and so near the flange that a wrong payload
+//! says the same.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::through_compliance::{NEEDS, twist};
+use super::{Family, Origin, ParameterSpec, Scan};
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "link_mass",
+    arguments: "",
+    what: "links 2, 3, 4 do not have the mass that was entered",
+    equation: "theta_J += c_J dtau_J(mass of link), of its mass",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    members: alone,
+    build: |id, subject| {
+        id.at_most(0)?;
+        let links = 1..subject.robot.joints().min(4);
+        let name = |link| format!("link_mass.link{}", link + 1);
+        // No maker publishes masses of the KR6; those of its successor differ by such a share.
+        let parameters = links.clone().map(|link| ParameterSpec::new(name(link), Unit::RATIO, 0.15)).collect();
+        Shape::new(id, parameters, move |at, emit| {
+            for (k, i) in links.clone().enumerate() {
+                let link = &at.robot.links[i];
+                let (centre, weight) = (at.posture.frame(i + 1).point(&link.com), at.gravity * link.mass);
+                twist(at, k, i + 1, |_, origin| (centre - origin).cross(&weight), emit);
+            }
+        })
+        .needs(NEEDS)
+        .built()
+    },
+};

@@ -1,0 +1,198 @@
+//! An effect of the user's own, linear in its coefficients: `site += coefficient * basis(situation)`, term by term.
+
+use thiserror::Error;
+
+use super::expression::Expression;
+use super::{Effect, Emit, Needs, Owner, ParameterSpec, Situation, Subject, family};
+use crate::robot::Site;
+use crate::units::{DEG, MM, Unit};
+
+/// One term of a user's effect.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OwnTerm {
+    /// What it moves, as sites are printed (`theta:3`), or one ball (`ball:B:x`).
+    pub site: String,
+    /// By how much, per unit of its coefficient: an expression.
+    pub basis: String,
+    /// Terms of the same group share one coefficient.
+    pub group: Option<String>,
+}
+
+/// An effect of the user's own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OwnEffect {
+    /// Its id.
+    pub name: String,
+    /// Unit of its coefficients.
+    pub unit: Unit,
+    /// One-sigma of a plausible coefficient, SI.
+    pub plausible: f64,
+    /// Its terms.
+    pub terms: Vec<OwnTerm>,
+}
+
+/// What is wrong with an effect of the user's own, and what to do about it.
+#[derive(Debug, Error, Clone, PartialEq)]
+#[error("{key}: {problem}; {remedy}")]
+pub struct OwnEffectError {
+    /// Key within the effect's table: `name`, `terms[2].basis`.
+    pub key: String,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// Longest name, characters.
+const LONGEST_NAME: usize = 64;
+/// Most terms of one effect.
+const MOST_TERMS: usize = 500;
+
+impl OwnEffect {
+    /// One-sigma of a coefficient of that unit where the user states none, SI: 5 thousandths of a degree, 30 um, else one unit.
+    pub fn usual_size(unit: Unit) -> f64 {
+        match unit {
+            Unit::DEG | Unit::MRAD | Unit::URAD => 5e-3 * DEG,
+            Unit::MM | Unit::UM => 0.03 * MM,
+            other => other.si,
+        }
+    }
+
+    /// Makes it ready for a robot and an artifact.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it.
+    pub fn build(&self, subject: &Subject<'_>) -> Result<Box<dyn Effect>, OwnEffectError> {
+        let wrong = |key: String, problem: String, remedy: String| OwnEffectError { key, problem, remedy };
+        let name = &self.name;
+        let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+        if !plain || name.len() > LONGEST_NAME {
+            let remedy = format!("use up to {LONGEST_NAME} letters, digits, `_` and `-`");
+            return Err(wrong("name".into(), format!("'{name}' is no name"), remedy));
+        }
+        if family(name).is_some() {
+            let problem = format!("'{name}' is an effect of the catalogue");
+            return Err(wrong("name".into(), problem, "give your own another name".into()));
+        }
+        if !(self.plausible > 0.0 && self.plausible.is_finite()) {
+            return Err(wrong(
+                "plausible".into(),
+                "is not positive".into(),
+                "give the size that would not surprise you".into(),
+            ));
+        }
+        if !(1..=MOST_TERMS).contains(&self.terms.len()) {
+            let problem = format!("there are {}", self.terms.len());
+            return Err(wrong("terms".into(), problem, format!("give 1 to {MOST_TERMS}")));
+        }
+        let mut parameters: Vec<ParameterSpec> = Vec::new();
+        let mut numbered: Vec<bool> = Vec::new();
+        let mut terms = Vec::with_capacity(self.terms.len());
+        for (k, term) in self.terms.iter().enumerate() {
+            let key = |key: &str| format!("terms[{k}].{key}");
+            let (site, ball) = place(&term.site, subject).ok_or_else(|| {
+                let n = subject.robot.joints();
+                let remedy = format!(
+                    "write theta:J, d:J (J = 1..{n}), alpha:K, a:K, beta:K (K = 0..{}), flex:K:AXIS (K = 0..{n}), base:AXIS, tool:x or ball:x",
+                    n - 1
+                );
+                wrong(key("site"), format!("'{}' is no site of this robot", term.site), remedy)
+            })?;
+            let basis = Expression::parse(&term.basis, subject.robot.joints()).map_err(|e| {
+                wrong(key("basis"), format!("at character {} of `{}`: {}", e.position, term.basis, e.problem), e.remedy)
+            })?;
+            let coefficient = match &term.group {
+                Some(group) if group.is_empty() || !group.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
+                    return Err(wrong(key("group"), format!("'{group}' is no name"), "use letters, digits and `_`".into()));
+                }
+                Some(group) => format!("{name}.{group}"),
+                None => format!("{name}.{}", k + 1),
+            };
+            let parameter = match parameters.iter().position(|p| p.name == coefficient) {
+                Some(p) if term.group.is_some() && !numbered[p] => p,
+                Some(_) => {
+                    let problem = format!("'{coefficient}' is the coefficient of another term already");
+                    return Err(wrong(key("group"), problem, "name groups by words, not by numbers".into()));
+                }
+                None => {
+                    parameters.push(ParameterSpec::new(coefficient, self.unit, self.plausible));
+                    numbered.push(term.group.is_none());
+                    parameters.len() - 1
+                }
+            };
+            terms.push(Term { site, ball, basis, parameter });
+        }
+        let moves = |part: fn(Site) -> bool| terms.iter().any(|t| part(t.site));
+        let mut needs: Vec<Needs> = terms.iter().flat_map(|t| t.basis.needs()).collect();
+        if moves(|s| matches!(s, Site::Target(_))) {
+            needs.push(Needs::Balls);
+        }
+        needs.dedup();
+        let owner = if needs.contains(&Needs::Time) || moves(|s| matches!(s, Site::Base(_) | Site::Tool(_))) {
+            Owner::Session
+        } else if moves(|s| matches!(s, Site::Target(_))) {
+            Owner::Artifact
+        } else {
+            Owner::Robot
+        };
+        Ok(Box::new(Own { id: name.clone(), parameters, needs, owner, terms }))
+    }
+}
+
+/// A site as written: one that is printed so, or a coordinate of one ball.
+fn place(text: &str, subject: &Subject<'_>) -> Option<(Site, Option<usize>)> {
+    if let Some(site) = Site::parse(text, subject.robot.joints()) {
+        return Some((site, None));
+    }
+    let (ball, axis) = text.strip_prefix("ball:")?.rsplit_once(':')?;
+    let ball = subject.balls.iter().position(|b| b == ball)?;
+    Some((Site::parse(&format!("ball:{axis}"), subject.robot.joints())?, Some(ball)))
+}
+
+struct Term {
+    site: Site,
+    /// The only ball that it moves.
+    ball: Option<usize>,
+    basis: Expression,
+    parameter: usize,
+}
+
+struct Own {
+    id: String,
+    parameters: Vec<ParameterSpec>,
+    needs: Vec<Needs>,
+    owner: Owner,
+    terms: Vec<Term>,
+}
+
+impl Effect for Own {
+    fn id(&self) -> &str {
+        &self.id
+    }
+
+    fn parameters(&self) -> &[ParameterSpec] {
+        &self.parameters
+    }
+
+    fn owner(&self) -> Owner {
+        self.owner
+    }
+
+    fn needs(&self) -> &[Needs] {
+        &self.needs
+    }
+
+    fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>) {
+        for Term { site, ball, basis, parameter } in &self.terms {
+            let elsewhere =
+                matches!(site, Site::Target(_)) && (at.ball().is_none() || ball.is_some_and(|b| at.ball() != Some(b)));
+            if !elsewhere && let Some(weight) = basis.at(at) {
+                emit(*parameter, *site, weight);
+            }
+        }
+    }
+
+    fn expression(&self, parameter: usize, site: Site) -> Option<&str> {
+        self.terms.iter().find(|t| t.parameter == parameter && t.site == site).map(|t| t.basis.text.as_str())
+    }
+}

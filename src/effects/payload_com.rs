@@ -1,0 +1,30 @@
+//! `payload_com`: the payload's centre of mass is not where it was entered: `theta_J += c_J m z_J . (r x g)`, r in the last frame.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::through_compliance::{NEEDS, twist};
+use super::{Family, Origin, Owner, ParameterSpec, Scan};
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "payload_com",
+    arguments: "",
+    what: "the payload's centre of mass is not where it was entered",
+    equation: "theta_J += c_J dtau_J(centre of mass)",
+    origin: Origin::SetUp,
+    scan: Scan::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        Shape::new(id, ParameterSpec::xyz("payload_com", Unit::MM, 10.0 * MM), |at, emit| {
+            let flange = at.posture.flange();
+            let weight = at.gravity * at.payload.mass;
+            for (k, axis) in [flange.x, flange.y, flange.z].iter().enumerate() {
+                twist(at, k, at.q.len(), |_, _| axis.cross(&weight), emit);
+            }
+        })
+        .owner(Owner::Session)
+        .needs(NEEDS)
+        .built()
+    },
+};

@@ -1,0 +1,90 @@
+//! The scaffolding of an effect: its id, its parameters, what it needs, and a closure that is its equation.
+
+use nalgebra::Vector3;
+
+use super::{Effect, EffectError, Emit, Id, Needs, Owner, ParameterSpec, Situation};
+use crate::robot::{MdhEntry, Site};
+
+/// An effect made of a closure.
+pub(super) struct Shape<F> {
+    id: String,
+    parameters: Vec<ParameterSpec>,
+    owner: Owner,
+    needs: &'static [Needs],
+    terms: F,
+}
+
+impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> Shape<F> {
+    /// A property of the arm, that needs no column.
+    pub fn new(id: &Id<'_>, parameters: Vec<ParameterSpec>, terms: F) -> Self {
+        Shape { id: id.whole.into(), parameters, owner: Owner::Robot, needs: &[], terms }
+    }
+
+    /// The same, of another owner.
+    pub fn owner(self, owner: Owner) -> Self {
+        Shape { owner, ..self }
+    }
+
+    /// The same, that cannot do without these columns.
+    pub fn needs(self, needs: &'static [Needs]) -> Self {
+        Shape { needs, ..self }
+    }
+
+    /// The effect.
+    pub fn built(self) -> Result<Box<dyn Effect>, EffectError> {
+        Ok(Box::new(self))
+    }
+}
+
+impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync> Effect for Shape<F> {
+    fn id(&self) -> &str {
+        &self.id
+    }
+
+    fn parameters(&self) -> &[ParameterSpec] {
+        &self.parameters
+    }
+
+    fn owner(&self) -> Owner {
+        self.owner
+    }
+
+    fn needs(&self) -> &[Needs] {
+        self.needs
+    }
+
+    fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>) {
+        (self.terms)(at, emit);
+    }
+}
+
+/// An effect that does the same to each of `joints` (counted from 0): `parameters(j, "family:J")` are those of joint j, the same number
+/// for each; `terms(at, j, emit)` numbers them from 0.
+pub(super) fn per_joint<F>(
+    id: &Id<'_>,
+    joints: Vec<usize>,
+    parameters: impl Fn(usize, &str) -> Vec<ParameterSpec>,
+    terms: F,
+) -> Shape<impl Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static>
+where
+    F: Fn(&Situation<'_>, usize, &mut Emit<'_>) + Send + Sync + 'static,
+{
+    let family = id.family();
+    let all: Vec<ParameterSpec> = joints.iter().flat_map(|&j| parameters(j, &format!("{family}:{}", j + 1))).collect();
+    let each = all.len() / joints.len().max(1);
+    Shape::new(id, all, move |at, emit| {
+        for (k, &j) in joints.iter().enumerate() {
+            terms(at, j, &mut |parameter, site, weight| emit(k * each + parameter, site, weight));
+        }
+    })
+}
+
+/// Shifts the TCP by a vector of the last frame, m, where a ball or an indicator is to blame.
+pub(super) fn shift_tool(parameter: usize, by: &Vector3<f64>, emit: &mut Emit<'_>) {
+    (0..3).for_each(|k| emit(parameter, Site::Tool(k), by[k]));
+}
+
+/// The angle of joint `j`, counted from 0.
+pub(super) fn theta(j: usize) -> Site {
+    Site::Mdh(j, MdhEntry::Theta)
+}

@@ -1,0 +1,138 @@
+//! What an effect may depend on, at one sample.
+
+use nalgebra::Vector3;
+
+use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, Posture, Robot};
+
+/// What is measured at a sample, as in the column `kind`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The TCP is nulled on a ball, by its place in the artifact.
+    Ball(usize),
+    /// The position of the TCP is measured.
+    Point,
+    /// The distance of the TCP from an anchor is measured.
+    Distance,
+}
+
+/// The artifact as a whole, as certified.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArtifactShape {
+    /// Mean of the balls' centres, world, m.
+    pub centroid: Vector3<f64>,
+    /// Heights of the lowest and the highest ball, world z, m.
+    pub heights: [f64; 2],
+}
+
+impl ArtifactShape {
+    /// Of balls at those places (world, m).
+    pub fn of(balls: &[Vector3<f64>]) -> Self {
+        let centroid = balls.iter().sum::<Vector3<f64>>() / balls.len().max(1) as f64;
+        let widen = |[low, high]: [f64; 2], b: &Vector3<f64>| [low.min(b.z), high.max(b.z)];
+        ArtifactShape { centroid, heights: balls.iter().fold([f64::INFINITY, f64::NEG_INFINITY], widen) }
+    }
+
+    /// Height over the lowest ball, as a share of that of the highest: 0 to 1, and 0 where all balls are level.
+    pub fn share_of_height(&self, z: f64) -> f64 {
+        let [low, high] = self.heights;
+        if high > low { (z - low) / (high - low) } else { 0.0 }
+    }
+}
+
+/// Everything an effect may depend on, at one sample.
+///
+/// In the model the posture and the loads are those of the arm as identified so far; in the plant those of the deflected arm at rest.
+/// What is not known is `None`, and effects that depend on it then move nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a> {
+    /// The robot as drawn.
+    pub robot: &'a Robot,
+    /// Joint angles, rad (N).
+    pub q: &'a [f64],
+    /// The arm in this posture.
+    pub posture: &'a Posture,
+    /// Gravity's moments and forces in it.
+    pub loads: &'a Loads,
+    /// What the flange carries.
+    pub payload: &'a Payload,
+    /// Gravity in the world, m/s².
+    pub gravity: Vector3<f64>,
+    /// TCP frame in the last frame, as certified; its axes are those of the indicators.
+    pub tool: FramePose,
+    /// Compliance of each joint, rad/(N·m): what the model holds at present, or what the joint truly has; empty where it has none.
+    pub compliance: &'a [f64],
+    /// Name of the sample.
+    pub sample: Option<&'a str>,
+    /// What is measured.
+    pub kind: Option<Kind>,
+    /// Certified place of the ball, or the measured point, world, m.
+    pub target: Option<Vector3<f64>>,
+    /// The artifact.
+    pub artifact: Option<ArtifactShape>,
+    /// Indicator readings left, tool axes, m.
+    pub reading: Option<Vector3<f64>>,
+    /// Sign of each plunger's last motion.
+    pub plungers: Option<[i8; 3]>,
+    /// Commanded joint angles, where `q` are read back, rad (N).
+    pub q_commanded: Option<&'a [f64]>,
+    /// Sign of each joint's last motion (N).
+    pub approach: Option<&'a [i8]>,
+    /// Seconds since the session began.
+    pub time_s: Option<f64>,
+    /// Length of the session, s.
+    pub duration_s: Option<f64>,
+    /// Temperature of the robot, °C.
+    pub temp_c: Option<f64>,
+}
+
+impl<'a> Situation<'a> {
+    /// An arm at rest under standard gravity that measures nothing, of which nothing else is known.
+    pub fn at_rest(robot: &'a Robot, q: &'a [f64], posture: &'a Posture, loads: &'a Loads, payload: &'a Payload) -> Self {
+        Situation {
+            robot,
+            q,
+            posture,
+            loads,
+            payload,
+            gravity: DEFAULT_GRAVITY,
+            tool: FramePose::default(),
+            compliance: &[],
+            sample: None,
+            kind: None,
+            target: None,
+            artifact: None,
+            reading: None,
+            plungers: None,
+            q_commanded: None,
+            approach: None,
+            time_s: None,
+            duration_s: None,
+            temp_c: None,
+        }
+    }
+
+    /// The ball being probed, by its place in the artifact.
+    pub fn ball(&self) -> Option<usize> {
+        match self.kind {
+            Some(Kind::Ball(ball)) => Some(ball),
+            _ => None,
+        }
+    }
+
+    /// Time as a share of the session, 0 to 1: a coefficient of it is what builds up over the session.
+    pub fn share_of_session(&self) -> Option<f64> {
+        let (time, duration) = (self.time_s?, self.duration_s?);
+        Some(if duration > 0.0 { time / duration } else { 0.0 })
+    }
+
+    /// Whether the sample was taken later than `time` (s) into the session.
+    pub(super) fn is_after(&self, time: f64) -> bool {
+        self.time_s.is_some_and(|t| t > time)
+    }
+
+    /// Direction of indicator `i` (counted from 0), axes of the last frame.
+    pub(super) fn indicator(&self, i: usize) -> Vector3<f64> {
+        let axes = FramePose { xyz: [0.0; 3], ..self.tool }.pose().rotation;
+        axes.matrix().column(i).into_owned()
+    }
+}

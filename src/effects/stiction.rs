@@ -1,0 +1,30 @@
+//! `stiction`: a plunger hangs up on the side it came from, `tool += s_I plunger_I e_I` where a ball is probed. One number an indicator.
+
+use super::family::alone;
+use super::shape::{Shape, shift_tool};
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::units::{UM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "stiction",
+    arguments: "",
+    what: "plungers hang up on the side they came from",
+    equation: "tool += s_I plunger_I e_I, on balls",
+    origin: Origin::Gauge,
+    scan: Scan::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        let parameters = (1..=3).map(|i| ParameterSpec::new(format!("stiction.{i}"), Unit::UM, 3.0 * UM)).collect();
+        Shape::new(id, parameters, |at, emit| {
+            if let (Some(_), Some(sides)) = (at.ball(), at.plungers) {
+                for (i, side) in sides.into_iter().enumerate() {
+                    shift_tool(i, &(at.indicator(i) * f64::from(side)), emit);
+                }
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Plungers])
+        .built()
+    },
+};

@@ -1,0 +1,57 @@
+//! `thermal_growth`: all links grow, `a_i += e a_i`, `d_i += e d_i`, with `e = l t + s (1 - exp(-4 t))`, t being time as a share of the
+//! session; `thermal_growth:temp`: with `e = k (T - 20 °C)`. The tool, held at the flange and measured apart, does not grow.
+//!
+//! Plausible: 1e-4 over a session, about 5 K of aluminium (23e-6 / K), which is how far a small arm warms up.
+
+use super::shape::Shape;
+use super::{Emit, Family, Needs, Origin, Owner, ParameterSpec, Scan, Situation};
+use crate::robot::{MdhEntry, Site};
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "thermal_growth",
+    arguments: "[:temp]",
+    what: "all links grow as the session goes on, or with temperature",
+    equation: "a_i, d_i grow by l t + s (1 - exp(-4 t)), or by k (T - 20 °C)",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    members: |_| vec![String::new(), ":temp".into()],
+    build: |id, _| match id.arguments {
+        [] => {
+            let parameter = |part| ParameterSpec::new(format!("thermal_growth.{part}"), Unit::UM_PER_M, 1e-4);
+            Shape::new(id, vec![parameter("linear"), parameter("settling")], |at, emit| {
+                if let Some(t) = at.share_of_session() {
+                    grow(at, 0, t, emit);
+                    grow(at, 1, 1.0 - (-SETTLING * t).exp(), emit);
+                }
+            })
+            .owner(Owner::Session)
+            .needs(&[Needs::Time])
+            .built()
+        }
+        ["temp"] => {
+            let parameters = vec![ParameterSpec::new("thermal_growth:temp.k", Unit::UM_PER_M_K, 2e-5)];
+            Shape::new(id, parameters, |at, emit| {
+                if let Some(temperature) = at.temp_c {
+                    grow(at, 0, temperature - REFERENCE_C, emit);
+                }
+            })
+            .needs(&[Needs::Temperature])
+            .built()
+        }
+        _ => Err(id.wrong("takes nothing after its name (by time), or `temp` (by temperature)")),
+    },
+};
+
+/// Warm-up settles four times over within the session: half an hour of a two-hour session.
+const SETTLING: f64 = 4.0;
+
+/// Temperature at which lengths are stated (ISO 1), °C.
+const REFERENCE_C: f64 = 20.0;
+
+fn grow(at: &Situation<'_>, parameter: usize, share: f64, emit: &mut Emit<'_>) {
+    for (i, link) in at.robot.links.iter().enumerate() {
+        emit(parameter, Site::Mdh(i, MdhEntry::A), share * link.mdh.a);
+        emit(parameter, Site::Mdh(i, MdhEntry::D), share * link.mdh.d);
+    }
+}

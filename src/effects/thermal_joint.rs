@@ -1,0 +1,31 @@
+//! `thermal_joint:J`: a joint's zero drifts, `theta_J += b t`, t being time as a share of the session.
+
+use super::family::each_joint;
+use super::shape::{per_joint, theta};
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::units::{URAD, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "thermal_joint",
+    arguments: ":J",
+    what: "a joint's zero drifts as the session goes on",
+    equation: "theta_J += b t",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    members: each_joint,
+    build: |id, subject| {
+        per_joint(
+            id,
+            id.joints(subject)?,
+            |_, name| vec![ParameterSpec::new(format!("{name}.b"), Unit::URAD, 60.0 * URAD)],
+            |at, j, emit| {
+                if let Some(t) = at.share_of_session() {
+                    emit(0, theta(j), t);
+                }
+            },
+        )
+        .owner(Owner::Session)
+        .needs(&[Needs::Time])
+        .built()
+    },
+};

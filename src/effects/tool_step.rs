@@ -1,0 +1,28 @@
+//! `tool_step:T`: the TriCal moved on the flange once, T seconds into the session: `tool += (x, y, z)` after T, in the last frame.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::robot::Site;
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "tool_step",
+    arguments: ":T",
+    what: "the tool moved on the flange once, T seconds into the session",
+    equation: "tool += (x, y, z) after T",
+    origin: Origin::Gauge,
+    scan: Scan::Time,
+    members: alone,
+    build: |id, _| {
+        let time = id.time(0)?;
+        Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.1 * MM), move |at, emit| {
+            if at.is_after(time) {
+                (0..3).for_each(|k| emit(k, Site::Tool(k), 1.0));
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Time])
+        .built()
+    },
+};

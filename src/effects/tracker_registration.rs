@@ -1,0 +1,39 @@
+//! `tracker_registration`: the tracker's world is not that of the artifact, `point += (x, y, z) + (rx, ry, rz) x point`. Six numbers.
+//!
+//! Plausible: three nests some 0.4 m apart, each found within the tracker's 20 um.
+
+use nalgebra::Vector3;
+
+use super::family::alone;
+use super::shape::Shape;
+use super::{Family, Kind, Needs, Origin, Owner, ParameterSpec, Scan};
+use crate::robot::Site;
+use crate::units::{UM, URAD, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "tracker_registration",
+    arguments: "",
+    what: "the world frame of measured points is off",
+    equation: "point += (x, y, z) + (rx, ry, rz) x point",
+    origin: Origin::SetUp,
+    scan: Scan::None,
+    members: alone,
+    build: |id, _| {
+        id.at_most(0)?;
+        let mut parameters = ParameterSpec::xyz("tracker_registration", Unit::UM, 20.0 * UM);
+        let turn = |axis| ParameterSpec::new(format!("tracker_registration.r{axis}"), Unit::URAD, 50.0 * URAD);
+        parameters.extend(["x", "y", "z"].map(turn));
+        Shape::new(id, parameters, |at, emit| {
+            if let (Some(Kind::Point), Some(point)) = (at.kind, at.target) {
+                for axis in 0..3 {
+                    emit(axis, Site::Target(axis), 1.0);
+                    let turned = Vector3::ith(axis, 1.0).cross(&point);
+                    (0..3).for_each(|k| emit(3 + axis, Site::Target(k), turned[k]));
+                }
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Points])
+        .built()
+    },
+};

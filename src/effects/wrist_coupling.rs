@@ -1,0 +1,37 @@
+//! `wrist_coupling`: the last three joints are driven through one another, and the ratios are not those that the controller takes out:
+//! `theta_5 += k q_4`, `theta_6 += k q_4`, `theta_6 += k q_5` on an arm of six.
+
+use super::family::alone;
+use super::shape::{Shape, theta};
+use super::{Family, Origin, ParameterSpec, Scan};
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "wrist_coupling",
+    arguments: "",
+    what: "joints of the wrist turn those after them",
+    equation: "theta_K += k q_J for the last three joints, J < K",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    members: |subject| if subject.robot.joints() < WRIST { Vec::new() } else { alone(subject) },
+    build: |id, subject| {
+        id.at_most(0)?;
+        let n = subject.robot.joints();
+        if n < WRIST {
+            return Err(id.wrong("needs an arm of three joints or more"));
+        }
+        let pairs = [(n - 3, n - 2), (n - 3, n - 1), (n - 2, n - 1)];
+        let unit = Unit::URAD_PER_RAD;
+        let name = |(from, to): (usize, usize)| format!("wrist_coupling.q{}_at_{}", from + 1, to + 1);
+        let parameters = pairs.map(|pair| ParameterSpec::new(name(pair), unit, unit.to_si(100.0))).to_vec();
+        Shape::new(id, parameters, move |at, emit| {
+            for (k, (from, to)) in pairs.into_iter().enumerate() {
+                emit(k, theta(to), at.q[from]);
+            }
+        })
+        .built()
+    },
+};
+
+/// Joints of a wrist.
+const WRIST: usize = 3;

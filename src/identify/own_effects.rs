@@ -1,0 +1,102 @@
+//! `[[effect]]` tables: effects of the user's own, in model, scenario and calibration files.
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::{OwnEffect, OwnTerm};
+use crate::files::name_remedy;
+use crate::units::{Unit, readable};
+
+/// An effect of the user's own, as written; linear in its coefficients.
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct OwnEffectTable {
+    name: String,
+    /// Unit of the coefficients.
+    unit: String,
+    /// One-sigma of a plausible coefficient, in that unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plausible: Option<f64>,
+    /// Defined, but not fitted: offered to the diagnosis.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    candidate: bool,
+    terms: Vec<OwnTermTable>,
+}
+
+#[derive(Debug, Clone, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct OwnTermTable {
+    site: String,
+    basis: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    group: Option<String>,
+}
+
+impl OwnEffectTable {
+    /// Balls that its sites name one by one.
+    pub(super) fn balls(&self) -> impl Iterator<Item = String> {
+        self.terms.iter().filter_map(|t| Some(t.site.strip_prefix("ball:")?.rsplit_once(':')?.0.to_owned()))
+    }
+}
+
+/// A mistake in such a table: its place among them, the key in it, what is wrong and what to do.
+pub struct OwnMistake {
+    /// `effect[1].unit`.
+    pub key: String,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// The effects of `[[effect]]` tables, and the list of effects to fit: `fitted` as written, and after it those that are no candidates.
+///
+/// Expressions and sites are checked when the effects are built, for a robot.
+///
+/// # Errors
+/// A unit that is not known, a name that stands twice.
+pub fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Result<(Vec<OwnEffect>, Vec<String>), OwnMistake> {
+    let mut own: Vec<OwnEffect> = Vec::new();
+    let mut fitted = fitted.to_vec();
+    for (k, table) in tables.iter().enumerate() {
+        let wrong =
+            |key: &str, problem: String, remedy: String| OwnMistake { key: format!("effect[{k}].{key}"), problem, remedy };
+        // A keyboard has no raised dot.
+        let unit = Unit::from_symbol(&table.unit.replace('*', "·")).ok_or_else(|| {
+            let known = Unit::ALL.map(|u| u.symbol);
+            wrong("unit", format!("'{}' is no unit known here", table.unit), name_remedy(&table.unit, &known))
+        })?;
+        if own.iter().any(|e| e.name == table.name) {
+            return Err(wrong("name", format!("'{}' stands twice", table.name), "name each effect differently".into()));
+        }
+        if !table.candidate && !fitted.contains(&table.name) {
+            fitted.push(table.name.clone());
+        }
+        own.push(OwnEffect {
+            name: table.name.clone(),
+            unit,
+            plausible: table.plausible.map_or(OwnEffect::usual_size(unit), |p| unit.to_si(p)),
+            terms: table
+                .terms
+                .iter()
+                .map(|t| OwnTerm { site: t.site.clone(), basis: t.basis.clone(), group: t.group.clone() })
+                .collect(),
+        });
+    }
+    Ok((own, fitted))
+}
+
+/// The tables of effects, of which those named in `fitted` are fitted.
+pub(super) fn tables(own: &[OwnEffect], fitted: &[String]) -> Vec<OwnEffectTable> {
+    let table = |e: &OwnEffect| OwnEffectTable {
+        name: e.name.clone(),
+        unit: e.unit.symbol.into(),
+        plausible: (e.plausible != OwnEffect::usual_size(e.unit)).then(|| readable(e.plausible, e.unit.si)),
+        candidate: !fitted.contains(&e.name),
+        terms: e
+            .terms
+            .iter()
+            .map(|t| OwnTermTable { site: t.site.clone(), basis: t.basis.clone(), group: t.group.clone() })
+            .collect(),
+    };
+    own.iter().map(table).collect()
+}
