@@ -113,8 +113,8 @@ pub fn propose(
 }
 
 impl Proposal {
-    /// How good a step is: larger is better.
-    fn merit(&self, step: &Step) -> f64 {
+    /// How good a step is by the criterion: larger is better.
+    pub fn merit(&self, step: &Step) -> f64 {
         match (self.criterion, step.outlook) {
             (Criterion::Discrimination, Some(outlook)) => outlook.resolved,
             _ => -step.error.unwrap_or(f64::INFINITY),
