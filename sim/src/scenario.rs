@@ -18,12 +18,12 @@ use calibench::robot::{FramePose, Payload, Robot, Surroundings, robot};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
+use crate::suite::SuiteToml;
 use bodies::Bodies;
 pub use bodies::ball_body;
 pub use expect::{Expectation, Quantity};
 pub use keys::{CentringToml, Order, PlanToml, ScenarioToml, TrackerToml};
 use sources::Sources;
-use crate::suite::SuiteToml;
 pub use truth::{StatedEffect, Truth, parameter_key, written_sizes};
 pub use truth_keys::{IndicatorTruth, PayloadTruth, TrackerTruth, TruthToml};
 

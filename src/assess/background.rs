@@ -83,4 +83,3 @@ impl Background {
         best.map_or(0.0, |t| SIZES[t])
     }
 }
-

@@ -18,9 +18,9 @@ const LEVEL: f64 = 0.05;
 /// Chance that an effect of the smallest size that counts as seen is noticed.
 const POWER: f64 = 0.9;
 
-/// A candidate with less than this share of its energy visible is not seen at all: what is left is rounding, and what the columns of the
-/// fitted model change within their own uncertainty.
-const UNSEEN: f64 = 1e-7;
+/// A candidate that would have to be so many plausible sizes large is not seen at all: no robot has it, and what is left of it beside the
+/// model is rounding.
+const ABSURD: f64 = 1e3;
 
 /// How well one candidate is seen.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,7 +68,7 @@ impl Detectability {
     /// # Errors
     /// When the poses do not determine the model.
     pub fn of_plan(planned: &Dataset, model: &Model) -> Result<Self, IdentifyError> {
-        Ok(Detectability::of(&Examination::new(&[("plan", planned)], model)?))
+        Ok(Detectability::of(&Examination::of_plan(planned, model)?))
     }
 
     /// Of the data of an examination.
@@ -81,14 +81,16 @@ impl Detectability {
             let span = examination.spans[k];
             let energy = span.range().map(|c| examination.gram[(c, c)]).sum::<f64>().max(0.0) / unit;
             let visible = examination.visible(k);
-            let directions = if visible > UNSEEN { examination.seen(k).explained().1 } else { 0 };
+            let directions = examination.seen(k).explained().1;
             let first = &examination.wide.parameters()[examination.columns[span.first].parameter].spec;
             Sight {
                 effect: candidates[k].id.clone(),
                 absorbed: 1.0 - visible,
                 visible: (energy / residuals).sqrt(),
                 directions,
-                smallest: (directions > 0).then(|| (noncentrality(directions, level, POWER) / energy).sqrt()),
+                smallest: (directions > 0)
+                    .then(|| (noncentrality(directions, level, POWER) / energy).sqrt())
+                    .filter(|&size| size < ABSURD),
                 plausible: first.prior,
                 unit: first.unit,
             }
@@ -147,7 +149,13 @@ fn power_at(directions: usize, critical: f64, lambda: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
     use super::*;
+    use crate::measure::{Measured, Sample};
 
     /// From R's and SciPy's non-central chi-square, to 1e-12: level, power, degrees of freedom, non-centrality.
     #[test]
@@ -166,6 +174,71 @@ mod tests {
             let found = noncentrality(directions, level, power);
             assert!((found / expected - 1.0).abs() < 1e-8, "{level} {power} {directions}: {found} for {expected}");
         }
+    }
+
+    /// Poses anywhere, points where the drawing has them.
+    fn planned(count: usize) -> Dataset {
+        let robot = crate::robot::built_in("kr6_r700").unwrap();
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let mut cell = Dataset { robot: std::sync::Arc::new(robot), ..Dataset::default() };
+        cell.tool.xyz = [0.06, 0.0, -0.125];
+        cell.payloads = vec![crate::robot::Payload { name: "load".into(), mass: 6.0, com: [0.025, 0.0, -0.07].into() }];
+        cell.noise.point = Some(20e-6);
+        let sample = |k: usize| {
+            let q: Vec<f64> = cell.robot.links.iter().map(|l| random.random_range(l.limits[0]..l.limits[1])).collect();
+            let at = crate::robot::world_from_tool(&cell.robot, &cell.base, &cell.tool, &q).translation.vector;
+            Sample::new(k.to_string(), q, Measured::Point(at))
+        };
+        let samples = (0..count).map(sample).collect();
+        Dataset { samples, ..cell }
+    }
+
+    /// Data of the linear model, with an effect of the smallest size that is said to be seen, are projected (by reflections, not by the
+    /// examination's own normal equations) and tested: nine in ten must raise the alarm, and of noise alone as many as the level says.
+    #[test]
+    fn effects_of_the_smallest_size_are_noticed_nine_times_in_ten() {
+        let examination = Examination::of_plan(&planned(60), &Model::paper()).unwrap();
+        let detectability = Detectability::of(&examination);
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let (m, n) = (examination.fitted.len(), examination.rows.ncols());
+        let model = examination.rows.rows(0, m).transpose();
+        let scaled = DMatrix::from_columns(&model.column_iter().map(|c| c / c.norm()).collect::<Vec<_>>());
+        let q = scaled.qr().q();
+        const TRIALS: usize = 2000;
+        for effect in ["stiffening:3", "harmonic2:4", "harmonic1:1"] {
+            let sight = detectability.sights.iter().find(|s| s.effect == effect).unwrap();
+            let span = examination.spans[examination.library.place(effect).unwrap()];
+            let columns = examination.rows.rows(m + span.first, span.count).transpose();
+            let seen = (&columns - &q * q.tr_mul(&columns)).qr().q();
+            let critical = critical_value(span.count, detectability.level);
+            let mut alarms = |size: f64| {
+                let alarm = |_: &usize| {
+                    let noise = DVector::<f64>::from_fn(n, |_, _| StandardNormal.sample(&mut random));
+                    // Of several numbers a direction that the data see as they see the average one.
+                    let mut beta = DVector::<f64>::from_fn(span.count, |_, _| StandardNormal.sample(&mut random));
+                    let own = examination.gram.view((span.first, span.first), (span.count, span.count));
+                    beta *= size * (own.trace() / (own * &beta).dot(&beta)).sqrt();
+                    let data = &columns * beta + noise;
+                    let left = &data - &q * q.tr_mul(&data);
+                    seen.tr_mul(&left).norm_squared() > critical
+                };
+                (0..TRIALS).filter(alarm).count() as f64 / TRIALS as f64
+            };
+            let power = alarms(sight.smallest.unwrap());
+            // Three standard deviations of a share of 0.9 among 2000.
+            assert!((power - 0.9).abs() < 0.02, "{effect}: {power}");
+            assert!(alarms(0.0) < 0.005, "{effect}: of noise alone");
+        }
+    }
+
+    #[test]
+    fn a_joint_that_carries_nothing_hides_what_loads_do_to_it() {
+        let detectability = Detectability::of_plan(&planned(60), &Model::paper()).unwrap();
+        let of = |id: &str| detectability.sights.iter().find(|s| s.effect == id).unwrap();
+        assert_eq!(of("stiffening:1").smallest, None, "the first axis is upright");
+        assert!(of("payload_mass").smallest.is_some(), "seen through the compliance that is plausible");
+        let sizes: Vec<f64> = detectability.sights.iter().map(|s| s.smallest.unwrap_or(f64::INFINITY)).collect();
+        assert!(sizes.is_sorted());
     }
 
     #[test]

@@ -179,7 +179,8 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
         set += 1;
     }
 
-    let findings = findings(datasets, examination, &all[..all.len().min(SHORTLIST.max(set.min(2 * SHORTLIST)))], tests, probability)?;
+    let findings =
+        findings(datasets, examination, &all[..all.len().min(SHORTLIST.max(set.min(2 * SHORTLIST)))], tests, probability)?;
 
     let fit = &examination.fit;
     let (rms, chi2) = (fit.rms, fit.chi2);

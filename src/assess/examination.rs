@@ -109,6 +109,24 @@ impl Examination {
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
     }
 
+    /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
+    /// plausible: what acts through them would else seem to move nothing.
+    ///
+    /// # Errors
+    /// When the poses do not determine the model.
+    pub fn of_plan(planned: &Dataset, model: &Model) -> Result<Self, IdentifyError> {
+        let datasets = [("plan", planned)];
+        let mut problem = Problem::new(&datasets, model, Use::Fit)?;
+        let mut fit = fit(&mut problem)?;
+        for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
+            if parameter.effect.split(':').next() == Some("joint_compliance") {
+                *value = parameter.spec.prior;
+            }
+        }
+        problem.settle_loads(&fit.values);
+        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model))
+    }
+
     /// The same fit with other candidates beside it.
     pub(super) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;

@@ -158,8 +158,7 @@ impl HeatMap {
             }
         }
         let of_joint = |j: usize| {
-            let sweep =
-                Sweep::new(examination, background, sweep::joint(&examination.circumstances, j), features.clone());
+            let sweep = Sweep::new(examination, background, sweep::joint(&examination.circumstances, j), features.clone());
             let of_variable = |(v, scaled): (usize, &Scaled)| {
                 let mut first = v * terms;
                 let mut found = [Vec::new(), Vec::new()];

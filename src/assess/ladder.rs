@@ -1,11 +1,11 @@
 //! The error falling: a model, one effect more, the same data again; and where to stop.
 
+use super::Validation;
 use super::cross_validation::{cross_validated, folds};
 use super::diagnosis::{Diagnosis, Verdict, diagnose_examined};
 use super::examination::Examination;
 use super::relevance::Relevance;
 use super::workspace::WorkspaceError;
-use super::Validation;
 use crate::identify::{Calibration, IdentifyError, Model, Use, identify};
 use crate::measure::{Dataset, SampleSet};
 
@@ -101,14 +101,12 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, poses: &[Vec<f64>]) ->
     let workspace = WorkspaceError::predict(datasets, &examination, &relevance, poses)?;
     let calibration = examination.calibration(datasets);
     let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
-    let validation = if has(SampleSet::Validation) {
-        Validation::of(&calibration.predict(datasets, Use::Validation)?)
-    } else {
-        None
-    };
+    let validation =
+        if has(SampleSet::Validation) { Validation::of(&calibration.predict(datasets, Use::Validation)?) } else { None };
     let (cross_validated, by_session) = blocks(&examination);
     let names = examination.problem.setups().iter().map(|s| s.name());
-    let names = names.map(|[dataset, session]| if session.is_empty() { dataset.to_owned() } else { format!("{dataset}/{session}") });
+    let names =
+        names.map(|[dataset, session]| if session.is_empty() { dataset.to_owned() } else { format!("{dataset}/{session}") });
     let mut sessions: Vec<SessionError> = names
         .zip(by_session)
         .map(|(name, cross_validated)| SessionError { name, cross_validated, from_others: None })
@@ -171,7 +169,10 @@ impl Rung {
             all.push(Objection::CrossValidation { rms });
         }
         for (before, after) in below.sessions.iter().zip(&self.sessions) {
-            let pairs = [Some([before.cross_validated, after.cross_validated]), before.from_others.zip(after.from_others).map(|(b, a)| [b, a])];
+            let pairs = [
+                Some([before.cross_validated, after.cross_validated]),
+                before.from_others.zip(after.from_others).map(|(b, a)| [b, a]),
+            ];
             for rms in pairs.into_iter().flatten().filter(|[b, a]| *a > b * (1.0 + WORSE)) {
                 all.push(Objection::Session { name: after.name.clone(), rms });
             }
@@ -190,12 +191,7 @@ impl Rung {
 ///
 /// # Errors
 /// As [`rung`].
-pub fn add(
-    datasets: &[(&str, &Dataset)],
-    below: &Rung,
-    effects: &[String],
-    poses: &[Vec<f64>],
-) -> Result<Rung, IdentifyError> {
+pub fn add(datasets: &[(&str, &Dataset)], below: &Rung, effects: &[String], poses: &[Vec<f64>]) -> Result<Rung, IdentifyError> {
     let model = effects.iter().fold(below.model.clone(), |model, effect| model.with(effect));
     let rung = rung(datasets, &model, poses)?;
     Ok(Rung { added: effects.to_vec(), ..rung })
@@ -293,11 +289,7 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
 ///
 /// # Errors
 /// As [`rung`].
-pub fn whole_library(
-    datasets: &[(&str, &Dataset)],
-    below: &Rung,
-    poses: &[Vec<f64>],
-) -> Result<Option<Rung>, IdentifyError> {
+pub fn whole_library(datasets: &[(&str, &Dataset)], below: &Rung, poses: &[Vec<f64>]) -> Result<Option<Rung>, IdentifyError> {
     if below.diagnosis.verdict == Verdict::NothingLeft {
         return Ok(None);
     }
@@ -316,4 +308,3 @@ pub fn whole_library(
     let rung = rung(datasets, &model, poses)?;
     Ok(Some(Rung { added, ..rung }))
 }
-

@@ -79,4 +79,3 @@ fn candidate(id: String, model: &Model) -> Option<Candidate> {
 pub(super) fn missing_somewhere(effect: &dyn Effect, datasets: &[(&str, &Dataset)], model: &Model) -> Option<&'static str> {
     datasets.iter().find_map(|(_, d)| missing(effect, d, model, Use::Fit))
 }
-

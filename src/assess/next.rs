@@ -41,7 +41,7 @@ const OF_SIDES: &str = "hysteresis";
 pub struct Step {
     /// Number of measurements.
     pub count: usize,
-    /// How well the effect will be named; `None` without rivals.
+    /// How well the effect will be named; `None` without two rivals.
     pub outlook: Option<Outlook>,
     /// Error expected over the workspace, the whole library fitted, mean, m; `None` when no workspace was named.
     pub error: Option<f64>,

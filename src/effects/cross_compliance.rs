@@ -1,9 +1,9 @@
 //! `cross_compliance:J:K`: the torque of joint K turns joint J, `theta_J += c tau_K`, as where two gears share a housing.
 
-use super::joint_compliance::PLAUSIBLE_MDEG_PER_NM;
+use super::reference_torque::reference_torque;
 use super::shape::{Shape, theta};
 use super::{Family, Needs, Origin, ParameterSpec, Scan};
-use crate::units::Unit;
+use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
     id: "cross_compliance",
@@ -24,11 +24,11 @@ pub(super) const FAMILY: Family = Family {
             return Err(id.wrong(format!("names two joints; of one joint it is joint_compliance:{}", j + 1)));
         }
         let unit = Unit::MDEG_PER_NM;
-        let plausible = unit.to_si(SHARE_OF_COMPLIANCE * PLAUSIBLE_MDEG_PER_NM);
+        let plausible = AT_REFERENCE_TORQUE / reference_torque(subject.robot)[k];
         let parameters = vec![ParameterSpec::new(format!("{}.c", id.whole), unit, plausible)];
         Shape::new(id, parameters, move |at, emit| emit(0, theta(j), at.loads.tau[k])).needs(&[Needs::Torques]).built()
     },
 };
 
-/// Plausible: a tenth of a joint's own compliance. A housing is some ten times as stiff as the gear in it (assumed).
-const SHARE_OF_COMPLIANCE: f64 = 0.1;
+/// Plausible: the other joint turns by this when joint K carries its reference torque, about as much as by its other flaws (assumed).
+const AT_REFERENCE_TORQUE: f64 = 60.0 * URAD;

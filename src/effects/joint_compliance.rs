@@ -8,7 +8,7 @@ use super::{Family, Needs, Origin, ParameterSpec, Scan};
 use crate::units::Unit;
 
 /// Plausible size: a few thousandths of a degree per newton metre (paper Table 8 spans 3 to 28).
-pub(super) const PLAUSIBLE_MDEG_PER_NM: f64 = 10.0;
+const PLAUSIBLE_MDEG_PER_NM: f64 = 10.0;
 
 pub(super) const FAMILY: Family = Family {
     id: "joint_compliance",

@@ -1,9 +1,11 @@
 //! The torque by which load-dependent effects are scaled: the largest that gravity exerts on each joint of the bare arm with a
 //! load of a tenth of its mass before the flange.
 
+use std::cell::RefCell;
+
 use nalgebra::Vector3;
 
-use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, Posture, Robot, SiteIndex};
+use crate::robot::{DEFAULT_GRAVITY, FramePose, Link, Loads, Payload, Posture, Robot, SiteIndex};
 
 /// Postures tried; the largest of 512 is within a few per cent of the supremum, and only a scale is wanted.
 const POSTURES: usize = 512;
@@ -15,8 +17,23 @@ const LOAD_BESIDE: f64 = 0.05;
 /// No joint is scaled by less than this, N·m: a vertical axis carries no torque at all.
 const LEAST: f64 = 1.0;
 
+thread_local! {
+    /// The links weighed last: a diagnosis builds dozens of effects of one robot.
+    static LAST: RefCell<(Vec<Link>, Vec<f64>)> = const { RefCell::new((Vec::new(), Vec::new())) };
+}
+
 /// Largest gravity torque of each joint over evenly spread postures, N·m (N).
 pub(super) fn reference_torque(robot: &Robot) -> Vec<f64> {
+    LAST.with_borrow_mut(|(links, torque)| {
+        if *links != robot.links || torque.is_empty() {
+            *torque = largest_torque(robot);
+            links.clone_from(&robot.links);
+        }
+        torque.clone()
+    })
+}
+
+fn largest_torque(robot: &Robot) -> Vec<f64> {
     let n = robot.joints();
     let mass = 0.1 * robot.links.iter().map(|l| l.mass).sum::<f64>();
     // The last axis may point out of the flange or back into the wrist; its offset shows which.

@@ -203,6 +203,21 @@ impl Calibration {
     /// # Errors
     /// When the data are of another robot, do not go with the model, or do not determine the set-up.
     pub fn predict(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Prediction, IdentifyError> {
+        let Application { problem, values, refitted, from_fit_rows, .. } = self.apply(datasets, which)?;
+        let names = |parameters: &[usize]| parameters.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
+        Ok(Prediction {
+            sample_ids: problem.sample_ids().to_vec(),
+            residuals: problem.residuals(&values),
+            refitted: names(&refitted),
+            from_fit_rows: names(&from_fit_rows),
+        })
+    }
+
+    /// The samples laid out under this calibration, as [`Calibration::predict`] judges them.
+    ///
+    /// # Errors
+    /// As [`Calibration::predict`].
+    pub fn apply(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Application, IdentifyError> {
         if let Some((_, other)) = datasets.iter().find(|(_, d)| !d.robot.is_same_arm(&self.robot)) {
             return Err(IdentifyError::OtherRobot { calibrated: self.robot.name.clone(), measured: other.robot.name.clone() });
         }
@@ -225,7 +240,7 @@ impl Calibration {
                     let twin = sought.iter().find(|&&f| same(&parameters[p], &fitting.parameters()[f]));
                     if let Some(&f) = twin {
                         values[p] = fitting.parameters()[f].start + found.values[f] - parameters[p].start;
-                        from_fit_rows.push(parameters[p].name.clone());
+                        from_fit_rows.push(p);
                     }
                     twin.is_none()
                 });
@@ -235,12 +250,10 @@ impl Calibration {
         if !unseen.is_empty() {
             values = fit_some(&mut problem, &values, &unseen)?.values;
         }
-        Ok(Prediction {
-            sample_ids: problem.sample_ids().to_vec(),
-            residuals: problem.residuals(&values),
-            refitted: unseen.iter().map(|&p| problem.parameters()[p].name.clone()).collect(),
-            from_fit_rows,
-        })
+        let name = |p: &Parameter| self.name_for(p, &problem);
+        let place = |p: &Parameter| name(p).and_then(|n| self.estimates.iter().position(|e| e.name == n));
+        let estimates = problem.parameters().iter().map(place).collect();
+        Ok(Application { problem, values, estimates, refitted: unseen, from_fit_rows })
     }
 
     /// The calibrated deviations of another problem's parameters, and those, of set-ups not seen here, that are unknown.
@@ -259,24 +272,40 @@ impl Calibration {
 
     /// The calibrated (or drawing) value of a parameter of another problem; `None` when it belongs to a set-up or a ball not seen here.
     fn value_for(&self, parameter: &Parameter, problem: &Problem) -> Option<f64> {
+        let name = self.name_for(parameter, problem)?;
+        let value = self.estimate(&name).map(|e| e.value);
+        match parameter.owner {
+            Owner::Robot => Some(value.unwrap_or(parameter.start)),
+            Owner::Artifact => {
+                let left_out = || self.unresolved.iter().any(|group| group.first() == Some(&name));
+                value.or_else(|| left_out().then_some(parameter.start))
+            }
+            Owner::Session => {
+                let base = &self.seen(&problem.setups()[parameter.setup?])?.base;
+                let plain = parameter.spec.name.as_str();
+                let left = || match Axis6::ALL.iter().find(|axis| plain == format!("base_{}", axis.name())) {
+                    Some(&axis) => base.to_array()[axis as usize],
+                    None => parameter.start,
+                };
+                Some(value.unwrap_or_else(left))
+            }
+        }
+    }
+
+    /// How this calibration would name a parameter of another problem; `None` when it belongs to a set-up not seen here.
+    fn name_for(&self, parameter: &Parameter, problem: &Problem) -> Option<String> {
         let plain = parameter.spec.name.as_str();
         let at = |label: &str| if label.is_empty() { plain.to_owned() } else { format!("{plain}@{label}") };
-        let value = |name: &str| self.estimate(name).map(|e| e.value);
         if parameter.owner == Owner::Robot {
-            return Some(value(plain).unwrap_or(parameter.start));
+            return Some(plain.to_owned());
         }
         let seen = self.seen(&problem.setups()[parameter.setup?])?;
-        if parameter.owner == Owner::Artifact {
-            let several = self.setups.iter().any(|s| s.dataset != self.setups[0].dataset);
-            let name = at(if several { &seen.dataset } else { "" });
-            let left_out = || self.unresolved.iter().any(|group| group.first() == Some(&name));
-            return value(&name).or_else(|| left_out().then_some(parameter.start));
-        }
-        let left = || match Axis6::ALL.iter().find(|axis| plain == format!("base_{}", axis.name())) {
-            Some(&axis) => seen.base.to_array()[axis as usize],
-            None => parameter.start,
-        };
-        Some(value(&at(&seen.label)).unwrap_or_else(left))
+        let several = || self.setups.iter().any(|s| s.dataset != self.setups[0].dataset);
+        Some(match parameter.owner {
+            Owner::Artifact if several() => at(&seen.dataset),
+            Owner::Artifact => at(""),
+            Owner::Robot | Owner::Session => at(&seen.label),
+        })
     }
 
     /// The set-up of this calibration that a set-up of other samples is: the one of the same session; where sessions are not
@@ -301,4 +330,18 @@ pub struct Prediction {
     pub refitted: Vec<String>,
     /// Parameters of unseen set-ups that were fitted to other samples, of set `fit`.
     pub from_fit_rows: Vec<String>,
+}
+
+/// Samples laid out under a calibration.
+pub struct Application {
+    /// The samples.
+    pub problem: Problem,
+    /// Deviation of every parameter of the problem from its start, SI.
+    pub values: Vec<f64>,
+    /// The calibration's estimate of each parameter of the problem, by place; `None` where it has none.
+    pub estimates: Vec<Option<usize>>,
+    /// Parameters of unseen set-ups that were fitted to these samples.
+    pub refitted: Vec<usize>,
+    /// Parameters of unseen set-ups that were fitted to other samples, of set `fit`.
+    pub from_fit_rows: Vec<usize>,
 }

@@ -258,13 +258,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     Ok(Calibration {
         robot: std::sync::Arc::new(robot),
         robot_reference: file.robot.clone(),
-        model: Model {
-            effects,
-            own,
-            measured_torques: file.measured_torques,
-            width: file.width,
-            ..Model::default()
-        },
+        model: Model { effects, own, measured_torques: file.measured_torques, width: file.width, ..Model::default() },
         estimates,
         correlation,
         unresolved: file.unresolved,

@@ -12,13 +12,13 @@ mod own_effects;
 mod problem;
 
 pub use adjustment::Adjustment;
-pub use calibration::{Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
+pub use calibration::{Application, Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
 pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};
 pub use linalg::LinalgError;
 pub use model::{FREELY_FITTED, Model, ORDINARY_WIDTH, TorquePosture};
 pub use model_file::{check_effects, read_model, write_model};
 pub use observability::Observability;
-pub(crate) use problem::Circumstance;
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
-pub use problem::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, missing};
+pub(crate) use problem::Circumstance;
+pub use problem::{Knowledge, Parameter, PosedSample, Problem, ProblemError, Setup, Use, missing};

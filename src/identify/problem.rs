@@ -7,6 +7,7 @@
 mod assembly;
 mod columns;
 mod sample_row;
+mod samples_view;
 mod start;
 
 use std::collections::HashMap;
@@ -19,6 +20,7 @@ use self::assembly::Assembly;
 pub use self::assembly::missing;
 pub(crate) use self::columns::Circumstance;
 use self::sample_row::{Cell, DistanceRow, Moves, SampleRow, Scale};
+pub use self::samples_view::PosedSample;
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};
 use crate::measure::{Dataset, Sample, SampleSet};

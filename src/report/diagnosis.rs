@@ -13,11 +13,8 @@ const FORMAT: &str = "calibench-diagnosis/1";
 pub fn diagnosis_json(d: &Diagnosis) -> Value {
     let findings: Vec<Value> = d.findings.iter().enumerate().map(|(k, f)| finding_json(k + 1, f)).collect();
     let untestable: Vec<Value> = d.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
-    let contributions: Vec<Value> = d
-        .contributions
-        .iter()
-        .map(|c| json!({"effect": c.effect, "share": c.share, "size_plausible": c.size}))
-        .collect();
+    let contributions: Vec<Value> =
+        d.contributions.iter().map(|c| json!({"effect": c.effect, "share": c.share, "size_plausible": c.size})).collect();
     json!({
         "format": FORMAT,
         "samples": d.samples,
@@ -134,7 +131,7 @@ pub fn diagnosis_text(d: &Diagnosis) -> String {
         .contributions
         .iter()
         .take(10)
-          .map(|c| [c.effect.clone(), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)])
+        .map(|c| [c.effect.clone(), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)])
         .collect();
     out.push_str("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
     out.push_str(&plain_table(&["effect", "share of what is left %", "size, plausible sizes"], &rows));
@@ -165,9 +162,14 @@ pub fn sentences(d: &Diagnosis) -> Vec<String> {
         Verdict::NothingLeft => all.push("Verdict: nothing_left. What remains is noise.".into()),
         Verdict::Identified => all.push(format!("Verdict: identified. {} is missing in the model.", d.set95.join(""))),
         Verdict::Indistinguishable => {
-            all.push(format!("Verdict: indistinguishable. One of {} is missing; these data cannot tell which.", d.set95.join(", ")));
+            all.push(format!(
+                "Verdict: indistinguishable. One of {} is missing; these data cannot tell which.",
+                d.set95.join(", ")
+            ));
         }
-        Verdict::Unexplained => all.push("Verdict: unexplained. Something is left, and no effect of the catalogue explains it.".into()),
+        Verdict::Unexplained => {
+            all.push("Verdict: unexplained. Something is left, and no effect of the catalogue explains it.".into())
+        }
     }
     all
 }

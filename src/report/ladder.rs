@@ -57,10 +57,18 @@ pub fn ladder_json(ladder: &Ladder) -> Value {
 pub fn objection_sentence(objection: &Objection) -> String {
     match objection {
         Objection::CrossValidation { rms } => {
-            format!("blocks that were not fitted are predicted no better: {:.4} mm before, {:.4} mm after", rms[0] / MM, rms[1] / MM)
+            format!(
+                "blocks that were not fitted are predicted no better: {:.4} mm before, {:.4} mm after",
+                rms[0] / MM,
+                rms[1] / MM
+            )
         }
         Objection::Workspace { mean } => {
-            format!("the error predicted over the workspace does not fall: {:.3} mm before, {:.3} mm after", mean[0] / MM, mean[1] / MM)
+            format!(
+                "the error predicted over the workspace does not fall: {:.3} mm before, {:.3} mm after",
+                mean[0] / MM,
+                mean[1] / MM
+            )
         }
         Objection::Session { name, rms } => {
             format!("'{name}' is predicted worse: {:.4} mm before, {:.4} mm after", rms[0] / MM, rms[1] / MM)
@@ -73,10 +81,13 @@ pub fn rung_table(rungs: &[&Rung]) -> String {
     let rows: Vec<[String; 8]> = rungs
         .iter()
         .map(|r| {
-            let workspace = r.workspace.as_ref().map(|w| {
-                format!("{:.3} ({:.3} to {:.3})", w.mean.expected / MM, w.mean.low / MM, w.mean.high / MM)
-            });
-            let validation = |f: &dyn Fn(&crate::assess::Validation) -> f64| r.validation.as_ref().map_or(String::new(), |v| format!("{:.4}", f(v) / MM));
+            let workspace = r
+                .workspace
+                .as_ref()
+                .map(|w| format!("{:.3} ({:.3} to {:.3})", w.mean.expected / MM, w.mean.low / MM, w.mean.high / MM));
+            let validation = |f: &dyn Fn(&crate::assess::Validation) -> f64| {
+                r.validation.as_ref().map_or(String::new(), |v| format!("{:.4}", f(v) / MM))
+            };
             [
                 match r.added.len() {
                     0 => r.model.effects.join(" + "),
@@ -94,7 +105,16 @@ pub fn rung_table(rungs: &[&Rung]) -> String {
         })
         .collect();
     plain_table(
-        &["model", "fit rms mm", "cross-validated", "predicted over the workspace", "validation mean", "validation max", "noise", "chi2/dof"],
+        &[
+            "model",
+            "fit rms mm",
+            "cross-validated",
+            "predicted over the workspace",
+            "validation mean",
+            "validation max",
+            "noise",
+            "chi2/dof",
+        ],
         &rows,
     )
 }

@@ -35,6 +35,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(w) = WorkspaceError::predict(&named, &examination, &relevance, &poses).map_err(blame)? {
         eprintln!("workspace mean {:?} max {:?}", w.mean, w.max);
     }
-    if arguments.json { print_json(&diagnosis_json(&diagnosis))? } else { print(&diagnosis_text(&diagnosis))? }
+    if arguments.json {
+        print_json(&diagnosis_json(&diagnosis))?
+    } else {
+        print(&diagnosis_text(&diagnosis))?
+    }
     Ok(Outcome::Done)
 }

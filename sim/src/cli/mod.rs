@@ -1,6 +1,7 @@
 //! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
 
 mod catalogue;
+mod compare;
 mod diagnose;
 mod identify;
 mod import;
@@ -17,8 +18,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::files::one_line;
 use calibench::effects::Subject;
+use calibench::files::one_line;
 use calibench::identify::{IdentifyError, Model, ProblemError, read_model};
 use calibench::measure::{Dataset, read_dataset};
 use clap::error::ErrorKind;
@@ -64,6 +65,8 @@ enum Verb {
     Next(next::Arguments),
     /// Blind trials of the diagnosis, held against the truth
     Study(study::Arguments),
+    /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
+    Compare(compare::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -95,6 +98,7 @@ pub fn main() -> ExitCode {
         Verb::Ladder(a) => ladder::run(a),
         Verb::Next(a) => next::run(a),
         Verb::Study(a) => study::run(a),
+        Verb::Compare(a) => compare::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),

@@ -89,7 +89,7 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     let mut random = streams.stream("suite");
     let cell = scenario.dataset();
     let model = &scenario.model;
-    let (hidden, kind, size) = hide(case, &cell, model, plans, &mut random);
+    let (mut hidden, kind, size) = hide(case, &cell, model, plans, &mut random);
     let mut keys = scenario.truth().keys().clone();
     let balls = cell.ball_ids();
     let subject = Subject::new(&cell.robot, &balls);
@@ -140,6 +140,8 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     let with = |ids: &[String]| -> Result<f64, IdentifyError> {
         error(&identify(&data, &ids.iter().fold(model.clone(), |m, id| m.with(id)))?)
     };
+    // What the data cannot test they do not see: it is no contributor.
+    hidden.retain(|(id, _)| kind == "one" || !diagnosis.untestable.iter().any(|u| u.effect == *id));
     let visible = examination.visible_rms(&data, &hidden).unwrap_or_default();
     let outcome = Outcome {
         case: case.kind.to_string(),
@@ -199,10 +201,12 @@ fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[u
 
 /// Whether two ids name one effect; where a scan finds a moment, any moment will do.
 fn same(a: &str, b: &str) -> bool {
-    let moment = |id: &str| id.split_once("_step").map(|(kind, rest)| {
-        let joint = if kind == "joint" { rest.split(':').nth(1).unwrap_or_default() } else { "" };
-        format!("{kind}:{joint}")
-    });
+    let moment = |id: &str| {
+        id.split_once("_step").map(|(kind, rest)| {
+            let joint = if kind == "joint" { rest.split(':').nth(1).unwrap_or_default() } else { "" };
+            format!("{kind}:{joint}")
+        })
+    };
     a == b || (moment(a).is_some() && moment(a) == moment(b)) || (a.starts_with("outlier") && b == "outlier")
 }
 

@@ -108,9 +108,9 @@ impl<'a> Designer<'a> {
         self.states.len() > 1
     }
 
-    /// How well the effect is named as things stand; `None` without rivals.
+    /// How well the effect is named as things stand; `None` without two rivals.
     pub fn now(&self) -> Option<Outlook> {
-        (!self.weights.is_empty()).then(|| Outlook::now(&self.weights))
+        self.has_rivals().then(|| Outlook::now(&self.weights))
     }
 
     /// Error expected over the workspace as things stand, the whole library fitted, mean, m; `None` when no workspace was named.
@@ -170,12 +170,12 @@ impl<'a> Designer<'a> {
         Ok(chosen)
     }
 
-    /// How well the effect will be named after those measurements of a pool; `None` without rivals.
+    /// How well the effect will be named after those measurements of a pool; `None` without two rivals.
     ///
     /// # Errors
     /// When the pool cannot be laid out.
     pub fn outlook(&self, pool: &Pool, chosen: &[usize]) -> Result<Option<Outlook>, IdentifyError> {
-        if self.states.is_empty() {
+        if !self.has_rivals() {
             return Ok(None);
         }
         let columns = pool.columns(&self.close, self.sigma)?;

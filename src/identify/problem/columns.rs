@@ -1,8 +1,8 @@
-//! The problem as a diagnosis sees it: whitened columns of any parameters, and under which circumstances each sample was taken.
+//! Under which circumstances each sample was taken, as a diagnosis sees it.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 
-use super::{Linearised, Problem, Workspace};
+use super::{Problem, Workspace};
 use crate::robot::{Loads, MdhEntry, Site};
 
 /// Under which circumstances a sample was taken, and how its whitened residual moves with the places that a scan varies.
@@ -27,13 +27,6 @@ pub(crate) struct Circumstance {
 }
 
 impl Problem {
-    /// Whitened columns of `parameters` at `values`, transposed, the residuals in the last row: (parameters + 1) x residuals.
-    pub(crate) fn whitened(&self, values: &[f64], parameters: &[usize]) -> DMatrix<f64> {
-        let mut near = Linearised::new(self, parameters);
-        self.linearise(values, &mut Workspace::new(&self.robot), &mut near);
-        near.transposed
-    }
-
     /// Lets each session last as long as that of `other`: a share of it then means the same in both.
     pub(crate) fn last_as_long_as(&mut self, other: &Problem) {
         for (own, other) in self.setups.iter_mut().zip(&other.setups) {

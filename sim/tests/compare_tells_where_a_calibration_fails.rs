@@ -1,0 +1,126 @@
+//! `compare` on what the program itself measured: the paper's robot shows its joints, a right model shows nothing, JSON and plot files
+//! say the same, and bad input ends in one line that says what to do.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn calibench(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = calibench(folder, arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn compared(folder: &Path, arguments: &[&str]) -> Value {
+    serde_json::from_str(&done(folder, &[&["compare", "--json"], arguments].concat())).unwrap()
+}
+
+/// Runs a scenario of the repository into `run` of a new folder.
+fn run(scenario: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(scenario);
+    done(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
+    folder
+}
+
+fn number(v: &Value, key: &str) -> f64 {
+    v[key].as_f64().unwrap_or_else(|| panic!("{key}: {v}"))
+}
+
+#[test]
+fn the_papers_robot_shows_its_first_joint() {
+    let folder = run("paper.toml");
+    let v = compared(folder.path(), &["run/trical.toml", "run/trical", "--plots", "plots"]);
+    assert_eq!(
+        (&v["format"], &v["samples"], &v["noise_source"]),
+        (&"calibench-comparison/1".into(), &80.into(), &"stated".into())
+    );
+    assert_eq!(v["fitted"], true);
+    let calibration = fs::read_to_string(folder.path().join("run/result.json")).unwrap();
+    let calibration: Value = serde_json::from_str(&calibration).unwrap();
+    for key in ["rms_mm", "chi2_per_dof"] {
+        let identified = number(&calibration["methods"][0]["calibration"], key);
+        assert!((number(&v, key) / identified - 1.0).abs() < 1e-3, "{key}: {} and {identified}", v[key]);
+    }
+    assert!(number(&v, "unexplained_mm") > 5.0 * number(&v, "noise_mm") && number(&v, "lack_of_fit_p") < 1e-12);
+    // The largest of the errors that the scenario adds is once a turn of joint 1.
+    assert_eq!(
+        (&v["findings"][0]["view"], &v["findings"][0]["joint"], &v["findings"][0]["against"]),
+        (&"joint".into(), &1.into(), &"q1".into())
+    );
+    assert_eq!((&v["joints"][0]["joint"], &v["joints"][0]["against"]), (&1.into(), &"q1".into()));
+    let bins = v["joints"][0]["bins"].as_array().unwrap();
+    assert_eq!(bins.iter().map(|b| b["n"].as_u64().unwrap()).sum::<u64>(), 80);
+    assert!(bins.iter().all(|b| ["x", "mean_urad", "sigma_urad"].iter().all(|key| number(b, key).is_finite())));
+    assert_eq!((v["balls"].as_array().unwrap().len(), v["worst"].as_array().unwrap().len()), (4, 5));
+    assert!(v.get("workspace").is_some());
+    for sentence in v["sentences"].as_array().unwrap() {
+        assert!(sentence.as_str().unwrap().ends_with('.'), "{sentence}");
+    }
+
+    // A row a bin, and the numbers of the document.
+    let joints = fs::read_to_string(folder.path().join("plots/joints.csv")).unwrap();
+    let first: Vec<&str> = joints.lines().nth(1).unwrap().split(',').collect();
+    assert_eq!(first[..3], ["1", "q1", "deg"]);
+    assert!((first[6].parse::<f64>().unwrap() - number(&bins[0], "mean_urad")).abs() < 1e-9);
+    assert_eq!(fs::read_to_string(folder.path().join("plots/residuals.csv")).unwrap().lines().count(), 81);
+
+    // On poses that were not fitted the same calibration is worse than its residuals promise.
+    let new = compared(folder.path(), &["run/trical.toml", "run/validation", "--validation"]);
+    assert_eq!((&new["fitted"], &new["samples"]), (&false.into(), &500.into()));
+    assert!(number(&new, "unexplained_mm") > 2.0 * number(&v, "unexplained_mm"));
+    let said = done(folder.path(), &["compare", "run/trical.toml", "run/trical"]);
+    for heading in [
+        "BY BALL (artifact)",
+        "IN THE TOOL'S AXES (gauge)",
+        "IN THE WORLD (base)",
+        "PROJECTED TO THE JOINTS (arm)",
+        "WORST SAMPLES",
+    ] {
+        assert!(said.contains(heading), "{heading}: {said}");
+    }
+}
+
+#[test]
+fn a_right_model_leaves_nothing_to_say() {
+    let folder = run("table8.toml");
+    let v = compared(folder.path(), &["run/trical.toml", "run/trical"]);
+    assert_eq!(v["findings"].as_array().map(Vec::len), Some(0), "{v}");
+    assert!(number(&v, "lack_of_fit_p") > 0.01);
+}
+
+#[test]
+fn bad_input_is_one_line_with_a_remedy() {
+    let folder = run("perfect.toml");
+    let at = folder.path();
+    fs::create_dir(at.join("mine")).unwrap();
+    fs::write(at.join("mine/notes.txt"), "mine").unwrap();
+    let samples = fs::read_to_string(at.join("run/trical/samples.csv")).unwrap();
+    fs::create_dir(at.join("bad")).unwrap();
+    fs::copy(at.join("run/trical/dataset.toml"), at.join("bad/dataset.toml")).unwrap();
+    fs::write(at.join("bad/samples.csv"), samples.replacen("p01,ball,", "p01,bell,", 1)).unwrap();
+    let cases: [(&[&str], &[&str]); 5] = [
+        (&["run/trical.toml", "bad"], &["bad/samples.csv:2", "kind", "ball"]),
+        (&["run/nosuch.toml", "run/trical"], &["run/nosuch.toml", "check the path"]),
+        (&["run/trical.toml", "run/trical", "--validation"], &["run/trical/samples.csv", "set", "'validation'"]),
+        (&["run/trical.toml", "run/trical", "--validation", "--all"], &["--all", "calibench --help"]),
+        (&["run/trical.toml", "run/trical", "--plots", "mine"], &["mine", "not a comparison", "name a new folder"]),
+    ];
+    for (arguments, expected) in cases {
+        let output = calibench(at, &[&["compare"], arguments].concat());
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{arguments:?}: {error}");
+        assert_eq!(error.matches('\n').count(), 1, "{error}");
+        for part in expected {
+            assert!(error.contains(part), "{part:?} in {error}");
+        }
+    }
+    assert_eq!(fs::read_dir(at.join("mine")).unwrap().count(), 1);
+}

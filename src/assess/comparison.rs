@@ -1,0 +1,153 @@
+//! Where a calibration fails: the noise floor first, then what is unexplained above it, then the residuals seen from every side.
+
+mod finding;
+mod lack_of_fit;
+mod layout;
+mod sentences;
+mod standing;
+mod suggestions;
+mod views;
+
+use std::collections::HashSet;
+
+use crate::identify::{Application, Calibration, IdentifyError, Use};
+use crate::measure::{Dataset, Sample};
+
+use self::layout::Layout;
+use super::noise_floor::{NoiseFloor, NoisySample};
+use super::residual_views::{
+    BallView, JointCurve, JointOffset, SampleResidual, Scores, SeenSample, SetupView, ToolView, Whitened, WorldView,
+    WorstSample,
+};
+
+pub use self::finding::{Standout, Subject};
+pub use self::lack_of_fit::LackOfFit;
+pub use self::standing::Standing;
+
+/// Findings, lack of fit and views are judged at this level, each kind for itself.
+pub const SIGNIFICANCE: f64 = 0.01;
+
+/// A calibration held against samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// Name of the robot.
+    pub robot: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Root mean square of the 3-D residual, m.
+    pub rms: f64,
+    /// How the samples stand to the calibration.
+    pub standing: Standing,
+    /// What the measurement alone leaves.
+    pub noise: NoiseFloor,
+    /// What is left above it.
+    pub lack_of_fit: LackOfFit,
+    /// Residuals by ball, in the order of the datasets.
+    pub balls: Vec<BallView>,
+    /// In the tool's axes, all set-ups together.
+    pub tool: ToolView,
+    /// In the world, all set-ups together.
+    pub world: WorldView,
+    /// Every base and tool for itself.
+    pub setups: Vec<SetupView>,
+    /// Apparent angle errors of the joints, the curves that stand out first.
+    pub joints: Vec<JointCurve>,
+    /// Their means.
+    pub offsets: Vec<JointOffset>,
+    /// The samples that fit worst, worst first.
+    pub worst: Vec<WorstSample>,
+    /// Every sample, in order.
+    pub residuals: Vec<SampleResidual>,
+    /// What stands out, strongest first, each beyond those before it.
+    pub findings: Vec<Standout>,
+    /// Share of the residual sum of squares that is left when the findings are taken away.
+    pub left: f64,
+}
+
+impl Comparison {
+    /// Holds a calibration against the samples of named datasets that `which` selects.
+    ///
+    /// # Errors
+    /// When the data are of another robot, do not go with the model, or do not determine where the robot stands in them.
+    pub fn of(calibration: &Calibration, datasets: &[(&str, &Dataset)], which: Use) -> Result<Self, IdentifyError> {
+        let application = calibration.apply(datasets, which)?;
+        let Application { problem, values, .. } = &application;
+        let rows: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s))).collect();
+        let seen = SeenSample::all(problem, values, &rows, datasets);
+        let noisy: Vec<NoisySample<'_>> = seen
+            .iter()
+            .map(|s| NoisySample {
+                replicate_of: s.sample.repeat.as_deref().map(|name| (s.setup, name)),
+                whitened: s.whitener * s.residual,
+                height: s.height,
+                variance: s.variance,
+            })
+            .collect();
+        let noise = NoiseFloor::of(&noisy, problem.noise_stated());
+        let (standing, beforehand) = standing::of(calibration, &application, datasets, which, &noise);
+        let whitened = Whitened::new(problem, values, &beforehand);
+        let rms = (seen.iter().map(|s| s.residual.norm_squared()).sum::<f64>() / seen.len() as f64).sqrt();
+        let lack_of_fit = LackOfFit::of(&noise, rms, whitened.squares, whitened.dof, problem.row_count());
+
+        let normalised: Vec<(f64, usize)> = seen.iter().map(|s| whitened.normalised(s.first_row, s.height)).collect();
+        let layout = Layout::new(&seen, problem.setups().len(), datasets, &normalised);
+        let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
+        let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
+        let scores = Scores::new(&whitened, &beforehand, &places, layout.patterns(), &mut show);
+        // Noise stated larger than all that is left would hide whatever is wrong: views are then judged by what else is left.
+        let yardstick = NoiseFloor { level: noise.level.filter(|_| !lack_of_fit.noise_overstated), ..noise.clone() };
+        let judge = finding::Judge { noise: &yardstick, samples: seen.len(), repetition: repetition(&seen) };
+        let views = views::Views { layout: &layout, seen: &seen, scores: &scores, judge: &judge, fitted: beforehand.fitted };
+        let unit = judge.unit(&scores);
+        let setups = views.setups(problem.setups());
+        let curves = views.curves();
+        let (mut findings, left) = finding::findings(&layout, &judge, &scores);
+        for finding in &mut findings {
+            finding.effects = layout.suggestions(finding.subject, calibration, datasets);
+            if let Subject::Curve(place) = &mut finding.subject {
+                *place = curves.iter().position(|(at, _)| at == place).unwrap_or(*place);
+            }
+        }
+        let (tool, world) = views.of_all();
+        Ok(Comparison {
+            robot: problem.robot().name.clone(),
+            samples: seen.len(),
+            rms,
+            standing,
+            lack_of_fit,
+            balls: views.balls(datasets),
+            tool,
+            world,
+            setups,
+            joints: curves.into_iter().map(|(_, curve)| curve).collect(),
+            offsets: views.offsets(),
+            worst: views.worst(&normalised),
+            residuals: seen
+                .iter()
+                .zip(&normalised)
+                .map(|(s, &(squares, dof))| SampleResidual {
+                    id: s.sample.id.clone(),
+                    setup: s.setup,
+                    world: s.residual,
+                    tool: s.world_from_tool.inverse() * s.residual,
+                    normalised: (squares / dof.max(1) as f64).sqrt() / unit,
+                })
+                .collect(),
+            findings,
+            left,
+            noise,
+        })
+    }
+}
+
+/// How many times the samples count a posture's error: numbers measured, by three for every posture; at least 1. A posture is that of
+/// replicates, or of the same angles to a tenth of a milliradian.
+fn repetition(seen: &[SeenSample<'_>]) -> f64 {
+    const SAME_ANGLE: f64 = 1e-4;
+    let posture = |s: &SeenSample<'_>| s.sample.q.iter().map(|q| (q / SAME_ANGLE).round() as i64).collect::<Vec<i64>>();
+    let replicates = |s: &SeenSample<'_>| s.sample.repeat.as_deref().map(|name| (s.setup, name.to_owned()));
+    let named: HashSet<_> = seen.iter().filter_map(replicates).collect();
+    let others: HashSet<_> = seen.iter().filter(|s| s.sample.repeat.is_none()).map(|s| (s.setup, posture(s))).collect();
+    let numbers: usize = seen.iter().map(|s| s.height).sum();
+    (numbers as f64 / (3 * (named.len() + others.len())).max(1) as f64).max(1.0)
+}

@@ -1,0 +1,149 @@
+//! What stands out among the views, strongest first, each beyond those before it.
+//!
+//! A ball that has moved leaves its mark everywhere: on the other balls, and on joints whose angles differ from ball to ball. So the
+//! view that explains most is taken first (Schwarz 1978, with the noise as the least that can be left), then given to the model, and the
+//! others are judged by what they show beyond it.
+
+use super::SIGNIFICANCE;
+use super::layout::Layout;
+use crate::assess::noise_floor::{NoiseFloor, fisher_chance};
+use crate::assess::residual_views::{Scores, Taken, ViewTest};
+
+/// More than this many findings are no findings: the model is wrong in many small ways.
+const MOST: usize = 5;
+
+/// What a finding is about, by place in the lists of the comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Subject {
+    /// A ball.
+    Ball(usize),
+    /// The gauge or tool of a set-up.
+    Tool(usize),
+    /// The base of a set-up.
+    World(usize),
+    /// A curve of a joint.
+    Curve(usize),
+    /// The mean of a joint's apparent angle error.
+    Offset(usize),
+    /// One of the worst samples.
+    Sample(usize),
+}
+
+/// A view that shows more than chance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standout {
+    /// Which.
+    pub subject: Subject,
+    /// Whether it is more than chance beyond the findings before it; the family is that of all views.
+    pub test: ViewTest,
+    /// What would take it away, SI: displacement of the ball (3), TCP off by (3, tool axes), motion of the base (3 m, 3 rad), bins of the
+    /// curve (rad), offset of the joint (1 rad), displacement of the sample (3).
+    pub sizes: Vec<f64>,
+    /// One-sigma of each.
+    pub sigmas: Vec<f64>,
+    /// Effects of the catalogue that the model lacks and that would leave such a mark.
+    pub effects: Vec<String>,
+}
+
+/// A view that explains less than this share of what noise does not explain is not worth a sentence, however surely it is there.
+const WORTH: f64 = 0.02;
+
+/// Judges what views take.
+pub(super) struct Judge<'a> {
+    pub noise: &'a NoiseFloor,
+    pub samples: usize,
+    /// How many times a posture's error is counted: numbers measured, by three for every posture; at least 1.
+    pub repetition: f64,
+}
+
+impl Judge<'_> {
+    /// One-sigma of the whitened residuals: the noise, or what is left where it is unknown.
+    pub fn unit(&self, scores: &Scores) -> f64 {
+        match &self.noise.level {
+            Some(level) => level.relative,
+            None => (scores.squares / scores.dof.max(1.0)).sqrt(),
+        }
+    }
+
+    /// The test of a view that takes so much, one of `family` of its kind.
+    pub fn test(&self, scores: &Scores, taken: &Taken, family: f64) -> ViewTest {
+        let (squares, dof) = (taken.squares, taken.dof as f64);
+        let unit = self.unit(scores);
+        let beyond = scores.dof - dof;
+        let rest = (scores.squares - squares).max(0.0);
+        let p = if taken.dof == 0 {
+            1.0
+        } else {
+            // What the model gets wrong in a posture it gets wrong in all replicates of it (Kish's design effect); noise it is not.
+            let wrong = self.noise.level.map_or(1.0, |l| (1.0 - l.relative.powi(2) * beyond / rest).clamp(0.0, 1.0));
+            let effect = 1.0 + (self.repetition - 1.0) * if rest > 0.0 { wrong } else { 0.0 };
+            let below = beyond / effect;
+            let against_rest =
+                if below >= 1.0 { fisher_chance((squares / dof) / (rest / beyond) / effect, dof, below) } else { None };
+            let against_noise = self.noise.chance_of(squares, dof);
+            match (against_noise, against_rest) {
+                (Some(a), Some(b)) => a.max(b),
+                (a, b) => a.or(b).unwrap_or(1.0),
+            }
+        };
+        let by_chance = if beyond >= 1.0 { dof * rest / beyond } else { squares };
+        ViewTest {
+            chi2: if unit > 0.0 { squares / (unit * unit) } else { 0.0 },
+            dof: taken.dof,
+            p_family: (p * family).min(1.0),
+            explains: if scores.squares > 0.0 { ((squares - by_chance) / scores.squares).clamp(0.0, 1.0) } else { 0.0 },
+        }
+    }
+
+    /// Whether a share of the residual sum of squares is large enough to be spoken of.
+    fn is_worth_saying(&self, scores: &Scores, share: f64) -> bool {
+        let noise = self.noise.level.map_or(0.0, |l| l.relative.powi(2) * scores.dof);
+        share * scores.squares >= WORTH * (scores.squares - noise)
+    }
+
+    /// How much the view is worth: twice the gain in log likelihood, less the price of its numbers.
+    pub fn gain(&self, scores: &Scores, taken: &Taken) -> f64 {
+        let dof = taken.dof as f64;
+        let floor = self.noise.level.map_or(0.0, |l| l.relative * l.relative * (scores.dof - dof).max(0.0));
+        let rest = (scores.squares - taken.squares).max(floor).max(f64::MIN_POSITIVE);
+        scores.dof * (scores.squares.max(f64::MIN_POSITIVE) / rest).ln() - dof * scores.dof.max(1.0).ln()
+    }
+}
+
+/// What stands out, and the share of the sum of squares that is left without it.
+pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (Vec<Standout>, f64) {
+    let mut now = scores.clone();
+    let mut found: Vec<Standout> = Vec::new();
+    let candidates = layout.candidates();
+    let scanned = |subject: Subject| matches!(subject, Subject::Sample(_));
+    // All samples are one candidate, tried at as many places.
+    let family = candidates.iter().filter(|(s, _, _)| !scanned(*s)).count() as f64 + 1.0;
+    while found.len() < MOST {
+        let mut best: Option<(f64, Standout, &[usize])> = None;
+        for (subject, patterns, level) in candidates.iter().filter(|(s, _, _)| found.iter().all(|f| f.subject != *s)) {
+            let taken = match level {
+                Some(level) => now.taken_beyond(patterns, *level),
+                None => now.taken(patterns),
+            };
+            let places = if scanned(*subject) { judge.samples as f64 } else { 1.0 };
+            let mut test = judge.test(&now, &taken, family * places);
+            // Of the whole, and not of what those before have left.
+            test.explains *= if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };
+            let gain = judge.gain(&now, &taken) - 2.0 * places.ln();
+            let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(scores, test.explains);
+            if stands_out && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
+                let unit = judge.unit(&now);
+                let sigmas = (0..patterns.len()).map(|i| unit * taken.covariance[(i, i)].max(0.0).sqrt()).collect();
+                // A ball that stands off draws the TCP with it: the residual, ball minus TCP, is its displacement turned round.
+                let sign = if matches!(subject, Subject::Ball(_)) { -1.0 } else { 1.0 };
+                let sizes = taken.sizes.iter().map(|x| sign * x).collect();
+                best = Some((gain, Standout { subject: *subject, test, sizes, sigmas, effects: Vec::new() }, patterns));
+            }
+        }
+        let Some((_, finding, patterns)) = best else { break };
+        now.give(&layout.given(finding.subject, patterns));
+        found.push(finding);
+    }
+    let left = if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };
+    (found, left)
+}

@@ -1,0 +1,104 @@
+//! How samples stand to a calibration: whether it was fitted to them, and what it therefore may have absorbed.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::assess::noise_floor::NoiseFloor;
+use crate::assess::residual_views::{Beforehand, Whitened};
+use crate::identify::{Application, Calibration, Use};
+use crate::measure::Dataset;
+
+/// Samples are those of the fit when the best step from the calibration is shorter than this, in units of the noise. The fit ends at
+/// 1e-8 and files keep fifteen digits; new samples ask for a step of about the square root of the number of parameters.
+const NO_STEP: f64 = 0.03;
+
+/// How the samples stand to the calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// The calibration is the fit of these samples, or of some of them: its parameters have taken up what they could.
+    pub fitted: bool,
+    /// Number of parameters that these samples have determined: those of the fit, or those of set-ups not seen before.
+    pub absorbed: usize,
+    /// Parameters of set-ups that the calibration has not seen, fitted to these samples.
+    pub refitted: Vec<String>,
+    /// The same, fitted to other rows of the data, of set `fit`.
+    pub from_fit_rows: Vec<String>,
+}
+
+pub(super) fn of(
+    calibration: &Calibration,
+    application: &Application,
+    datasets: &[(&str, &Dataset)],
+    which: Use,
+    noise: &NoiseFloor,
+) -> (Standing, Beforehand) {
+    let Application { problem, values, refitted, from_fit_rows, .. } = application;
+    let as_fitted = as_fitted(application);
+    let named = |d: &Dataset| !d.hash.is_empty() && calibration.dataset_hashes.contains(&d.hash);
+    let rows_of_the_fit = which != Use::Validation && datasets.iter().any(|(_, d)| named(d));
+    let beforehand = if rows_of_the_fit || is_best(problem, values, &as_fitted) {
+        as_fitted
+    } else {
+        as_predicted(calibration, application, noise)
+    };
+    let names = |list: &[usize]| list.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
+    let standing = Standing {
+        fitted: beforehand.fitted,
+        absorbed: beforehand.parameters.len() - beforehand.informed.len(),
+        refitted: names(refitted),
+        from_fit_rows: names(from_fit_rows),
+    };
+    (standing, beforehand)
+}
+
+fn is_best(problem: &crate::identify::Problem, values: &[f64], beforehand: &Beforehand) -> bool {
+    let whitened = Whitened::new(problem, values, beforehand);
+    let unit = if problem.noise_stated() { 1.0 } else { (whitened.squares / whitened.dof.max(1.0)).sqrt() };
+    whitened.dof > 0.0 && whitened.step_left() < NO_STEP * unit
+}
+
+/// One-sigma known of a parameter beforehand.
+fn stated(application: &Application, p: usize) -> Option<f64> {
+    Some(application.problem.parameters()[p].knowledge.sigma()).filter(|sigma| sigma.is_finite())
+}
+
+/// As in the fit: free but for what is stated.
+fn as_fitted(application: &Application) -> Beforehand {
+    let Application { problem, values, estimates, refitted, from_fit_rows } = application;
+    let free = |p: &usize| estimates[*p].is_some() || refitted.contains(p) || from_fit_rows.contains(p);
+    let parameters: Vec<usize> = (0..problem.parameters().len()).filter(free).collect();
+    let informed: Vec<usize> = (0..parameters.len()).filter(|&i| stated(application, parameters[i]).is_some()).collect();
+    let variances = informed.iter().filter_map(|&i| stated(application, parameters[i])).map(|sigma| sigma * sigma);
+    let covariance = DMatrix::from_diagonal(&DVector::from_iterator(informed.len(), variances));
+    let mut deviation = DVector::zeros(parameters.len());
+    informed.iter().for_each(|&i| deviation[i] = values[parameters[i]]);
+    Beforehand { parameters, deviation, informed, covariance, fitted: true }
+}
+
+/// As predicted: the calibration's parameters with their covariance, and free those that these data had to tell.
+fn as_predicted(calibration: &Calibration, application: &Application, noise: &NoiseFloor) -> Beforehand {
+    let Application { problem, estimates, refitted, from_fit_rows, .. } = application;
+    let free = |p: &usize| refitted.contains(p) || from_fit_rows.contains(p);
+    let sigma = |p: usize| match estimates[p] {
+        Some(e) => Some(calibration.estimates[e].sigma),
+        None => stated(application, p),
+    };
+    let uncertain = |p: &usize| sigma(*p).is_some_and(|s| s > 0.0);
+    let parameters: Vec<usize> = (0..problem.parameters().len()).filter(|p| free(p) || uncertain(p)).collect();
+    let informed: Vec<usize> = (0..parameters.len()).filter(|&i| !free(&parameters[i])).collect();
+    // The scores count in units of the samples' weights; what is known of the parameters is absolute.
+    let unit = match &noise.level {
+        Some(level) => level.relative * level.relative,
+        None if calibration.noise_stated || !calibration.chi2_per_dof.is_finite() => 1.0,
+        None => calibration.chi2_per_dof,
+    };
+    let covariance = DMatrix::from_fn(informed.len(), informed.len(), |i, k| {
+        let (a, b) = (parameters[informed[i]], parameters[informed[k]]);
+        let correlation = match (estimates[a], estimates[b]) {
+            _ if i == k => 1.0,
+            (Some(a), Some(b)) => calibration.correlation[(a, b)],
+            _ => 0.0,
+        };
+        correlation * sigma(a).unwrap_or(0.0) * sigma(b).unwrap_or(0.0) / unit
+    });
+    Beforehand { deviation: DVector::zeros(parameters.len()), parameters, informed, covariance, fitted: false }
+}

@@ -1,0 +1,264 @@
+//! The noise floor: what the measurement alone would leave, and how that is known.
+//!
+//! Replicates say it best: rows of one `repeat` value within a set-up measured one target, and the scatter of their residuals about
+//! the group's mean, pooled over groups, is noise whatever the model. Residuals and not readings, as the joints may differ a little.
+//! Next best is the noise that the data state, with the joints' share carried to the TCP, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`.
+//! Otherwise it is unknown.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+
+/// Where the noise is stated too, replicates must have this many degrees of freedom to replace it: with fewer they know it no better
+/// than to a quarter, `1/sqrt(2 · 10) = 22 %`.
+pub const ENOUGH_REPLICATES: f64 = 10.0;
+
+/// Confidence of every interval.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// Replicates contradict the stated noise when what they show has less than this chance.
+pub const CONTRADICTION: f64 = 0.01;
+
+/// How the noise is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseSource {
+    /// From the scatter of replicates.
+    Replicates,
+    /// From what the data state.
+    Stated,
+    /// Not at all.
+    Unknown,
+}
+
+impl NoiseSource {
+    /// As written in files: `replicates`, `stated`, `unknown`.
+    pub fn name(self) -> &'static str {
+        match self {
+            NoiseSource::Replicates => "replicates",
+            NoiseSource::Stated => "stated",
+            NoiseSource::Unknown => "unknown",
+        }
+    }
+}
+
+/// The scatter of replicates about the means of their groups.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Replicates {
+    /// Groups of two or more.
+    pub groups: usize,
+    /// Samples in them.
+    pub samples: usize,
+    /// Pooled sum of squares of the whitened residuals about the groups' means.
+    pub squares: f64,
+    /// Its degrees of freedom: three for every sample but one of each group; one for a distance.
+    pub dof: f64,
+}
+
+/// How large the noise is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseLevel {
+    /// One-sigma per axis, m.
+    pub per_axis: f64,
+    /// Root mean square of the 3-D error that noise alone makes, m.
+    pub rms: f64,
+    /// Where `rms` lies with 95 % confidence, m (chi-square); `None` for what is stated.
+    pub interval: Option<[f64; 2]>,
+    /// The noise in units of what the samples were weighted by: 1 where that is believed.
+    pub relative: f64,
+    /// Degrees of freedom that it is known with; `None` for what is stated, which is taken as exact.
+    pub dof: Option<f64>,
+}
+
+/// Noise of a set of samples, with its source.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoiseFloor {
+    /// How it is known.
+    pub source: NoiseSource,
+    /// How large it is; `None` when unknown.
+    pub level: Option<NoiseLevel>,
+    /// What replicates say, whether or not they are believed before what is stated.
+    pub replicates: Option<Replicates>,
+    /// One-sigma per axis that the data state, the joints' share included, m, root mean square over samples.
+    pub stated_per_axis: Option<f64>,
+    /// Chance of such replicates under the stated noise (two-sided chi-square); `None` when either is missing.
+    pub agreement_p: Option<f64>,
+}
+
+/// What of one sample the noise floor needs.
+#[derive(Debug, Clone, Copy)]
+pub struct NoisySample<'a> {
+    /// Set-up and `repeat` value.
+    pub replicate_of: Option<(usize, &'a str)>,
+    /// Whitened residual; of a distance only the first number.
+    pub whitened: Vector3<f64>,
+    /// Numbers in it: 3, or 1 for a distance.
+    pub height: usize,
+    /// Sum of the variances of those numbers by which it was whitened, m².
+    pub variance: f64,
+}
+
+impl NoiseFloor {
+    /// Finds the noise of samples, which is `stated` or not.
+    pub fn of(samples: &[NoisySample<'_>], stated: bool) -> Self {
+        let replicates = pooled(samples);
+        let numbers: usize = samples.iter().map(|s| s.height).sum();
+        let variance: f64 = samples.iter().map(|s| s.variance).sum();
+        let level = |relative: f64, dof: Option<f64>| {
+            let rms = relative * (variance / samples.len().max(1) as f64).sqrt();
+            NoiseLevel {
+                per_axis: relative * (variance / numbers.max(1) as f64).sqrt(),
+                rms,
+                interval: dof.and_then(|dof| scatter_interval(rms, dof)),
+                relative,
+                dof,
+            }
+        };
+        let by_replicates = replicates.filter(|r| !stated || r.dof >= ENOUGH_REPLICATES);
+        let (source, found) = match by_replicates {
+            Some(r) => (NoiseSource::Replicates, Some(level((r.squares / r.dof).sqrt(), Some(r.dof)))),
+            None if stated => (NoiseSource::Stated, Some(level(1.0, None))),
+            None => (NoiseSource::Unknown, None),
+        };
+        NoiseFloor {
+            source,
+            level: found,
+            replicates,
+            stated_per_axis: stated.then(|| level(1.0, None).per_axis),
+            agreement_p: replicates.filter(|_| stated).and_then(|r| {
+                let chi2 = ChiSquared::new(r.dof).ok()?;
+                Some((2.0 * chi2.cdf(r.squares).min(chi2.sf(r.squares))).min(1.0))
+            }),
+        }
+    }
+
+    /// Whether replicates contradict the stated noise, at 1 %.
+    pub fn contradicts_statement(&self) -> bool {
+        self.agreement_p.is_some_and(|p| p < CONTRADICTION)
+    }
+
+    /// Chance that noise alone makes a whitened sum of squares of `dof` degrees of freedom as large as `squares`: chi-square where the
+    /// noise is stated, Fisher's F where it is known from replicates, `None` where it is unknown.
+    pub fn chance_of(&self, squares: f64, dof: f64) -> Option<f64> {
+        let level = self.level.as_ref()?;
+        if dof <= 0.0 {
+            return Some(1.0);
+        }
+        let squares = squares / (level.relative * level.relative);
+        match level.dof {
+            None => chi2_chance(squares, dof),
+            Some(known) => fisher_chance(squares / dof, dof, known),
+        }
+    }
+}
+
+/// Chance of a larger chi-square.
+pub fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
+    if !squares.is_finite() {
+        return squares.is_nan().then_some(f64::NAN).or(Some(0.0));
+    }
+    ChiSquared::new(dof).ok().map(|d| d.sf(squares.max(0.0)))
+}
+
+/// Chance of a larger ratio of two mean squares.
+pub fn fisher_chance(ratio: f64, above: f64, below: f64) -> Option<f64> {
+    let d = FisherSnedecor::new(above, below).ok()?;
+    Some(if ratio.is_finite() { d.sf(ratio.max(0.0)).clamp(0.0, 1.0) } else { 0.0 })
+}
+
+/// Where a standard deviation lies that was found to be `found` with `dof` degrees of freedom.
+fn scatter_interval(found: f64, dof: f64) -> Option<[f64; 2]> {
+    let chi2 = ChiSquared::new(dof).ok()?;
+    let tail = 0.5 * (1.0 - CONFIDENCE);
+    Some([1.0 - tail, tail].map(|p| found * (dof / chi2.inverse_cdf(p)).sqrt()))
+}
+
+/// Replicates of one target, about the first of them, so that a common offset costs no digits.
+struct Group {
+    first: Vector3<f64>,
+    height: usize,
+    sum: Vector3<f64>,
+    squares: f64,
+    count: usize,
+}
+
+/// Scatter within groups of replicates; `None` when there are none.
+fn pooled(samples: &[NoisySample<'_>]) -> Option<Replicates> {
+    let mut place: HashMap<(usize, &str), usize> = HashMap::new();
+    let mut groups: Vec<Group> = Vec::new();
+    for sample in samples {
+        let Some(key) = sample.replicate_of else { continue };
+        let at = *place.entry(key).or_insert(groups.len());
+        if at == groups.len() {
+            let (first, height) = (sample.whitened, sample.height);
+            groups.push(Group { first, height, sum: Vector3::zeros(), squares: 0.0, count: 0 });
+        }
+        let group = &mut groups[at];
+        // A target measured in two ways is two targets; the first way counts.
+        if group.height == sample.height {
+            let off = sample.whitened - group.first;
+            group.sum += off;
+            group.squares += off.norm_squared();
+            group.count += 1;
+        }
+    }
+    let mut pooled = Replicates { groups: 0, samples: 0, squares: 0.0, dof: 0.0 };
+    for group in groups.iter().filter(|g| g.count > 1) {
+        pooled.groups += 1;
+        pooled.samples += group.count;
+        pooled.squares += group.squares - group.sum.norm_squared() / group.count as f64;
+        pooled.dof += (group.height * (group.count - 1)) as f64;
+    }
+    (pooled.groups > 0).then_some(pooled)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(group: Option<&str>, x: f64, y: f64, z: f64) -> NoisySample<'_> {
+        let whitened = Vector3::new(x, y, z);
+        NoisySample { replicate_of: group.map(|g| (0, g)), whitened, height: 3, variance: 3e-10 }
+    }
+
+    #[test]
+    fn two_pairs_known_by_heart() {
+        // Each pair two apart along one axis: 2 about the mean; three degrees of freedom a pair.
+        let samples = [
+            sample(Some("a"), 1.0, 5.0, 0.0),
+            sample(Some("a"), 3.0, 5.0, 0.0),
+            sample(Some("b"), 0.0, 0.0, 7.0),
+            sample(Some("b"), 0.0, 0.0, 9.0),
+        ];
+        let floor = NoiseFloor::of(&samples, false);
+        let replicates = floor.replicates.expect("there are two groups");
+        assert_eq!((replicates.groups, replicates.samples, replicates.squares, replicates.dof), (2, 4, 4.0, 6.0));
+        let level = floor.level.expect("known from replicates");
+        assert!((level.per_axis - 1e-5 * (4.0f64 / 6.0).sqrt()).abs() < 1e-15);
+        assert!((level.rms - level.per_axis * 3f64.sqrt()).abs() < 1e-15);
+        // Six degrees of freedom are too few to set aside what is stated.
+        let stated = NoiseFloor::of(&samples, true);
+        assert_eq!((stated.source, stated.level.map(|l| l.relative)), (NoiseSource::Stated, Some(1.0)));
+        assert!(!stated.contradicts_statement());
+        assert_eq!(NoiseFloor::of(&[sample(None, 1.0, 0.0, 0.0)], false).source, NoiseSource::Unknown);
+    }
+
+    #[test]
+    fn the_interval_is_the_one_of_the_tables() {
+        // chi-square, 10 degrees of freedom: 3.247 and 20.483 (any table).
+        let [low, high] = scatter_interval(1.0, 10.0).expect("ten degrees of freedom");
+        assert!((low - (10.0f64 / 20.483).sqrt()).abs() < 1e-4 && (high - (10.0f64 / 3.247).sqrt()).abs() < 1e-4);
+    }
+
+    #[test]
+    fn chances_stay_chances_however_large_the_numbers() {
+        for (squares, dof) in [(0.0, 1.0), (1e9, 36_000.0), (36_000.0, 36_000.0), (1e300, 3.0), (f64::INFINITY, 3.0)] {
+            let p = chi2_chance(squares, dof).expect("a chance");
+            assert!((0.0..=1.0).contains(&p), "{squares}, {dof}: {p}");
+            let p = fisher_chance(squares / dof, dof, 35_000.0).expect("a chance");
+            assert!((0.0..=1.0).contains(&p), "{squares}, {dof}: {p}");
+        }
+        // F(3, 10) at 6.552 is the 1 % point (any table).
+        assert!((fisher_chance(6.552, 3.0, 10.0).expect("a chance") - 0.01).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,80 @@
+//! A sample with all that the views ask of it.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::identify::Problem;
+use crate::measure::{Dataset, Measured, Sample};
+use crate::robot::{FramePose, Loads, MdhEntry, Payload, Site};
+
+/// A moment smaller than this, N·m, is rounding: no load.
+const NO_MOMENT: f64 = 1e-6;
+
+/// One sample as the calibrated arm stands in it; SI, world axes.
+pub(crate) struct SeenSample<'a> {
+    pub sample: &'a Sample,
+    pub dataset: usize,
+    pub setup: usize,
+    pub first_row: usize,
+    pub height: usize,
+    pub residual: Vector3<f64>,
+    pub whitener: Matrix3<f64>,
+    pub variance: f64,
+    /// TCP from the origin of the robot's base.
+    pub from_base: Vector3<f64>,
+    /// Turns the tool's axes into the world's.
+    pub world_from_tool: Rotation3<f64>,
+    /// Where the TCP goes when each joint turns, m/rad.
+    pub joint_columns: Vec<Vector3<f64>>,
+    /// Moments of the load about the joints; empty where the links' masses are not known.
+    pub tau: Vec<f64>,
+    /// Mass on the flange.
+    pub payload: f64,
+}
+
+impl<'a> SeenSample<'a> {
+    /// The samples of a problem, which must be laid out of these datasets, with its values.
+    pub fn all(problem: &Problem, values: &[f64], samples: &[&'a Sample], datasets: &[(&str, &Dataset)]) -> Vec<Self> {
+        let robot = problem.robot();
+        let n = robot.joints();
+        let mut loads = Loads::new(n);
+        let turns: Vec<Rotation3<f64>> =
+            datasets.iter().map(|(_, d)| FramePose { xyz: [0.0; 3], ..d.tool }.pose().rotation).collect();
+        let none = Payload::none();
+        let mut seen = Vec::with_capacity(samples.len());
+        problem.for_each_sample(values, &mut |posed| {
+            let (sample, dataset) = (samples[posed.place], datasets[posed.dataset].1);
+            let payload = dataset.payloads.get(sample.payload).unwrap_or(&none);
+            let mut tau = Vec::new();
+            if robot.has_masses() {
+                loads.weigh(robot, posed.posture, payload, &dataset.gravity, &Vector3::zeros());
+                tau.extend(loads.tau.iter().map(|&t| if t.abs() < NO_MOMENT { 0.0 } else { t }));
+            }
+            let flange = posed.posture.flange();
+            let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[flange.x, flange.y, flange.z]));
+            seen.push(SeenSample {
+                sample,
+                dataset: posed.dataset,
+                setup: posed.setup,
+                first_row: posed.first_row,
+                height: posed.height,
+                residual: posed.residual,
+                whitener: posed.whitener,
+                variance: posed.variance,
+                from_base: posed.posture.tcp() - posed.posture.frame(0).o,
+                world_from_tool: turn * turns[posed.dataset],
+                joint_columns: (0..n).map(|j| posed.posture.column(Site::Mdh(j, MdhEntry::Theta))).collect(),
+                tau,
+                payload: payload.mass,
+            });
+        });
+        seen
+    }
+
+    /// The ball probed.
+    pub fn ball(&self) -> Option<usize> {
+        match self.sample.measured {
+            Measured::Ball { ball, .. } => Some(ball),
+            Measured::Point(_) | Measured::Distance { .. } => None,
+        }
+    }
+}
