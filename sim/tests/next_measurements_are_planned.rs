@@ -38,7 +38,7 @@ fn the_plan_of_next_is_measured() {
     let folder = tempfile::tempdir().unwrap();
     let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     let text = AMBIGUOUS.replace("SCENARIOS", &scenarios.to_string_lossy());
-    std::fs::write(folder.path().join("cell.toml"), text).unwrap();
+    std::fs::write(folder.path().join("cell.toml"), &text).unwrap();
     done(&calibench(folder.path(), &["measure", "cell.toml", "-o", "data"], "2"));
 
     let next = ["next", "data", "--scenario", "cell.toml", "-o", "next.toml", "--json"];

@@ -32,7 +32,8 @@ impl Elsewhere {
         let subject = Subject { own: &model.own, ..Subject::new(&there.robot, &balls) };
         let named = [("elsewhere", there)];
         let counts = |id: &String| {
-            effects::build(id, &subject).is_ok_and(|e| takes(e.as_ref()) && missing_somewhere(e.as_ref(), &named, model).is_none())
+            effects::build(id, &subject)
+                .is_ok_and(|e| takes(e.as_ref()) && missing_somewhere(e.as_ref(), &named, model).is_none())
         };
         let mut of_here = model.clone();
         of_here.effects.retain(&counts);

@@ -125,7 +125,8 @@ impl Proposal {
     pub fn best(&self, counts: impl Fn(&Offer) -> bool) -> Option<(&Offer, &Step)> {
         let all = || self.offers.iter().filter(|o| counts(o)).flat_map(|o| o.steps.iter().map(move |s| (o, s)));
         let best = all().map(|(_, s)| self.merit(s)).reduce(f64::max)?;
-        let least = if self.criterion == Criterion::Discrimination { best - AS_GOOD_CHANCE } else { best * (1.0 + AS_GOOD_ERROR) };
+        let least =
+            if self.criterion == Criterion::Discrimination { best - AS_GOOD_CHANCE } else { best * (1.0 + AS_GOOD_ERROR) };
         let duration = |(offer, step): &(&Offer, &Step)| offer.action.duration(step.count);
         all().filter(|(_, s)| self.merit(s) >= least).min_by(|a, b| duration(a).total_cmp(&duration(b)))
     }

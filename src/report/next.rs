@@ -101,10 +101,7 @@ pub fn next_table(p: &Proposal) -> String {
         let minutes = [o.action.setup_s, o.action.each_s].map(|s| format!("{:.1}", s / MINUTE));
         row(o.action.words(), minutes, &o.steps)
     }));
-    plain_table(
-        &["measure", "set-up min", "each min", "measurements", "P(truth)", "resolved", "workspace error mm"],
-        &rows,
-    )
+    plain_table(&["measure", "set-up min", "each min", "measurements", "P(truth)", "resolved", "workspace error mm"], &rows)
 }
 
 /// A proposal in words: what is in question, what is best, what comes next to it, what is taken for granted.
@@ -131,8 +128,7 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     if let Some((offer, step)) = best {
         all.push(format!("Best: {}.", says(offer, step)));
         let others = p.offers.iter().filter(|o| !std::ptr::eq(*o, offer));
-        let mut others: Vec<(&Offer, &Step)> =
-            others.filter_map(|o| p.best(|other| std::ptr::eq(other, o))).collect();
+        let mut others: Vec<(&Offer, &Step)> = others.filter_map(|o| p.best(|other| std::ptr::eq(other, o))).collect();
         others.sort_by(|a, b| p.merit(b.1).total_cmp(&p.merit(a.1)));
         for (offer, step) in others.into_iter().take(2) {
             all.push(format!("Beside it: {}.", says(offer, step)));
@@ -141,7 +137,10 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     if p.now.error.is_some() {
         all.push("Errors are those of a model that holds the whole library, each effect as large as the data make it.".into());
     }
-    all.push("Minutes are assumed; the chances hold if one of the effects in question is the truth.".into());
+    if p.criterion == Criterion::Discrimination {
+        all.push("The chances hold if one of the effects in question is the truth.".into());
+    }
+    all.push("Minutes are assumed.".into());
     all
 }
 

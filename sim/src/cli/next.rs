@@ -74,7 +74,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print(&format!("Not offered: {}: {}.", not.what, not.because))?;
     }
     if !layout.is_known {
-        print("Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven, or name a scenario.")?;
+        print(
+            "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven, or name a scenario.",
+        )?;
     }
     written.iter().try_for_each(|line| print(line))?;
     Ok(Outcome::Done)

@@ -287,10 +287,9 @@ impl<'a> Bench<'a> {
 
     fn balls(&self, payload: usize) -> Result<Action, NotOffered> {
         let name = self.dataset.payloads.get(payload).map_or("none".into(), |p| p.name.clone());
-        let probings = self.probings(self.layout, &Vector3::zeros()).map_err(|e| NotOffered {
-            what: format!("poses with payload '{name}'"),
-            because: e.to_string(),
-        })?;
+        let probings = self
+            .probings(self.layout, &Vector3::zeros())
+            .map_err(|e| NotOffered { what: format!("poses with payload '{name}'"), because: e.to_string() })?;
         let setup = if self.last_payload() == payload { 0.0 } else { OTHER_PAYLOAD };
         Ok(self.on_balls(Kind::Balls { payload: name, known: true }, [setup, CENTRING], payload, &probings))
     }
@@ -378,9 +377,7 @@ impl<'a> Bench<'a> {
             (self.sample(format!("next {k}"), q, Measured::Point(at), 0, TRACKER, &mut random), Vec::new())
         };
         match found {
-            Ok(found) => {
-                Ok(self.action(Kind::Points, [TRACKER, POINT], found.iter().enumerate().map(&mut point).collect()))
-            }
+            Ok(found) => Ok(self.action(Kind::Points, [TRACKER, POINT], found.iter().enumerate().map(&mut point).collect())),
             Err(e) => Err(NotOffered { what: self.action(Kind::Points, [0.0; 2], Vec::new()).words(), because: e.to_string() }),
         }
     }

@@ -43,9 +43,7 @@ impl CellLayout {
             Unit::try_new(away + up.into_inner(), 0.1).unwrap_or(up)
         };
         let bodies: Vec<String> = dataset.balls.iter().map(|b| format!("ball {}", b.id)).collect();
-        let solid = |(b, name): (&Ball, &String)| {
-            Solid::capsule(name.as_str(), 0, [b.position, b.position], BALL_RADIUS)
-        };
+        let solid = |(b, name): (&Ball, &String)| Solid::capsule(name.as_str(), 0, [b.position, b.position], BALL_RADIUS);
         CellLayout {
             surroundings: Surroundings { fixed: dataset.balls.iter().zip(&bodies).map(solid).collect(), carried: Vec::new() },
             without_artifact: Surroundings::default(),

@@ -25,6 +25,24 @@ pub struct Outlook {
     pub resolved: f64,
 }
 
+/// What a rival says that measurements will show: normal.
+struct Forecast {
+    mean: DVector<f64>,
+    /// Of its covariance, and the logarithm of the root of its determinant.
+    factor: Cholesky<f64, Dyn>,
+    log_root: f64,
+}
+
+impl Forecast {
+    /// Logarithm of the likelihood of each column of data, but for what is the same for all rivals.
+    fn log_likelihoods(&self, data: &DMatrix<f64>) -> Vec<f64> {
+        let mut off = data.clone();
+        off.column_iter_mut().for_each(|mut y| y -= &self.mean);
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut off);
+        off.column_iter().map(|y| -0.5 * y.norm_squared() - self.log_root).collect()
+    }
+}
+
 impl Outlook {
     /// As things stand.
     pub(super) fn now(weights: &[f64]) -> Self {
@@ -38,27 +56,20 @@ impl Outlook {
     /// `P(b | y) ~ pi_b N(y; X_b theta_b, I + X_b P_b X_b^T)`. Averaging over the draws takes in that a measurement may also mislead.
     pub(super) fn after(states: &[State], weights: &[f64], columns: &DMatrix<f64>, seed: u64) -> Result<Self, FitError> {
         let size = columns.ncols();
-        let side = |state: &State| -> Result<(DVector<f64>, Cholesky<f64, Dyn>, f64), FitError> {
+        let side = |state: &State| -> Result<Forecast, FitError> {
             let x = columns.select_rows(&state.rows);
             let spread = DMatrix::identity(size, size) + x.tr_mul(&(&state.covariance * &x));
             let factor = Cholesky::new(spread).ok_or(FitError::Singular)?;
             let log_root = factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum();
-            Ok((x.tr_mul(&state.mean), factor, log_root))
+            Ok(Forecast { mean: x.tr_mul(&state.mean), factor, log_root })
         };
         let sides = states.iter().map(side).collect::<Result<Vec<_>, _>>()?;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let normal = DMatrix::<f64>::from_fn(size, DRAWS, |_, _| StandardNormal.sample(&mut random));
         let of_truth = |a: usize| {
-            let (mean, factor, _) = &sides[a];
-            let mut data = factor.l() * &normal;
-            data.column_iter_mut().for_each(|mut y| y += mean);
-            let log_likelihood = |(mean, factor, log_root): &(DVector<f64>, Cholesky<f64, Dyn>, f64)| -> Vec<f64> {
-                let mut off = data.clone();
-                off.column_iter_mut().for_each(|mut y| y -= mean);
-                factor.l_dirty().solve_lower_triangular_mut(&mut off);
-                off.column_iter().map(|y| -0.5 * y.norm_squared() - log_root).collect()
-            };
-            let all: Vec<Vec<f64>> = sides.iter().map(log_likelihood).collect();
+            let mut data = sides[a].factor.l() * &normal;
+            data.column_iter_mut().for_each(|mut y| y += &sides[a].mean);
+            let all: Vec<Vec<f64>> = sides.iter().map(|side| side.log_likelihoods(&data)).collect();
             let mut outlook = Outlook { truth: 0.0, resolved: 0.0 };
             for draw in 0..DRAWS {
                 let log: Vec<f64> = all.iter().zip(weights).map(|(l, w)| l[draw] + w.ln()).collect();

@@ -50,7 +50,8 @@ impl Pool {
                 Measured::Ball { ball, .. } => self.dataset.balls[*ball].position,
                 _ => Vector3::zeros(),
             };
-            let centre = self.dataset.balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / self.dataset.balls.len().max(1) as f64;
+            let centre =
+                self.dataset.balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / self.dataset.balls.len().max(1) as f64;
             for ((i, sample), at) in candidates.enumerate().zip(there.circumstances()) {
                 // The base's columns are the whitener's, and a ball moved is a base moved back.
                 let whitener = Matrix3::from_columns(&at.base);

@@ -147,11 +147,7 @@ mod tests {
 
     /// Two rivals of one known number each: a says that the datum is 3, b that it is 0, both to within nothing.
     fn state(row: usize, mean: f64, variance: f64) -> State {
-        State {
-            rows: vec![row],
-            mean: DVector::from_element(1, mean),
-            covariance: DMatrix::from_element(1, 1, variance),
-        }
+        State { rows: vec![row], mean: DVector::from_element(1, mean), covariance: DMatrix::from_element(1, 1, variance) }
     }
 
     /// Candidate 0 shows neither number, candidate 1 the first, candidate 2 the second, on x alone.
