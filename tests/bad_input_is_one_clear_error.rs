@@ -134,7 +134,13 @@ c,point,20,-70,70,0,30,2,,,,,100.5,200.25,300,,,validation,,,,,,,,
 d,distance,30,-60,60,0,20,3,,,,,,,,drum,812.5,,,,,,,,,
 ";
 
-const MODEL: &str = "effects = [\"base_frame\", \"mdh\",\n  \"joint_compliance:2\"]\n";
+const MODEL: &str = r#"effects = ["base_frame", "mdh",
+  "joint_compliance:2"]
+[[effect]]
+name = "ripple"
+unit = "deg"
+terms = [{ site = "theta:3", basis = "sin(17*q3)" }]
+"#;
 
 const ROBOT: &str = r#"format = "calibench-robot/1"
 name = "two"
@@ -475,24 +481,48 @@ fn kinds() -> Vec<Kind> {
         row("joint that is not there", replace(":2", ":9"), 2, "effects[2]", "joint_compliance:J"),
         row("argument too many", replace(":2", ":2:3"), 2, "effects[2]", "joint_compliance:J"),
         row("named twice", replace("mdh", "base_frame"), 1, "effects[1]", "keep one"),
-        row("unknown key", text(|t| format!("{t}effcts = []\n")), 3, "effcts", "did you mean `effects`"),
+        row("unknown key", text(|t| format!("effcts = []\n{t}")), 1, "effcts", "did you mean `effects`"),
+        row("own effect with a slip", replace("sin(17*q3)", "sin(17*q3"), 6, "effect[0].terms[0].basis", "close it"),
+        row("own effect of a joint that is not there", replace("q3)", "q7)"), 6, "effect[0].terms[0].basis", "did you mean"),
+        row("own effect of nothing", replace("sin(17*q3)", ""), 6, "effect[0].terms[0].basis", "`1`"),
+        row("own effect read in two ways", replace("sin(17*q3)", "-q1^2"), 6, "effect[0].terms[0].basis", "(-a)^b"),
         row(
-            "user-written effect",
-            text(|t| {
-                format!(
-                    "{t}\n[[effect]]\nname = \"r\"\nunit = \"deg\"\nterms = [{{ site = \"theta:3\", basis = \"sin(q3)\" }}]\n"
-                )
-            }),
-            4,
-            "effect",
-            "calibench effects",
+            "own effect too deep",
+            text(|t| t.replace("sin(17*q3)", &"(".repeat(99))),
+            6,
+            "effect[0].terms[0].basis",
+            "several terms",
         ),
         row(
-            "user-written effect without terms",
-            text(|t| format!("{t}[[effect]]\nname = \"r\"\nunit = \"deg\"\n")),
+            "own effect too long",
+            text(|t| t.replace("sin(17*q3)", &"q1+".repeat(999))),
+            6,
+            "effect[0].terms[0].basis",
+            "several terms",
+        ),
+        row("own effect at no site", replace("theta:3", "theta:7"), 6, "effect[0].terms[0].site", "theta:J"),
+        row("own effect at a ball that is not there", replace("theta:3", "ball:9:x"), 6, "effect[0].terms[0].site", "ball:x"),
+        row("own effect in no unit", replace("\"deg\"", "\"wobble\""), 5, "effect[0].unit", "known here"),
+        row("own effect of no name", replace("\"ripple\"", "\"rip:ple\""), 4, "effect[0].name", "letters"),
+        row("own effect named as one of the catalogue", replace("\"ripple\"", "\"mdh\""), 4, "effect[0].name", "another name"),
+        row("own effect with a size of zero", replace("unit =", "plausible = 0\nunit ="), 5, "effect[0].plausible", "surprise"),
+        row("own effect with a key misspelt", replace("terms", "term"), 6, "effect[0].term", "did you mean `terms`"),
+        row(
+            "own effect without terms",
+            text(|t| t.lines().filter(|l| !l.starts_with("terms")).map(|l| format!("{l}\n")).collect()),
             3,
             "effect[0].terms",
             "add `terms`",
+        ),
+        row(
+            "own effect twice",
+            text(|t| {
+                let own = t.split_once("[[effect]]").unwrap_or_default().1;
+                format!("{t}[[effect]]{own}")
+            }),
+            8,
+            "effect[1].name",
+            "differently",
         ),
     ];
     in_model.extend(toml());

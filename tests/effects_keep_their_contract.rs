@@ -29,15 +29,6 @@ fn ids(subject: &Subject<'_>) -> Vec<String> {
     CATALOGUE.iter().flat_map(|f| [f.ids(subject), f.scanned(subject, value(f.scan))].concat()).collect()
 }
 
-/// The members that stand for their families where each would take too long: all of joints 2 and 5, and one of any other kind.
-fn some_ids(subject: &Subject<'_>) -> Vec<String> {
-    let stands_for = |id: &String| match id.split(':').nth(1) {
-        Some(argument) => ["2", "5", "b007", "2400", "temp"].contains(&argument),
-        None => true,
-    };
-    ids(subject).into_iter().filter(stands_for).collect()
-}
-
 /// A cell in which every effect shows: balls and points all over the workspace, left-over readings of millimetres, two payloads, every
 /// column filled.
 fn cell() -> Dataset {
@@ -76,7 +67,8 @@ fn cell() -> Dataset {
         payloads: vec![payload("heavy", 6.0), payload("light", 1.3)],
         balls,
         samples,
-        noise: Noise { ball: Some(UM), point: Some(UM), joint: Vec::new() },
+        // There is none, and the fit settles to a thousandth of what is stated.
+        noise: Noise { ball: Some(0.01 * UM), point: Some(0.01 * UM), joint: Vec::new() },
         ..Dataset::default()
     }
 }
@@ -131,9 +123,12 @@ fn what_is_injected_is_recovered() {
     let cell = cell();
     let balls = cell.ball_ids();
     let subject = Subject::new(&cell.robot, &balls);
-    for id in some_ids(&subject) {
+    // Only joint 6 makes a full turn; on less, forty orders cannot be told apart without their plausible sizes.
+    for id in ids(&subject).into_iter().filter(|id| !id.starts_with("error_curve:") || id.ends_with(":6")) {
         let effect = build(&id, &subject).unwrap();
-        let model = model(effect.as_ref());
+        let mut model = model(effect.as_ref());
+        // By the data alone.
+        model.width.insert(id.clone(), f64::INFINITY);
         let mut data = cell.clone();
         let truth = injected(&Problem::new(&[("d", &data)], &model, Use::Fit).unwrap());
         make_true(&mut data, &model, &truth);
@@ -156,7 +151,7 @@ fn columns_are_derivatives_of_the_exact_model() {
     let mut data = cell();
     data.samples.truncate(16);
     let balls = data.ball_ids();
-    for id in some_ids(&Subject::new(&data.robot, &balls)) {
+    for id in ids(&Subject::new(&data.robot, &balls)) {
         // Other deviations present, so that the columns are right where the arm is not as drawn.
         let others: Vec<&str> = ["base_frame", "mdh", "joint_compliance"].into_iter().filter(|o| *o != id).collect();
         let mut effects = vec![id.as_str()];

@@ -6,6 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Deserialize;
 
+use crate::side::Side;
+
 /// Which joint angles a controller gives when it is asked where the joints are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -67,11 +69,14 @@ pub struct Joints {
     motor: Vec<f64>,
     lost: Vec<f64>,
     play: Vec<f64>,
+    /// Lost motion by the side from which each joint came, rad, and that side.
+    hysteresis: Vec<f64>,
+    side: Vec<Side>,
 }
 
 impl Joints {
-    /// Joints at zero.
-    pub fn new(robot: &Robot, spec: &ControllerSpec) -> Self {
+    /// Joints at zero, with so much lost motion (rad) by the side from which each comes.
+    pub fn new(robot: &Robot, spec: &ControllerSpec, hysteresis: &[f64]) -> Self {
         let zero = vec![0.0; robot.joints()];
         Joints {
             spec: spec.clone(),
@@ -80,6 +85,8 @@ impl Joints {
             motor: zero.clone(),
             lost: zero.clone(),
             play: zero,
+            hysteresis: hysteresis.to_vec(),
+            side: vec![Side::default(); robot.joints()],
         }
     }
 
@@ -98,7 +105,8 @@ impl Joints {
 
     /// Joint angles at which the links stand, rad.
     pub fn links(&self) -> Vec<f64> {
-        (0..self.motor.len()).map(|i| self.motor[i] + self.lost[i] + self.play[i]).collect()
+        let by_side = |i: usize| self.hysteresis[i] * self.side[i].value();
+        (0..self.motor.len()).map(|i| self.motor[i] + self.lost[i] + self.play[i] + by_side(i)).collect()
     }
 
     fn step(&self, angle: f64) -> f64 {
@@ -114,6 +122,7 @@ impl Joints {
             self.servo[i] = normal(self.spec.servo_error_arcsec[i]);
             self.lost[i] = normal(self.spec.lost_motion_arcsec[i]);
             longest = longest.max((target[i] - self.motor[i]).abs());
+            self.side[i].moved(target[i] - self.commanded[i], self.hysteresis[i]);
             self.commanded[i] = target[i];
             self.motor[i] = self.step(target[i] + self.servo[i]);
             self.play[i] = 0.0;
@@ -127,6 +136,7 @@ impl Joints {
         for i in 0..target.len() {
             let half = self.spec.small_move_play_arcsec[i] * ARCSEC;
             let moved = self.step(target[i] + self.servo[i]) - self.motor[i];
+            self.side[i].moved(target[i] - self.commanded[i], self.hysteresis[i]);
             self.commanded[i] = target[i];
             self.motor[i] += moved;
             self.play[i] = (self.play[i] - moved).clamp(-half, half);
@@ -155,7 +165,16 @@ mod tests {
             warm_up_s: 0.0,
         };
         let one = || vec![0.0];
-        let mut joints = Joints { spec, commanded: one(), servo: one(), motor: one(), lost: one(), play: one() };
+        let mut joints = Joints {
+            spec,
+            commanded: one(),
+            servo: one(),
+            motor: one(),
+            lost: one(),
+            play: one(),
+            hysteresis: one(),
+            side: vec![Side::default()],
+        };
         joints.move_large(&[0.1], &mut ChaCha8Rng::seed_from_u64(1));
         assert_eq!(joints.links(), [0.1]);
         joints.move_small(&[0.1 + 0.5 * ARCSEC]);

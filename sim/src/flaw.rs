@@ -9,6 +9,11 @@ use calibench::robot::Site;
 pub trait Flaw: Send + Sync {
     /// Calls `moved(site, by)` for every site that it moves in that situation, SI; what is given for one site adds up.
     fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64));
+
+    /// Its parameter of that name, SI, where it is an effect of the catalogue that has one.
+    fn size(&self, _parameter: &str) -> Option<f64> {
+        None
+    }
 }
 
 /// An effect of the catalogue with its true size.
@@ -24,13 +29,28 @@ impl Flaw for TrueEffect {
     fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
         self.effect.terms(at, &mut |k, site, weight| moved(site, weight * self.sizes[k]));
     }
+
+    fn size(&self, parameter: &str) -> Option<f64> {
+        self.effect.parameters().iter().position(|p| p.name == parameter).map(|k| self.sizes[k])
+    }
 }
 
 /// All flaws of a cell.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Flaws {
     /// What moves its sites.
     pub all: Vec<Arc<dyn Flaw>>,
+    /// Lost motion of each joint by the side from which it came, rad; the joints change sides gradually, so they keep it.
+    pub hysteresis: Vec<f64>,
+    /// Where each plunger hangs up by the side from which it came, m; kept by the plungers likewise.
+    pub stiction: [f64; 3],
     /// Compliance that each joint truly has, rad/(N·m): what loads that are not as entered act through.
     pub compliance: Vec<f64>,
+}
+
+impl Flaws {
+    /// None, of an arm with so many joints.
+    pub fn none(joints: usize) -> Self {
+        Flaws { all: Vec::new(), hysteresis: vec![0.0; joints], stiction: [0.0; 3], compliance: vec![0.0; joints] }
+    }
 }

@@ -19,6 +19,7 @@ pub mod run;
 pub mod scenario;
 pub mod score;
 pub mod session;
+pub mod side;
 pub mod suite;
 pub mod tracker;
 pub mod world;

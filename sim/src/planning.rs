@@ -1,10 +1,11 @@
 //! The plan of a scenario: a pool of feasible poses, the selected ones, and the poses for the tracker.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use calibench::assess::CellLayout;
+use calibench::effects::{self, Subject};
 use calibench::identify::{
-    FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, observability_of,
+    FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, missing, observability_of,
 };
 use calibench::measure::selection::{Candidates, Quota, Request, Selection, SelectionError, select};
 use calibench::measure::{
@@ -19,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::scenario::{Order, PlanToml, Scenario, TrackerToml, ball_body};
-use crate::world::READING_S;
+use crate::world::{HANDLING_S, READING_S, REBUILDING_S};
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
@@ -237,7 +238,12 @@ pub fn session_s(scenario: &Scenario, poses: &[PlannedPose], points: usize) -> f
     let probings = STOPS * (controller.settle_s + 3.0 * READING_S) * poses.len() as f64;
     // A random way of one of six joints is a third of its range on average, the longest of them about the half.
     let range = scenario.robot().links.iter().map(|l| l.limits[1] - l.limits[0]).fold(0.0, f64::max);
-    ways + onto + probings + points as f64 * (0.3 * range / speed + controller.settle_s)
+    let payloads: BTreeSet<usize> = poses.iter().map(|p| p.payload).collect();
+    // The first payload comes back for the tracker, which wants the artifact away.
+    let changes = if payloads.len() > 1 { payloads.len() - usize::from(points == 0) } else { 0 };
+    let rebuilding = REBUILDING_S * (changes + usize::from(points > 0)) as f64;
+    let tracked = points as f64 * (0.3 * range / speed + controller.settle_s);
+    2.0 * HANDLING_S + ways + onto + probings + rebuilding + tracked
 }
 
 /// The way out of a ball, in the tool's axes: the middle of the three channels.
@@ -289,6 +295,16 @@ pub fn as_drawn(scenario: &Scenario, poses: &[PlannedPose], seed: u64) -> Datase
     Dataset { samples, ..scenario.dataset() }
 }
 
+/// The model without the effects that need what these samples do not hold: of poses in a pool nothing is known but joints and ball, not
+/// when they will be measured nor from which side.
+pub fn shown(model: &Model, dataset: &Dataset) -> Model {
+    let balls = dataset.ball_ids();
+    let subject = Subject { own: &model.own, ..Subject::new(&dataset.robot, &balls) };
+    let shows =
+        |id: &String| effects::build(id, &subject).map_or(true, |e| missing(e.as_ref(), dataset, model, Use::Fit).is_none());
+    Model { effects: model.effects.iter().filter(|id| shows(id)).cloned().collect(), ..model.clone() }
+}
+
 /// A pool seen through the model: what it can tell apart, and each pose's part in it.
 struct PoolDesign {
     parameters: Vec<String>,
@@ -301,7 +317,7 @@ impl PoolDesign {
         // Only what is flat in the model counts: certified balls and tools are known.
         let mut certain = Dataset { samples, tool_sigma: 0.0, ..cell.clone() };
         certain.balls.iter_mut().for_each(|b| b.sigma = 0.0);
-        let problem = Problem::new(&[("pool", &certain)], model, Use::Fit)?;
+        let problem = Problem::new(&[("pool", &certain)], &shown(model, &certain), Use::Fit)?;
         let kept = independent_parameters(&problem)?;
         let jacobian = problem.plain_jacobian(&problem.start(), &kept);
         let row_major: Vec<f64> = jacobian.transpose().iter().copied().collect();

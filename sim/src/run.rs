@@ -1,13 +1,13 @@
 //! The whole procedure on the simulated cell: plan, master, probe, identify, validate, and the same with the tracker.
 
 use calibench::assess::Validation;
-use calibench::identify::{Calibration, IdentifyError, Use, identify};
+use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
 use calibench::measure::{Abort, CampaignRecord, Dataset, Mastering, MasteringError, SampleSet, Witness};
 use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, session_s};
+use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, session_s, shown};
 use crate::random::Streams;
 use crate::scenario::{Expectation, Quantity, Scenario};
 use crate::score::Score;
@@ -177,14 +177,16 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     let Measurements { mastering, campaign, fit, validation, .. } = measured;
     let points = session.points(&tracker, &plans.tracker.identification, "i", SampleSet::Fit)?;
     let tracker_data = Dataset { samples: points.samples, ..scenario.dataset() };
-    let method = |name: &'static str, dataset: Dataset, score: fn(&Calibration, &Scenario) -> Score| {
-        let calibration = identify(&[(name, &dataset)], &scenario.model)?;
+    let method = |name: &'static str, dataset: Dataset, model: &Model, score: fn(&Calibration, &Scenario) -> Score| {
+        let calibration = identify(&[(name, &dataset)], model)?;
         let judged = judge(&calibration, &validation)?;
         let score = score(&calibration, scenario);
         Ok::<_, RunError>(Method { name, dataset, calibration, validation: judged, score })
     };
-    let trical = method("trical", fit, Score::of)?;
-    let tracker = method("tracker", tracker_data, Score::of_tracker)?;
+    let trical = method("trical", fit, &scenario.model, Score::of)?;
+    // Of balls and indicators the tracker's points show nothing.
+    let model = shown(&scenario.model, &tracker_data);
+    let tracker = method("tracker", tracker_data, &model, Score::of_tracker)?;
     let before = judge(&trical.calibration.as_drawn(), &validation)?;
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
     Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, trical, tracker, validation, before })

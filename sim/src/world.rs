@@ -20,6 +20,7 @@ use crate::gauge::Gauge;
 use crate::plunger::{PlungerSpec, PresentedBall};
 use crate::random::{Streams, noisy_point};
 use crate::scenario::Scenario;
+use crate::side::Side;
 
 /// A wireless indicator answers about eight times a second.
 pub const READING_S: f64 = 0.125;
@@ -50,6 +51,10 @@ pub struct World {
     rel_tool: RelTool,
     joint_motion: LastMotion,
     plunger_motion: LastMotion,
+    /// Where each plunger hangs up by its side, m, those sides, and where the plungers rest.
+    stiction: [f64; 3],
+    plunger_sides: [Side; 3],
+    plungers_at: Vector3<f64>,
     sample: Option<String>,
     time_s: f64,
     pose: Pose,
@@ -90,11 +95,12 @@ impl World {
         let payloads: Vec<Payload> = nominal.payloads.iter().map(|p| scenario.truth().payload(p)).collect();
         let payload = payloads.first().cloned().unwrap_or_else(Payload::none);
         let robot = std::sync::Arc::new(robot);
-        let arm = Arm::new(robot.clone(), nominal.clone(), tool, payload, flaws, session_s);
         let CampaignSettings { joint_motion, plunger_motion, .. } = CampaignSettings::default();
         let mut world = World {
-            arm,
-            joints: Joints::new(&robot, &truth.controller),
+            joints: Joints::new(&robot, &truth.controller, &flaws.hysteresis),
+            stiction: flaws.stiction,
+            arm: Arm::new(robot.clone(), nominal.clone(), tool, payload, flaws, session_s),
+            plunger_sides: [Side::default(); 3],
             controller: truth.controller.clone(),
             gauge: Gauge::draw(&truth.indicators.plungers(), streams),
             balls,
@@ -107,6 +113,7 @@ impl World {
             nominal,
             joint_motion: LastMotion::new(joint_motion),
             plunger_motion: LastMotion::new(plunger_motion),
+            plungers_at: Vector3::repeat(FREE_READING),
             sample: None,
             time_s: 0.0,
             pose: Pose::identity(),
@@ -138,17 +145,16 @@ impl World {
     /// Lets the arm come to rest against gravity and the plungers' springs, and the plungers on the ball.
     fn settle(&mut self) {
         let ball = self.balance();
-        let before = self.plunger_motion.signs().to_vec();
-        self.plungers_rest(ball.as_ref());
-        // Plungers that turned round may hang up on the other side.
-        let ball = if self.plunger_motion.signs() == before { ball } else { self.balance() };
-        let ball = ball.map(|b| PresentedBall { centre: noisy_point(&b.centre, self.ball_form, &mut self.form), ..b });
+        let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
+        self.plunger_motion.rest_at(at.as_slice());
+        for (k, side) in self.plunger_sides.iter_mut().enumerate() {
+            side.moved(at[k] - self.plungers_at[k], self.stiction[k]);
+        }
+        self.plungers_at = at;
+        // A plunger that hangs up shows the ball where it is not.
+        let hung = Vector3::from_fn(|k, _| self.stiction[k] * self.plunger_sides[k].value());
+        let ball = ball.map(|b| PresentedBall { centre: noisy_point(&(b.centre - hung), self.ball_form, &mut self.form), ..b });
         self.gauge.present(ball);
-    }
-
-    fn plungers_rest(&mut self, ball: Option<&PresentedBall>) {
-        let reading = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
-        self.plunger_motion.rest_at(reading.as_slice());
     }
 
     /// Seeks the balance of the arm and the plungers' springs; the ball in the tool's frame.
@@ -325,10 +331,10 @@ impl Indicator for SimulatedIndicator {
 pub struct SimulatedAttendant(SharedWorld);
 
 /// It takes a person about so long to place or remove the master ball, s.
-const HANDLING_S: f64 = 20.0;
+pub const HANDLING_S: f64 = 20.0;
 
 /// To screw weight disks on or off, or to take the artifact off the table, s.
-const REBUILDING_S: f64 = 120.0;
+pub const REBUILDING_S: f64 = 120.0;
 
 impl SimulatedAttendant {
     /// Puts that payload on the flange, by its place; nothing happens when it is there.

@@ -3,6 +3,7 @@
 use crate::effects::{self, Effect, Subject};
 use crate::identify::{Model, Use, missing};
 use crate::measure::Dataset;
+use crate::robot::Robot;
 
 /// An effect of fixed shape that may be missing.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,9 +41,8 @@ impl Library {
         let mut library = Library::default();
         let Some((_, first)) = datasets.first() else { return library };
         let balls = first.ball_ids();
-        let subject = Subject { robot: &first.robot, balls: &balls, own: &model.own };
-        let own = model.own.iter().map(|o| o.name.clone());
-        for id in effects::ids(&subject).into_iter().chain(own) {
+        let subject = Subject { own: &model.own, ..Subject::new(&first.robot, &balls) };
+        for id in effects::ids(&subject).into_iter().chain(gear_ripple(&first.robot)) {
             let Some(candidate) = candidate(id, model) else { continue };
             let Ok(effect) = effects::build(&candidate.id, &subject) else { continue };
             match missing_somewhere(effect.as_ref(), datasets, model) {
@@ -57,7 +57,7 @@ impl Library {
     pub fn of_robot(cell: &Dataset, model: &Model) -> Self {
         let balls = cell.ball_ids();
         let subject = Subject { own: &model.own, ..Subject::new(&cell.robot, &balls) };
-        let ids = effects::ids(&subject).into_iter().filter_map(|id| candidate(id, model));
+        let ids = effects::ids(&subject).into_iter().chain(gear_ripple(&cell.robot)).filter_map(|id| candidate(id, model));
         Library { candidates: ids.collect(), untestable: Vec::new() }
     }
 
@@ -65,6 +65,12 @@ impl Library {
     pub fn place(&self, id: &str) -> Option<usize> {
         self.candidates.iter().position(|c| c.id == id)
     }
+}
+
+/// Ripple of gears of known ratio, once and twice per turn of the wave generator: where it is to be expected, it needs no scan.
+fn gear_ripple(robot: &Robot) -> Vec<String> {
+    let of_joint = |(j, ratio): (usize, &f64)| [1.0, 2.0].map(|k| format!("harmonic:{}:{}", j + 1, (k * ratio).round()));
+    robot.gear_ratios.iter().enumerate().flat_map(of_joint).collect()
 }
 
 /// An effect as a candidate beside a model; `None` when it is no hypothesis, or the model holds it.

@@ -11,7 +11,7 @@ pub(super) const FAMILY: Family = Family {
     id: "artifact_sag",
     arguments: "",
     what: "the artifact leans with height",
-    equation: "ball += (x, y) h^2, h = 1 at the highest ball",
+    equation: "ball += (x, y) h^2",
     origin: Origin::Artifact,
     scan: Scan::None,
     members: alone,

@@ -9,7 +9,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "base_drift",
     arguments: "",
-    what: "base and artifact drift apart as the session goes on",
+    what: "base and artifact drift apart",
     equation: "base += (x, y, z) t",
     origin: Origin::SetUp,
     scan: Scan::None,

@@ -9,7 +9,7 @@ use crate::units::{DEG, MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "base_frame",
     arguments: "",
-    what: "the robot stands elsewhere than on the drawing of the cell",
+    what: "the robot stands elsewhere than drawn",
     equation: "chi_B += (x, y, z, rz, ry, rx)",
     origin: Origin::SetUp,
     scan: Scan::None,

@@ -9,7 +9,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "base_step",
     arguments: ":T",
-    what: "base or artifact was bumped once, T seconds into the session",
+    what: "base or artifact was bumped once",
     equation: "base += (x, y, z) after T",
     origin: Origin::SetUp,
     scan: Scan::Time,

@@ -9,8 +9,8 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "bearing_tilt",
     arguments: ":J",
-    what: "a joint's axis tips under the moment across it",
-    equation: "phi = k (M_J - z_J (z_J . M_J)), about o_J",
+    what: "a joint's axis tips under the load",
+    equation: "axis J tips by k M across z_J",
     origin: Origin::Arm,
     scan: Scan::None,
     members: each_joint,

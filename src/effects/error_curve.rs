@@ -10,8 +10,8 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "error_curve",
     arguments: ":J",
-    what: "a joint errs by any smooth curve over its turn",
-    equation: "theta_J += sum s_k sin(k q_J) + c_k cos(k q_J), k = 1..40",
+    what: "a joint errs by any smooth curve",
+    equation: "the same, summed over k = 1..40",
     origin: Origin::Arm,
     scan: Scan::None,
     members: each_joint,

@@ -8,7 +8,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "gauge_gain",
     arguments: ":I",
-    what: "an indicator's scale is off (seen through left-over readings)",
+    what: "an indicator's scale is off",
     equation: "tool += g r_I e_I",
     origin: Origin::Gauge,
     scan: Scan::None,

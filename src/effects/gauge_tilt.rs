@@ -9,7 +9,7 @@ use crate::units::{MRAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "gauge_tilt",
     arguments: ":I",
-    what: "a plunger's flat is tilted (seen through left-over readings)",
+    what: "a plunger's flat is tilted",
     equation: "tool += k (r_J + r_K) e_I",
     origin: Origin::Gauge,
     scan: Scan::None,

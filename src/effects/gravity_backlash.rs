@@ -9,7 +9,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "gravity_backlash",
     arguments: ":J",
-    what: "lost motion is taken up on the side of the load",
+    what: "lost motion by the side of the load",
     equation: "theta_J += b tanh(tau_J / tau_0)",
     origin: Origin::Arm,
     scan: Scan::None,

@@ -13,7 +13,7 @@ pub(super) const FAMILY: Family = Family {
     id: "gravity_direction",
     arguments: "",
     what: "the cell is not level",
-    equation: "theta_J += c_J dtau_J(gravity turned about x, y)",
+    equation: "theta_J += c_J dtau_J(turn about x, y)",
     origin: Origin::SetUp,
     scan: Scan::None,
     members: alone,

@@ -11,7 +11,7 @@ use crate::units::{URAD, Unit};
 pub(super) const ONCE: Family = Family {
     id: "harmonic1",
     arguments: ":J",
-    what: "a joint's transmission errs once per turn (eccentricity)",
+    what: "a joint errs once per turn (eccentric)",
     equation: "theta_J += s sin(q_J) + c cos(q_J)",
     origin: Origin::Arm,
     scan: Scan::None,
@@ -21,7 +21,7 @@ pub(super) const ONCE: Family = Family {
 
 pub(super) const TWICE: Family = Family {
     id: "harmonic2",
-    what: "a joint's transmission errs twice per turn (ovality)",
+    what: "a joint errs twice per turn (oval)",
     equation: "theta_J += s sin(2 q_J) + c cos(2 q_J)",
     build: |id, subject| build(id, id.joints(subject)?, 2, ""),
     ..ONCE
@@ -30,7 +30,7 @@ pub(super) const TWICE: Family = Family {
 pub(super) const ANY: Family = Family {
     id: "harmonic",
     arguments: ":J:k",
-    what: "a joint's transmission errs k times per turn (gear teeth, strain-wave ripple)",
+    what: "a joint errs k times per turn (teeth)",
     equation: "theta_J += s sin(k q_J) + c cos(k q_J)",
     scan: Scan::Order,
     build: |id, subject| {

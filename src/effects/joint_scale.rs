@@ -8,7 +8,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "joint_scale",
     arguments: ":J",
-    what: "a joint turns by a factor too far (encoder, ratio, hoses)",
+    what: "a joint turns a share too far",
     equation: "theta_J += s q_J",
     origin: Origin::Arm,
     scan: Scan::None,

@@ -9,7 +9,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "joint_source",
     arguments: ":J",
-    what: "residuals follow commanded minus read-back joints",
+    what: "a joint stands where it was sent",
     equation: "theta_J += s (q_commanded - q)",
     origin: Origin::Arm,
     scan: Scan::None,

@@ -8,7 +8,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "joint_step",
     arguments: ":J:T",
-    what: "a joint slipped once, T seconds into the session",
+    what: "a joint slipped once",
     equation: "theta_J += s after T",
     origin: Origin::Arm,
     scan: Scan::Time,

@@ -14,8 +14,8 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "link_bending",
     arguments: ":J",
-    what: "the link after a joint bends and twists under what it carries",
-    equation: "integral of (M_across/EI + M_along/GJ) x (p - p(s)) ds from o_J to o_{J+1}",
+    what: "link J bends and twists",
+    equation: "beam to J+1: M_across/EI, M_along/GJ",
     origin: Origin::Arm,
     scan: Scan::None,
     members: |subject| {
@@ -75,5 +75,56 @@ fn displace(parameter: usize, k: usize, frame: &Frame, turn: &Vector3<f64>, shif
     let (turn, shift) = (frame.components(turn), frame.components(shift));
     for (axis, weight) in Axis6::ALL.into_iter().zip([shift.x, shift.y, shift.z, turn.z, turn.y, turn.x]) {
         emit(parameter, Site::Flex(k, axis), weight);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{Situation, build};
+    use crate::robot::{FramePose, Link, Loads, MdhLink, Payload, Posture, Robot, SiteIndex};
+
+    /// What a beam of 0.6 m along x from joint 1 does to a TCP at its end, or beside it, where a weight of 5 kg hangs.
+    fn deflection(beside: f64) -> [Vector3<f64>; 2] {
+        let link =
+            |a: f64| Link { mdh: MdhLink { a, ..MdhLink::default() }, limits: [-1.0, 1.0], mass: 1e-12, com: Vector3::zeros() };
+        let robot = Robot {
+            name: "beam".into(),
+            source: String::new(),
+            links: vec![link(0.0), link(LENGTH)],
+            gear_ratios: Vec::new(),
+            solids: Vec::new(),
+        };
+        let payload = Payload { name: String::new(), mass: 5.0, com: Vector3::new(0.0, beside, 0.0) };
+        let (mut posture, mut loads) = (Posture::new(&robot), Loads::new(2));
+        let tool = FramePose { xyz: [0.0, beside, 0.0], ..FramePose::default() };
+        posture.set(&robot, &FramePose::default(), &tool, &[0.0; 2], &vec![0.0; SiteIndex::new(2).len()]);
+        loads.weigh(&robot, &posture, &payload, &crate::robot::DEFAULT_GRAVITY, &Vector3::zeros());
+        let effect = build("link_bending:1", &Subject::new(&robot, &[])).expect("a beam");
+        let mut moved = [Vector3::zeros(); 2];
+        let at = Situation::at_rest(&robot, &[0.0; 2], &posture, &loads, &payload);
+        effect.terms(&at, &mut |k, site, weight| moved[k] += posture.column(site) * weight);
+        moved
+    }
+
+    const LENGTH: f64 = 0.6;
+    const WEIGHT: f64 = 5.0 * 9.81;
+
+    #[test]
+    fn a_weight_at_the_end_of_a_beam_lowers_it_as_a_cantilever() {
+        let [bent, twisted] = deflection(0.0);
+        let textbook = Vector3::new(0.0, 0.0, -WEIGHT * LENGTH.powi(3) / 3.0);
+        assert!((bent - textbook).norm() < 1e-9, "{bent} against {textbook}");
+        assert!(twisted.norm() < 1e-9);
+    }
+
+    #[test]
+    fn a_weight_beside_the_end_twists_it() {
+        let [bent, twisted] = deflection(0.1);
+        let textbook = Vector3::new(0.0, 0.0, -WEIGHT * LENGTH.powi(3) / 3.0);
+        assert!((bent - textbook).norm() < 1e-9, "{bent} against {textbook}");
+        // The angle is W b L / GJ, and the TCP is as far beside the beam as the weight.
+        let textbook = Vector3::new(0.0, 0.0, -WEIGHT * 0.1 * LENGTH * 0.1);
+        assert!((twisted - textbook).norm() < 1e-9, "{twisted} against {textbook}");
     }
 }

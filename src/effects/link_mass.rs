@@ -12,8 +12,8 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "link_mass",
     arguments: "",
-    what: "links 2, 3, 4 do not have the mass that was entered",
-    equation: "theta_J += c_J dtau_J(mass of link), of its mass",
+    what: "links 2, 3, 4 are heavier than entered",
+    equation: "theta_J += c_J dtau_J(share of mass)",
     origin: Origin::Arm,
     scan: Scan::None,
     members: alone,

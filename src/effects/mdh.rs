@@ -13,7 +13,7 @@ pub(super) const FAMILY: Family = Family {
     id: "mdh",
     arguments: "",
     what: "links are not made to the drawing",
-    equation: "alpha_{i-1}, a_{i-1}, beta_{i-1}, theta_i, d_i += deviation",
+    equation: "alpha, a, d, theta, beta += deviation",
     origin: Origin::Arm,
     scan: Scan::None,
     members: alone,

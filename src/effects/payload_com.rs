@@ -9,7 +9,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "payload_com",
     arguments: "",
-    what: "the payload's centre of mass is not where it was entered",
+    what: "the payload's centre is not as entered",
     equation: "theta_J += c_J dtau_J(centre of mass)",
     origin: Origin::SetUp,
     scan: Scan::None,

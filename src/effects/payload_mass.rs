@@ -9,7 +9,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "payload_mass",
     arguments: "",
-    what: "the payload does not have the mass that was entered",
+    what: "the payload's mass is not as entered",
     equation: "theta_J += c_J dtau_J(payload mass)",
     origin: Origin::SetUp,
     scan: Scan::None,

@@ -8,7 +8,7 @@ use crate::units::{UM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "stiction",
     arguments: "",
-    what: "plungers hang up on the side they came from",
+    what: "plungers hang up on one side",
     equation: "tool += s_I plunger_I e_I, on balls",
     origin: Origin::Gauge,
     scan: Scan::None,

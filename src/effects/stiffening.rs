@@ -11,8 +11,8 @@ use crate::units::{DEG, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "stiffening",
     arguments: ":J",
-    what: "gearboxes grow stiffer (or softer) under load",
-    equation: "theta_J += k sign(tau_J) |tau_J / tau_ref|^3",
+    what: "gearboxes are stiffer under load",
+    equation: "theta_J += k (tau_J / tau_ref)^3",
     origin: Origin::Arm,
     scan: Scan::None,
     members: each_joint,

@@ -11,8 +11,8 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "thermal_growth",
     arguments: "[:temp]",
-    what: "all links grow as the session goes on, or with temperature",
-    equation: "a_i, d_i grow by l t + s (1 - exp(-4 t)), or by k (T - 20 °C)",
+    what: "links grow with time, or temperature",
+    equation: "l t + s (1 - exp(-4 t)), or k (T - 20)",
     origin: Origin::Arm,
     scan: Scan::None,
     members: |_| vec![String::new(), ":temp".into()],

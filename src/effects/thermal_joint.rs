@@ -8,7 +8,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "thermal_joint",
     arguments: ":J",
-    what: "a joint's zero drifts as the session goes on",
+    what: "a joint's zero drifts",
     equation: "theta_J += b t",
     origin: Origin::Arm,
     scan: Scan::None,

@@ -9,7 +9,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "tool_step",
     arguments: ":T",
-    what: "the tool moved on the flange once, T seconds into the session",
+    what: "the tool moved on the flange once",
     equation: "tool += (x, y, z) after T",
     origin: Origin::Gauge,
     scan: Scan::Time,

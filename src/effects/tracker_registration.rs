@@ -13,8 +13,8 @@ use crate::units::{UM, URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "tracker_registration",
     arguments: "",
-    what: "the world frame of measured points is off",
-    equation: "point += (x, y, z) + (rx, ry, rz) x point",
+    what: "the tracker's world frame is off",
+    equation: "point += (x, y, z) + (rx, ry, rz) x p",
     origin: Origin::SetUp,
     scan: Scan::None,
     members: alone,

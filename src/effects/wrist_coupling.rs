@@ -10,7 +10,7 @@ pub(super) const FAMILY: Family = Family {
     id: "wrist_coupling",
     arguments: "",
     what: "joints of the wrist turn those after them",
-    equation: "theta_K += k q_J for the last three joints, J < K",
+    equation: "theta_K += k q_J, the last three",
     origin: Origin::Arm,
     scan: Scan::None,
     members: |subject| if subject.robot.joints() < WRIST { Vec::new() } else { alone(subject) },

@@ -20,6 +20,10 @@ const SETTLED: f64 = 1e-3;
 /// Each weighing shrinks the change by the ratio of deflection to arm length, about 1e-2: three are enough.
 const MOST_WEIGHINGS: usize = 5;
 
+/// Where an effect acts through the compliances sought, it shrinks by the share of a joint's torque that was not entered: about a half
+/// for a wrist that carries the payload's centre of mass a centimetre beside where it was said to be.
+const MOST_WEIGHINGS_THROUGH_COMPLIANCE: usize = 30;
+
 /// An adjustment laid out once for a problem, and made as often as its samples are [renewed](Problem::renew).
 ///
 /// Which parameters the data can tell apart is a matter of the poses and is found when it is laid out; nothing is allocated after that.
@@ -134,7 +138,9 @@ impl Adjustment {
         self.descend(problem, if settles { SETTLED } else { STEP_TOLERANCE })?;
         if settles {
             let mut weighed = self.values.clone();
-            for _ in 0..MOST_WEIGHINGS {
+            let through = problem.acts_through_compliance();
+            let most = if through { MOST_WEIGHINGS_THROUGH_COMPLIANCE } else { MOST_WEIGHINGS };
+            for _ in 0..most {
                 weighed.copy_from_slice(&self.values);
                 problem.reweigh(&weighed);
                 self.descend(problem, SETTLED)?;

@@ -360,6 +360,11 @@ impl Problem {
         self.torque_posture == TorquePosture::Identified || self.acts_through_compliance
     }
 
+    /// Whether an effect of the model acts through the compliances sought.
+    pub(super) fn acts_through_compliance(&self) -> bool {
+        self.acts_through_compliance
+    }
+
     /// That every effect has a value at every sample.
     fn check_values(&self) -> Result<(), ProblemError> {
         for (row, sample) in self.rows.iter().zip(&self.sample_ids) {

@@ -16,7 +16,8 @@ pub struct CampaignSettings {
     pub attempts: usize,
     /// Skipped poses in a row after which the campaign stops. 5: one ball out of its place gives one in four, a bumped artifact all.
     pub skipped_in_a_row: usize,
-    /// Joint motion that sets a joint's side of approach, rad. 2 arcsec: the lost motion of a good joint.
+    /// Joint motion that sets a joint's side of approach, rad. 8 arcsec: by then a joint that loses 30 urad (6 arcsec) to either side
+    /// has come over to its other one.
     pub joint_motion: f64,
     /// Plunger motion that sets a plunger's side of approach, m. 0.5 um: the hysteresis of an indicator.
     pub plunger_motion: f64,
@@ -24,7 +25,7 @@ pub struct CampaignSettings {
 
 impl Default for CampaignSettings {
     fn default() -> Self {
-        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 2.0 * ARCSEC, plunger_motion: 0.5 * UM }
+        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 8.0 * ARCSEC, plunger_motion: 0.5 * UM }
     }
 }
 

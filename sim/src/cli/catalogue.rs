@@ -3,7 +3,7 @@
 use calibench::effects::{CATALOGUE, Effect, Family, Origin, Scan, Subject, build};
 use calibench::report::plain_table;
 use calibench::robot::{BUILT_IN, built_in};
-use calibench::units::{DEG, MM};
+use calibench::units::{DEG, MM, Unit};
 use serde_json::json;
 
 use super::{Failure, Outcome, print, print_json};
@@ -52,7 +52,10 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
         print(
             "J, K: a joint. B: a ball. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
         )?;
-        print("t: time as a share of the session, 0 to 1. The examples of sizes are those of the KR6.")?;
+        print(
+            "t: time as a share of the session, 0 to 1. h: height over the lowest ball, 1 at the highest. e: an indicator's axis. r: its reading.",
+        )?;
+        print("tau: the load's moment about a joint. c: its compliance in the model. The sizes are those of the KR6.")?;
     }
     Ok(Outcome::Done)
 }
@@ -80,21 +83,24 @@ fn scan(scan: Scan) -> Option<&'static str> {
     }
 }
 
-/// Plausible sizes of an effect's parameters, each once: `0.3 mm, 0.05 deg`.
+/// Plausible sizes of an effect's parameters, each once: `0.05 deg, 0.3 mm`; of many only the first and the last.
 fn plausible(effect: &dyn Effect) -> String {
-    let mut sizes: Vec<String> = Vec::new();
+    let mut sizes: Vec<(String, &str)> = Vec::new();
     for p in effect.parameters() {
         let size = p.unit.from_si(p.prior);
         // Two digits are all that a plausible size has.
         let digits = (1 - size.abs().log10().floor() as i32).clamp(0, 9) as usize;
         let text = format!("{size:.digits$}");
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-        let text = format!("{text} {}", p.unit.symbol);
-        if !sizes.contains(&text) {
-            sizes.push(text);
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
+        let symbol = if p.unit == Unit::RATIO { "" } else { p.unit.symbol };
+        if !sizes.contains(&(text.clone(), symbol)) {
+            sizes.push((text, symbol));
         }
     }
-    if sizes.len() > 2 { format!("{} ... {}", sizes[0], sizes[sizes.len() - 1]) } else { sizes.join(", ") }
+    match &sizes[..] {
+        [(first, unit), .., (last, same)] if sizes.len() > 2 && unit == same => format!("{first} ... {last} {unit}"),
+        _ => sizes.iter().map(|(size, unit)| format!("{size} {unit}").trim_end().to_owned()).collect::<Vec<_>>().join(", "),
+    }
 }
 
 pub fn robots(arguments: &Arguments) -> Result<Outcome, Failure> {

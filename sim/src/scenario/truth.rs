@@ -98,16 +98,32 @@ impl Truth {
     /// All flaws of one trial of an arm with so many joints, their sizes and shapes drawn from its streams `effects` and `shapes`.
     pub fn flaws(&self, streams: &Streams, joints: usize) -> Flaws {
         let (mut sizes, mut shapes) = (streams.stream("effects"), streams.stream("shapes"));
-        let mut flaws = Flaws { all: self.hidden.clone(), compliance: vec![0.0; joints] };
+        let mut flaws = Flaws { all: self.hidden.clone(), ..Flaws::none(joints) };
         for stated in &self.effects {
             let effect = stated.drawn(&mut |sigma| sigma * sizes.sample::<f64, _>(StandardNormal));
-            if effects::family(effect.effect.id()).is_some_and(|family| family.id == "joint_compliance") {
-                for (parameter, size) in effect.effect.parameters().iter().zip(&effect.sizes) {
-                    let joint = (0..joints).find(|j| parameter.name == format!("c{}", j + 1));
-                    joint.into_iter().for_each(|j| flaws.compliance[j] += size);
+            let family = effects::family(effect.effect.id()).map(|family| family.id);
+            for (parameter, size) in effect.effect.parameters().iter().zip(&effect.sizes) {
+                let named = |names: &dyn Fn(usize) -> String, count: usize| (1..=count).find(|&k| parameter.name == names(k));
+                match family {
+                    Some("joint_compliance") => {
+                        named(&|j| format!("c{j}"), joints).into_iter().for_each(|j| flaws.compliance[j - 1] += size);
+                    }
+                    Some("hysteresis") => {
+                        named(&|j| format!("hysteresis:{j}.h"), joints)
+                            .into_iter()
+                            .for_each(|j| flaws.hysteresis[j - 1] += size);
+                    }
+                    Some("stiction") => {
+                        named(&|i| format!("stiction.{i}"), 3).into_iter().for_each(|i| flaws.stiction[i - 1] += size);
+                    }
+                    _ => {}
                 }
             }
-            flaws.all.push(Arc::from(misshapen(effect, self.keys.mismatch, &mut shapes)));
+            // What depends on a side is not among those that take its sign.
+            let flaw = Arc::from(misshapen(effect, self.keys.mismatch, &mut shapes));
+            if !matches!(family, Some("hysteresis" | "stiction")) {
+                flaws.all.push(flaw);
+            }
         }
         flaws
     }
