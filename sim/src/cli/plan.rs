@@ -7,7 +7,7 @@ use calibench::measure::write_plan;
 use calibench::report::{detectability_json, detectability_text};
 
 use super::{Failure, Outcome, print, print_json, seed};
-use crate::planning::{Chosen, as_drawn, plan};
+use crate::planning::{Chosen, as_drawn, plan, shown};
 use crate::scenario::load_scenario;
 
 #[derive(clap::Args)]
@@ -32,7 +32,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(path) = &arguments.output {
         write_plan(path, &plan.probings, &scenario.dataset())?;
     }
-    let detectability = Detectability::of_plan(&as_drawn(&scenario, &plan.probings, seed), &scenario.model)?;
+    let drawn = as_drawn(&scenario, &plan.probings, seed);
+    let detectability = Detectability::of_plan(&drawn, &shown(&scenario.model, &drawn))?;
     if arguments.json {
         print_json(&detectability_json(&detectability))?;
         return Ok(Outcome::Done);
