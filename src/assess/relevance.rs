@@ -11,7 +11,7 @@ use crate::identify::{FitError, linalg};
 
 /// Weight of the inverse-gamma prior of a variance, in coefficients. Its centre is the size of the ordinary small stuff of this robot:
 /// what the data do not see is taken to be about as large as what they see.
-const PRIOR_WEIGHT: f64 = 0.5;
+const PRIOR_WEIGHT: f64 = 1.5;
 
 /// No robot is better than this, in plausible sizes, where nothing was seen of it.
 const LEAST: f64 = 0.1;
