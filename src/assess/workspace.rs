@@ -83,8 +83,8 @@ pub fn workspace_poses(dataset: &Dataset, count: usize) -> Vec<Vec<f64>> {
 }
 
 impl WorkspaceError {
-    /// Predicts the error of the examined fit at joint angles `poses` (rad, N) of the first set-up, with its first payload, in the
-    /// middle of the session; `None` without poses.
+    /// Predicts the error of the examined fit at joint angles `poses` (rad, N) of the first set-up, with its first payload, at the
+    /// end of the session; `None` without poses.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -128,7 +128,7 @@ impl WorkspaceError {
     }
 }
 
-/// Points measured at these poses by whoever measured the first set-up, halfway through, coming from any side.
+/// Points measured at these poses by whoever measured the first set-up, at the end of the session, coming from any side.
 fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Vec<f64>], random: &mut ChaCha8Rng) -> Dataset {
     let setup = &examination.problem.setups()[0];
     let taken = || dataset.samples.iter().filter(|s| s.set == SampleSet::Fit);
@@ -138,7 +138,7 @@ fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Vec<f64>], ra
         (count > 0).then(|| sum / f64::from(count))
     };
     let time_s =
-        taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t)))).map(|t| t / 2.0);
+        taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t))));
     let temp_c = middle(&|s| s.temp_c);
     let sample = |(k, q): (usize, &Vec<f64>)| {
         let at = world_from_tool(robot, &setup.start, &dataset.tool, q).translation.vector;
