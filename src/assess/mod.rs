@@ -20,8 +20,8 @@ mod sweep;
 mod validation;
 mod workspace;
 
-pub use detectability::{Detectability, Sight, noncentrality};
 pub use comparison::{Comparison, LackOfFit, SIGNIFICANCE, Standing, Standout, Subject};
+pub use detectability::{Detectability, Sight, noncentrality};
 pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, diagnose, diagnose_examined};
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
@@ -29,7 +29,8 @@ pub use hypotheses::{Hypothesis, Place};
 pub use ladder::{Ladder, Objection, Rung, SessionError, Top, add, ladder, rung, whole_library};
 pub use library::{Candidate, Library, Untestable};
 pub use next::{
-    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Rival, STEPS, Step, actions, propose,
+    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Rival, STEPS, Step, actions,
+    propose,
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use relevance::Relevance;

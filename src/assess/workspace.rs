@@ -138,8 +138,7 @@ pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Ve
         let (sum, count) = taken().filter_map(of).fold((0.0, 0), |(s, n), v| (s + v, n + 1));
         (count > 0).then(|| sum / f64::from(count))
     };
-    let time_s =
-        taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t))));
+    let time_s = taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t))));
     let temp_c = middle(&|s| s.temp_c);
     let sample = |(k, q): (usize, &Vec<f64>)| {
         let at = world_from_tool(robot, &setup.start, &dataset.tool, q).translation.vector;
