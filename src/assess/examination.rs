@@ -90,12 +90,6 @@ impl Projection {
         }
         half
     }
-
-    /// `S` with `S S^T = (J^T J)^-1`: turns independent unit normal numbers into fitted parameters' errors, SI.
-    pub fn root_of_covariance(&self) -> DMatrix<f64> {
-        let n = self.scale.len();
-        self.absorbed(DMatrix::identity(n, n))
-    }
 }
 
 impl Examination {
