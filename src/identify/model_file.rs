@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use toml_edit::{DocumentMut, Item};
 
 use super::Model;
 use super::own_effects::{OwnEffectTable, own_effects, tables};
@@ -94,6 +95,66 @@ pub fn check_effects(
     Ok((own, fitted))
 }
 
+/// Writes `model.toml` as another model file with what `model` holds beyond it: comments, order and layout of that file are kept.
+///
+/// # Errors
+/// When the file to go by cannot be read, or the folder cannot be written.
+pub fn write_model_like(model: &Model, like: &Path, path: &Path) -> Result<(), FileError> {
+    let text = amended(model, like, &read_text(like)?)?;
+    write_whole(path, text.as_bytes())
+}
+
+/// The text of a model file with the effects, widths and tables of `model` that it does not hold.
+fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> {
+    let old: ModelToml = parse_toml(path, text)?;
+    let broken = |problem: String| FileError::whole(path, problem, "write it as docs/models.md shows");
+    let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| broken(e.to_string()))?;
+    let new_tables =
+        tables(&model.own, &model.effects).into_iter().filter(|t| !old.effect.iter().any(|o| o.name() == t.name()));
+    let new_tables: Vec<OwnEffectTable> = new_tables.collect();
+    // A table that is no candidate is fitted without being listed.
+    let by_table = |id: &String| {
+        old.effect.iter().any(|t| t.name() == id && !t.is_candidate()) || new_tables.iter().any(|t| t.name() == id)
+    };
+    let listed =
+        document.get_mut("effects").and_then(Item::as_array_mut).ok_or_else(|| broken("has no list `effects`".into()))?;
+    for id in model.effects.iter().filter(|id| !old.effects.contains(id) && !by_table(id)) {
+        // In the manner of the last one: on a line of its own, or not.
+        let manner = listed.iter().last().filter(|_| listed.len() > 1).and_then(|last| last.decor().prefix().cloned());
+        match manner {
+            Some(prefix) => {
+                let mut value = toml_edit::Value::from(id);
+                value.decor_mut().set_prefix(prefix);
+                listed.push_formatted(value);
+            }
+            None => listed.push(id),
+        }
+    }
+    for (id, width) in model.width.iter().filter(|(id, width)| old.width.get(*id) != Some(*width)) {
+        let all = document.entry("width").or_insert(toml_edit::table());
+        let all = all.as_table_like_mut().ok_or_else(|| broken("`width` is no table".into()))?;
+        all.insert(id, toml_edit::value(*width));
+    }
+    if new_tables.is_empty() {
+        return Ok(document.to_string());
+    }
+    let appended = toml::to_string(&NewTables { effect: &new_tables }).map_err(|e| broken(e.to_string()))?;
+    if let Some(inline) = document.get_mut("effect").and_then(Item::as_array_mut) {
+        let tables: DocumentMut = appended.parse().map_err(|e: toml_edit::TomlError| broken(e.to_string()))?;
+        let tables = tables.get("effect").and_then(Item::as_array_of_tables);
+        for table in tables.into_iter().flatten() {
+            inline.push(table.clone().into_inline_table());
+        }
+        return Ok(document.to_string());
+    }
+    Ok(format!("{}\n{appended}", document.to_string().trim_end_matches('\n').to_owned() + "\n"))
+}
+
+#[derive(Serialize)]
+struct NewTables<'t> {
+    effect: &'t [OwnEffectTable],
+}
+
 /// Writes `model.toml`.
 ///
 /// # Errors
@@ -107,4 +168,31 @@ pub fn write_model(model: &Model, path: &Path) -> Result<(), FileError> {
     };
     let text = toml::to_string(&file).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
     write_whole(path, text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WRITTEN: &str = "# my robot
+effects = [
+    \"base_frame\", # it was moved
+    \"mdh\",
+]
+# torques come from the masses
+
+[width]
+mdh = 2.0 # the drawing is good
+";
+
+    #[test]
+    fn comments_and_layout_are_kept() {
+        let mut model = Model::of(&["base_frame", "mdh"]);
+        model.width.insert("mdh".into(), 2.0);
+        assert_eq!(amended(&model, Path::new("m.toml"), WRITTEN).expect("it is a model"), WRITTEN);
+        let mut more = model.with("harmonic1:2");
+        more.width.insert("harmonic1:2".into(), 1.5);
+        let expected = WRITTEN.replace("    \"mdh\",\n", "    \"mdh\",\n    \"harmonic1:2\",\n") + "\"harmonic1:2\" = 1.5\n";
+        assert_eq!(amended(&more, Path::new("m.toml"), WRITTEN).expect("it is a model"), expected);
+    }
 }

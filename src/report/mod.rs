@@ -22,5 +22,7 @@ pub use heat_map::{curve_line, heat_map_text};
 pub use json::{calibration_json, validation_json};
 pub use ladder::{ladder_json, rung_json, rung_table, step_json};
 pub use ladder_sentences::{advice, objection_sentence, rung_sentence, symptom_sentence, top_sentences};
-pub use tables::{histogram, parameter_table, plain_table, unresolved_sentences, validation_row, validation_table};
+pub use tables::{
+    histogram, parameter_rows, parameter_table, plain_table, unresolved_sentences, validation_row, validation_table,
+};
 pub use workspace::{Outlook, extrapolation_json, extrapolation_sentence};

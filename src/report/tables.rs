@@ -68,6 +68,17 @@ pub fn parameter_table(c: &Calibration) -> String {
     out.to_string()
 }
 
+/// Parameters of some effects, with one-sigma.
+pub fn parameter_rows(c: &Calibration, effects: &[String]) -> String {
+    let mut out = table(&["parameter", "value", "1 sigma", "unit"]);
+    for e in c.estimates.iter().filter(|e| effects.contains(&e.effect)) {
+        let d = decimals(e.unit.from_si(e.sigma));
+        let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));
+        out.add_row([e.name.clone(), number(e.value), number(e.sigma), e.unit.symbol.to_owned()]);
+    }
+    out.to_string()
+}
+
 /// How many partners of a parameter are named in a sentence: those that count most.
 const MOST_NAMED: usize = 6;
 

@@ -48,9 +48,7 @@ impl Belief {
             Belief::Flat => Knowledge::Flat,
             Belief::Stated(sigma) => Knowledge::Stated(sigma),
             Belief::Width(width) if width.is_finite() => Knowledge::Plausible(width * spec.prior),
-            Belief::StatedAndWidth(sigma, width) if width.is_finite() => {
-                Knowledge::Plausible(sigma.hypot(width * spec.prior))
-            }
+            Belief::StatedAndWidth(sigma, width) if width.is_finite() => Knowledge::Plausible(sigma.hypot(width * spec.prior)),
             Belief::Width(_) | Belief::StatedAndWidth(..) => Knowledge::Flat,
         }
     }
