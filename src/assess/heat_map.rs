@@ -114,7 +114,7 @@ pub struct Curve {
     pub variable: Variable,
     /// The variable, SI.
     pub at: Vec<f64>,
-    /// The error, rad; the part of it that the fitted model absorbs is not seen.
+    /// The error about its mean, rad; the part of it that the fitted model absorbs is not seen.
     pub mean: Vec<f64>,
     /// Its one-sigma, rad.
     pub sigma: Vec<f64>,
@@ -319,9 +319,13 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
     let mean: DVector<f64> = &covariance * &block.z / noise;
     let variable = scaled.variable;
     let mut curve = Curve { joint, variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
+    let along = |k: usize| 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
+    let drawn = |u: f64| DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
+    // Its level is a joint's zero, which every fit absorbs.
+    let level = (0..DRAWN).fold(DVector::zeros(count), |sum, k| sum + drawn(along(k))) / DRAWN as f64;
     for k in 0..DRAWN {
-        let u = 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
-        let features = DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
+        let u = along(k);
+        let features = drawn(u) - &level;
         curve.at.push(scaled.centre + u * scaled.half_range);
         curve.mean.push(features.dot(&mean));
         curve.sigma.push((&covariance * &features).dot(&features).max(0.0).sqrt());

@@ -69,6 +69,8 @@ pub struct Rung {
     pub chi2_per_dof: f64,
     /// Residual of blocks that were not fitted, rms in 3-D, m.
     pub cross_validated: f64,
+    /// Squared residual of each sample when its block was not fitted, m², with its name.
+    pub blocks: Vec<(String, f64)>,
     /// Position error predicted over the workspace.
     pub workspace: Option<WorkspaceError>,
     /// Position errors on rows of set `validation`, where there are any.
@@ -150,14 +152,13 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
     let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
     let validation =
         if has(SampleSet::Validation) { Validation::of(&calibration.predict(datasets, Use::Validation)?) } else { None };
-    let (cross_validated, by_session) = blocks(&examination);
+    let blocks = blocks(&examination);
+    let of_session = |s: usize| rms(blocks.iter().filter(|(setup, _)| *setup == s).map(|(_, squares)| *squares));
     let names = examination.problem.setups().iter().map(|s| s.name());
     let names =
         names.map(|[dataset, session]| if session.is_empty() { dataset.to_owned() } else { format!("{dataset}/{session}") });
-    let mut sessions: Vec<SessionError> = names
-        .zip(by_session)
-        .map(|(name, cross_validated)| SessionError { name, cross_validated, from_others: None })
-        .collect();
+    let mut sessions: Vec<SessionError> =
+        names.enumerate().map(|(s, name)| SessionError { name, cross_validated: of_session(s), from_others: None }).collect();
     if datasets.len() > 1 && sessions.len() == datasets.len() {
         for (k, session) in sessions.iter_mut().enumerate() {
             session.from_others = from_others(datasets, model, k);
@@ -168,7 +169,8 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         model: model.clone(),
         fit: examination.fit.rms,
         chi2_per_dof: diagnosis.chi2_per_dof,
-        cross_validated,
+        cross_validated: rms(blocks.iter().map(|(_, squares)| *squares)),
+        blocks: examination.problem.sample_ids().iter().cloned().zip(blocks.iter().map(|(_, squares)| *squares)).collect(),
         workspace,
         validation,
         noise: diagnosis.noise,
@@ -181,25 +183,26 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
     })
 }
 
-/// Rms over blocks that were not fitted, m: of all, and of each session.
-fn blocks(examination: &Examination) -> (f64, Vec<f64>) {
+/// Squared residual of each sample when its block was not fitted, m², and its set-up.
+fn blocks(examination: &Examination) -> Vec<(usize, f64)> {
     let Examination { circumstances, rows, fit, .. } = examination;
-    let folds = folds(circumstances);
-    let predicted = cross_validated(examination, &folds, 0..0);
-    let mut fitted = vec![0.0; predicted.len()];
-    let mut residual = vec![(0.0, 0); predicted.len()];
+    let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
+    let predicted = cross_validated(examination, &folds(circumstances), 0..0);
+    let (mut fitted, mut residual) = (vec![0.0; setups], vec![0.0; setups]);
     let last = rows.nrows() - 1;
     for (at, r) in circumstances.iter().zip(examination.problem.residuals(&fit.values)) {
         fitted[at.setup] += (0..at.height).map(|k| rows[(last, at.first_row + k)].powi(2)).sum::<f64>();
-        residual[at.setup].0 += r.norm_squared();
-        residual[at.setup].1 += 1;
+        residual[at.setup] += r.norm_squared();
     }
     // Whitened squares compare; the residual itself gives the unit.
-    let of = |s: usize| (residual[s].0 / residual[s].1.max(1) as f64 * predicted[s] / fitted[s].max(f64::MIN_POSITIVE)).sqrt();
-    let each: Vec<f64> = (0..predicted.len()).map(of).collect();
-    let count: usize = residual.iter().map(|r| r.1).sum();
-    let sum: f64 = each.iter().zip(&residual).map(|(rms, r)| rms * rms * r.1 as f64).sum();
-    ((sum / count.max(1) as f64).sqrt(), each)
+    let unit = |s: usize| residual[s] / fitted[s].max(f64::MIN_POSITIVE);
+    circumstances.iter().zip(predicted).map(|(at, squares)| (at.setup, squares * unit(at.setup))).collect()
+}
+
+/// Root of the mean of some squares.
+fn rms(squares: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+    if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
 }
 
 /// Rms of dataset `k` predicted by the robot as the other datasets have it; `None` when they do not determine it.
@@ -213,11 +216,19 @@ impl Rung {
     /// What speaks against having climbed here from `below`.
     pub fn objections(&self, below: &Rung) -> Vec<Objection> {
         let mut all = Vec::new();
-        let rms = [below.cross_validated, self.cross_validated];
-        if rms[1] > rms[0] * (1.0 - A_FALL) {
-            all.push(Objection::CrossValidation { rms });
+        // A sample that the step sets aside is nothing that it could predict: the others must not be predicted worse for it.
+        let aside: Vec<&str> = self.added.iter().filter_map(|e| e.strip_prefix("outlier:")).collect();
+        let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
+        let of_others =
+            |r: &Rung| rms(r.blocks.iter().filter(|(id, _)| !aside.contains(&id.as_str())).map(|(_, squares)| *squares));
+        let squares = [of_others(below), of_others(self)];
+        let enough = if sets_aside { 1.0 + WORSE } else { 1.0 - A_FALL };
+        if squares[1] > squares[0] * enough {
+            all.push(Objection::CrossValidation { rms: squares });
         }
-        for (before, after) in below.sessions.iter().zip(&self.sessions) {
+        // Of one session that has been said.
+        let several = self.sessions.len() > 1 && !sets_aside;
+        for (before, after) in below.sessions.iter().zip(&self.sessions).filter(|_| several) {
             let pairs = [
                 Some([before.cross_validated, after.cross_validated]),
                 before.from_others.zip(after.from_others).map(|(b, a)| [b, a]),

@@ -13,7 +13,7 @@ use super::examination::Examination;
 use super::library::missing_somewhere;
 use super::relevance::Relevance;
 use crate::effects::{self, Owner, Subject};
-use crate::identify::{IdentifyError, Knowledge, Parameter, Problem, Use};
+use crate::identify::{FitError, IdentifyError, Knowledge, Parameter, Problem, Use, linalg};
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
 use crate::robot::{Robot, Surroundings, world_from_tool};
 
@@ -138,7 +138,7 @@ impl WorkspaceError {
         let absorbed = projection.absorbed(projection.of_columns.clone());
         let mut normal = |count: usize| DMatrix::<f64>::from_fn(count, DRAWS, |_, _| StandardNormal.sample(&mut random));
         let (of_candidates, of_noise, of_priors) = (normal(n), normal(examination.rows.ncols()), normal(m));
-        let errors_of_fit = errors_of_fit(examination, of_noise * relevance.noise.sqrt(), of_priors);
+        let errors_of_fit = errors_of_fit(examination, of_noise * relevance.noise.sqrt(), of_priors)?;
         let mut sizes = &relevance.root * of_candidates;
         sizes.column_iter_mut().for_each(|mut c| c += &relevance.mean);
         let parameters = errors_of_fit - absorbed * &sizes;
@@ -169,36 +169,69 @@ impl WorkspaceError {
 /// drawn by `priors` (unit normal, parameters x draws), lies from where prior knowledge pulls them.
 ///
 /// `(J^T J + P)^-1 (J^T e + P b)`, b of the size that the effects truly have. A width that was fitted to the same data is too narrow for
-/// an effect that they hardly see; such an effect is taken to be as large as those that they do see.
-fn errors_of_fit(examination: &Examination, noise: DMatrix<f64>, mut priors: DMatrix<f64>) -> DMatrix<f64> {
+/// an effect that they hardly see; such an effect is taken to be as large as those that they could see are.
+fn errors_of_fit(
+    examination: &Examination,
+    noise: DMatrix<f64>,
+    mut priors: DMatrix<f64>,
+) -> Result<DMatrix<f64>, IdentifyError> {
     let Examination { fitted, rows, projection, problem, fit, .. } = examination;
-    let typical = typical_size(examination);
+    let true_size = true_sizes(examination)?;
     for (k, p) in fit.kept.iter().enumerate() {
         let parameter = &problem.parameters()[*p];
         let pull = match parameter.knowledge {
             Knowledge::Flat => 0.0,
             Knowledge::Stated(sigma) => 1.0 / sigma,
-            Knowledge::Plausible(sigma) => sigma.max(typical * parameter.spec.prior) / (sigma * sigma),
+            Knowledge::Plausible(sigma) => true_size[k] / (sigma * sigma),
         };
         priors.row_mut(k).scale_mut(pull);
     }
     let push = rows.rows(0, fitted.len()) * noise + priors;
-    projection.absorbed(projection.half(push))
+    Ok(projection.absorbed(projection.half(push)))
 }
 
-/// Size of the effects that a fit sees, in plausible sizes: rms over their numbers, each counted by the share that is from the data.
-fn typical_size(examination: &Examination) -> f64 {
-    let Examination { problem, fit, .. } = examination;
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (k, p) in fit.kept.iter().enumerate() {
-        let parameter = &problem.parameters()[*p];
-        if let Knowledge::Plausible(sigma) = parameter.knowledge {
-            let seen = (1.0 - fit.covariance[(k, k)] / (sigma * sigma)).clamp(0.0, 1.0);
-            sum += seen * (fit.values[*p] / parameter.spec.prior).powi(2);
-            count += seen;
-        }
+/// One-sigma that the fitted parameters of the catalogue truly have, SI; of no account for the others.
+///
+/// What the data would see if it were of plausible size has the width at which it is held. Of what they would not see that width says
+/// little: it is taken to have the size that the former have, rms. In between in proportion: `w² = s w_k² + (1 - s) max(w_k, typical)²`,
+/// s the share of a plausible size that would be from the data.
+fn true_sizes(examination: &Examination) -> Result<Vec<f64>, FitError> {
+    let Examination { fitted, rows, problem, fit, .. } = examination;
+    let parameters: Vec<&Parameter> = fit.kept.iter().map(|p| &problem.parameters()[*p]).collect();
+    let held = |p: &&Parameter| matches!(p.knowledge, Knowledge::Plausible(_));
+    if !parameters.iter().any(held) {
+        return Ok(vec![0.0; parameters.len()]);
     }
-    if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+    let size = |p: &Parameter| match p.knowledge {
+        Knowledge::Flat => f64::INFINITY,
+        Knowledge::Stated(sigma) => sigma,
+        Knowledge::Plausible(_) => p.spec.prior,
+    };
+    let mut products = DMatrix::zeros(fitted.len(), fitted.len());
+    linalg::normal_matrix(&rows.rows(0, fitted.len()).into_owned(), &mut products);
+    parameters.iter().enumerate().for_each(|(k, p)| products[(k, k)] += size(p).powi(-2));
+    let scale = products.diagonal().map(|d| 1.0 / d.sqrt());
+    let scaled = DMatrix::from_fn(fitted.len(), fitted.len(), |r, c| products[(r, c)] * scale[r] * scale[c]);
+    let mut factor = linalg::Cholesky::new(fitted.len());
+    factor.factor(&scaled)?;
+    let mut inverse = DMatrix::zeros(fitted.len(), fitted.len());
+    factor.inverse(&mut inverse);
+    let prior = |k: usize| parameters[k].spec.prior;
+    let seen = |k: usize| (1.0 - inverse[(k, k)] * (scale[k] / prior(k)).powi(2)).clamp(0.0, 1.0);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for k in (0..parameters.len()).filter(|&k| held(&parameters[k])) {
+        sum += seen(k) * (fit.values[fit.kept[k]] / prior(k)).powi(2);
+        count += seen(k);
+    }
+    let typical = if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 };
+    let size = |(k, parameter): (usize, &&Parameter)| match parameter.knowledge {
+        Knowledge::Plausible(width) => {
+            let unseen = width.max(typical * prior(k));
+            (seen(k) * width * width + (1.0 - seen(k)) * unseen * unseen).sqrt()
+        }
+        Knowledge::Flat | Knowledge::Stated(_) => 0.0,
+    };
+    Ok(parameters.iter().enumerate().map(size).collect())
 }
 
 /// Points measured at these poses by whoever measured the first set-up, halfway through, coming from any side.

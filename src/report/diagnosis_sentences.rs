@@ -37,17 +37,7 @@ const MOST_NAMED: usize = 4;
 /// what it means and what to do, and last what these data cannot test.
 pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let mut all = vec![left(d)];
-    let outlier = d.findings.iter().find(|f| {
-        f.hypothesis.in_model.starts_with("outlier:") && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln()
-    });
-    if let Some(f) = outlier {
-        let sample = f.hypothesis.in_model.trim_start_matches("outlier:");
-        all.push(format!(
-            "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, leave it out, or set it aside with {}.",
-            sizes(f),
-            commands.add(&f.hypothesis.in_model)
-        ));
-    }
+    all.extend(outlier(d, commands));
     let named: Vec<&Finding> = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).collect();
     match d.verdict {
         Verdict::NothingLeft => all.push(
@@ -73,6 +63,28 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     }
     all.extend(untestable(d));
     all
+}
+
+/// A sample that disagrees with all others: before anything else where nothing explains more, else as a hint.
+fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
+    let sticks_out = |f: &&Finding| {
+        f.hypothesis.in_model.starts_with("outlier:") && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln()
+    };
+    let place = d.findings.iter().position(|f| sticks_out(&f))?;
+    let f = &d.findings[place];
+    let sample = f.hypothesis.in_model.trim_start_matches("outlier:");
+    Some(if place == 0 {
+        format!(
+            "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, leave it out, or set it aside with {}.",
+            sizes(f),
+            commands.add(&f.hypothesis.in_model)
+        )
+    } else {
+        format!(
+            "Look at sample {sample}: it disagrees with the others ({}), by itself or because what is missing shows most there.",
+            sizes(f)
+        )
+    })
 }
 
 fn left(d: &Diagnosis) -> String {
@@ -109,14 +121,15 @@ fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
     let rivals =
         if f.rivals.is_empty() { String::new() } else { format!("; in these data {} would do the same", f.rivals.join(", ")) };
     let saw = format!(
-        "Saw: {}{at}: {}; explains {:.0} % of the rest, probability {:.2}{hidden}{rivals}.",
+        "Saw: {}, {}{at}: {}; explains {:.0} % of the rest, probability {:.2}{hidden}{rivals}.",
         h.in_model,
+        what(&h.in_model),
         sizes(f),
         100.0 * h.explains,
         f.probability
     );
     let meaning = meaning(&h.in_model);
-    let means = format!("Means: {}; {}.", what(&h.in_model), meaning.physics);
+    let means = format!("Means: {}.", meaning.physics);
     let look = if meaning.look.is_empty() { String::new() } else { format!("{}; or ", meaning.look) };
     [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
 }
@@ -137,7 +150,7 @@ fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
         Some(cell) => {
             let variable = cell.variable.name();
             let mut all = vec![format!(
-                "Saw: the error of joint {} follows {variable}: a smooth curve takes {:.0} % of the rest (ln evidence {:+.1} against the ordinary small stuff of a robot).",
+                "Saw: the error of joint {} follows {variable}: a smooth curve takes {:.0} % of the rest (ln evidence {:+.1} against the ordinary small stuff of a robot; its level and what else the fitted model absorbs of it are not seen).",
                 cell.joint + 1,
                 100.0 * cell.explains,
                 cell.ln_evidence_against_background

@@ -157,6 +157,10 @@ fn explained(error: &EffectError, id: &str, subject: &Subject<'_>, unplaced: &[S
         let family = id.split(':').next().unwrap_or_default();
         nearest_name(family, CATALOGUE.iter().map(|f| f.id))
     });
+    if let EffectError::Argument { .. } = error {
+        let form = effects::family(id).map(|f| format!("; write `{}{}`", f.id, f.arguments));
+        return format!("{error}{}", form.unwrap_or_default());
+    }
     match nearest {
         Some(near) if near != id => format!("{error}; did you mean `{near}`?"),
         _ => error.to_string(),

@@ -65,13 +65,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// The error to expect over the workspace, from the rows that the calibration was fitted to; else why it cannot be told.
 fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Outlook, String> {
-    let of_hash = |hash: &String| datasets.iter().find(|(_, d)| d.hash == *hash).copied();
-    let fitted: Vec<(&str, &Dataset)> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
-    if fitted.is_empty() || fitted.len() < calibration.dataset_hashes.len() {
-        return Err("The position error to expect over the workspace cannot be told from these data: it takes the rows to which the calibration was fitted; name their dataset as well."
-            .into());
-    }
     let why = |e: IdentifyError| format!("The position error to expect over the workspace cannot be told: {e}.");
+    let of_hash = |hash: &String| datasets.iter().find(|(_, d)| d.hash == *hash).copied();
+    let mut fitted: Vec<(&str, &Dataset)> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
+    if fitted.is_empty() || fitted.len() < calibration.dataset_hashes.len() {
+        // A calibration that knows no file is told by its numbers: they are the best for these rows.
+        let has_fit_rows = |d: &Dataset| d.samples.iter().any(|s| Use::Fit.takes(s));
+        fitted = datasets.iter().copied().filter(|(_, d)| has_fit_rows(d)).collect();
+        let is_fit = |rows: &[(&str, &Dataset)]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.standing.fitted);
+        if fitted.is_empty() || !is_fit(&fitted) {
+            return Err("The position error to expect over the workspace cannot be told from these data: it takes the rows to which the calibration was fitted; name their dataset as well."
+                .into());
+        }
+    }
     let examination = Examination::new(&fitted, &calibration.model).map_err(why)?;
     let expected = outlook(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(why)?;
     expected.ok_or_else(|| {

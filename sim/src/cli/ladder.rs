@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Climb, ProvingGround, Rung, WorkspacePoses, ladder};
+use calibench::assess::{Climb, Extrapolation, ProvingGround, Rung, WorkspacePoses, ladder};
 use calibench::identify::{write_model, write_model_like};
-use calibench::report::{advice, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence, top_sentences};
+use calibench::report::{
+    advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence, top_sentences,
+};
 use indicatif::ProgressBar;
 
 use super::{
@@ -64,7 +66,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
-        print_json(&ladder_json(&climbed))?;
+        let mut document = ladder_json(&climbed);
+        let calibration = &chosen.calibration;
+        let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+        document["outside_range"] = extrapolation_json(&beyond);
+        print_json(&document)?;
         return Ok(Outcome::Done);
     }
     print(&rung_table(&climbed.rungs.iter().chain(&climbed.whole).collect::<Vec<&Rung>>()))?;
