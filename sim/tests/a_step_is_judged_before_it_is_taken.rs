@@ -136,9 +136,9 @@ fn what_cannot_be_added_is_refused_in_one_line() {
         (&["curve:7:q1", "run/trical"], &["curve:7:q1", "curve:J:VARIABLE", "1 to 6"]),
         (&["curve:2:speed", "run/trical"], &["curve:2:speed", "time_s"]),
         (&["joint_source:2", "run/trical"], &["joint_source:2", "qcmd1_deg"]),
-        (&["harmonic1:1", "nosuch"], &["nosuch", "check the path"]),
+        (&["harmonic1:1", "nosuch"], &["nosuch", "is not there"]),
         (&["harmonic1:1", "run/trical", "--model", "nosuch.toml"], &["nosuch.toml", "check the path"]),
-        (&["harmonic1:1", "run/trical", "--check", "nosuch"], &["nosuch", "check the path"]),
+        (&["harmonic1:1", "run/trical", "--check", "nosuch"], &["nosuch", "is not there"]),
     ];
     for (arguments, expected) in cases {
         let output = calibench(at, &[&["add"], arguments].concat());

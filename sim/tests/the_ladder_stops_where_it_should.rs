@@ -38,14 +38,14 @@ fn mean(folder: &Path, model: &str) -> f64 {
 #[test]
 fn one_missing_effect_is_one_rung() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), &scenario("payload-wrong.toml"));
+    run(folder.path(), &scenario("moved-ball.toml"));
     let output = calibench(folder.path(), &["ladder", "run/trical", "-o", "model.toml"]);
     let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{told}");
-    assert!(told.contains("+ payload_com: fit") && said.contains("+ payload_com"), "{told}\n{said}");
+    assert!(told.contains("+ ball:3: fit") && said.contains("+ ball:3"), "{told}\n{said}");
     assert!(said.contains("nothing is left but noise") && said.contains("Use the last rung"), "{said}");
     let model = fs::read_to_string(folder.path().join("model.toml")).unwrap();
-    assert!(model.contains("\"payload_com\"]"), "{model}");
+    assert!(model.contains("\"ball:3\"]"), "{model}");
     fs::write(folder.path().join("paper.toml"), "effects = [\"base_frame\", \"mdh\", \"joint_compliance\"]").unwrap();
     let (before, after) = (mean(folder.path(), "paper.toml"), mean(folder.path(), "model.toml"));
     // 29 um of each is the tracker's noise.

@@ -193,7 +193,7 @@ fn errors_of_fit(
 /// One-sigma that the fitted parameters of the catalogue truly have, SI; of no account for the others.
 ///
 /// What the data would see if it were of plausible size has the width at which it is held. Of what they would not see that width says
-/// little: it is taken to have the size that the former have, rms. In between in proportion: `w² = s w_k² + (1 - s) max(w_k, typical)²`,
+/// little: it is taken to have the size that the former have, rms. In between in proportion: `w² = s w_k² + (1 - s) typical²`,
 /// s the share of a plausible size that would be from the data.
 fn true_sizes(examination: &Examination) -> Result<Vec<f64>, FitError> {
     let Examination { fitted, rows, problem, fit, .. } = examination;
@@ -226,7 +226,7 @@ fn true_sizes(examination: &Examination) -> Result<Vec<f64>, FitError> {
     let typical = if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 };
     let size = |(k, parameter): (usize, &&Parameter)| match parameter.knowledge {
         Knowledge::Plausible(width) => {
-            let unseen = width.max(typical * prior(k));
+            let unseen = typical * prior(k);
             (seen(k) * width * width + (1.0 - seen(k)) * unseen * unseen).sqrt()
         }
         Knowledge::Flat | Knowledge::Stated(_) => 0.0,

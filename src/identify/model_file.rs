@@ -119,9 +119,9 @@ fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> 
     let listed =
         document.get_mut("effects").and_then(Item::as_array_mut).ok_or_else(|| broken("has no list `effects`".into()))?;
     for id in model.effects.iter().filter(|id| !old.effects.contains(id) && !by_table(id)) {
-        // In the manner of the last one: on a line of its own, or not.
-        let manner = listed.iter().last().filter(|_| listed.len() > 1).and_then(|last| last.decor().prefix().cloned());
-        match manner {
+        // In the manner of the last one: on a line of its own, or not. A comment before that one is not about this one.
+        let before_last = listed.iter().last().and_then(|last| last.decor().prefix()?.as_str());
+        match before_last.and_then(|prefix| prefix.rsplit_once('\n')).map(|(_, indent)| format!("\n{indent}")) {
             Some(prefix) => {
                 let mut value = toml_edit::Value::from(id);
                 value.decor_mut().set_prefix(prefix);
@@ -130,28 +130,32 @@ fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> 
             None => listed.push(id),
         }
     }
+    let mut appended = NewTables { width: BTreeMap::new(), effect: &new_tables };
     for (id, width) in model.width.iter().filter(|(id, width)| old.width.get(*id) != Some(*width)) {
-        let all = document.entry("width").or_insert(toml_edit::table());
-        let all = all.as_table_like_mut().ok_or_else(|| broken("`width` is no table".into()))?;
-        all.insert(id, toml_edit::value(*width));
+        match document.get_mut("width").and_then(Item::as_table_like_mut) {
+            Some(all) => drop(all.insert(id, toml_edit::value(*width))),
+            None => drop(appended.width.insert(id, *width)),
+        }
     }
-    if new_tables.is_empty() {
-        return Ok(document.to_string());
-    }
-    let appended = toml::to_string(&NewTables { effect: &new_tables }).map_err(|e| broken(e.to_string()))?;
-    if let Some(inline) = document.get_mut("effect").and_then(Item::as_array_mut) {
-        let tables: DocumentMut = appended.parse().map_err(|e: toml_edit::TomlError| broken(e.to_string()))?;
-        let tables = tables.get("effect").and_then(Item::as_array_of_tables);
-        for table in tables.into_iter().flatten() {
+    let inline = document.get_mut("effect").and_then(Item::as_array_mut);
+    if let Some(inline) = inline.filter(|_| !new_tables.is_empty()) {
+        let text = toml::to_string(&appended).map_err(|e| broken(e.to_string()))?;
+        let tables: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| broken(e.to_string()))?;
+        for table in tables.get("effect").and_then(Item::as_array_of_tables).into_iter().flatten() {
             inline.push(table.clone().into_inline_table());
         }
-        return Ok(document.to_string());
+        appended.effect = &[];
     }
-    Ok(format!("{}\n{appended}", document.to_string().trim_end_matches('\n').to_owned() + "\n"))
+    let appended = toml::to_string(&appended).map_err(|e| broken(e.to_string()))?;
+    let text = document.to_string();
+    Ok(if appended.is_empty() { text } else { format!("{}\n\n{appended}", text.trim_end_matches('\n')) })
 }
 
 #[derive(Serialize)]
 struct NewTables<'t> {
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    width: BTreeMap<&'t str, f64>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
     effect: &'t [OwnEffectTable],
 }
 
