@@ -157,7 +157,7 @@ pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosi
 /// As [`diagnose`].
 pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let remainder = &examination.remainder;
-    let background = Background::new(&examination.gram, &examination.z, remainder)?;
+    let background = Background::new(examination)?;
     let (mut all, mut untestable) = hypotheses(examination, &background);
     untestable.splice(0..0, examination.library.untestable.iter().cloned());
     let heat_map = HeatMap::new(examination, &background);
