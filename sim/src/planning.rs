@@ -1,7 +1,8 @@
 //! The plan of a scenario: a pool of feasible poses, the selected ones, and the poses for the tracker.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use calibench::assess::CellLayout;
 use calibench::effects::{self, Subject};
 use calibench::identify::{
     FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, missing, observability_of,
@@ -14,6 +15,8 @@ use calibench::measure::{
 use calibench::robot::world_from_tool;
 use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, Unit, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::scenario::{Order, PlanToml, Scenario, TrackerToml, ball_body};
@@ -103,11 +106,12 @@ pub const TRACKER_POOL: usize = 2000;
 /// When a ball cannot be probed or the pool does not determine the model.
 pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
     let cell = scenario.dataset();
+    let layout = layout(scenario);
     let balls: Vec<ProbedBall> = cell
         .balls
         .iter()
-        .zip(scenario.outward())
-        .map(|(b, &outward)| ProbedBall { id: b.id.clone(), centre: b.position, outward, body: Some(ball_body(&b.id)) })
+        .zip(layout.outward.iter().zip(&layout.bodies))
+        .map(|(b, (&outward, body))| ProbedBall { id: b.id.clone(), centre: b.position, outward, body: Some(body.clone()) })
         .collect();
     let pool = feasible_pool(&PoolRequest {
         robot: &cell.robot,
@@ -115,10 +119,10 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
         tool: &cell.tool,
         balls: &balls,
         approach: retreat(),
-        approach_length: scenario.plan.retreat_mm * MM,
-        cone: scenario.plan.cone_deg * DEG,
-        surroundings: &scenario.surroundings(),
-        margins: margins(scenario),
+        approach_length: layout.retreat,
+        cone: layout.cone,
+        surroundings: &layout.surroundings,
+        margins: layout.margins,
         count_per_ball: scenario.plan.pool_per_ball,
         seed,
     })?;
@@ -185,20 +189,15 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
 /// When there is no free space that the tracker sees.
 pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanError> {
     let cell = scenario.dataset();
-    // The artifact is removed before the tracker measures (paper, section 6); the table stays.
-    let surroundings = scenario.surroundings_without_artifact();
+    let layout = layout(scenario);
     let mut free = free_poses(&FreePosesRequest {
         robot: &cell.robot,
         base: &cell.base,
         tool: &cell.tool,
-        surroundings: &surroundings,
-        margins: margins(scenario),
-        facing: Some(Facing {
-            // The socket opens where a ball comes from; the reflector looks out of it.
-            looks: -retreat(),
-            tracker: Vector3::from(scenario.tracker.position_mm) * MM,
-            within: scenario.tracker.facing_deg * DEG,
-        }),
+        // The artifact is removed before the tracker measures (paper, section 6); the table stays.
+        surroundings: &layout.without_artifact,
+        margins: layout.margins,
+        facing: layout.facing,
         count: TRACKER_POOL + scenario.tracker.validation_poses,
         seed,
     })?;
@@ -252,8 +251,48 @@ fn retreat() -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::repeat(1.0))
 }
 
-fn margins(scenario: &Scenario) -> Margins {
-    Margins { clearance: scenario.plan.clearance_mm * MM, ..Margins::default() }
+/// The cell of a scenario, for whoever is to find postures in it.
+pub fn layout(scenario: &Scenario) -> CellLayout {
+    CellLayout {
+        surroundings: scenario.surroundings(),
+        without_artifact: scenario.surroundings_without_artifact(),
+        outward: scenario.outward().to_vec(),
+        bodies: scenario.ball_ids().iter().map(|id| ball_body(id)).collect(),
+        margins: Margins { clearance: scenario.plan.clearance_mm * MM, ..Margins::default() },
+        retreat: scenario.plan.retreat_mm * MM,
+        cone: scenario.plan.cone_deg * DEG,
+        facing: Some(Facing {
+            // The socket opens where a ball comes from; the reflector looks out of it.
+            looks: -retreat(),
+            tracker: Vector3::from(scenario.tracker.position_mm) * MM,
+            within: scenario.tracker.facing_deg * DEG,
+        }),
+        is_known: true,
+    }
+}
+
+/// The probings of a plan as samples that are where the drawing has them: a minute each, coming from any side.
+pub fn as_drawn(scenario: &Scenario, poses: &[PlannedPose], seed: u64) -> Dataset {
+    const CENTRING_S: f64 = 60.0;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut sides: BTreeMap<&str, Vec<i8>> = BTreeMap::new();
+    let mut samples = Vec::new();
+    for (k, pose) in poses.iter().filter(|p| !p.reserve).enumerate() {
+        let mut side = || if random.random::<bool>() { 1 } else { -1 };
+        let plungers = Some([side(), side(), side()]);
+        let against = pose.reverses.as_ref().and_then(|id| sides.get(id.as_str()));
+        let approach: Vec<i8> =
+            against.map_or_else(|| pose.contact.iter().map(|_| side()).collect(), |a| a.iter().map(|s| -s).collect());
+        sides.insert(&pose.id, approach.clone());
+        samples.push(Sample {
+            payload: pose.payload,
+            time_s: Some(CENTRING_S * k as f64),
+            approach: Some(approach),
+            plungers,
+            ..Sample::new(&*pose.id, pose.contact.clone(), Measured::Ball { ball: pose.ball, reading: Some(Vector3::zeros()) })
+        });
+    }
+    Dataset { samples, ..scenario.dataset() }
 }
 
 /// The model without the effects that need what these samples do not hold: of poses in a pool nothing is known but joints and ball, not

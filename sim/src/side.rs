@@ -10,9 +10,9 @@
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Side(f64);
 
-/// Width of the change over the size of what changes. At 2 a reversal begins as play does: what lags by its full size stands still at
-/// first. Nothing less lets a centring converge where a flaw of the other sign leads instead of lagging.
-const WIDTH_OVER_SIZE: f64 = 2.0;
+/// Width of the change over the size of what changes. A reversal then begins with two thirds of the motion where the flaw lags, as lost
+/// motion does, and with four thirds where it leads: a centring converges either way, and some twenty sizes later the side has changed.
+const WIDTH_OVER_SIZE: f64 = 6.0;
 
 impl Side {
     /// Moves by `by` (rad or m) what is `size` large at full side.
@@ -36,12 +36,12 @@ mod tests {
     #[test]
     fn a_long_way_changes_the_side_and_a_short_one_does_not() {
         let mut side = Side::default();
-        side.moved(30.0, 1.0);
+        side.moved(60.0, 1.0);
         // exp(-10)
         assert!((side.value() - 1.0).abs() < 5e-5);
         side.moved(-0.1, 1.0);
         assert!(side.value() > 0.9);
-        side.moved(-30.0, 1.0);
+        side.moved(-60.0, 1.0);
         assert!((side.value() + 1.0).abs() < 1e-4);
     }
 

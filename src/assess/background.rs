@@ -83,6 +83,12 @@ impl Background {
         ln_sum_exp(with.iter().copied()) - whole
     }
 
+    /// Mean square of the background's size over what the data leave possible, in plausible sizes squared.
+    pub fn mean_square(&self) -> f64 {
+        let whole = ln_sum_exp(self.ln_evidence.iter().copied());
+        SIZES.iter().zip(&self.ln_evidence).map(|(tau, ln)| (ln - whole).exp() * tau * tau).sum()
+    }
+
     /// The most credible size of the background, in plausible sizes.
     pub fn size(&self) -> f64 {
         let best = (0..SIZES.len()).max_by(|&a, &b| self.ln_evidence[a].total_cmp(&self.ln_evidence[b]));

@@ -2,7 +2,6 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::background::Background;
 use super::cross_validation::{cross_validated, folds};
 use super::evidence::{ln_mean_exp, ln_sum_exp};
 use super::examination::Examination;
@@ -157,11 +156,11 @@ pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosi
 /// As [`diagnose`].
 pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     let remainder = &examination.remainder;
-    let background = Background::new(examination)?;
+    let background = examination.background()?;
     let (mut all, mut untestable) = hypotheses(examination, &background);
     untestable.splice(0..0, examination.library.untestable.iter().cloned());
     let heat_map = HeatMap::new(examination, &background);
-    let relevance = Relevance::new(examination)?;
+    let relevance = Relevance::beside(examination, &background)?;
 
     let tests = all.len().max(1);
     let aware: Vec<f64> = all.iter().map(|h| h.ln_evidence_against_background).collect();

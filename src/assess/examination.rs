@@ -3,9 +3,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::background::Background;
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
-use crate::identify::{Calibration, Circumstance, Fit, IdentifyError, Knowledge, Model, Problem, Use, fit, linalg};
+use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Knowledge, Model, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
 
 /// A noise that is merely stated counts as much as so many degrees of freedom: wrong by a factor of 1.5 is nothing unusual.
@@ -109,6 +110,24 @@ impl Examination {
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
     }
 
+    /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
+    /// plausible: what acts through them would else seem to move nothing.
+    ///
+    /// # Errors
+    /// When the poses do not determine the model.
+    pub fn of_plan(planned: &Dataset, model: &Model) -> Result<Self, IdentifyError> {
+        let datasets = [("plan", planned)];
+        let mut problem = Problem::new(&datasets, model, Use::Fit)?;
+        let mut fit = fit(&mut problem)?;
+        for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
+            if parameter.effect.split(':').next() == Some("joint_compliance") {
+                *value = parameter.spec.prior;
+            }
+        }
+        problem.settle_loads(&fit.values);
+        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model))
+    }
+
     /// The same fit with other candidates beside it.
     pub(super) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
@@ -166,7 +185,7 @@ impl Examination {
         }
         let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
         let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-        let factor = Cholesky::new(scaled).ok_or(crate::identify::FitError::Singular)?;
+        let factor = Cholesky::new(scaled).ok_or(FitError::Singular)?;
         let empty = DMatrix::zeros(m, 0);
         let mut projection = Projection { factor, scale, of_columns: empty, of_residual: DVector::zeros(m) };
         projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
@@ -217,6 +236,11 @@ impl Examination {
     /// The candidates.
     pub fn library(&self) -> &Library {
         &self.library
+    }
+
+    /// The ordinary small stuff that the candidates make up.
+    pub(super) fn background(&self) -> Result<Background, FitError> {
+        Background::new(self)
     }
 
     /// A candidate as the data see it.

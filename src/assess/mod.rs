@@ -3,13 +3,16 @@
 mod background;
 mod comparison;
 mod cross_validation;
+mod detectability;
 mod diagnosis;
+mod elsewhere;
 mod evidence;
 mod examination;
 mod heat_map;
 mod hypotheses;
 mod ladder;
 mod library;
+mod next;
 mod noise_floor;
 mod relevance;
 mod residual_views;
@@ -17,6 +20,7 @@ mod sweep;
 mod validation;
 mod workspace;
 
+pub use detectability::{Detectability, Sight, noncentrality};
 pub use comparison::{Comparison, LackOfFit, SIGNIFICANCE, Standing, Standout, Subject};
 pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, diagnose, diagnose_examined};
 pub use examination::Examination;
@@ -24,6 +28,9 @@ pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Place};
 pub use ladder::{Ladder, Objection, Rung, SessionError, Top, add, ladder, rung, whole_library};
 pub use library::{Candidate, Library, Untestable};
+pub use next::{
+    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Rival, STEPS, Step, actions, propose,
+};
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use relevance::Relevance;
 pub use residual_views::{

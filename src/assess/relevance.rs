@@ -5,15 +5,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::background::Background;
 use super::examination::{Examination, Span};
 use crate::identify::{FitError, linalg};
 
-/// Variance of every candidate to begin with, in plausible sizes squared.
-const START: f64 = 0.16;
+/// Weight of the inverse-gamma prior of a variance, in coefficients. Its centre is the size of the ordinary small stuff of this robot:
+/// what the data do not see is taken to be about as large as what they see.
+const PRIOR_WEIGHT: f64 = 1.5;
 
-/// Inverse-gamma prior of a variance: its scale, and its weight in coefficients.
-const PRIOR_SCALE: f64 = 0.05;
-const PRIOR_WEIGHT: f64 = 0.5;
+/// No robot is better than this, in plausible sizes, where nothing was seen of it.
+const LEAST: f64 = 0.1;
 
 /// Rounds; the largest share of a variance that still changes after 25 is a few per cent.
 const ROUNDS: usize = 25;
@@ -39,9 +40,15 @@ impl Relevance {
     /// # Errors
     /// When a matrix cannot be factored.
     pub fn new(examination: &Examination) -> Result<Self, FitError> {
+        Relevance::beside(examination, &examination.background()?)
+    }
+
+    /// The same, where the background is known.
+    pub(super) fn beside(examination: &Examination, background: &Background) -> Result<Self, FitError> {
         let Examination { gram, z, spans, remainder, .. } = examination;
         let n = z.len();
-        let mut width2 = vec![START; spans.len()];
+        let ordinary = background.mean_square().max(LEAST * LEAST);
+        let mut width2 = vec![ordinary; spans.len()];
         let mut noise = remainder.squares / remainder.dof;
         let mut factor = linalg::Cholesky::new(n);
         let mut inverse = DMatrix::zeros(n, n);
@@ -68,7 +75,7 @@ impl Relevance {
             noise = (remainder.squares - explained).max(1e-9 * remainder.squares) / (remainder.dof - effective).max(1.0);
             for (span, w) in spans.iter().zip(&mut width2) {
                 let spread: f64 = span.range().map(|k| mean[k].powi(2) + covariance[(k, k)]).sum();
-                *w = (spread + PRIOR_SCALE) / (span.count as f64 + PRIOR_WEIGHT);
+                *w = (spread + PRIOR_WEIGHT * ordinary) / (span.count as f64 + PRIOR_WEIGHT);
             }
         }
         let energy = spans.iter().map(|span| energy(gram, &mean, *span)).collect();

@@ -9,11 +9,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::elsewhere::Elsewhere;
 use super::examination::Examination;
-use super::library::missing_somewhere;
 use super::relevance::Relevance;
-use crate::effects::{self, Owner, Subject};
-use crate::identify::{IdentifyError, Parameter, Problem, Use};
+use crate::effects::Owner;
+use crate::identify::IdentifyError;
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
 use crate::robot::{Robot, Surroundings, world_from_tool};
 
@@ -24,7 +24,7 @@ const DRAWS: usize = 200;
 pub const WORKSPACE_POSES: usize = 300;
 
 /// Nothing else is random here; the same data give the same numbers.
-const SEED: u64 = 0x0ca1_1be0;
+pub(super) const SEED: u64 = 0x0ca1_1be0;
 
 /// Position error expected at one pose.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,8 +83,8 @@ pub fn workspace_poses(dataset: &Dataset, count: usize) -> Vec<Vec<f64>> {
 }
 
 impl WorkspaceError {
-    /// Predicts the error of the examined fit at joint angles `poses` (rad, N) of the first set-up, with its first payload, in the
-    /// middle of the session; `None` without poses.
+    /// Predicts the error of the examined fit at joint angles `poses` (rad, N) of the first set-up, with its first payload, at the
+    /// end of the session; `None` without poses.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -97,8 +97,9 @@ impl WorkspaceError {
         let Some((_, first)) = datasets.first().filter(|_| !poses.is_empty()) else { return Ok(None) };
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
-        let Fields { fitted, candidates } = fields(&there, examination)?;
-        let (m, n) = (fitted.ncols(), candidates.ncols());
+        let fields = fields(&there, examination)?;
+        let (m, n) = (examination.fitted.len(), examination.columns.len());
+        let (fitted, candidates) = (fields.columns(0, m), fields.columns(m, n));
         let projection = &examination.projection;
         let absorbed = projection.absorbed(projection.of_columns.clone());
         let errors_of_fit = projection.root_of_covariance() * relevance.noise.sqrt();
@@ -128,8 +129,8 @@ impl WorkspaceError {
     }
 }
 
-/// Points measured at these poses by whoever measured the first set-up, halfway through, coming from any side.
-fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Vec<f64>], random: &mut ChaCha8Rng) -> Dataset {
+/// Points measured at these poses by whoever measured the first set-up, at the end of the session, coming from any side.
+pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Vec<f64>], random: &mut ChaCha8Rng) -> Dataset {
     let setup = &examination.problem.setups()[0];
     let taken = || dataset.samples.iter().filter(|s| s.set == SampleSet::Fit);
     let robot: &Robot = &dataset.robot;
@@ -138,7 +139,7 @@ fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Vec<f64>], ra
         (count > 0).then(|| sum / f64::from(count))
     };
     let time_s =
-        taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t)))).map(|t| t / 2.0);
+        taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t))));
     let temp_c = middle(&|s| s.temp_c);
     let sample = |(k, q): (usize, &Vec<f64>)| {
         let at = world_from_tool(robot, &setup.start, &dataset.tool, q).translation.vector;
@@ -155,53 +156,8 @@ fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Vec<f64>], ra
     Dataset { base: setup.start, samples, ball_distances: Vec::new(), ..dataset.clone() }
 }
 
-/// How fitted parameters (SI) and candidates (in plausible sizes) move the TCP at each pose: 3 rows a pose, m.
-struct Fields {
-    fitted: DMatrix<f64>,
-    candidates: DMatrix<f64>,
-}
-
-fn fields(there: &Dataset, examination: &Examination) -> Result<Fields, IdentifyError> {
-    let Examination { wide, values, fitted, columns, model, library, .. } = examination;
-    let balls = there.ball_ids();
-    let subject = Subject { own: &model.own, ..Subject::new(&there.robot, &balls) };
-    let named = [("workspace", there)];
-    // Balls and gauges stand nowhere but where they were measured; all that the fit absorbed of them is in the parameters.
-    let moves_the_arm = |id: &String| {
-        effects::build(id, &subject)
-            .is_ok_and(|e| e.owner() != Owner::Artifact && missing_somewhere(e.as_ref(), &named, model).is_none())
-    };
-    let mut of_arm = model.clone();
-    of_arm.effects.retain(&moves_the_arm);
-    of_arm.effects.extend(library.candidates.iter().map(|c| c.id.clone()).filter(moves_the_arm));
-    let mut problem = Problem::new(&named, &of_arm, Use::All)?;
-    let here = |p: &Parameter| p.owner == Owner::Robot || p.setup == Some(0);
-    let twin = |k: usize| {
-        let name = &wide.parameters()[k];
-        problem.parameters().iter().position(|p| here(name) && p.spec.name == name.spec.name && p.effect == name.effect)
-    };
-    let mut at = problem.start();
-    for k in 0..wide.parameters().len() {
-        if let Some(p) = twin(k) {
-            at[p] = values[k];
-        }
-    }
-    let twins: Vec<Option<usize>> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).map(twin).collect();
-    let scales = std::iter::repeat_n(1.0, fitted.len()).chain(columns.iter().map(|c| c.plausible));
-    problem.settle_loads(&at);
-    let mut wanted: Vec<usize> = twins.iter().flatten().copied().collect();
-    wanted.sort_unstable();
-    wanted.dedup();
-    let jacobian = problem.plain_jacobian(&at, &wanted);
-    let mut all = DMatrix::zeros(jacobian.nrows(), twins.len());
-    for ((mut to, twin), scale) in all.column_iter_mut().zip(&twins).zip(scales) {
-        if let Some(p) = twin
-            && let Ok(k) = wanted.binary_search(p)
-        {
-            to.copy_from(&jacobian.column(k));
-            to *= scale;
-        }
-    }
-    let (m, n) = (fitted.len(), columns.len());
-    Ok(Fields { fitted: all.columns(0, m).into_owned(), candidates: all.columns(m, n).into_owned() })
+/// How fitted parameters (SI) and candidates (in plausible sizes) move the TCP at each pose: 3 rows a pose, m. Balls stand nowhere but
+/// where they were measured; all that the fit absorbed of them is in the parameters.
+pub(super) fn fields(there: &Dataset, examination: &Examination) -> Result<DMatrix<f64>, IdentifyError> {
+    Ok(Elsewhere::new(there, examination, |effect| effect.owner() != Owner::Artifact)?.fields())
 }

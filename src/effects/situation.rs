@@ -119,10 +119,10 @@ impl<'a> Situation<'a> {
         }
     }
 
-    /// Time as a share of the session, 0 to 1: a coefficient of it is what builds up over the session.
+    /// Time as a share of the session, 0 to 1: a coefficient of it is what builds up over the session, and stays at its end.
     pub fn share_of_session(&self) -> Option<f64> {
         let (time, duration) = (self.time_s?, self.duration_s?);
-        Some(if duration > 0.0 { time / duration } else { 0.0 })
+        Some(if duration > 0.0 { (time / duration).min(1.0) } else { 0.0 })
     }
 
     /// Whether the sample was taken later than `time` (s) into the session.

@@ -7,6 +7,7 @@ mod identify;
 mod import;
 mod ladder;
 mod measure;
+mod next;
 mod plan;
 mod progress;
 mod run;
@@ -60,6 +61,8 @@ enum Verb {
     Diagnose(diagnose::Arguments),
     /// Diagnose, add, refit, until nothing is left or nothing helps
     Ladder(ladder::Arguments),
+    /// Which extra measurements would tell the rivals apart, or lower the predicted error most
+    Next(next::Arguments),
     /// Blind trials of the diagnosis, held against the truth
     Study(study::Arguments),
     /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
@@ -93,6 +96,7 @@ pub fn main() -> ExitCode {
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
         Verb::Ladder(a) => ladder::run(a),
+        Verb::Next(a) => next::run(a),
         Verb::Study(a) => study::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Import(a) => import::run(a),

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use calibench::assess::Detectability;
 use calibench::measure::write_plan;
+use calibench::report::{detectability_json, detectability_text};
 
-use super::{Failure, Outcome, print, seed};
-use crate::planning::{Chosen, plan};
+use super::{Failure, Outcome, print, print_json, seed};
+use crate::planning::{Chosen, as_drawn, plan, shown};
 use crate::scenario::load_scenario;
 
 #[derive(clap::Args)]
@@ -18,15 +20,26 @@ pub struct Arguments {
     /// Seed in place of the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
+    /// Print one JSON document: what the plan can see
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let scenario = load_scenario(&arguments.scenario)?;
-    let plan = plan(&scenario, arguments.seed.unwrap_or(scenario.seed)).map_err(|e| scenario.blame_plan(&e))?;
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
     if let Some(path) = &arguments.output {
         write_plan(path, &plan.probings, &scenario.dataset())?;
     }
+    let drawn = as_drawn(&scenario, &plan.probings, seed);
+    let detectability = Detectability::of_plan(&drawn, &shown(&scenario.model, &drawn))?;
+    if arguments.json {
+        print_json(&detectability_json(&detectability))?;
+        return Ok(Outcome::Done);
+    }
     print(&chosen_sentence("probings", plan.wanted(), &plan.trical))?;
+    print(&detectability_text(&detectability))?;
     Ok(Outcome::Done)
 }
 

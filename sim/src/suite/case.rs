@@ -9,6 +9,7 @@ use super::SuiteToml;
 
 /// What kind of thing.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // fields are said in the variants' own words
 pub enum Kind {
     /// Nothing at all; the noise is larger than stated by this factor.
     Nothing { noise_wrong: f64 },

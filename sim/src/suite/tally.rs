@@ -103,7 +103,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
     let sizes: Vec<f64> = claimed().map(|o| o.set95.split(' ').count() as f64).collect();
     let fallen = || claimed().filter(|o| o.size >= 2.0 && o.visible >= TO_BE_FOUND);
     let ratio = |of: &dyn Fn(&Outcome) -> Option<f64>| quantile(fallen().filter_map(of).collect(), 0.5);
-    let predictions = || ["dense", "clutter", "two"].into_iter().flat_map(of);
+    let predictions = || of("dense");
     let over: Vec<f64> = predictions().map(|o| o.predicted_mm / o.before_mm).collect();
     let mut families: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for o in one() {
@@ -130,7 +130,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
         two_right: Share::count(of("two").filter(|o| o.claimed()), |o| o.top_right_merged),
         clutter_claimed: by_case("clutter", &Outcome::claimed),
         largest_contributor: Share::count(of("dense"), |o| o.contributor_right),
-        unknown_said_so: by_case("unknown", &|o| o.verdict == "unexplained"),
+        unknown_said_so: by_case("unknown", &|o| o.said_so),
         unknown_joint: by_case("unknown", &|o| o.joint_right),
         after_over_before: ratio(&|o| Some(o.after_mm? / o.before_mm)),
         after_over_oracle: ratio(&|o| Some(o.after_mm? / o.oracle_mm?)),

@@ -63,6 +63,8 @@ pub struct Outcome {
     pub top3_right: bool,
     pub covered: bool,
     pub joint_right: bool,
+    /// That what is hidden is in no catalogue was said, or the one member of the catalogue that is the same was named.
+    pub said_so: bool,
     /// The largest contributor of all effects fitted at once, and whether it is the truly largest.
     pub contributor: String,
     pub contributor_right: bool,
@@ -101,11 +103,13 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
             given.insert(parameter_key(id, &spec.name, spec.unit.suffix), spec.unit.from_si(*size));
         }
     }
+    let mut twins = Vec::new();
     let mut joints: Vec<usize> = hidden.iter().filter_map(|(id, _)| joint_of(id)).collect();
     if let Kind::Unknown { flaw, size } = &case.kind {
         let text = format!("[{flaw}]\nrms_urad = {}", size * UNKNOWN_RMS_URAD);
         keys.hidden = toml::from_str(&text).unwrap_or_default();
         joints = keys.hidden.joints();
+        twins = keys.hidden.twins();
     }
     let scenario = scenario.with_truth(keys)?;
     let mut measured = match measure_all(&scenario, streams, plans, &mut ()) {
@@ -154,7 +158,7 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
         predicted_mm: predicted.map_or(f64::NAN, |w| w.mean.expected / MM),
         after_mm: None,
         oracle_mm: None,
-        ..answer(&diagnosis, &hidden, &visible, &joints)
+        ..answer(&diagnosis, &hidden, &visible, &joints, &twins)
     };
     if !outcome.claimed() || !matches!(kind, "one" | "two") {
         return Ok(outcome);
@@ -169,7 +173,7 @@ fn names(hidden: &[Hidden]) -> String {
 }
 
 /// What the diagnosis says, held against the truth.
-fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[usize]) -> Outcome {
+fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[usize], twins: &[String]) -> Outcome {
     let is_true = |effect: &str| hidden.iter().any(|(id, _)| same(id, effect));
     let top = diagnosis.findings.first();
     let name = |f: &calibench::assess::Finding| f.hypothesis.in_model.clone();
@@ -193,6 +197,8 @@ fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[u
         top_right_merged: merged,
         covered: diagnosis.set95.iter().any(|e| is_true(e)),
         joint_right: joint.is_some_and(|j| joints.contains(&j)),
+        said_so: diagnosis.verdict == Verdict::Unexplained
+            || top.is_some_and(|f| twins.iter().any(|t| same(t, &f.hypothesis.in_model) || f.rivals.iter().any(|r| r == t))),
         contributor_right: largest.is_some_and(|k| same(&hidden[k].0, &contributor)),
         contributor,
         ..Outcome::default()

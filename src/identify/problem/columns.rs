@@ -29,6 +29,14 @@ pub(crate) struct Circumstance {
 }
 
 impl Problem {
+    /// Lets each session last as long as that of `other`: a share of it then means the same in both.
+    pub(crate) fn last_as_long_as(&mut self, other: &Problem) {
+        for (own, other) in self.setups.iter_mut().zip(&other.setups) {
+            own.duration_s = other.duration_s;
+        }
+        self.weigh(None);
+    }
+
     /// Circumstances of every sample, the arm standing as `values` say.
     pub(crate) fn circumstances(&self, values: &[f64]) -> Vec<Circumstance> {
         let n = self.robot.joints();

@@ -1,0 +1,142 @@
+//! `next DATASET... [--model M] [--scenario S] -o PLAN`.
+
+use std::path::{Path, PathBuf};
+
+use calibench::assess::{
+    CellLayout, Examination, Kind, Offer, Proposal, Relevance, WORKSPACE_POSES, diagnose_examined, propose, workspace_poses,
+};
+use calibench::files::write_whole;
+use calibench::measure::{Dataset, interleave, write_plan};
+use calibench::report::{next_json, next_sentences, next_table};
+use calibench::units::{DEG, MM};
+
+use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets, seed};
+use crate::planning::layout;
+use crate::scenario::load_scenario;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Dataset folders: one robot; what comes next is measured at the first set-up of the first
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
+    #[arg(long)]
+    model: Option<PathBuf>,
+    /// Scenario of the cell, for what stands in it; without it nothing but robot and balls is known
+    #[arg(long)]
+    scenario: Option<PathBuf>,
+    /// Where to write the poses of the best way to probe (TOML), and beside it the points of a tracker (CSV) if they are better still;
+    /// files that are there are replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Seed of the postures that are tried
+    #[arg(long, value_parser = seed, default_value = "1", allow_negative_numbers = true)]
+    seed: u64,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// Two places of a ball are one within this, m: a CMM's certificate is better, and a wrong scenario is decimetres off.
+const SAME_PLACE: f64 = 1.0 * MM;
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let datasets = read_datasets(&arguments.datasets)?;
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let first = &datasets[0].1;
+    let (layout, reference) = match &arguments.scenario {
+        Some(path) => of_scenario(path, first)?,
+        None => (CellLayout::of_dataset(first), first.robot_reference.clone()),
+    };
+    let named = named(&datasets);
+    let examination = Examination::new(&named, &model).map_err(blame)?;
+    let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
+    let relevance = Relevance::new(&examination)?;
+    let poses = workspace_poses(first, WORKSPACE_POSES);
+    let proposal = propose(&named, &examination, &diagnosis, &relevance, &layout, &poses, arguments.seed).map_err(blame)?;
+    let written = match &arguments.output {
+        Some(path) => write(path, &proposal, &reference)?,
+        None => Vec::new(),
+    };
+    if arguments.json {
+        let mut document = next_json(&proposal);
+        document["cell_known"] = layout.is_known.into();
+        document["written"] = written.into();
+        print_json(&document)?;
+        return Ok(Outcome::Done);
+    }
+    print(&next_table(&proposal))?;
+    for sentence in next_sentences(&proposal) {
+        print(&sentence)?;
+    }
+    for not in &proposal.not_offered {
+        print(&format!("Not offered: {}: {}.", not.what, not.because))?;
+    }
+    if !layout.is_known {
+        print(
+            "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven, or name a scenario.",
+        )?;
+    }
+    written.iter().try_for_each(|line| print(line))?;
+    Ok(Outcome::Done)
+}
+
+/// The cell of a scenario, which must be that of the dataset; and how it names the robot.
+fn of_scenario(path: &Path, dataset: &Dataset) -> Result<(CellLayout, String), Failure> {
+    let scenario = load_scenario(path)?;
+    let cell = scenario.dataset();
+    if !cell.robot.is_same_arm(&dataset.robot) {
+        let problem = format!("is '{}', but the dataset's robot is '{}'", cell.robot.name, dataset.robot.name);
+        return Err(scenario.wrong("robot", problem, "name the scenario of the cell in which the data were taken").into());
+    }
+    let same = |b: usize| {
+        let (here, there) = (&cell.balls[b], &dataset.balls[b]);
+        here.id == there.id && (here.position - there.position).norm() < SAME_PLACE
+    };
+    if cell.balls.len() != dataset.balls.len() || !(0..cell.balls.len()).all(same) {
+        let problem = "are not those of the dataset";
+        return Err(scenario.wrong("ball", problem, "name the scenario of the cell in which the data were taken").into());
+    }
+    Ok((layout(&scenario), cell.robot_reference.clone()))
+}
+
+/// Writes the plan of the best way to probe with the artifact where it stands, and the points of a tracker where they are best of all;
+/// what was written, in words.
+fn write(path: &Path, proposal: &Proposal, reference: &str) -> Result<Vec<String>, Failure> {
+    let mut written = Vec::new();
+    let on_balls = |o: &Offer| o.action.kind.is_probing() && !matches!(o.action.kind, Kind::MovedArtifact { .. });
+    if let Some((offer, step)) = proposal.best(on_balls) {
+        let poses = offer.action.poses(&offer.chosen[..step.count]);
+        let cell = Dataset { robot_reference: reference.into(), ..offer.action.pool.dataset.clone() };
+        // A pose and its repetition from the other side stay together.
+        let ordered = match offer.action.kind {
+            Kind::OtherSide => poses,
+            _ => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
+        };
+        write_plan(path, &ordered, &cell)?;
+        written.push(format!("{} {} planned in {}", step.count, offer.action.words(), path.display()));
+    }
+    if let Some((offer, step)) = proposal.best(|_| true)
+        && offer.action.kind == Kind::Points
+    {
+        let beside = path.with_extension("points.csv");
+        write_whole(&beside, points(offer, step.count).as_bytes())?;
+        written.push(format!("{} {} listed in {}", step.count, offer.action.words(), beside.display()));
+    }
+    Ok(written)
+}
+
+/// Points as rows of `samples.csv`, but for what is yet to be measured.
+fn points(offer: &Offer, count: usize) -> String {
+    let dataset = &offer.action.pool.dataset;
+    let joints: Vec<String> = (1..=dataset.robot.joints()).map(|j| format!("q{j}_deg")).collect();
+    let mut text = format!("id,kind,payload,{}\n", joints.join(","));
+    for (n, &k) in offer.chosen[..count].iter().enumerate() {
+        let Some(sample) = offer.action.candidate(k) else { continue };
+        let payload = dataset.payloads.get(sample.payload).map_or("", |p| p.name.as_str());
+        let q: Vec<String> = sample.q.iter().map(|v| format!("{:.6}", v / DEG)).collect();
+        text.push_str(&format!("n{:02},point,{payload},{}\n", n + 1, q.join(",")));
+    }
+    text
+}

@@ -1,0 +1,94 @@
+//! An examined robot at measurements that were not taken: how every fitted number and every candidate would move them.
+
+use nalgebra::DMatrix;
+
+use super::examination::Examination;
+use super::library::missing_somewhere;
+use crate::effects::{self, Effect, Subject};
+use crate::identify::{Circumstance, IdentifyError, Parameter, Problem, Use};
+use crate::measure::Dataset;
+
+/// The examined problem laid out for other samples of its first set-up.
+pub(super) struct Elsewhere {
+    problem: Problem,
+    values: Vec<f64>,
+    /// The problem's parameter for each fitted one and each column of the examination; `None` where nothing moves here.
+    twins: Vec<Option<usize>>,
+    /// Of each: 1, or its plausible size.
+    scales: Vec<f64>,
+    /// Parameters that are some twin, ascending.
+    wanted: Vec<usize>,
+}
+
+impl Elsewhere {
+    /// Lays out the samples of `there`; effects that `takes` refuses, or that lack their data, move nothing. The session is as long as it
+    /// was, so that what builds up over it goes on at its pace.
+    ///
+    /// # Errors
+    /// When there is no sample.
+    pub fn new(there: &Dataset, examination: &Examination, takes: impl Fn(&dyn Effect) -> bool) -> Result<Self, IdentifyError> {
+        let Examination { wide, values, fitted, columns, model, library, .. } = examination;
+        let balls = there.ball_ids();
+        let subject = Subject { own: &model.own, ..Subject::new(&there.robot, &balls) };
+        let named = [("elsewhere", there)];
+        let counts = |id: &String| {
+            effects::build(id, &subject)
+                .is_ok_and(|e| takes(e.as_ref()) && missing_somewhere(e.as_ref(), &named, model).is_none())
+        };
+        let mut of_here = model.clone();
+        of_here.effects.retain(&counts);
+        of_here.effects.extend(library.candidates.iter().map(|c| c.id.clone()).filter(counts));
+        let mut problem = Problem::new(&named, &of_here, Use::All)?;
+        problem.last_as_long_as(wide);
+        let is_first = |p: &Parameter| p.setup.is_none_or(|setup| setup == 0);
+        let twin = |k: usize| {
+            let there = &wide.parameters()[k];
+            let is_twin = |p: &Parameter| p.spec.name == there.spec.name && p.effect == there.effect;
+            problem.parameters().iter().position(|p| is_first(there) && is_twin(p))
+        };
+        let mut at = problem.start();
+        for k in 0..wide.parameters().len() {
+            if let Some(p) = twin(k) {
+                at[p] = values[k];
+            }
+        }
+        let twins: Vec<Option<usize>> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).map(twin).collect();
+        let scales = std::iter::repeat_n(1.0, fitted.len()).chain(columns.iter().map(|c| c.plausible)).collect();
+        problem.settle_loads(&at);
+        let mut wanted: Vec<usize> = twins.iter().flatten().copied().collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        Ok(Elsewhere { problem, values: at, twins, scales, wanted })
+    }
+
+    /// Each twin with its place among the wanted parameters, and its scale.
+    fn places(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let twins = self.twins.iter().zip(&self.scales).enumerate();
+        twins.filter_map(|(k, (twin, scale))| Some((k, self.wanted.binary_search(twin.as_ref()?).ok()?, *scale)))
+    }
+
+    /// How the TCP moves: three rows a sample (m), one column each fitted parameter (SI), then each candidate's (plausible sizes).
+    pub fn fields(&self) -> DMatrix<f64> {
+        let jacobian = self.problem.plain_jacobian(&self.values, &self.wanted);
+        let mut all = DMatrix::zeros(jacobian.nrows(), self.twins.len());
+        for (k, from, scale) in self.places() {
+            all.column_mut(k).axpy(scale, &jacobian.column(from), 0.0);
+        }
+        all
+    }
+
+    /// The same as the residuals see it, whitened by the noise of each sample, and transposed: three columns a sample.
+    pub fn whitened(&self) -> DMatrix<f64> {
+        let rows = self.problem.whitened(&self.values, &self.wanted);
+        let mut all = DMatrix::zeros(self.twins.len(), rows.ncols());
+        for (mut to, from) in all.column_iter_mut().zip(rows.column_iter()) {
+            self.places().for_each(|(k, at, scale)| to[k] = from[at] * scale);
+        }
+        all
+    }
+
+    /// Circumstances of the samples.
+    pub fn circumstances(&self) -> Vec<Circumstance> {
+        self.problem.circumstances(&self.values)
+    }
+}

@@ -1,0 +1,96 @@
+//! What may be true, each with the state of knowledge that the data leave under it.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::assess::diagnosis::{Diagnosis, Verdict};
+use crate::assess::examination::Examination;
+use crate::identify::{FitError, Knowledge, ORDINARY_WIDTH, linalg};
+
+/// Most rivals that are told apart at once; beyond the sixth they hold a few per cent of the probability.
+const MOST: usize = 6;
+
+/// An effect that may be what is missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    /// The id under which a model takes it.
+    pub effect: String,
+    /// Probability that it is the one that is missing, given that one of the rivals is.
+    pub probability: f64,
+}
+
+impl Rival {
+    /// The credible set of a diagnosis, six at most; none when it names none. A set of fewer than `least` is filled up with the next most
+    /// credible effects.
+    pub fn of(diagnosis: &Diagnosis, least: usize) -> Vec<Rival> {
+        if !matches!(diagnosis.verdict, Verdict::Identified | Verdict::Indistinguishable) {
+            return Vec::new();
+        }
+        let count = diagnosis.set95.len().max(least).min(MOST);
+        let members = &diagnosis.findings[..count.min(diagnosis.findings.len())];
+        let whole: f64 = members.iter().map(|f| f.probability).sum();
+        let rival = |f: &crate::assess::Finding| Rival {
+            effect: f.hypothesis.in_model.clone(),
+            probability: f.probability / whole.max(f64::MIN_POSITIVE),
+        };
+        members.iter().map(rival).collect()
+    }
+}
+
+/// What is known of the numbers of the fitted model and of one effect beside it, the effect held to an ordinary size: deviations from
+/// the fit, normal.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    /// Rows of an examination's whitened columns to which the numbers belong.
+    pub rows: Vec<usize>,
+    pub mean: DVector<f64>,
+    pub covariance: DMatrix<f64>,
+}
+
+impl State {
+    /// Under the candidate number `effect` of an examination, or under none, where the whitened residuals have variance `variance`.
+    pub fn under(effect: Option<usize>, examination: &Examination, variance: f64) -> Result<Self, FitError> {
+        let Examination { rows, fitted, fit, problem, spans, .. } = examination;
+        let m = fitted.len();
+        let columns = effect.map(|k| spans[k].range()).into_iter().flatten();
+        let own: Vec<usize> = (0..m).chain(columns.map(|c| m + c)).collect();
+        let size = own.len();
+        let mut information = DMatrix::zeros(size, size);
+        let with_residual: Vec<usize> = own.iter().copied().chain([rows.nrows() - 1]).collect();
+        let chosen = rows.select_rows(&with_residual);
+        let mut products = DMatrix::zeros(size + 1, size + 1);
+        linalg::normal_matrix(&chosen, &mut products);
+        information.copy_from(&products.view((0, 0), (size, size)));
+        information /= variance;
+        let mut gradient = products.view((0, size), (size, 1)).column(0) / variance;
+        for (k, &p) in fit.kept.iter().enumerate() {
+            let knowledge = problem.parameters()[p].knowledge;
+            if knowledge != Knowledge::Flat {
+                let known = knowledge.sigma().powi(-2);
+                information[(k, k)] += known;
+                gradient[k] -= known * fit.values[p];
+            }
+        }
+        (m..size).for_each(|k| information[(k, k)] += ORDINARY_WIDTH.powi(-2));
+        // Metres and radians to unit diagonal.
+        let scale = information.diagonal().map(|d| 1.0 / d.sqrt());
+        let scaled = DMatrix::from_fn(size, size, |r, c| information[(r, c)] * scale[r] * scale[c]);
+        let mut factor = linalg::Cholesky::new(size);
+        factor.factor(&scaled)?;
+        let mut covariance = DMatrix::zeros(size, size);
+        factor.inverse(&mut covariance);
+        (0..size).for_each(|r| (0..size).for_each(|c| covariance[(r, c)] *= scale[r] * scale[c]));
+        Ok(State { rows: own, mean: &covariance * gradient, covariance })
+    }
+
+    /// The same with further numbers of which no more is known than their one-sigma `sizes`.
+    pub fn with_nuisance(&self, first_row: usize, sizes: &[f64]) -> Self {
+        let (old, new) = (self.mean.len(), self.mean.len() + sizes.len());
+        let mut state = State {
+            rows: self.rows.iter().copied().chain(first_row..first_row + sizes.len()).collect(),
+            mean: self.mean.clone().resize_vertically(new, 0.0),
+            covariance: self.covariance.clone().resize(new, new, 0.0),
+        };
+        sizes.iter().enumerate().for_each(|(k, size)| state.covariance[(old + k, old + k)] = size * size);
+        state
+    }
+}
