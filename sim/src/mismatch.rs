@@ -71,7 +71,7 @@ impl Distortion {
             // sin 3a = 3 sin a - 4 sin³ a, cos 3a = 4 cos³ a - 3 cos a
             Distortion::Overtone(share) => {
                 let third = 3.0 * w - 4.0 * w.powi(3);
-                w + share * if parameter % 2 == 0 { third } else { -third }
+                w + share * if parameter.is_multiple_of(2) { third } else { -third }
             }
             Distortion::Slower(_) | Distortion::Moved { .. } => w,
         }

@@ -1,6 +1,6 @@
 //! The plan of a scenario: a pool of feasible poses, the selected ones, and the poses for the tracker.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use calibench::assess::CellLayout;
 use calibench::effects::{self, Subject};
@@ -20,7 +20,6 @@ use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
 use crate::scenario::{Order, PlanToml, Scenario, TrackerToml, ball_body};
-use crate::world::{HANDLING_S, READING_S, REBUILDING_S};
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
@@ -222,28 +221,6 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
         poses => joints(&best(poses)?),
     };
     Ok(TrackerPlan { identification: joints(&selection), chosen: design.chosen(&selection)?, points, validation })
-}
-
-/// Stops of a probing: before it, on the ball, three steps, and back (readings of a centring are 3.5 on average).
-const STOPS: f64 = 5.5;
-
-/// About how long it takes, s, to probe these poses and to measure so many points: what "by the end of the session" means in a truth.
-pub fn session_s(scenario: &Scenario, poses: &[PlannedPose], points: usize) -> f64 {
-    let controller = &scenario.truth().keys().controller;
-    let speed = controller.speed_deg_per_s * DEG;
-    let travel = |from: &[f64], to: &[f64]| from.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / speed;
-    let poses: Vec<&PlannedPose> = poses.iter().filter(|p| !p.reserve).collect();
-    let ways: f64 = poses.windows(2).map(|pair| travel(&pair[0].approach, &pair[1].approach)).sum();
-    let onto: f64 = poses.iter().map(|p| 2.0 * travel(&p.approach, &p.contact)).sum();
-    let probings = STOPS * (controller.settle_s + 3.0 * READING_S) * poses.len() as f64;
-    // A random way of one of six joints is a third of its range on average, the longest of them about the half.
-    let range = scenario.robot().links.iter().map(|l| l.limits[1] - l.limits[0]).fold(0.0, f64::max);
-    let payloads: BTreeSet<usize> = poses.iter().map(|p| p.payload).collect();
-    // The first payload comes back for the tracker, which wants the artifact away.
-    let changes = if payloads.len() > 1 { payloads.len() - usize::from(points == 0) } else { 0 };
-    let rebuilding = REBUILDING_S * (changes + usize::from(points > 0)) as f64;
-    let tracked = points as f64 * (0.3 * range / speed + controller.settle_s);
-    2.0 * HANDLING_S + ways + onto + probings + rebuilding + tracked
 }
 
 /// The way out of a ball, in the tool's axes: the middle of the three channels.

@@ -7,11 +7,11 @@ use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, session_s, shown};
+use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, shown};
 use crate::random::Streams;
 use crate::scenario::{Expectation, Quantity, Scenario};
 use crate::score::Score;
-use crate::session::Session;
+use crate::session::{Session, session_s};
 use crate::tracker::{SimulatedTracker, TrackerError};
 use crate::world::World;
 

@@ -25,7 +25,7 @@ pub struct CampaignSettings {
 
 impl Default for CampaignSettings {
     fn default() -> Self {
-        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 8.0 * ARCSEC, plunger_motion: 0.5 * UM }
+        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 20.0 * ARCSEC, plunger_motion: 0.5 * UM }
     }
 }
 

@@ -6,11 +6,11 @@ use calibench::measure::{Dataset, PlannedPose, Sample, SampleSet, Witness, read_
 
 use super::progress::CampaignBar;
 use super::{Failure, Outcome, print, seed};
-use crate::planning::{PlanError, plan, plan_tracker, session_s, wanted};
+use crate::planning::{PlanError, plan, plan_tracker, wanted};
 use crate::random::Streams;
 use crate::run::RunError;
 use crate::scenario::{Scenario, load_scenario};
-use crate::session::Session;
+use crate::session::{Session, session_s};
 use crate::world::World;
 
 #[derive(clap::Args)]

@@ -1,0 +1,150 @@
+//! What the procedure sees of the simulated cell: its robot, its indicators, whoever works in it.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
+use calibench::measure::{Attendant, CalledOff};
+use nalgebra::Vector3;
+
+use super::{HANDLING_S, READING_S, REBUILDING_S, World, normal};
+
+/// A world that its robot and its indicators share.
+#[derive(Clone)]
+pub struct SharedWorld(Rc<RefCell<World>>);
+
+impl SharedWorld {
+    /// Shares a world.
+    pub fn new(world: World) -> Self {
+        SharedWorld(Rc::new(RefCell::new(world)))
+    }
+
+    /// Its robot.
+    pub fn robot(&self) -> SimulatedRobot {
+        SimulatedRobot(self.clone())
+    }
+
+    /// Its three indicators.
+    pub fn indicators(&self) -> [SimulatedIndicator; 3] {
+        [0, 1, 2].map(|k| SimulatedIndicator { world: self.clone(), k })
+    }
+
+    /// Whoever works in it.
+    pub fn attendant(&self) -> SimulatedAttendant {
+        SimulatedAttendant(self.clone())
+    }
+
+    /// True world position of the TCP, m.
+    pub fn tcp(&self) -> Vector3<f64> {
+        self.0.borrow().tcp()
+    }
+
+    /// The TCP in the world that the tracker's nests carry, m.
+    pub fn point(&self) -> Vector3<f64> {
+        self.0.borrow().point()
+    }
+
+    /// Tells the cell the name of the sample that is being taken.
+    pub fn name_sample(&self, id: &str) {
+        self.0.borrow_mut().sample = Some(id.to_owned());
+    }
+
+    /// What is on the flange, by its place among the payloads.
+    pub fn payload(&self) -> usize {
+        self.0.borrow().payload
+    }
+}
+
+/// The simulated robot.
+pub struct SimulatedRobot(SharedWorld);
+
+impl Manipulator for SimulatedRobot {
+    fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {
+        Ok(self.0.0.borrow().joints.reported().to_vec())
+    }
+
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        self.0.0.borrow_mut().move_joints(target)
+    }
+
+    fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
+        self.0.0.borrow_mut().move_in_tool(offset)
+    }
+
+    fn clock_s(&mut self) -> f64 {
+        self.0.0.borrow().time_s
+    }
+
+    fn commanded(&mut self) -> Option<Vec<f64>> {
+        let world = self.0.0.borrow();
+        world.controller.log_commanded.then(|| world.joints.commanded().to_vec())
+    }
+
+    fn temperature_c(&mut self) -> Option<f64> {
+        let world = self.0.0.borrow();
+        Some(world.controller.temperature_c(world.time_s))
+    }
+}
+
+/// One simulated indicator.
+pub struct SimulatedIndicator {
+    world: SharedWorld,
+    k: usize,
+}
+
+impl Indicator for SimulatedIndicator {
+    fn read(&mut self) -> Result<f64, IndicatorError> {
+        let mut world = self.world.0.borrow_mut();
+        world.time_s += READING_S;
+        world.gauge.read(self.k)
+    }
+
+    fn preset(&mut self, value: f64) -> Result<(), IndicatorError> {
+        self.world.0.borrow_mut().gauge.preset(self.k, value)
+    }
+}
+
+/// Places and removes the master ball, changes the payload, takes the artifact away.
+pub struct SimulatedAttendant(SharedWorld);
+
+impl SimulatedAttendant {
+    /// Puts that payload on the flange, by its place; nothing happens when it is there.
+    pub fn mount(&mut self, payload: usize) {
+        let mut world = self.0.0.borrow_mut();
+        let world = &mut *world;
+        if payload != world.payload && payload < world.payloads.len() {
+            world.payload = payload;
+            world.arm.payload = world.payloads[payload].clone();
+            world.time_s += REBUILDING_S;
+            world.settle();
+        }
+    }
+
+    /// Takes the artifact away, to make room for the tracker; nothing happens when it is away.
+    pub fn remove_artifact(&mut self) {
+        let mut world = self.0.0.borrow_mut();
+        if world.artifact_is_there {
+            world.artifact_is_there = false;
+            world.time_s += REBUILDING_S;
+            world.settle();
+        }
+    }
+}
+
+impl Attendant for SimulatedAttendant {
+    fn place_master_ball(&mut self) -> Result<(), CalledOff> {
+        let mut world = self.0.0.borrow_mut();
+        let world = &mut *world;
+        let radius_error = normal(world.master_radius_sigma, &mut world.master);
+        world.time_s += HANDLING_S;
+        world.gauge.seat_master(Vector3::zeros(), radius_error);
+        Ok(())
+    }
+
+    fn remove_master_ball(&mut self) -> Result<(), CalledOff> {
+        let mut world = self.0.0.borrow_mut();
+        world.time_s += HANDLING_S;
+        world.gauge.present(None);
+        Ok(())
+    }
+}
