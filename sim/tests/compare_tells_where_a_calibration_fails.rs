@@ -60,7 +60,14 @@ fn the_papers_robot_shows_its_first_joint() {
     assert_eq!(bins.iter().map(|b| b["n"].as_u64().unwrap()).sum::<u64>(), 80);
     assert!(bins.iter().all(|b| ["x", "mean_urad", "sigma_urad"].iter().all(|key| number(b, key).is_finite())));
     assert_eq!((v["balls"].as_array().unwrap().len(), v["worst"].as_array().unwrap().len()), (4, 5));
-    assert!(v.get("workspace").is_some());
+    // The number that matters: what the calibration does where it was not fitted, told from the rows of the fit alone.
+    let judged = done(folder.path(), &["validate", "run/trical.toml", "run/validation", "--json"]);
+    let judged: Value = serde_json::from_str(&judged).unwrap();
+    let expected = number(&v["workspace"], "mean_mm") / number(&judged, "mean_mm");
+    assert!((0.75..1.33).contains(&expected), "{expected}");
+    assert!(number(&judged["outside_range"], "samples") > 0.0 && v["outside_range"].is_null(), "{}", judged["outside_range"]);
+    let map = fs::read_to_string(folder.path().join("plots/workspace.csv")).unwrap();
+    assert!(map.starts_with("radius_from_mm,") && map.lines().count() > 10, "{map}");
     for sentence in v["sentences"].as_array().unwrap() {
         assert!(sentence.as_str().unwrap().ends_with('.'), "{sentence}");
     }
@@ -75,6 +82,7 @@ fn the_papers_robot_shows_its_first_joint() {
     // On poses that were not fitted the same calibration is worse than its residuals promise.
     let new = compared(folder.path(), &["run/trical.toml", "run/validation", "--validation"]);
     assert_eq!((&new["fitted"], &new["samples"]), (&false.into(), &500.into()));
+    assert!(new["workspace"].is_null() && number(&new["outside_range"]["joints"][0], "farthest_deg") > 0.0);
     assert!(number(&new, "unexplained_mm") > 2.0 * number(&v, "unexplained_mm"));
     let said = done(folder.path(), &["compare", "run/trical.toml", "run/trical"]);
     for heading in [
@@ -83,6 +91,7 @@ fn the_papers_robot_shows_its_first_joint() {
         "IN THE WORLD (base)",
         "PROJECTED TO THE JOINTS (arm)",
         "WORST SAMPLES",
+        "OVER THE WORKSPACE",
     ] {
         assert!(said.contains(heading), "{heading}: {said}");
     }

@@ -28,7 +28,7 @@ pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
     circumstances.iter().map(fold).collect()
 }
 
-/// Cross-validated sum of squares of each session, whitened, of the fitted model with these columns of the examination beside it, held
+/// Cross-validated sum of squares of each sample, whitened, of the fitted model with these columns of the examination beside it, held
 /// to an ordinary size. The model is taken as linear near the fit.
 pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside: std::ops::Range<usize>) -> Vec<f64> {
     let Examination { rows, fitted, columns, circumstances, problem, fit, .. } = examination;
@@ -67,8 +67,7 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
         }
     }
     (m..size).for_each(|k| all[(k, k)] += unit / (ORDINARY_WIDTH * ORDINARY_WIDTH));
-    let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
-    let mut squares = vec![0.0; setups];
+    let mut squares = vec![0.0; circumstances.len()];
     for (f, own) in of_fold.iter().enumerate() {
         let train = &all - own;
         // Scaled, so that millimetres and microradians weigh alike; a fold that alone knows a parameter leaves it where it is.
@@ -76,12 +75,12 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
         let mut normal = DMatrix::from_fn(size, size, |r, c| train[(r, c)] * scale[r] * scale[c]);
         (0..size).for_each(|k| normal[(k, k)] += 1e-9);
         let gradient = DVector::from_fn(size, |k, _| train[(k, size)] * scale[k]);
-        let Some(factor) = Cholesky::new(normal) else { return vec![f64::INFINITY; setups] };
+        let Some(factor) = Cholesky::new(normal) else { return vec![f64::INFINITY; circumstances.len()] };
         let step = factor.solve(&gradient).component_mul(&scale);
-        for (at, _) in circumstances.iter().zip(folds).filter(|(_, fold)| **fold == f) {
+        for (i, at) in circumstances.iter().enumerate().filter(|(i, _)| folds[*i] == f) {
             for k in 0..at.height {
                 gather(at.first_row + k, &mut row);
-                squares[at.setup] += (row[size] - row.rows(0, size).dot(&step)).powi(2);
+                squares[i] += (row[size] - row.rows(0, size).dot(&step)).powi(2);
             }
         }
     }

@@ -223,6 +223,11 @@ impl Examination {
         &self.fit
     }
 
+    /// The fitted model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
     /// The fitted problem.
     pub fn problem(&self) -> &Problem {
         &self.problem

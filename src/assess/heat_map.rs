@@ -12,7 +12,9 @@ use super::background::Background;
 use super::evidence::{Seen, ln_mean_exp};
 use super::examination::Examination;
 use super::sweep::{self, Sweep};
-use crate::units::URAD;
+use crate::effects::{OwnEffect, OwnTerm};
+use crate::identify::{FitError, Model};
+use crate::units::{URAD, Unit};
 
 /// Length scales on [-1, 1], and the terms that carry them.
 const SCALES: [(f64, usize); 2] = [(0.25, 14), (0.7, 8)];
@@ -25,6 +27,12 @@ const SIZES: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
 /// Half the length on which the series lives; the data lie in [-1, 1].
 const HALF_LENGTH: f64 = 1.5;
+
+/// A cell is credible that is so much more likely than the background.
+const CREDIBLE_ODDS: f64 = 20.0;
+
+/// A term whose plausible size is a smaller share of the largest is nothing.
+const LEAST_TERM: f64 = 1e-3;
 
 /// Points at which a curve is drawn.
 const DRAWN: usize = 41;
@@ -51,6 +59,25 @@ impl Variable {
             Variable::Torque(j) => format!("tau{}", j + 1),
             Variable::Time => "time_s".into(),
         }
+    }
+
+    /// The variable that is so written, `q2+q3` and `q2 + q3` alike, for a robot of so many joints.
+    pub fn parse(text: &str, joints: usize) -> Option<Self> {
+        let plain: String = text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
+        let joint = |digits: &str| digits.parse::<usize>().ok().filter(|j| (1..=joints).contains(j)).map(|j| j - 1);
+        match plain.as_str() {
+            "time_s" => Some(Variable::Time),
+            "q2+q3" => Some(Variable::Forearm),
+            other => match other.strip_prefix("tau") {
+                Some(digits) => joint(digits).map(Variable::Torque),
+                None => joint(other.strip_prefix('q')?).map(Variable::Angle),
+            },
+        }
+    }
+
+    /// As in the id of a curve, without blanks or parentheses: `q1`, `q2+q3`, `tau2`, `time_s`.
+    pub fn name(self) -> String {
+        self.expression().chars().filter(|c| !" ()".contains(*c)).collect()
     }
 
     /// Unit in which it is shown, and its SI value.
@@ -81,9 +108,13 @@ pub struct Cell {
 /// An error of a joint as it follows a variable, with its band.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
+    /// The joint, counted from 0.
+    pub joint: usize,
+    /// What its error follows.
+    pub variable: Variable,
     /// The variable, SI.
     pub at: Vec<f64>,
-    /// The error, rad; the part of it that the fitted model absorbs is not seen.
+    /// The error about its mean, rad; the part of it that the fitted model absorbs is not seen.
     pub mean: Vec<f64>,
     /// Its one-sigma, rad.
     pub sigma: Vec<f64>,
@@ -196,9 +227,55 @@ impl HeatMap {
         self.best.map(|k| &self.cells[k])
     }
 
+    /// The best cell of every joint whose error follows something: twenty times as credible as the ordinary small stuff of a robot. Best
+    /// first.
+    pub fn credible(&self) -> Vec<&Cell> {
+        let mut cells: Vec<&Cell> =
+            self.cells.iter().filter(|c| c.ln_evidence_against_background > CREDIBLE_ODDS.ln()).collect();
+        cells.sort_by(|a, b| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background));
+        let mut joints = std::collections::BTreeSet::new();
+        cells.retain(|c| joints.insert(c.joint));
+        cells
+    }
+
     /// Mean evidence of all cells against the background, as one hypothesis: some joint follows something.
     pub(super) fn ln_evidence_against_background(&self) -> f64 {
         ln_mean_exp(&self.cells.iter().map(|c| c.ln_evidence_against_background).collect::<Vec<_>>())
+    }
+}
+
+impl Curve {
+    /// The curve of any cell, by joint (counted from 0); `None` when the variable does not vary in the data.
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub fn of(examination: &Examination, joint: usize, variable: Variable) -> Result<Option<Self>, FitError> {
+        let Some(scaled) = variables(examination).into_iter().find(|s| s.variable == variable) else { return Ok(None) };
+        let background = examination.background()?;
+        Ok(Some(curve(examination, &background, joint, &scaled)))
+    }
+
+    /// Name of the curve as an effect of the user's own: `curve_3_tau2`.
+    pub fn effect_name(&self) -> String {
+        format!("curve_{}_{}", self.joint + 1, self.variable.name().replace('+', "_"))
+    }
+
+    /// The model with the curve as an effect of the user's own, held to the size that the data give it.
+    pub fn added_to(&self, model: &Model) -> Model {
+        let plausible = self.terms.iter().map(|t| t.1).fold(f64::MIN_POSITIVE, f64::max);
+        let terms = self.terms.iter().filter(|(_, size)| *size > LEAST_TERM * plausible).map(|(basis, size)| OwnTerm {
+            site: format!("theta:{}", self.joint + 1),
+            // Its own share of the common plausible size.
+            basis: format!("{:.6} * {basis}", size / plausible),
+            group: None,
+        });
+        let name = self.effect_name();
+        let effect = OwnEffect { name: name.clone(), unit: Unit::URAD, plausible, terms: terms.collect() };
+        let mut with = model.with(&name);
+        with.own.retain(|o| o.name != name);
+        with.own.push(effect);
+        with.width.insert(name, 1.0);
+        with
     }
 }
 
@@ -240,10 +317,15 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
     let precision = &block.k / noise + DMatrix::identity(count, count) / (size * size);
     let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
     let mean: DVector<f64> = &covariance * &block.z / noise;
-    let mut curve = Curve { at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
+    let variable = scaled.variable;
+    let mut curve = Curve { joint, variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
+    let along = |k: usize| 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
+    let drawn = |u: f64| DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
+    // Its level is a joint's zero, which every fit absorbs.
+    let level = (0..DRAWN).fold(DVector::zeros(count), |sum, k| sum + drawn(along(k))) / DRAWN as f64;
     for k in 0..DRAWN {
-        let u = 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
-        let features = DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
+        let u = along(k);
+        let features = drawn(u) - &level;
         curve.at.push(scaled.centre + u * scaled.half_range);
         curve.mean.push(features.dot(&mean));
         curve.sigma.push((&covariance * &features).dot(&features).max(0.0).sqrt());

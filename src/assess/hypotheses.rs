@@ -9,7 +9,7 @@ use super::examination::Examination;
 use super::library::Untestable;
 use super::sweep::{self, Sweep};
 use crate::effects::{self, Subject};
-use crate::identify::FREELY_FITTED;
+use crate::identify::{FREELY_FITTED, FitError};
 
 /// Where a scan found its effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -248,4 +248,50 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
         tried.push(examination, background, Place::Sample(id.clone()), in_model, &block);
     }
     tried.hypothesis(examination, |_| "outlier".into())
+}
+
+/// Why an effect has no place.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unplaced {
+    /// The data cannot tell it.
+    #[error("finding its place needs {needs}")]
+    Needs {
+        /// What is missing.
+        needs: &'static str,
+    },
+    /// Every place is in the model already.
+    #[error("no place for it is left that the model does not hold")]
+    NoneLeft,
+    /// The scan came to no numbers.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+/// The id under which a model takes an effect that is found by scanning and was named without its place (`base_step`, `joint_step:2`,
+/// `harmonic:2`, `outlier`): with the place that explains most of what the fit leaves. Any other id is returned as it is.
+///
+/// # Errors
+/// When the place cannot be found in these data.
+pub fn place(examination: &Examination, id: &str) -> Result<String, Unplaced> {
+    let parts: Vec<&str> = id.split(':').collect();
+    let joint = |text: &str| {
+        text.parse::<usize>().ok().filter(|j| (1..=examination.problem.robot().joints()).contains(j)).map(|j| j - 1)
+    };
+    let background = || examination.background();
+    let found = match parts[..] {
+        ["harmonic", j] => match joint(j) {
+            Some(j) => harmonic(examination, &background()?, j),
+            None => return Ok(id.to_owned()),
+        },
+        ["outlier"] => outlier(examination, &background()?),
+        ["base_step" | "tool_step"] | ["joint_step", _] => {
+            let (all, untestable) = steps(examination, &background()?);
+            if let Some(u) = untestable.iter().find(|u| u.effect == id) {
+                return Err(Unplaced::Needs { needs: u.needs });
+            }
+            all.into_iter().find(|h| h.effect == id)
+        }
+        _ => return Ok(id.to_owned()),
+    };
+    found.map(|h| h.in_model).ok_or(Unplaced::NoneLeft)
 }

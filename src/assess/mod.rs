@@ -14,28 +14,36 @@ mod ladder;
 mod library;
 mod next;
 mod noise_floor;
+mod outside_range;
 mod relevance;
 mod residual_views;
+mod rung;
 mod sweep;
+mod symptoms;
 mod validation;
 mod workspace;
+mod workspace_map;
 
 pub use detectability::{Detectability, Sight, noncentrality};
 pub use comparison::{Comparison, LackOfFit, SIGNIFICANCE, Standing, Standout, Subject};
 pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, diagnose, diagnose_examined};
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
-pub use hypotheses::{Hypothesis, Place};
-pub use ladder::{Ladder, Objection, Rung, SessionError, Top, add, ladder, rung, whole_library};
+pub use hypotheses::{Hypothesis, Place, Unplaced, place};
+pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
 pub use library::{Candidate, Library, Untestable};
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Rival, STEPS, Step, actions, propose,
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
+pub use outside_range::{Extrapolation, OutsideRange};
 pub use relevance::Relevance;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,
 };
+pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung};
+pub use symptoms::{Symptom, Unphysical};
 pub use validation::{HistogramBin, Validation};
-pub use workspace::{Banded, ExpectedError, WORKSPACE_POSES, WorkspaceError, workspace_poses};
+pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
+pub use workspace_map::{MapCell, WorkspaceMap};

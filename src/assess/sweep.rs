@@ -16,8 +16,7 @@ pub(super) struct Sweep<'a> {
     features: DMatrix<f64>,
     /// Halves of the fitted parameters' products.
     half: DMatrix<f64>,
-    /// Products with the candidates' columns, projected; and along the background's directions.
-    pub cross: DMatrix<f64>,
+    /// Products with the background's directions.
     along: DMatrix<f64>,
     z: DVector<f64>,
 }
@@ -74,7 +73,7 @@ impl<'a> Sweep<'a> {
         let cross = products.rows(m, n) - linalg::product_of_transposed(&projection.of_columns, &half);
         let z = products.row(m + n).transpose() - half.tr_mul(&projection.of_residual);
         let along = background.along(&cross);
-        Sweep { examination, carriers, features, half, cross, along, z }
+        Sweep { examination, carriers, features, half, along, z }
     }
 
     /// The columns of features `first` ... `first + count` as one candidate, of plausible size `plausible` (SI) each.

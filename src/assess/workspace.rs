@@ -4,7 +4,7 @@
 //! comes out elsewhere. Every size of every candidate that the data allow is drawn, what the fit would have absorbed of it is taken
 //! along, and both are carried to poses of the workspace.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -13,7 +13,7 @@ use super::elsewhere::Elsewhere;
 use super::examination::Examination;
 use super::relevance::Relevance;
 use crate::effects::Owner;
-use crate::identify::IdentifyError;
+use crate::identify::{FitError, IdentifyError, Knowledge, Parameter, linalg};
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
 use crate::robot::{Robot, Surroundings, world_from_tool};
 
@@ -33,6 +33,10 @@ pub struct ExpectedError {
     pub q: Vec<f64>,
     /// TCP in the world, m.
     pub tcp: Vector3<f64>,
+    /// Distance of the TCP from axis 1, m.
+    pub radius: f64,
+    /// Height of the TCP over the base, along axis 1, m.
+    pub height: f64,
     /// Expected length of the error, m.
     pub error: f64,
 }
@@ -82,6 +86,37 @@ pub fn workspace_poses(dataset: &Dataset, count: usize) -> Vec<Vec<f64>> {
     free_poses(&request).unwrap_or_default()
 }
 
+/// Where the poses of a prediction come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PoseSource {
+    /// The rows of set `validation`: what the robot is to be judged on.
+    Validation,
+    /// Drawn: uniform in the joint limits, clear of itself.
+    Drawn,
+}
+
+/// Poses at which an error is predicted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorkspacePoses {
+    /// Joint angles, rad (N).
+    pub q: Vec<Vec<f64>>,
+    /// Where they come from.
+    pub source: PoseSource,
+}
+
+impl WorkspacePoses {
+    /// The poses of the datasets' validation rows; where there are none, [`workspace_poses`] of the first dataset.
+    pub fn of(datasets: &[(&str, &Dataset)]) -> Self {
+        let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| s.set == SampleSet::Validation));
+        let judged: Vec<Vec<f64>> = rows.map(|s| s.q.clone()).collect();
+        if !judged.is_empty() {
+            return WorkspacePoses { q: judged, source: PoseSource::Validation };
+        }
+        let drawn = datasets.first().map(|(_, d)| workspace_poses(d, WORKSPACE_POSES));
+        WorkspacePoses { q: drawn.unwrap_or_default(), source: PoseSource::Drawn }
+    }
+}
+
 impl WorkspaceError {
     /// Predicts the error of the examined fit at joint angles `poses` (rad, N) of the first set-up, with its first payload, at the
     /// end of the session; `None` without poses.
@@ -102,12 +137,12 @@ impl WorkspaceError {
         let (fitted, candidates) = (fields.columns(0, m), fields.columns(m, n));
         let projection = &examination.projection;
         let absorbed = projection.absorbed(projection.of_columns.clone());
-        let errors_of_fit = projection.root_of_covariance() * relevance.noise.sqrt();
         let mut normal = |count: usize| DMatrix::<f64>::from_fn(count, DRAWS, |_, _| StandardNormal.sample(&mut random));
-        let (of_candidates, of_fit) = (normal(n), normal(m));
+        let (of_candidates, of_noise, of_priors) = (normal(n), normal(examination.rows.ncols()), normal(m));
+        let errors_of_fit = errors_of_fit(examination, of_noise * relevance.noise.sqrt(), of_priors)?;
         let mut sizes = &relevance.root * of_candidates;
         sizes.column_iter_mut().for_each(|mut c| c += &relevance.mean);
-        let parameters = errors_of_fit * of_fit - absorbed * &sizes;
+        let parameters = errors_of_fit - absorbed * &sizes;
         let errors = fitted * parameters + candidates * sizes;
 
         let count = poses.len();
@@ -119,14 +154,85 @@ impl WorkspaceError {
             maxima.push(lengths.max());
             sum += lengths;
         }
-        let expected = |(p, q): (usize, &Vec<f64>)| ExpectedError {
-            q: q.clone(),
-            tcp: world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector,
-            error: sum[p] / DRAWS as f64,
+        let base_from_world = there.base.pose().inverse();
+        let expected = |(p, q): (usize, &Vec<f64>)| {
+            let tcp = world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
+            let in_base = base_from_world * Point3::from(tcp);
+            let (radius, height) = (in_base.x.hypot(in_base.y), in_base.z);
+            ExpectedError { q: q.clone(), tcp, radius, height, error: sum[p] / DRAWS as f64 }
         };
         let poses = poses.iter().enumerate().map(expected).collect();
         Ok(Some(WorkspaceError { mean: Banded::of(means), max: Banded::of(maxima), poses }))
     }
+}
+
+/// Errors of the fitted parameters (SI, a column a draw): what `noise` (whitened, residuals x draws) does to them, and how far the truth,
+/// drawn by `priors` (unit normal, parameters x draws), lies from where prior knowledge pulls them.
+///
+/// `(J^T J + P)^-1 (J^T e + P b)`, b of the size that the effects truly have. A width that was fitted to the same data is too narrow for
+/// an effect that they hardly see; such an effect is taken to be as large as those that they could see are.
+fn errors_of_fit(
+    examination: &Examination,
+    noise: DMatrix<f64>,
+    mut priors: DMatrix<f64>,
+) -> Result<DMatrix<f64>, IdentifyError> {
+    let Examination { fitted, rows, projection, problem, fit, .. } = examination;
+    let true_size = true_sizes(examination)?;
+    for (k, p) in fit.kept.iter().enumerate() {
+        let parameter = &problem.parameters()[*p];
+        let pull = match parameter.knowledge {
+            Knowledge::Flat => 0.0,
+            Knowledge::Stated(sigma) => 1.0 / sigma,
+            Knowledge::Plausible(sigma) => true_size[k] / (sigma * sigma),
+        };
+        priors.row_mut(k).scale_mut(pull);
+    }
+    let push = rows.rows(0, fitted.len()) * noise + priors;
+    Ok(projection.absorbed(projection.half(push)))
+}
+
+/// One-sigma that the fitted parameters of the catalogue truly have, SI; of no account for the others.
+///
+/// What the data would see if it were of plausible size has the width at which it is held. Of what they would not see that width says
+/// little: it is taken to have the size that the former have, rms. In between in proportion: `w² = s w_k² + (1 - s) typical²`,
+/// s the share of a plausible size that would be from the data.
+fn true_sizes(examination: &Examination) -> Result<Vec<f64>, FitError> {
+    let Examination { fitted, rows, problem, fit, .. } = examination;
+    let parameters: Vec<&Parameter> = fit.kept.iter().map(|p| &problem.parameters()[*p]).collect();
+    let held = |p: &&Parameter| matches!(p.knowledge, Knowledge::Plausible(_));
+    if !parameters.iter().any(held) {
+        return Ok(vec![0.0; parameters.len()]);
+    }
+    let size = |p: &Parameter| match p.knowledge {
+        Knowledge::Flat => f64::INFINITY,
+        Knowledge::Stated(sigma) => sigma,
+        Knowledge::Plausible(_) => p.spec.prior,
+    };
+    let mut products = DMatrix::zeros(fitted.len(), fitted.len());
+    linalg::normal_matrix(&rows.rows(0, fitted.len()).into_owned(), &mut products);
+    parameters.iter().enumerate().for_each(|(k, p)| products[(k, k)] += size(p).powi(-2));
+    let scale = products.diagonal().map(|d| 1.0 / d.sqrt());
+    let scaled = DMatrix::from_fn(fitted.len(), fitted.len(), |r, c| products[(r, c)] * scale[r] * scale[c]);
+    let mut factor = linalg::Cholesky::new(fitted.len());
+    factor.factor(&scaled)?;
+    let mut inverse = DMatrix::zeros(fitted.len(), fitted.len());
+    factor.inverse(&mut inverse);
+    let prior = |k: usize| parameters[k].spec.prior;
+    let seen = |k: usize| (1.0 - inverse[(k, k)] * (scale[k] / prior(k)).powi(2)).clamp(0.0, 1.0);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for k in (0..parameters.len()).filter(|&k| held(&parameters[k])) {
+        sum += seen(k) * (fit.values[fit.kept[k]] / prior(k)).powi(2);
+        count += seen(k);
+    }
+    let typical = if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 };
+    let size = |(k, parameter): (usize, &&Parameter)| match parameter.knowledge {
+        Knowledge::Plausible(width) => {
+            let unseen = typical * prior(k);
+            (seen(k) * width * width + (1.0 - seen(k)) * unseen * unseen).sqrt()
+        }
+        Knowledge::Flat | Knowledge::Stated(_) => 0.0,
+    };
+    Ok(parameters.iter().enumerate().map(size).collect())
 }
 
 /// Points measured at these poses by whoever measured the first set-up, at the end of the session, coming from any side.

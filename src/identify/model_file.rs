@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use toml_edit::{DocumentMut, Item};
 
 use super::Model;
 use super::own_effects::{OwnEffectTable, own_effects, tables};
@@ -94,6 +95,70 @@ pub fn check_effects(
     Ok((own, fitted))
 }
 
+/// Writes `model.toml` as another model file with what `model` holds beyond it: comments, order and layout of that file are kept.
+///
+/// # Errors
+/// When the file to go by cannot be read, or the folder cannot be written.
+pub fn write_model_like(model: &Model, like: &Path, path: &Path) -> Result<(), FileError> {
+    let text = amended(model, like, &read_text(like)?)?;
+    write_whole(path, text.as_bytes())
+}
+
+/// The text of a model file with the effects, widths and tables of `model` that it does not hold.
+fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> {
+    let old: ModelToml = parse_toml(path, text)?;
+    let broken = |problem: String| FileError::whole(path, problem, "write it as docs/models.md shows");
+    let mut document: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| broken(e.to_string()))?;
+    let new_tables =
+        tables(&model.own, &model.effects).into_iter().filter(|t| !old.effect.iter().any(|o| o.name() == t.name()));
+    let new_tables: Vec<OwnEffectTable> = new_tables.collect();
+    // A table that is no candidate is fitted without being listed.
+    let by_table = |id: &String| {
+        old.effect.iter().any(|t| t.name() == id && !t.is_candidate()) || new_tables.iter().any(|t| t.name() == id)
+    };
+    let listed =
+        document.get_mut("effects").and_then(Item::as_array_mut).ok_or_else(|| broken("has no list `effects`".into()))?;
+    for id in model.effects.iter().filter(|id| !old.effects.contains(id) && !by_table(id)) {
+        // In the manner of the last one: on a line of its own, or not. A comment before that one is not about this one.
+        let before_last = listed.iter().last().and_then(|last| last.decor().prefix()?.as_str());
+        match before_last.and_then(|prefix| prefix.rsplit_once('\n')).map(|(_, indent)| format!("\n{indent}")) {
+            Some(prefix) => {
+                let mut value = toml_edit::Value::from(id);
+                value.decor_mut().set_prefix(prefix);
+                listed.push_formatted(value);
+            }
+            None => listed.push(id),
+        }
+    }
+    let mut appended = NewTables { width: BTreeMap::new(), effect: &new_tables };
+    for (id, width) in model.width.iter().filter(|(id, width)| old.width.get(*id) != Some(*width)) {
+        match document.get_mut("width").and_then(Item::as_table_like_mut) {
+            Some(all) => drop(all.insert(id, toml_edit::value(*width))),
+            None => drop(appended.width.insert(id, *width)),
+        }
+    }
+    let inline = document.get_mut("effect").and_then(Item::as_array_mut);
+    if let Some(inline) = inline.filter(|_| !new_tables.is_empty()) {
+        let text = toml::to_string(&appended).map_err(|e| broken(e.to_string()))?;
+        let tables: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| broken(e.to_string()))?;
+        for table in tables.get("effect").and_then(Item::as_array_of_tables).into_iter().flatten() {
+            inline.push(table.clone().into_inline_table());
+        }
+        appended.effect = &[];
+    }
+    let appended = toml::to_string(&appended).map_err(|e| broken(e.to_string()))?;
+    let text = document.to_string();
+    Ok(if appended.is_empty() { text } else { format!("{}\n\n{appended}", text.trim_end_matches('\n')) })
+}
+
+#[derive(Serialize)]
+struct NewTables<'t> {
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    width: BTreeMap<&'t str, f64>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    effect: &'t [OwnEffectTable],
+}
+
 /// Writes `model.toml`.
 ///
 /// # Errors
@@ -107,4 +172,31 @@ pub fn write_model(model: &Model, path: &Path) -> Result<(), FileError> {
     };
     let text = toml::to_string(&file).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
     write_whole(path, text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WRITTEN: &str = "# my robot
+effects = [
+    \"base_frame\", # it was moved
+    \"mdh\",
+]
+# torques come from the masses
+
+[width]
+mdh = 2.0 # the drawing is good
+";
+
+    #[test]
+    fn comments_and_layout_are_kept() {
+        let mut model = Model::of(&["base_frame", "mdh"]);
+        model.width.insert("mdh".into(), 2.0);
+        assert_eq!(amended(&model, Path::new("m.toml"), WRITTEN).expect("it is a model"), WRITTEN);
+        let mut more = model.with("harmonic1:2");
+        more.width.insert("harmonic1:2".into(), 1.5);
+        let expected = WRITTEN.replace("    \"mdh\",\n", "    \"mdh\",\n    \"harmonic1:2\",\n") + "\"harmonic1:2\" = 1.5\n";
+        assert_eq!(amended(&more, Path::new("m.toml"), WRITTEN).expect("it is a model"), expected);
+    }
 }

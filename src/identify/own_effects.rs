@@ -32,6 +32,16 @@ struct OwnTermTable {
 }
 
 impl OwnEffectTable {
+    /// Its id.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether it is defined, but not fitted.
+    pub(super) fn is_candidate(&self) -> bool {
+        self.candidate
+    }
+
     /// Balls that its sites name one by one.
     pub(super) fn balls(&self) -> impl Iterator<Item = String> {
         self.terms.iter().filter_map(|t| Some(t.site.strip_prefix("ball:")?.rsplit_once(':')?.0.to_owned()))

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use crate::assess::{Comparison, SetupView, Subject, ToolView, ViewTest, WorldView};
+use super::workspace::{Outlook, extrapolation_json};
+use crate::assess::{Comparison, Extrapolation, SetupView, Subject, ToolView, ViewTest, WorldView};
 use crate::units::{MM, UM, URAD};
 
 fn um(v: &Vector3<f64>) -> Value {
@@ -41,7 +42,7 @@ fn setup(s: &SetupView) -> Value {
 }
 
 /// A comparison as one document; lengths in mm or um, angles in urad, by the names of the keys.
-pub fn comparison_json(c: &Comparison) -> Value {
+pub fn comparison_json(c: &Comparison, outlook: Option<&Outlook>, extrapolation: &Extrapolation) -> Value {
     let level = c.noise.level;
     let mm = |x: Option<f64>| x.map(|x| x / MM);
     let interval = |x: Option<[f64; 2]>| x.map(|x| x.map(|x| x / MM));
@@ -131,7 +132,8 @@ pub fn comparison_json(c: &Comparison) -> Value {
         "offsets": offsets,
         "worst": worst,
         "findings": findings,
-        "workspace": null,
+        "workspace": outlook.map(Outlook::json),
+        "outside_range": extrapolation_json(extrapolation),
         "sentences": c.sentences(),
     })
 }

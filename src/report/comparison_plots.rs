@@ -4,20 +4,21 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
+use super::workspace::Outlook;
 use crate::assess::Comparison;
 use crate::files::{FileError, replace_folder, write_whole};
-use crate::units::{UM, URAD};
+use crate::units::{MM, UM, URAD};
 
 /// The first is the mark of such a folder.
-const FILES: &[&str] = &["residuals.csv", "balls.csv", "setups.csv", "joints.csv", "worst.csv"];
+const FILES: &[&str] = &["residuals.csv", "balls.csv", "setups.csv", "joints.csv", "worst.csv", "workspace.csv"];
 
 /// Writes the views into a folder, whole or not at all; what else lies there stays.
 ///
 /// # Errors
 /// When the folder holds something else, or cannot be written.
-pub fn write_comparison_plots(c: &Comparison, folder: &Path) -> Result<(), FileError> {
+pub fn write_comparison_plots(c: &Comparison, outlook: Option<&Outlook>, folder: &Path) -> Result<(), FileError> {
     replace_folder(folder, "comparison", FILES, |inside| {
-        let contents = [residuals(c), balls(c), setups(c), joints(c), worst(c)];
+        let contents = [residuals(c), balls(c), setups(c), joints(c), worst(c), workspace(outlook)];
         FILES.iter().zip(contents).try_for_each(|(name, rows)| {
             let path = inside.join(name);
             let whole = text(&rows).map_err(|e| {
@@ -135,5 +136,20 @@ fn worst(c: &Comparison) -> Vec<Vec<String>> {
         row.extend([w.normalised.to_string(), w.test.p_family.to_string(), w.remarks.join("; ")]);
         row
     }));
+    rows
+}
+
+/// The predicted error over radius and height: a row a cell; none where it could not be predicted.
+fn workspace(outlook: Option<&Outlook>) -> Vec<Vec<String>> {
+    let mut rows = vec![header(&["radius_from_mm", "radius_to_mm", "height_from_mm", "height_to_mm", "mean_mm", "poses"])];
+    let Some(map) = outlook.map(|o| o.error.map()) else { return rows };
+    for (cells, height) in map.cells.iter().zip(map.height.windows(2)) {
+        for (cell, radius) in cells.iter().zip(map.radius.windows(2)) {
+            if let Some(cell) = cell {
+                let numbers = [radius[0], radius[1], height[0], height[1], cell.error].map(|x| (x / MM).to_string());
+                rows.push(numbers.into_iter().chain([cell.poses.to_string()]).collect());
+            }
+        }
+    }
     rows
 }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::plain_table;
+use super::workspace::Outlook;
 use crate::assess::{Comparison, JointBin, SIGNIFICANCE, ViewTest};
 use crate::units::{MM, UM, URAD};
 
@@ -57,8 +58,8 @@ fn bars(bins: &[JointBin]) -> String {
     bins.iter().map(|b| BARS[height(b).min(7)]).collect()
 }
 
-/// The whole comparison.
-pub fn comparison_text(c: &Comparison) -> String {
+/// The whole comparison; `outlook` is the error to expect over the workspace, or why it cannot be told.
+pub fn comparison_text(c: &Comparison, outlook: &Result<Outlook, String>) -> String {
     let mut out = format!(
         "{} against {} sample{}, {:.4} mm rms (3-D)\n\n",
         c.robot,
@@ -66,7 +67,8 @@ pub fn comparison_text(c: &Comparison) -> String {
         if c.samples == 1 { "" } else { "s" },
         c.rms / MM
     );
-    for sentence in c.sentences() {
+    let number_that_matters = outlook.as_ref().map_or_else(String::clone, Outlook::sentence);
+    for sentence in [number_that_matters].into_iter().chain(c.sentences()) {
         out.push_str(&format!("* {sentence}\n"));
     }
     out.push_str(
@@ -84,6 +86,12 @@ pub fn comparison_text(c: &Comparison) -> String {
         section("MEANS OF THE JOINTS (arm): apparent angle error wherever the joint stands", offsets(c));
     }
     section("WORST SAMPLES", worst(c));
+    if let Ok(outlook) = outlook {
+        section(
+            "OVER THE WORKSPACE: position error to expect, mm, by distance from axis 1 and height over the base",
+            outlook.map_table(),
+        );
+    }
     out
 }
 

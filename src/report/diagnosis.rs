@@ -1,8 +1,11 @@
-//! A diagnosis in words, tables and JSON.
+//! A diagnosis in tables and JSON.
 
 use serde_json::{Value, json};
 
+use super::diagnosis_sentences::{Recommended, sentences, sizes};
+use super::heat_map::{curve_line, heat_map_text};
 use super::tables::plain_table;
+use super::workspace::{Outlook, extrapolation_json};
 use crate::assess::{Diagnosis, Finding, HeatMap, Place, Verdict};
 use crate::units::{MM, URAD};
 
@@ -10,7 +13,7 @@ use crate::units::{MM, URAD};
 const FORMAT: &str = "calibench-diagnosis/1";
 
 /// A diagnosis as one JSON document.
-pub fn diagnosis_json(d: &Diagnosis) -> Value {
+pub fn diagnosis_json(d: &Diagnosis, outlook: Option<&Outlook>, commands: &Recommended) -> Value {
     let findings: Vec<Value> = d.findings.iter().enumerate().map(|(k, f)| finding_json(k + 1, f)).collect();
     let untestable: Vec<Value> = d.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
     let contributions: Vec<Value> =
@@ -22,7 +25,8 @@ pub fn diagnosis_json(d: &Diagnosis) -> Value {
         "rms_mm": d.rms / MM,
         "noise_mm": d.noise / MM,
         "unexplained_mm": d.unexplained / MM,
-        "chi2_per_dof": d.chi2_per_dof,
+        // Without stated noise it says nothing.
+        "chi2_per_dof": d.lack_of_fit_p.map(|_| d.chi2_per_dof),
         "lack_of_fit_p": d.lack_of_fit_p,
         "verdict": d.verdict.name(),
         "set95": d.set95,
@@ -33,7 +37,9 @@ pub fn diagnosis_json(d: &Diagnosis) -> Value {
         "heat_map": heat_map_json(&d.heat_map),
         "untestable": untestable,
         "fitted": d.fitted,
-        "sentences": sentences(d),
+        "workspace": outlook.map(Outlook::json),
+        "outside_range": outlook.map_or(Value::Null, |o| extrapolation_json(&o.extrapolation)),
+        "sentences": sentences(d, commands),
     })
 }
 
@@ -88,9 +94,9 @@ fn heat_map_json(map: &HeatMap) -> Value {
 }
 
 /// A diagnosis as tables for a terminal.
-pub fn diagnosis_text(d: &Diagnosis) -> String {
+pub fn diagnosis_text(d: &Diagnosis, outlook: Option<&Outlook>, commands: &Recommended, with_heat_map: bool) -> String {
     let mut out = String::new();
-    for sentence in sentences(d) {
+    for sentence in sentences(d, commands).into_iter().chain(outlook.map(Outlook::sentence)) {
         out.push_str(&sentence);
         out.push('\n');
     }
@@ -135,41 +141,12 @@ pub fn diagnosis_text(d: &Diagnosis) -> String {
         .collect();
     out.push_str("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
     out.push_str(&plain_table(&["effect", "share of what is left %", "size, plausible sizes"], &rows));
-    out
-}
-
-fn sizes(f: &Finding) -> String {
-    let one = |p: &crate::assess::FoundParameter| {
-        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.symbol)
-    };
-    let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
-    let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };
-    shown.join(", ") + &more
-}
-
-/// The findings in words: what is seen, what it means, what to do.
-pub fn sentences(d: &Diagnosis) -> Vec<String> {
-    let mut all = vec![format!(
-        "{} samples leave {:.4} mm rms (3-D); noise alone would leave {:.4} mm, so {:.4} mm is unexplained (chi2/dof {:.2} on {}).",
-        d.samples,
-        d.rms / MM,
-        d.noise / MM,
-        d.unexplained / MM,
-        d.chi2_per_dof,
-        d.dof
-    )];
-    match d.verdict {
-        Verdict::NothingLeft => all.push("Verdict: nothing_left. What remains is noise.".into()),
-        Verdict::Identified => all.push(format!("Verdict: identified. {} is missing in the model.", d.set95.join(""))),
-        Verdict::Indistinguishable => {
-            all.push(format!(
-                "Verdict: indistinguishable. One of {} is missing; these data cannot tell which.",
-                d.set95.join(", ")
-            ));
-        }
-        Verdict::Unexplained => {
-            all.push("Verdict: unexplained. Something is left, and no effect of the catalogue explains it.".into())
+    if with_heat_map || d.verdict == Verdict::Unexplained {
+        out.push_str("\n\nWHICH JOINT'S ERROR FOLLOWS WHAT, whatever its shape: ln evidence against the ordinary, the best with a star\n");
+        out.push_str(&heat_map_text(&d.heat_map));
+        if let Some(curve) = &d.heat_map.curve {
+            out.push_str(&format!("\n{}", curve_line(curve)));
         }
     }
-    all
+    out
 }

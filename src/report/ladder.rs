@@ -2,35 +2,51 @@
 
 use serde_json::{Value, json};
 
-use super::tables::plain_table;
-use crate::assess::{Ladder, Objection, Rung, Top};
+use super::ladder_sentences::{advice, objection_sentence, symptom_sentence};
+use super::tables::plain_rows;
+use super::workspace::workspace_json;
+use crate::assess::{Ladder, Objection, Rung, Top, Validation};
 use crate::units::MM;
 
 /// A rung as JSON.
 pub fn rung_json(rung: &Rung) -> Value {
-    let workspace = rung.workspace.as_ref().map(|w| {
-        json!({"mean_mm": w.mean.expected / MM, "mean_band_mm": [w.mean.low / MM, w.mean.high / MM],
-            "max_mm": w.max.expected / MM, "max_band_mm": [w.max.low / MM, w.max.high / MM]})
-    });
-    let validation = rung
-        .validation
-        .as_ref()
-        .map(|v| json!({"samples": v.samples, "mean_mm": v.mean / MM, "max_mm": v.max / MM, "std_mm": v.std / MM, "rms_mm": v.rms / MM}));
+    let validated = |v: &Validation| json!({"samples": v.samples, "mean_mm": v.mean / MM, "max_mm": v.max / MM, "std_mm": v.std / MM, "rms_mm": v.rms / MM});
     let sessions: Vec<Value> = rung
         .sessions
         .iter()
         .map(|s| json!({"name": s.name, "cv_rms_mm": s.cross_validated / MM, "from_others_rms_mm": s.from_others.map(|v| v / MM)}))
         .collect();
+    let checks: Vec<Value> = rung
+        .checks
+        .iter()
+        .map(|c| match &c.result {
+            Ok(v) => json!({"name": c.name, "errors": validated(v), "refused": null}),
+            Err(because) => json!({"name": c.name, "errors": null, "refused": because}),
+        })
+        .collect();
+    let added: Vec<Value> = rung
+        .calibration
+        .estimates
+        .iter()
+        .filter(|e| rung.added.contains(&e.effect))
+        .map(|e| {
+            json!({"name": e.name, "effect": e.effect, "value": e.unit.from_si(e.value), "sigma": e.unit.from_si(e.sigma), "unit": e.unit.symbol})
+        })
+        .collect();
     json!({
         "added": rung.added,
+        "parameters": added,
         "effects": rung.model.effects,
         "fit_rms_mm": rung.fit / MM,
-        "chi2_per_dof": rung.chi2_per_dof,
+        // Without stated noise it says nothing.
+        "chi2_per_dof": rung.calibration.noise_stated.then_some(rung.chi2_per_dof),
         "cv_rms_mm": rung.cross_validated / MM,
-        "workspace": workspace,
-        "validation": validation,
+        "workspace": rung.workspace.as_ref().map(workspace_json),
+        "validation": rung.validation.as_ref().map(validated),
         "noise_mm": rung.noise / MM,
         "sessions": sessions,
+        "checks": checks,
+        "symptoms": rung.symptoms.iter().map(symptom_sentence).collect::<Vec<_>>(),
         "verdict": rung.diagnosis.verdict.name(),
         "set95": rung.diagnosis.set95,
     })
@@ -50,71 +66,81 @@ pub fn ladder_json(ladder: &Ladder) -> Value {
             json!({"because": "no_step_helps", "tried": tried})
         }
     };
-    json!({"format": "calibench-ladder/1", "rungs": rungs, "stopped": stopped, "whole_library": ladder.whole.as_ref().map(rung_json)})
+    json!({
+        "format": "calibench-ladder/1",
+        "rungs": rungs,
+        "stopped": stopped,
+        "whole_library": ladder.whole.as_ref().map(rung_json),
+        "recommended": if ladder.recommended().1 { "whole_library" } else { "last_rung" },
+        "advice": advice(ladder),
+    })
 }
 
-/// An objection in words.
-pub fn objection_sentence(objection: &Objection) -> String {
-    match objection {
-        Objection::CrossValidation { rms } => {
-            format!(
-                "blocks that were not fitted are predicted no better: {:.4} mm before, {:.4} mm after",
-                rms[0] / MM,
-                rms[1] / MM
-            )
-        }
-        Objection::Workspace { mean } => {
-            format!(
-                "the error predicted over the workspace does not fall: {:.3} mm before, {:.3} mm after",
-                mean[0] / MM,
-                mean[1] / MM
-            )
-        }
-        Objection::Session { name, rms } => {
-            format!("'{name}' is predicted worse: {:.4} mm before, {:.4} mm after", rms[0] / MM, rms[1] / MM)
+/// One step as one JSON document: the rungs before and after it, what speaks against it, and whether it was taken.
+pub fn step_json(before: &Rung, after: &Rung, objections: &[Objection], accepted: bool) -> Value {
+    json!({
+        "format": "calibench-step/1",
+        "before": rung_json(before),
+        "after": rung_json(after),
+        "objections": objections.iter().map(objection_sentence).collect::<Vec<_>>(),
+        "accepted": accepted,
+    })
+}
+
+/// Rungs as a table; a column for each campaign, where there are several, and for each that was not fitted.
+pub fn rung_table(rungs: &[&Rung]) -> String {
+    let Some(first) = rungs.first() else { return String::new() };
+    let mm = |x: f64| format!("{:.4}", x / MM);
+    let mut header: Vec<String> =
+        ["model", "fit rms mm", "cross-validated", "predicted over the workspace"].map(String::from).into();
+    let validated = rungs.iter().any(|r| r.validation.is_some());
+    if validated {
+        header.extend(["validation mean", "validation max"].map(String::from));
+    }
+    header.push("noise".into());
+    let stated = first.calibration.noise_stated;
+    if stated {
+        header.push("chi2/dof".into());
+    }
+    let several = first.sessions.len() > 1;
+    if several {
+        for session in &first.sessions {
+            header.push(format!("{}, cross-validated", session.name));
+            if session.from_others.is_some() {
+                header.push(format!("{}, from the others", session.name));
+            }
         }
     }
-}
-
-/// Rungs as a table.
-pub fn rung_table(rungs: &[&Rung]) -> String {
-    let rows: Vec<[String; 8]> = rungs
-        .iter()
-        .map(|r| {
-            let workspace = r
-                .workspace
-                .as_ref()
-                .map(|w| format!("{:.3} ({:.3} to {:.3})", w.mean.expected / MM, w.mean.low / MM, w.mean.high / MM));
-            let validation = |f: &dyn Fn(&crate::assess::Validation) -> f64| {
-                r.validation.as_ref().map_or(String::new(), |v| format!("{:.4}", f(v) / MM))
-            };
-            [
-                match r.added.len() {
-                    0 => r.model.effects.join(" + "),
-                    1 => format!("+ {}", r.added[0]),
-                    n => format!("+ {n} effects at once"),
-                },
-                format!("{:.4}", r.fit / MM),
-                format!("{:.4}", r.cross_validated / MM),
-                workspace.unwrap_or_default(),
-                validation(&|v| v.mean),
-                validation(&|v| v.max),
-                format!("{:.4}", r.noise / MM),
-                format!("{:.2}", r.chi2_per_dof),
-            ]
-        })
-        .collect();
-    plain_table(
-        &[
-            "model",
-            "fit rms mm",
-            "cross-validated",
-            "predicted over the workspace",
-            "validation mean",
-            "validation max",
-            "noise",
-            "chi2/dof",
-        ],
-        &rows,
-    )
+    header.extend(first.checks.iter().map(|c| format!("check {}", c.name)));
+    let row = |r: &&Rung| {
+        let workspace = r
+            .workspace
+            .as_ref()
+            .map(|w| format!("{:.3} ({:.3} to {:.3})", w.mean.expected / MM, w.mean.low / MM, w.mean.high / MM));
+        let model = match r.added.len() {
+            0 => r.model.effects.join(" + "),
+            1 => format!("+ {}", r.added[0]),
+            n => format!("+ {n} effects at once"),
+        };
+        let mut row = vec![model, mm(r.fit), mm(r.cross_validated), workspace.unwrap_or_default()];
+        if validated {
+            let of = |f: fn(&Validation) -> f64| r.validation.as_ref().map_or(String::new(), |v| mm(f(v)));
+            row.extend([of(|v| v.mean), of(|v| v.max)]);
+        }
+        row.push(mm(r.noise));
+        if stated {
+            row.push(format!("{:.2}", r.chi2_per_dof));
+        }
+        if several {
+            for (session, place) in r.sessions.iter().zip(&first.sessions) {
+                row.push(mm(session.cross_validated));
+                if place.from_others.is_some() {
+                    row.push(session.from_others.map_or("-".into(), mm));
+                }
+            }
+        }
+        row.extend(r.checks.iter().map(|c| c.result.as_ref().map_or("-".into(), |v| mm(v.rms))));
+        row
+    };
+    plain_rows(&header, &rungs.iter().map(row).collect::<Vec<_>>())
 }

@@ -4,16 +4,27 @@ mod comparison_json;
 mod comparison_plots;
 mod comparison_tables;
 mod diagnosis;
+mod diagnosis_sentences;
+mod heat_map;
 mod json;
 mod ladder;
+mod ladder_sentences;
+mod meaning;
 mod next;
 mod tables;
+mod workspace;
 
 pub use comparison_json::comparison_json;
 pub use comparison_plots::write_comparison_plots;
 pub use comparison_tables::comparison_text;
-pub use diagnosis::{diagnosis_json, diagnosis_text, sentences};
+pub use diagnosis::{diagnosis_json, diagnosis_text};
+pub use diagnosis_sentences::{Recommended, sentences};
+pub use heat_map::{curve_line, heat_map_text};
 pub use json::{calibration_json, validation_json};
-pub use ladder::{ladder_json, objection_sentence, rung_json, rung_table};
+pub use ladder::{ladder_json, rung_json, rung_table, step_json};
+pub use ladder_sentences::{advice, objection_sentence, rung_sentence, symptom_sentence, top_sentences};
 pub use next::{detectability_json, detectability_text, next_json, next_sentences, next_table};
-pub use tables::{histogram, parameter_table, plain_table, unresolved_sentences, validation_row, validation_table};
+pub use tables::{
+    histogram, parameter_rows, parameter_table, plain_table, unresolved_sentences, validation_row, validation_table,
+};
+pub use workspace::{Outlook, extrapolation_json, extrapolation_sentence};

@@ -18,10 +18,20 @@ fn table(header: &[&str]) -> Table {
 
 /// A table of plain rows: columns of numbers to the right, columns of words to the left.
 pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> String {
+    laid_out(header, rows.iter().map(|row| row.as_slice()).collect())
+}
+
+/// The same, of as many columns as the header has.
+pub(super) fn plain_rows(header: &[String], rows: &[Vec<String>]) -> String {
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    laid_out(&header, rows.iter().map(Vec::as_slice).collect())
+}
+
+fn laid_out(header: &[&str], rows: Vec<&[String]>) -> String {
     let mut out = table(header);
     for (k, column) in out.column_iter_mut().enumerate() {
         let is_number = |cell: &str| cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-        let numbers = k > 0 && rows.iter().all(|row| is_number(&row[k]));
+        let numbers = k > 0 && rows.iter().all(|row| row.get(k).is_none_or(|cell| is_number(cell)));
         column.set_cell_alignment(if numbers { CellAlignment::Right } else { CellAlignment::Left });
     }
     for row in rows {
@@ -54,6 +64,17 @@ pub fn parameter_table(c: &Calibration) -> String {
             format!("{:+.d$}", unit(e.value - e.nominal)),
             format!("{}{flag}", e.unit.symbol),
         ]);
+    }
+    out.to_string()
+}
+
+/// Parameters of some effects, with one-sigma.
+pub fn parameter_rows(c: &Calibration, effects: &[String]) -> String {
+    let mut out = table(&["parameter", "value", "1 sigma", "unit"]);
+    for e in c.estimates.iter().filter(|e| effects.contains(&e.effect)) {
+        let d = decimals(e.unit.from_si(e.sigma));
+        let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));
+        out.add_row([e.name.clone(), number(e.value), number(e.sigma), e.unit.symbol.to_owned()]);
     }
     out.to_string()
 }

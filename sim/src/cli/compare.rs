@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::Comparison;
-use calibench::identify::{Use, read_calibration};
-use calibench::report::{comparison_json, comparison_text, write_comparison_plots};
+use calibench::assess::{Comparison, Examination, Extrapolation, WorkspacePoses};
+use calibench::identify::{Calibration, IdentifyError, Use, read_calibration};
+use calibench::measure::Dataset;
+use calibench::report::{Outlook, comparison_json, comparison_text, extrapolation_sentence, write_comparison_plots};
 
-use super::{Failure, Outcome, blame_data, named, print, print_json, read_datasets};
+use super::{Failure, Outcome, blame_data, named, outlook, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -45,13 +46,41 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let comparison = Comparison::of(&calibration, &named(&datasets), which)
         .map_err(|e| blame_data(&arguments.datasets, &datasets, None, &e))?;
+    let beyond =
+        Extrapolation::of_samples(&calibration.joint_ranges, &calibration.model, &named(&datasets), |s| which.takes(s));
+    if let Some(warning) = extrapolation_sentence(&beyond) {
+        eprintln!("{warning}");
+    }
+    let outlook = of_fitted_rows(&calibration, &named(&datasets));
     if let Some(folder) = &arguments.plots {
-        write_comparison_plots(&comparison, folder)?;
+        write_comparison_plots(&comparison, outlook.as_ref().ok(), folder)?;
     }
     if arguments.json {
-        print_json(&comparison_json(&comparison))?;
+        print_json(&comparison_json(&comparison, outlook.as_ref().ok(), &beyond))?;
     } else {
-        print(&comparison_text(&comparison))?;
+        print(&comparison_text(&comparison, &outlook))?;
     }
     Ok(Outcome::Done)
+}
+
+/// The error to expect over the workspace, from the rows that the calibration was fitted to; else why it cannot be told.
+fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Outlook, String> {
+    let why = |e: IdentifyError| format!("The position error to expect over the workspace cannot be told: {e}.");
+    let of_hash = |hash: &String| datasets.iter().find(|(_, d)| d.hash == *hash).copied();
+    let mut fitted: Vec<(&str, &Dataset)> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
+    if fitted.is_empty() || fitted.len() < calibration.dataset_hashes.len() {
+        // A calibration that knows no file is told by its numbers: they are the best for these rows.
+        let has_fit_rows = |d: &Dataset| d.samples.iter().any(|s| Use::Fit.takes(s));
+        fitted = datasets.iter().copied().filter(|(_, d)| has_fit_rows(d)).collect();
+        let is_fit = |rows: &[(&str, &Dataset)]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.standing.fitted);
+        if fitted.is_empty() || !is_fit(&fitted) {
+            return Err("The position error to expect over the workspace cannot be told from these data: it takes the rows to which the calibration was fitted; name their dataset as well."
+                .into());
+        }
+    }
+    let examination = Examination::new(&fitted, &calibration.model).map_err(why)?;
+    let expected = outlook(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(why)?;
+    expected.ok_or_else(|| {
+        "The position error to expect over the workspace cannot be told: no pose of the robot is clear of itself.".into()
+    })
 }

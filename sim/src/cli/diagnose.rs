@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Examination, Relevance, WORKSPACE_POSES, WorkspaceError, diagnose_examined, workspace_poses};
-use calibench::report::{diagnosis_json, diagnosis_text};
+use calibench::assess::{Examination, WorkspacePoses, diagnose_examined};
+use calibench::report::{diagnosis_json, diagnosis_text, extrapolation_sentence};
 
-use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets};
+use super::{Failure, Outcome, blame_data, model_for, named, outlook, print, print_json, read_datasets, recommended};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -15,6 +15,9 @@ pub struct Arguments {
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long)]
     model: Option<PathBuf>,
+    /// Show which joint's error follows what, also where an effect of the catalogue explains it
+    #[arg(long)]
+    heat_map: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -27,18 +30,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let named = named(&datasets);
     let examination = Examination::new(&named, &model).map_err(blame)?;
     let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
-    let relevance = Relevance::new(&examination)?;
-    let poses = match std::env::var("POSES") {
-        Ok(p) => calibench::measure::read_dataset(std::path::Path::new(&p))?.samples.iter().map(|s| s.q.clone()).collect(),
-        Err(_) => workspace_poses(&datasets[0].1, WORKSPACE_POSES),
-    };
-    if let Some(w) = WorkspaceError::predict(&named, &examination, &relevance, &poses).map_err(blame)? {
-        eprintln!("workspace mean {:?} max {:?}", w.mean, w.max);
+    let outlook = outlook(&named, &examination, &WorkspacePoses::of(&named)).map_err(blame)?;
+    if let Some(warning) = outlook.as_ref().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
+        eprintln!("{warning}");
     }
+    let commands = recommended(&arguments.datasets, arguments.model.as_deref());
     if arguments.json {
-        print_json(&diagnosis_json(&diagnosis))?
+        print_json(&diagnosis_json(&diagnosis, outlook.as_ref(), &commands))?
     } else {
-        print(&diagnosis_text(&diagnosis))?
+        print(&diagnosis_text(&diagnosis, outlook.as_ref(), &commands, arguments.heat_map))?
     }
     Ok(Outcome::Done)
 }

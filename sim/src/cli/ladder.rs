@@ -1,12 +1,18 @@
-//! `ladder DATASET... [--model M]`.
+//! `ladder DATASET... [--model M] [--check DATASET...]`.
 
 use std::path::PathBuf;
 
-use calibench::assess::{Top, WORKSPACE_POSES, ladder, workspace_poses};
-use calibench::identify::write_model;
-use calibench::report::{ladder_json, objection_sentence, rung_table};
+use calibench::assess::{Climb, Extrapolation, ProvingGround, Rung, WorkspacePoses, ladder};
+use calibench::identify::{write_model, write_model_like};
+use calibench::report::{
+    advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence, top_sentences,
+};
+use indicatif::ProgressBar;
 
-use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets};
+use super::{
+    Failure, Outcome, blame_data, check_datasets, model_for, named, print, print_json, read_datasets, recommended,
+    warn_of_poses,
+};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -16,9 +22,15 @@ pub struct Arguments {
     /// Model file to begin with; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long)]
     model: Option<PathBuf>,
-    /// Where to write the model of the last rung (TOML); a file that is there is replaced
+    /// Campaigns that are not fitted: the robot is set up anew in each, and a step that makes one worse is refused
+    #[arg(long, num_args = 1.., value_name = "DATASET")]
+    check: Vec<PathBuf>,
+    /// Where to write the recommended model (TOML), laid out as that of --model; a file that is there is replaced
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
+    /// Write the model of the whole library, whichever is recommended
+    #[arg(long, requires = "output")]
+    whole: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -27,32 +39,73 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
-    let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let checks = check_datasets(&arguments.check, &datasets[0].1)?;
+    let checks = super::named(&checks);
     let named = named(&datasets);
-    let poses = workspace_poses(&datasets[0].1, WORKSPACE_POSES);
-    let ladder = ladder(&named, &model, &poses, &mut |rung| {
-        if !arguments.json {
-            eprintln!("{}", rung.added.join(" "));
+    let poses = WorkspacePoses::of(&named);
+    let ground = ProvingGround { poses: &poses.q, checks: &checks };
+    let spinner = ProgressBar::new_spinner();
+    spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+    spinner.set_message("diagnosing");
+    let climbed = ladder(&named, &model, ground, &mut |climb| narrate(&spinner, &climb));
+    spinner.finish_and_clear();
+    let climbed = climbed.map_err(|e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
+    let (recommended_rung, _) = climbed.recommended();
+    let chosen = match (arguments.whole, &climbed.whole) {
+        (false, _) => recommended_rung,
+        (true, Some(whole)) => whole,
+        (true, None) => {
+            return Err("there is no model of the whole library: nothing is missing, or these data do not determine it".into());
         }
-    })
-    .map_err(blame)?;
-    if let (Some(path), Some(last)) = (&arguments.output, ladder.rungs.last()) {
-        write_model(&last.model, path)?;
+    };
+    if let Some(path) = &arguments.output {
+        match &arguments.model {
+            Some(like) => write_model_like(&chosen.model, like, path)?,
+            None => write_model(&chosen.model, path)?,
+        }
     }
+    warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
-        print_json(&ladder_json(&ladder))?;
+        let mut document = ladder_json(&climbed);
+        let calibration = &chosen.calibration;
+        let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+        document["outside_range"] = extrapolation_json(&beyond);
+        print_json(&document)?;
         return Ok(Outcome::Done);
     }
-    print(&rung_table(&ladder.rungs.iter().chain(&ladder.whole).collect::<Vec<_>>()))?;
-    match &ladder.top {
-        Top::NothingLeft => print("Nothing is left but noise.")?,
-        Top::Tired => print("The ladder ends here; go on from its model.")?,
-        Top::NoStepHelps { tried } => {
-            for (effect, objections) in tried {
-                let why: Vec<String> = objections.iter().map(objection_sentence).collect();
-                print(&format!("not {effect}: {}", why.join("; ")))?;
-            }
+    print(&rung_table(&climbed.rungs.iter().chain(&climbed.whole).collect::<Vec<&Rung>>()))?;
+    for sentence in top_sentences(&climbed.top, &recommended(&arguments.datasets, arguments.model.as_deref())) {
+        print(&sentence)?;
+    }
+    for check in &chosen.checks {
+        if let Err(because) = &check.result {
+            print(&format!("Check {} cannot be judged: {because}.", check.name))?;
         }
     }
+    for symptom in &chosen.symptoms {
+        print(&symptom_sentence(symptom))?;
+    }
+    print(&advice(&climbed))?;
+    if let Some(path) = &arguments.output {
+        let which = if chosen.added.len() > 1 { "whole library" } else { "last rung" };
+        print(&format!("The model of the {which} is in {}.", path.display()))?;
+    }
     Ok(Outcome::Done)
+}
+
+/// One line a rung, and one a step refused, on standard error.
+fn narrate(spinner: &ProgressBar, climb: &Climb<'_>) {
+    let say = |line: String| spinner.suspend(|| eprintln!("{line}"));
+    match climb {
+        Climb::Trying(effect) => spinner.set_message(format!("trying {effect}")),
+        Climb::Refused(effect, objections) => {
+            say(format!("  not {effect}: {}", objections.first().map(objection_sentence).unwrap_or_default()));
+        }
+        Climb::Reached(rung) => {
+            say(rung_sentence(rung));
+            rung.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
+            spinner.set_message("looking for the next step");
+        }
+        Climb::WholeLibrary => spinner.set_message("fitting the whole library"),
+    }
 }

@@ -1,5 +1,6 @@
 //! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
 
+mod add;
 mod catalogue;
 mod compare;
 mod diagnose;
@@ -18,10 +19,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use calibench::assess::{Examination, Extrapolation, Relevance, WorkspaceError, WorkspacePoses};
 use calibench::effects::Subject;
 use calibench::files::one_line;
-use calibench::identify::{IdentifyError, Model, ProblemError, read_model};
+use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_model};
 use calibench::measure::{Dataset, read_dataset};
+use calibench::report::{Outlook, Recommended, extrapolation_sentence};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
@@ -59,6 +62,8 @@ enum Verb {
     Validate(validate::Arguments),
     /// Find which effect is missing in the model
     Diagnose(diagnose::Arguments),
+    /// Add one effect to the model, refit, and judge the step
+    Add(add::Arguments),
     /// Diagnose, add, refit, until nothing is left or nothing helps
     Ladder(ladder::Arguments),
     /// Which extra measurements would tell the rivals apart, or lower the predicted error most
@@ -95,6 +100,7 @@ pub fn main() -> ExitCode {
         Verb::Identify(a) => identify::run(a),
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
+        Verb::Add(a) => add::run(a),
         Verb::Ladder(a) => ladder::run(a),
         Verb::Next(a) => next::run(a),
         Verb::Study(a) => study::run(a),
@@ -209,6 +215,54 @@ fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Mode
         Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
         None => Model::default_for(first),
     })
+}
+
+/// Campaigns that are not fitted but judged, of the same arm as the data.
+fn check_datasets(folders: &[PathBuf], fitted: &Dataset) -> Result<Vec<(String, Dataset)>, Failure> {
+    let checks = read_datasets(folders)?;
+    let other = checks.iter().position(|(_, d)| !d.robot.is_same_arm(&fitted.robot));
+    if let Some(k) = other {
+        let problem = format!(
+            "is of '{}', the data are of '{}'; check against campaigns of the same robot",
+            checks[k].1.robot.name, fitted.robot.name
+        );
+        return Err(Box::new(Blamed { path: folders[k].join("dataset.toml"), field: "robot", problem }));
+    }
+    Ok(checks)
+}
+
+/// The error to expect of an examined fit at `poses`; `None` without poses.
+fn outlook(
+    named: &[(&str, &Dataset)],
+    examination: &Examination,
+    poses: &WorkspacePoses,
+) -> Result<Option<Outlook>, IdentifyError> {
+    let relevance = Relevance::new(examination)?;
+    let error = WorkspaceError::predict(named, examination, &relevance, &poses.q)?;
+    let ranges = examination.problem().joint_ranges();
+    let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
+    Ok(error.map(|error| Outlook { error, source: poses.source, extrapolation }))
+}
+
+/// Says on standard error how far the poses of a prediction reach beyond what a calibration has seen.
+fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) {
+    let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+    if let Some(warning) = extrapolation_sentence(&beyond) {
+        eprintln!("{warning}");
+    }
+}
+
+/// How recommended commands go on after the verb.
+fn recommended(folders: &[PathBuf], model: Option<&Path>) -> Recommended {
+    let quoted = |path: &Path| {
+        let text = path.display().to_string();
+        let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+:".contains(c));
+        if plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+    };
+    Recommended {
+        datasets: folders.iter().map(|f| quoted(f)).collect::<Vec<_>>().join(" "),
+        model: model.map_or(String::new(), |m| format!(" --model {}", quoted(m))),
+    }
 }
 
 /// Borrowed, as the library takes them.

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::Validation;
+use calibench::assess::{Extrapolation, Validation};
 use calibench::identify::{Use, read_calibration};
 use calibench::measure::SampleSet;
-use calibench::report::{histogram, validation_json, validation_row, validation_table};
+use calibench::report::{
+    extrapolation_json, extrapolation_sentence, histogram, validation_json, validation_row, validation_table,
+};
 
 use super::{Failure, Outcome, blame_data, named, print, print_json, read_datasets};
 
@@ -36,8 +38,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let prediction =
         calibration.predict(&named(&datasets), which).map_err(|e| blame_data(&arguments.datasets, &datasets, None, &e))?;
     let validation = Validation::of(&prediction).ok_or("there are no samples to judge")?;
+    let beyond =
+        Extrapolation::of_samples(&calibration.joint_ranges, &calibration.model, &named(&datasets), |s| which.takes(s));
+    if let Some(warning) = extrapolation_sentence(&beyond) {
+        eprintln!("{warning}");
+    }
     if arguments.json {
-        print_json(&validation_json(&validation))?;
+        let mut document = validation_json(&validation);
+        document["outside_range"] = extrapolation_json(&beyond);
+        print_json(&document)?;
         return Ok(Outcome::Done);
     }
     print(&validation_table(&[validation_row(&format!("{} samples", validation.samples), &validation)]))?;

@@ -10,7 +10,7 @@ use super::start::{start, worlds_own};
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, WeighingRoom};
 use crate::effects::{self, Effect, Needs, Owner, ParameterSpec, Subject};
 use crate::identify::{Model, TorquePosture};
-use crate::measure::{Dataset, Measured, Sample};
+use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Robot, Site};
 
 /// Everything of a problem but its rows.
@@ -38,6 +38,8 @@ enum Belief {
     Stated(f64),
     /// One-sigma in plausible sizes; may be infinite.
     Width(f64),
+    /// A certificate, and beside it room for what happened since: both one-sigmas, the second in plausible sizes.
+    StatedAndWidth(f64, f64),
 }
 
 impl Belief {
@@ -46,7 +48,8 @@ impl Belief {
             Belief::Flat => Knowledge::Flat,
             Belief::Stated(sigma) => Knowledge::Stated(sigma),
             Belief::Width(width) if width.is_finite() => Knowledge::Plausible(width * spec.prior),
-            Belief::Width(_) => Knowledge::Flat,
+            Belief::StatedAndWidth(sigma, width) if width.is_finite() => Knowledge::Plausible(sigma.hypot(width * spec.prior)),
+            Belief::Width(_) | Belief::StatedAndWidth(..) => Knowledge::Flat,
         }
     }
 }
@@ -143,7 +146,11 @@ impl<'a> Assembly<'a> {
                     wanted.push((format!("ball:{}", ball.id), Belief::Flat));
                 }
             }
-            wanted.extend(model.effects.iter().map(|e| (e.clone(), Belief::Width(model.width_of(e)))));
+            wanted.extend(model.effects.iter().map(|e| {
+                let width = model.width_of(e);
+                let belief = stated(dataset, e).map_or(Belief::Width(width), |s| Belief::StatedAndWidth(s, width));
+                (e.clone(), belief)
+            }));
             if dataset.tool_free {
                 wanted.retain(|(id, _)| id != "tool_frame");
                 let base = wanted.iter().position(|(id, _)| id == "base_frame");
@@ -160,7 +167,7 @@ impl<'a> Assembly<'a> {
             let mut placed: Vec<Placed> = Vec::new();
             for (id, belief) in wanted {
                 if placed.iter().any(|p| p.effect.id() == id) {
-                    continue; // named by the model as well: the model's word counts
+                    continue; // named by the model as well, which then holds what is stated in its belief
                 }
                 let effect = effects::build(&id, &subject)?;
                 if let Some(needs) = missing(effect.as_ref(), dataset, model, self.which) {
@@ -280,6 +287,16 @@ fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]
         })
     });
     rows.collect()
+}
+
+/// One-sigma, SI, that the dataset states of what an effect of a model moves: the TCP, or a ball.
+fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
+    let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
+    let sigma = match effect {
+        "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
+        _ => dataset.balls.iter().find(ball).map(|b| b.sigma),
+    };
+    sigma.filter(|s| *s > 0.0)
 }
 
 /// Appends the parameters of an effect; returns the place of the first.

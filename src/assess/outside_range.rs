@@ -1,0 +1,111 @@
+//! Poses that reach where a calibration has not seen the joints.
+
+use crate::identify::Model;
+use crate::measure::{Dataset, Sample};
+
+/// A joint that turns farther than it did when it was identified.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutsideRange {
+    /// The joint, counted from 1.
+    pub joint: usize,
+    /// Smallest and largest angle in the identification, rad.
+    pub identified: [f64; 2],
+    /// Poses in which it stands outside.
+    pub poses: usize,
+    /// How far the farthest of them is outside, rad.
+    pub farthest: f64,
+}
+
+/// What a judgement asks of a calibration beyond where it was identified.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Extrapolation {
+    /// Poses judged.
+    pub poses: usize,
+    /// Poses with at least one joint outside.
+    pub outside: usize,
+    /// Joint by joint; those that stay inside are left out.
+    pub joints: Vec<OutsideRange>,
+    /// Effects of the model whose shape in the joint angle is known only where it was seen: beyond, they are guesses.
+    pub shapes: Vec<String>,
+}
+
+/// Less than this outside is nowhere else, rad: an arc minute.
+const SLACK: f64 = 3e-4;
+
+/// Families whose shape follows an angle.
+const SHAPES: [&str; 4] = ["harmonic1", "harmonic2", "harmonic", "error_curve"];
+
+impl Extrapolation {
+    /// Holds poses (joint angles, rad, N) against the joint ranges in which a model was identified (rad).
+    pub fn of<'q>(joint_ranges: &[[f64; 2]], model: &Model, poses: impl Iterator<Item = &'q [f64]>) -> Self {
+        let none = |(j, range): (usize, &[f64; 2])| OutsideRange { joint: j + 1, identified: *range, poses: 0, farthest: 0.0 };
+        let mut joints: Vec<OutsideRange> = joint_ranges.iter().enumerate().map(none).collect();
+        let (mut count, mut outside) = (0, 0);
+        for q in poses {
+            count += 1;
+            let mut any = false;
+            for (q, joint) in q.iter().zip(&mut joints) {
+                let by = (q - joint.identified[1]).max(joint.identified[0] - q);
+                if by > SLACK {
+                    joint.poses += 1;
+                    joint.farthest = joint.farthest.max(by);
+                    any = true;
+                }
+            }
+            outside += usize::from(any);
+        }
+        joints.retain(|j| j.poses > 0);
+        let of_joint = |id: &str| {
+            let mut parts = id.split(':');
+            let family = parts.next().unwrap_or_default();
+            let joint = parts.next().and_then(|j| j.parse::<usize>().ok());
+            SHAPES.contains(&family) && joints.iter().any(|o| joint.is_none_or(|j| j == o.joint))
+        };
+        let own = |id: &str| {
+            let follows = |j: &OutsideRange| {
+                let angle = format!("q{}", j.joint);
+                let term = |basis: &str| {
+                    basis
+                        .match_indices(&angle)
+                        .any(|(at, _)| !basis[at + angle.len()..].starts_with(|c: char| c.is_ascii_digit()))
+                };
+                model.own.iter().any(|o| o.name == id && o.terms.iter().any(|t| term(&t.basis)))
+            };
+            joints.iter().any(follows)
+        };
+        let shapes = model.effects.iter().filter(|id| of_joint(id) || own(id)).cloned().collect();
+        Extrapolation { poses: count, outside, joints, shapes }
+    }
+
+    /// The same of the samples of datasets that `takes` selects.
+    pub fn of_samples(
+        joint_ranges: &[[f64; 2]],
+        model: &Model,
+        datasets: &[(&str, &Dataset)],
+        takes: impl Fn(&Sample) -> bool,
+    ) -> Self {
+        let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| takes(s)));
+        Extrapolation::of(joint_ranges, model, rows.map(|s| s.q.as_slice()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_joint_is_outside_by_how_far_and_how_often() {
+        let model = Model::of(&["mdh", "harmonic1:2", "harmonic1:1"]);
+        let poses = [[0.0, 1.5], [0.5, 1.2], [0.9, -0.2]];
+        let found = Extrapolation::of(&[[-1.0, 1.0], [0.0, 1.0]], &model, poses.iter().map(|q| q.as_slice()));
+        assert_eq!((found.poses, found.outside, found.joints.len()), (3, 3, 1));
+        assert_eq!((found.joints[0].joint, found.joints[0].poses, found.joints[0].farthest), (2, 3, 0.5));
+        assert_eq!(found.shapes, ["harmonic1:2"]);
+    }
+
+    #[test]
+    fn inside_nothing_is_said() {
+        let found = Extrapolation::of(&[[-1.0, 1.0]], &Model::of(&["harmonic1:1"]), [[0.3]].iter().map(|q| q.as_slice()));
+        assert_eq!((found.outside, found.joints.len(), found.shapes.len()), (0, 0, 0));
+    }
+}

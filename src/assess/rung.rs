@@ -1,0 +1,273 @@
+//! A model on the data, and whether it is better than the one before it.
+
+use super::Validation;
+use super::cross_validation::{cross_validated, folds};
+use super::diagnosis::{Diagnosis, diagnose_examined};
+use super::examination::Examination;
+use super::relevance::Relevance;
+use super::symptoms::Symptom;
+use super::workspace::WorkspaceError;
+use crate::identify::{Calibration, IdentifyError, Model, Use, identify};
+use crate::measure::{Dataset, SampleSet};
+
+/// A fall of the cross-validated rms, or of the predicted error, by less than this share is none.
+const A_FALL: f64 = 0.005;
+
+/// A campaign gets worse when its error grows by more than this share.
+const WORSE: f64 = 0.01;
+
+/// Where a model has to prove itself beside the rows that it is fitted to.
+#[derive(Debug, Clone, Copy)]
+pub struct ProvingGround<'a> {
+    /// Poses at which the error is predicted: joint angles, rad (N).
+    pub poses: &'a [Vec<f64>],
+    /// Campaigns that are not fitted, by name: the robot is calibrated without them and set up anew for each. They are judged on their
+    /// rows of set `validation`, or on all where there are none.
+    pub checks: &'a [(&'a str, &'a Dataset)],
+}
+
+/// A campaign that was not fitted.
+#[derive(Debug, Clone)]
+pub struct Check {
+    /// Its name.
+    pub name: String,
+    /// Position errors in it, or why it cannot be judged.
+    pub result: Result<Validation, String>,
+}
+
+impl Check {
+    fn of(calibration: &Calibration, name: &str, dataset: &Dataset) -> Self {
+        let held_out = dataset.samples.iter().any(|s| s.set == SampleSet::Validation);
+        let which = if held_out { Use::Validation } else { Use::All };
+        let predicted = calibration.set_up_anew().predict(&[(name, dataset)], which).map_err(|e| e.to_string());
+        let result = predicted.and_then(|p| Validation::of(&p).ok_or_else(|| "it has no samples".to_owned()));
+        Check { name: name.into(), result }
+    }
+}
+
+/// Error of one session under cross-validation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SessionError {
+    /// Dataset, and session within it where sessions are named.
+    pub name: String,
+    /// Root mean square of its 3-D residual, predicted from the rest of the data in blocks, m.
+    pub cross_validated: f64,
+    /// The same predicted by a robot calibrated on the other campaigns alone, its own base and tool refitted, m; with one campaign none.
+    pub from_others: Option<f64>,
+}
+
+/// A model on the data, and how good it is in every respect that can be told.
+#[derive(Debug, Clone)]
+pub struct Rung {
+    /// What was added to the model below; empty for the first.
+    pub added: Vec<String>,
+    /// The model.
+    pub model: Model,
+    /// Residual, rms in 3-D, m.
+    pub fit: f64,
+    /// Whitened squares per degree of freedom.
+    pub chi2_per_dof: f64,
+    /// Residual of blocks that were not fitted, rms in 3-D, m.
+    pub cross_validated: f64,
+    /// Squared residual of each sample when its block was not fitted, m², with its name.
+    pub blocks: Vec<(String, f64)>,
+    /// Position error predicted over the workspace.
+    pub workspace: Option<WorkspaceError>,
+    /// Position errors on rows of set `validation`, where there are any.
+    pub validation: Option<Validation>,
+    /// What noise alone would leave, m.
+    pub noise: f64,
+    /// Session by session.
+    pub sessions: Vec<SessionError>,
+    /// What the data say is missing in it.
+    pub diagnosis: Diagnosis,
+    /// The whole library fitted to what it leaves.
+    pub relevance: Relevance,
+    /// What was fitted.
+    pub calibration: Calibration,
+    /// Campaigns that were not fitted, in the order in which they were named.
+    pub checks: Vec<Check>,
+    /// Numbers that no arm can have.
+    pub symptoms: Vec<Symptom>,
+}
+
+/// What speaks against a step.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Objection {
+    /// Blocks that were not fitted are predicted no better.
+    CrossValidation {
+        /// Rms before and after, m.
+        rms: [f64; 2],
+    },
+    /// The error predicted over the workspace grows.
+    Workspace {
+        /// Mean before and after, m.
+        mean: [f64; 2],
+    },
+    /// A campaign is predicted worse.
+    Session {
+        /// Its name.
+        name: String,
+        /// Rms before and after, m.
+        rms: [f64; 2],
+    },
+    /// A campaign that was not fitted is predicted worse.
+    Check {
+        /// Its name.
+        name: String,
+        /// Rms before and after, m.
+        rms: [f64; 2],
+    },
+    /// A campaign that was not fitted cannot be judged any more.
+    CheckUnjudged {
+        /// Its name.
+        name: String,
+        /// Why.
+        because: String,
+    },
+    /// The data do not determine the model.
+    NotFitted {
+        /// Why.
+        because: String,
+    },
+}
+
+impl Objection {
+    /// Whether the step is refused for it, not only warned of.
+    pub fn refuses(&self) -> bool {
+        !matches!(self, Objection::Workspace { .. })
+    }
+}
+
+/// Fits a model and judges it.
+///
+/// # Errors
+/// When data and model do not go together, or do not determine the unknowns.
+pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<'_>) -> Result<Rung, IdentifyError> {
+    let examination = Examination::new(datasets, model)?;
+    let diagnosis = diagnose_examined(datasets, &examination)?;
+    let relevance = Relevance::new(&examination)?;
+    let workspace = WorkspaceError::predict(datasets, &examination, &relevance, ground.poses)?;
+    let calibration = examination.calibration(datasets);
+    let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
+    let validation =
+        if has(SampleSet::Validation) { Validation::of(&calibration.predict(datasets, Use::Validation)?) } else { None };
+    let blocks = blocks(&examination);
+    let of_session = |s: usize| rms(blocks.iter().filter(|(setup, _)| *setup == s).map(|(_, squares)| *squares));
+    let names = examination.problem.setups().iter().map(|s| s.name());
+    let names =
+        names.map(|[dataset, session]| if session.is_empty() { dataset.to_owned() } else { format!("{dataset}/{session}") });
+    let mut sessions: Vec<SessionError> =
+        names.enumerate().map(|(s, name)| SessionError { name, cross_validated: of_session(s), from_others: None }).collect();
+    if datasets.len() > 1 && sessions.len() == datasets.len() {
+        for (k, session) in sessions.iter_mut().enumerate() {
+            session.from_others = from_others(datasets, model, k);
+        }
+    }
+    Ok(Rung {
+        added: Vec::new(),
+        model: model.clone(),
+        fit: examination.fit.rms,
+        chi2_per_dof: diagnosis.chi2_per_dof,
+        cross_validated: rms(blocks.iter().map(|(_, squares)| *squares)),
+        blocks: examination.problem.sample_ids().iter().cloned().zip(blocks.iter().map(|(_, squares)| *squares)).collect(),
+        workspace,
+        validation,
+        noise: diagnosis.noise,
+        sessions,
+        diagnosis,
+        relevance,
+        checks: ground.checks.iter().map(|(name, dataset)| Check::of(&calibration, name, dataset)).collect(),
+        symptoms: Symptom::of(&calibration, datasets),
+        calibration,
+    })
+}
+
+/// Squared residual of each sample when its block was not fitted, m², and its set-up.
+fn blocks(examination: &Examination) -> Vec<(usize, f64)> {
+    let Examination { circumstances, rows, fit, .. } = examination;
+    let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
+    let predicted = cross_validated(examination, &folds(circumstances), 0..0);
+    let (mut fitted, mut residual) = (vec![0.0; setups], vec![0.0; setups]);
+    let last = rows.nrows() - 1;
+    for (at, r) in circumstances.iter().zip(examination.problem.residuals(&fit.values)) {
+        fitted[at.setup] += (0..at.height).map(|k| rows[(last, at.first_row + k)].powi(2)).sum::<f64>();
+        residual[at.setup] += r.norm_squared();
+    }
+    // Whitened squares compare; the residual itself gives the unit.
+    let unit = |s: usize| residual[s] / fitted[s].max(f64::MIN_POSITIVE);
+    circumstances.iter().zip(predicted).map(|(at, squares)| (at.setup, squares * unit(at.setup))).collect()
+}
+
+/// Root of the mean of some squares.
+fn rms(squares: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
+    if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+}
+
+/// Rms of dataset `k` predicted by the robot as the other datasets have it; `None` when they do not determine it.
+fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option<f64> {
+    let others: Vec<(&str, &Dataset)> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
+    let calibration = identify(&others, model).ok()?;
+    Validation::of(&calibration.predict(&datasets[k..=k], Use::Fit).ok()?).map(|v| v.rms)
+}
+
+impl Rung {
+    /// What speaks against having climbed here from `below`.
+    pub fn objections(&self, below: &Rung) -> Vec<Objection> {
+        let mut all = Vec::new();
+        // A sample that the step sets aside is nothing that it could predict: the others must not be predicted worse for it.
+        let aside: Vec<&str> = self.added.iter().filter_map(|e| e.strip_prefix("outlier:")).collect();
+        let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
+        let of_others =
+            |r: &Rung| rms(r.blocks.iter().filter(|(id, _)| !aside.contains(&id.as_str())).map(|(_, squares)| *squares));
+        let squares = [of_others(below), of_others(self)];
+        let enough = if sets_aside { 1.0 + WORSE } else { 1.0 - A_FALL };
+        if squares[1] > squares[0] * enough {
+            all.push(Objection::CrossValidation { rms: squares });
+        }
+        // Of one session that has been said.
+        let several = self.sessions.len() > 1 && !sets_aside;
+        for (before, after) in below.sessions.iter().zip(&self.sessions).filter(|_| several) {
+            let pairs = [
+                Some([before.cross_validated, after.cross_validated]),
+                before.from_others.zip(after.from_others).map(|(b, a)| [b, a]),
+            ];
+            for rms in pairs.into_iter().flatten().filter(|[b, a]| *a > b * (1.0 + WORSE)) {
+                all.push(Objection::Session { name: after.name.clone(), rms });
+            }
+        }
+        for (before, after) in below.checks.iter().zip(&self.checks) {
+            let name = after.name.clone();
+            match (&before.result, &after.result) {
+                (Ok(b), Ok(a)) if a.rms > b.rms * (1.0 + WORSE) => {
+                    all.push(Objection::Check { name, rms: [b.rms, a.rms] });
+                }
+                (Ok(_), Err(because)) => all.push(Objection::CheckUnjudged { name, because: because.clone() }),
+                _ => {}
+            }
+        }
+        if let (Some(before), Some(after)) = (&below.workspace, &self.workspace) {
+            let mean = [before.mean.expected, after.mean.expected];
+            if mean[1] > mean[0] * (1.0 - A_FALL) {
+                all.push(Objection::Workspace { mean });
+            }
+        }
+        all
+    }
+}
+
+/// Adds effects to the model of a rung and judges the result.
+///
+/// # Errors
+/// As [`rung`].
+pub fn add(
+    datasets: &[(&str, &Dataset)],
+    below: &Rung,
+    effects: &[String],
+    ground: ProvingGround<'_>,
+) -> Result<Rung, IdentifyError> {
+    let model = effects.iter().fold(below.model.clone(), |model, effect| model.with(effect));
+    let rung = rung(datasets, &model, ground)?;
+    Ok(Rung { added: effects.to_vec(), ..rung })
+}

@@ -1,0 +1,66 @@
+//! Where in the workspace a calibration errs: the predicted error over the distance from axis 1 and the height.
+
+use super::workspace::WorkspaceError;
+
+/// Cells each way.
+const CELLS: usize = 5;
+
+/// A ring of the workspace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapCell {
+    /// Mean of the expected errors of its poses, m.
+    pub error: f64,
+    /// Poses in it.
+    pub poses: usize,
+}
+
+/// The workspace cut into rings around axis 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorkspaceMap {
+    /// Edges of the rings: distance from axis 1, m, ascending, one more than there are cells.
+    pub radius: Vec<f64>,
+    /// Edges over the base, along axis 1, m, ascending, one more than there are cells.
+    pub height: Vec<f64>,
+    /// Row by row, lowest first, each from axis 1 outwards; `None` where no pose lies.
+    pub cells: Vec<Vec<Option<MapCell>>>,
+}
+
+impl WorkspaceError {
+    /// The error over radius and height, five cells each way between the poses' extremes.
+    pub fn map(&self) -> WorkspaceMap {
+        let edges = |of: &dyn Fn(usize) -> f64| {
+            let range =
+                (0..self.poses.len()).map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            (0..=CELLS).map(|k| range.0 + (range.1 - range.0) * k as f64 / CELLS as f64).collect::<Vec<f64>>()
+        };
+        let (radius, height) = (edges(&|p| self.poses[p].radius), edges(&|p| self.poses[p].height));
+        let mut cells = vec![vec![None; CELLS]; CELLS];
+        let within = |edges: &[f64], x: f64| edges[1..CELLS].iter().filter(|edge| x >= **edge).count();
+        for pose in &self.poses {
+            let cell = &mut cells[within(&height, pose.height)][within(&radius, pose.radius)];
+            let MapCell { error, poses } = cell.unwrap_or(MapCell { error: 0.0, poses: 0 });
+            *cell = Some(MapCell { error: error + pose.error, poses: poses + 1 });
+        }
+        cells.iter_mut().flatten().flatten().for_each(|cell| cell.error /= cell.poses as f64);
+        WorkspaceMap { radius, height, cells }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::workspace::{Banded, ExpectedError};
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn every_pose_is_in_one_cell_and_empty_cells_stay_empty() {
+        let pose = |radius, height, error| ExpectedError { q: Vec::new(), tcp: Vector3::zeros(), radius, height, error };
+        let none = Banded { expected: 0.0, low: 0.0, high: 0.0 };
+        let poses = vec![pose(0.0, 0.0, 1.0), pose(0.1, 0.0, 3.0), pose(1.0, 2.0, 5.0)];
+        let map = WorkspaceError { mean: none, max: none, poses }.map();
+        assert_eq!(map.cells[0][0], Some(MapCell { error: 2.0, poses: 2 }));
+        assert_eq!(map.cells[4][4], Some(MapCell { error: 5.0, poses: 1 }));
+        assert_eq!(map.cells.iter().flatten().flatten().map(|c| c.poses).sum::<usize>(), 3);
+        assert_eq!((map.radius[0], map.radius[5], map.height[5]), (0.0, 1.0, 2.0));
+    }
+}

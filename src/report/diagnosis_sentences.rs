@@ -1,0 +1,205 @@
+//! A diagnosis in words: what is seen, what it means, what to do.
+
+use super::heat_map::curve_line;
+use super::meaning::{meaning, what};
+use crate::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
+use crate::units::MM;
+
+/// How the commands that a report recommends go on after the verb: datasets and model as they were given.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Recommended {
+    /// `runs/balls runs/more`.
+    pub datasets: String,
+    /// ` --model model.toml`, or nothing.
+    pub model: String,
+}
+
+impl Recommended {
+    fn verb(&self, verb: &str) -> String {
+        format!("`calibench {verb} {}{}`", self.datasets, self.model)
+    }
+
+    fn add(&self, effect: &str) -> String {
+        self.verb(&format!("add {effect}"))
+    }
+}
+
+/// An outlier is so much more likely than the ordinary small stuff of a robot before it is spoken of.
+const OUTLIER_ODDS: f64 = 20.0;
+
+/// An effect that explains less than this share of the fitted model's energy is called hidden.
+const HIDDEN: f64 = 0.5;
+
+/// Untestable effects named one by one.
+const MOST_NAMED: usize = 4;
+
+/// The diagnosis in words: first the number left and the outliers, then the verdict, then every effect of the credible set as it was seen,
+/// what it means and what to do, and last what these data cannot test.
+pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    let mut all = vec![left(d)];
+    all.extend(outlier(d, commands));
+    let named: Vec<&Finding> = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).collect();
+    match d.verdict {
+        Verdict::NothingLeft => all.push(
+            "Verdict: nothing_left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
+                .into(),
+        ),
+        Verdict::Identified => {
+            all.push(format!("Verdict: identified. {} is missing in the model.", d.set95.join("")));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+        }
+        Verdict::Indistinguishable => {
+            all.push(format!(
+                "Verdict: indistinguishable. One of {} is missing; these data cannot tell which.",
+                d.set95.join(", ")
+            ));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+            all.push(format!("Do: {} names the few measurements that would tell them apart.", commands.verb("next")));
+        }
+        Verdict::Unexplained => {
+            all.push("Verdict: unexplained. Something is left, and no single effect of the catalogue explains it.".into());
+            all.extend(unexplained(d, commands));
+        }
+    }
+    all.extend(untestable(d));
+    all
+}
+
+/// A sample that disagrees with all others: before anything else where nothing explains more, else as a hint.
+fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
+    let sticks_out = |f: &&Finding| {
+        f.hypothesis.in_model.starts_with("outlier:") && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln()
+    };
+    let place = d.findings.iter().position(|f| sticks_out(&f))?;
+    let f = &d.findings[place];
+    let sample = f.hypothesis.in_model.trim_start_matches("outlier:");
+    Some(if place == 0 {
+        format!(
+            "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, leave it out, or set it aside with {}.",
+            sizes(f),
+            commands.add(&f.hypothesis.in_model)
+        )
+    } else {
+        format!(
+            "Look at sample {sample}: it disagrees with the others ({}), by itself or because what is missing shows most there.",
+            sizes(f)
+        )
+    })
+}
+
+fn left(d: &Diagnosis) -> String {
+    let (rms, noise, unexplained) = (d.rms / MM, d.noise / MM, d.unexplained / MM);
+    if d.lack_of_fit_p.is_some() {
+        format!(
+            "{} samples leave {rms:.4} mm rms (3-D); noise alone would leave {noise:.4} mm, so {unexplained:.4} mm is unexplained (chi2/dof {:.2} on {}).",
+            d.samples, d.chi2_per_dof, d.dof
+        )
+    } else {
+        format!(
+            "{} samples leave {rms:.4} mm rms (3-D); with the best explanation {noise:.4} mm would be left, so {unexplained:.4} mm may be unexplained. The data do not state their noise.",
+            d.samples
+        )
+    }
+}
+
+/// Effect, size, place, share; the physics; the command and where to look.
+fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
+    let h = &f.hypothesis;
+    let at = match &h.place {
+        None | Some(Place::Sample(_)) => String::new(),
+        Some(Place::Order(k)) => format!(", {k} times per turn"),
+        Some(Place::Time(t)) => format!(", after {t} s"),
+    };
+    let hidden = if h.visible < HIDDEN {
+        format!(
+            "; the fitted model hides {:.1} % of it in its own numbers, so it does more harm elsewhere than it shows here",
+            100.0 * (1.0 - h.visible)
+        )
+    } else {
+        String::new()
+    };
+    let rivals =
+        if f.rivals.is_empty() { String::new() } else { format!("; in these data {} would do the same", f.rivals.join(", ")) };
+    let saw = format!(
+        "Saw: {}, {}{at}: {}; explains {:.0} % of the rest, probability {:.2}{hidden}{rivals}.",
+        h.in_model,
+        what(&h.in_model),
+        sizes(f),
+        100.0 * h.explains,
+        f.probability
+    );
+    let meaning = meaning(&h.in_model);
+    let means = format!("Means: {}.", meaning.physics);
+    let look = if meaning.look.is_empty() { String::new() } else { format!("{}; or ", meaning.look) };
+    [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
+}
+
+/// Numbers of a finding as they would be fitted now: at most three.
+pub(super) fn sizes(f: &Finding) -> String {
+    let one = |p: &FoundParameter| {
+        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.symbol)
+    };
+    let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
+    let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };
+    shown.join(", ") + &more
+}
+
+fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    let map = &d.heat_map;
+    match map.credible().first().copied() {
+        Some(cell) => {
+            let variable = cell.variable.name();
+            let mut all = vec![format!(
+                "Saw: the error of joint {} follows {variable}: a smooth curve takes {:.0} % of the rest (ln evidence {:+.1} against the ordinary small stuff of a robot; its level and what else the fitted model absorbs of it are not seen).",
+                cell.joint + 1,
+                100.0 * cell.explains,
+                cell.ln_evidence_against_background
+            )];
+            if let Some(curve) = map.curve.as_ref().filter(|c| c.joint == cell.joint && c.variable == cell.variable) {
+                all.push(format!("Saw: {}.", curve_line(curve)));
+            }
+            all.push(format!(
+                "Means: something turns joint {} that the catalogue does not hold; its shape over {variable} is what is known of it.",
+                cell.joint + 1
+            ));
+            all.push(format!(
+                "Do: {} fits that curve as an effect of your own; look at its shape for the cause.",
+                commands.add(&format!("curve:{}:{variable}", cell.joint + 1))
+            ));
+            all
+        }
+        None => {
+            let largest: Vec<&str> = d.contributions.iter().take(3).map(|c| c.effect.as_str()).collect();
+            let most = if largest.is_empty() { String::new() } else { format!("; most of it goes to {}", largest.join(", ")) };
+            vec![
+                format!(
+                    "Saw: many ordinary effects at about {} plausible sizes each, none of them unusual{most}.",
+                    d.background
+                ),
+                "Means: this is what an ordinary robot looks like beyond the fitted model.".into(),
+                format!(
+                    "Do: {} fits them all at once, each held to its size, and says what that gains.",
+                    commands.verb("ladder")
+                ),
+            ]
+        }
+    }
+}
+
+/// What is not measured cannot be missed: grouped by what the data lack.
+fn untestable(d: &Diagnosis) -> Vec<String> {
+    let mut needs: Vec<&str> = Vec::new();
+    for u in &d.untestable {
+        if !needs.contains(&u.needs) {
+            needs.push(u.needs);
+        }
+    }
+    let of = |need: &&str| {
+        let effects: Vec<&str> = d.untestable.iter().filter(|u| u.needs == *need).map(|u| u.effect.as_str()).collect();
+        let more = effects.len().saturating_sub(MOST_NAMED);
+        let named = effects[..effects.len() - more].join(", ");
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("Not tested: {named}{more}: needs {need}.")
+    };
+    needs.iter().map(of).collect()
+}
