@@ -7,13 +7,16 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Remainder, Seen, ln_sum_exp};
-use crate::identify::{FitError, linalg};
+use super::examination::Examination;
+use crate::identify::{FREELY_FITTED, FitError, linalg};
 
 /// Sizes of the background, in plausible sizes; zero is none.
 pub(super) const SIZES: [f64; 7] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6];
 
 /// The background's columns along their principal directions.
 pub(super) struct Background {
+    /// Which columns of the examination these are: all but those of effects that belong to every model and are nothing small.
+    columns: Vec<usize>,
     vectors: DMatrix<f64>,
     lambda: DVector<f64>,
     /// Remainder along them.
@@ -24,14 +27,17 @@ pub(super) struct Background {
 }
 
 impl Background {
-    /// From the inner products of all columns, and with the remainder.
+    /// The small stuff beside what an examination fits.
     ///
     /// # Errors
     /// When the inner products are not finite.
-    pub fn new(gram: &DMatrix<f64>, z: &DVector<f64>, remainder: &Remainder) -> Result<Self, FitError> {
-        let (values, vectors) = linalg::symmetric_eigen(gram)?;
+    pub fn new(examination: &Examination) -> Result<Self, FitError> {
+        let Examination { gram, z, remainder, library, spans, .. } = examination;
+        let small = library.candidates.iter().zip(spans).filter(|(c, _)| !FREELY_FITTED.contains(&c.family.as_str()));
+        let columns: Vec<usize> = small.flat_map(|(_, span)| span.range()).collect();
+        let (values, vectors) = linalg::symmetric_eigen(&gram.select_columns(&columns).select_rows(&columns))?;
         let lambda = values.map(|l| l.max(0.0));
-        let b = vectors.tr_mul(z);
+        let b = vectors.tr_mul(&z.select_rows(&columns));
         let mut remainders = Vec::new();
         let mut ln_evidence = Vec::new();
         for tau in SIZES {
@@ -41,12 +47,12 @@ impl Background {
             ln_evidence.push(volume + remainder.gain(taken));
             remainders.push(Remainder { squares: (remainder.squares - taken).max(1e-12 * remainder.squares), ..*remainder });
         }
-        Ok(Background { vectors, lambda, b, remainders, ln_evidence })
+        Ok(Background { columns, vectors, lambda, b, remainders, ln_evidence })
     }
 
-    /// Columns (given by their inner products with the background's columns) along the background's directions.
+    /// Columns (given by their inner products with all columns of the examination) along the background's directions.
     pub fn along(&self, cross: &DMatrix<f64>) -> DMatrix<f64> {
-        self.vectors.tr_mul(cross)
+        linalg::product_of_transposed(&self.vectors, &cross.select_rows(&self.columns))
     }
 
     /// The candidate as it is seen against the background of size number `t`; `along` are its columns along the directions.

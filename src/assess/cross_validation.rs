@@ -3,6 +3,8 @@
 //! Folds are runs of samples as they were taken, each split of every session by itself: neighbours in time share drift, neighbours on a
 //! grid share pose, and a random fold would be predicted by them.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::examination::Examination;
@@ -11,15 +13,17 @@ use crate::identify::{Circumstance, Knowledge, ORDINARY_WIDTH};
 /// Folds, where there are samples enough.
 const FOLDS: usize = 10;
 
-/// Fold of each sample: `FOLDS` runs of each session in the order of the file.
+/// Fold of each sample: `FOLDS` runs of each session in the order of the file; where balls stand at unknown places, of each ball, since
+/// nothing predicts a ball of which no sample is left.
 pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
-    let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
-    let mut counts = vec![0; setups];
-    circumstances.iter().for_each(|c| counts[c.setup] += 1);
-    let mut seen = vec![0; setups];
+    let place = |c: &Circumstance| (c.setup, c.free_ball);
+    let mut counts = BTreeMap::new();
+    circumstances.iter().for_each(|c| *counts.entry(place(c)).or_insert(0) += 1);
+    let mut seen = BTreeMap::new();
     let fold = |c: &Circumstance| {
-        seen[c.setup] += 1;
-        (seen[c.setup] - 1) * FOLDS.min(counts[c.setup]) / counts[c.setup]
+        let (count, seen) = (counts[&place(c)], seen.entry(place(c)).or_insert(0));
+        *seen += 1;
+        (*seen - 1) * FOLDS.min(count) / count
     };
     circumstances.iter().map(fold).collect()
 }
@@ -44,8 +48,14 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
             of_fold[fold].syger(1.0, &row, &row, 1.0);
         }
     }
-    of_fold.iter_mut().for_each(|f| f.fill_upper_triangle_with_lower_triangle());
-    let mut all = of_fold.iter().fold(DMatrix::zeros(size + 1, size + 1), |sum, f| sum + f);
+    // Known distances are no samples: they are there whichever block is left out.
+    let mut always = DMatrix::<f64>::zeros(size + 1, size + 1);
+    for at in circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0)..rows.ncols() {
+        gather(at, &mut row);
+        always.syger(1.0, &row, &row, 1.0);
+    }
+    of_fold.iter_mut().chain([&mut always]).for_each(|f| f.fill_upper_triangle_with_lower_triangle());
+    let mut all = of_fold.iter().fold(always, |sum, f| sum + f);
     // What is known beforehand, as rows of its own; the ordinary size in units of the noise that is left.
     let unit = (examination.remainder.squares / examination.remainder.dof).max(f64::MIN_POSITIVE);
     for (k, p) in fit.kept.iter().enumerate() {

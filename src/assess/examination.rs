@@ -97,6 +97,12 @@ impl Projection {
         }
         half
     }
+
+    /// `S` with `S S^T = (J^T J)^-1`: turns independent unit normal numbers into fitted parameters' errors, SI.
+    pub fn root_of_covariance(&self) -> DMatrix<f64> {
+        let n = self.scale.len();
+        self.absorbed(DMatrix::identity(n, n))
+    }
 }
 
 impl Examination {
@@ -245,7 +251,7 @@ impl Examination {
 
     /// The ordinary small stuff that the candidates make up.
     pub(super) fn background(&self) -> Result<Background, FitError> {
-        Background::new(&self.gram, &self.z, &self.remainder)
+        Background::new(self)
     }
 
     /// A candidate as the data see it.

@@ -9,7 +9,7 @@ use super::examination::Examination;
 use super::library::Untestable;
 use super::sweep::{self, Sweep};
 use crate::effects::{self, Subject};
-use crate::identify::FitError;
+use crate::identify::{FREELY_FITTED, FitError};
 
 /// Where a scan found its effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,12 +77,19 @@ fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> 
         let along = background.along(&examination.gram.columns(first, count).into_owned());
         let seen = examination.seen(k);
         let (explained, coefficients) = seen.explained();
+        let ln_evidence = seen.ln_evidence(&examination.remainder, &SIZES);
+        // What belongs to every model is fitted before the small stuff is weighed, which could stand in for it.
+        let ln_evidence_against_background = if FREELY_FITTED.contains(&candidate.family.as_str()) {
+            ln_evidence
+        } else {
+            background.ln_evidence_of(&gram, &z, &along, &SIZES)
+        };
         Hypothesis {
             effect: candidate.id.clone(),
             in_model: candidate.id.clone(),
             place: None,
-            ln_evidence: seen.ln_evidence(&examination.remainder, &SIZES),
-            ln_evidence_against_background: background.ln_evidence_of(&gram, &z, &along, &SIZES),
+            ln_evidence,
+            ln_evidence_against_background,
             explains: explained / examination.remainder.squares,
             coefficients,
             visible: examination.visible(k),
@@ -270,7 +277,7 @@ pub fn place(examination: &Examination, id: &str) -> Result<String, Unplaced> {
     let joint = |text: &str| {
         text.parse::<usize>().ok().filter(|j| (1..=examination.problem.robot().joints()).contains(j)).map(|j| j - 1)
     };
-    let background = || Background::new(&examination.gram, &examination.z, &examination.remainder);
+    let background = || examination.background();
     let found = match parts[..] {
         ["harmonic", j] => match joint(j) {
             Some(j) => harmonic(examination, &background()?, j),

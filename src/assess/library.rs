@@ -35,6 +35,9 @@ pub struct Library {
 /// Shapes that are no cause but a way to draw any curve: they are what a joint's heat map leads to, and no rivals of a named effect.
 pub(super) const ANY_SHAPE: &str = "error_curve";
 
+/// A family that is a candidate as a whole too: gearboxes of one make are all compliant, if one is.
+const WHOLE: &str = "joint_compliance";
+
 impl Library {
     /// The candidates for one robot measured in `datasets`, beside those that `model` holds.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Self {
@@ -42,7 +45,8 @@ impl Library {
         let Some((_, first)) = datasets.first() else { return library };
         let balls = first.ball_ids();
         let subject = Subject { own: &model.own, ..Subject::new(&first.robot, &balls) };
-        for id in effects::ids(&subject).into_iter().chain(gear_ripple(&first.robot)) {
+        let whole = (!model.effects.iter().any(|e| e.starts_with(WHOLE))).then(|| WHOLE.to_owned());
+        for id in whole.into_iter().chain(effects::ids(&subject)).chain(gear_ripple(&first.robot)) {
             let Some(candidate) = candidate(id, model) else { continue };
             let Ok(effect) = effects::build(&candidate.id, &subject) else { continue };
             match missing_somewhere(effect.as_ref(), datasets, model) {

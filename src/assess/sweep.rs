@@ -70,7 +70,7 @@ impl<'a> Sweep<'a> {
         let (m, n) = (examination.fitted.len(), examination.columns.len());
         let projection = &examination.projection;
         let half = projection.half(products.rows(0, m).into_owned());
-        let cross = products.rows(m, n) - projection.of_columns.tr_mul(&half);
+        let cross = products.rows(m, n) - linalg::product_of_transposed(&projection.of_columns, &half);
         let z = products.row(m + n).transpose() - half.tr_mul(&projection.of_residual);
         let along = background.along(&cross);
         Sweep { examination, carriers, features, half, along, z }
@@ -80,27 +80,21 @@ impl<'a> Sweep<'a> {
     pub fn block(&self, first: usize, count: usize, plausible: f64) -> Block {
         let carriers = self.carriers.len();
         let (from, wide) = (first * carriers, count * carriers);
-        let mut own = DMatrix::zeros(wide, wide);
-        let samples = self.examination.circumstances.iter().enumerate();
-        for (i, at) in samples {
-            let feature = self.features.view((first, i), (count, 1));
-            if feature.iter().all(|f| *f == 0.0) {
-                continue;
-            }
-            let among = |c: usize, d: usize| {
-                (0..at.height).map(|axis| self.carriers[c][i][axis] * self.carriers[d][i][axis]).sum::<f64>()
-            };
-            for c in 0..carriers {
-                for d in 0..carriers {
-                    let weight = among(c, d);
-                    for b in 0..count {
-                        for e in 0..count {
-                            own[(b * carriers + c, e * carriers + d)] += weight * feature[b] * feature[e];
-                        }
+        // One row a carrier, feature and axis; a sample is three columns.
+        let features = self.features.rows(first, count);
+        let mut moved = DMatrix::zeros(wide, 3 * features.ncols());
+        for (i, at) in self.examination.circumstances.iter().enumerate() {
+            for axis in 0..at.height {
+                let mut to = moved.column_mut(3 * i + axis);
+                for (b, feature) in features.column(i).iter().enumerate() {
+                    for (c, carrier) in self.carriers.iter().enumerate() {
+                        to[b * carriers + c] = carrier[i][axis] * feature;
                     }
                 }
             }
         }
+        let mut own = DMatrix::zeros(wide, wide);
+        linalg::normal_matrix(&moved, &mut own);
         self.projected(own, from, wide, plausible)
     }
 

@@ -86,6 +86,14 @@ pub fn product_with_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f6
     out
 }
 
+/// `a^T b` for `a` (k x m) and `b` (k x n).
+pub fn product_of_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(a.ncols(), b.ncols());
+    let to = MatMut::from_column_major_slice_mut(out.as_mut_slice(), a.ncols(), b.ncols());
+    faer::linalg::matmul::matmul(to, Accum::Replace, view(a).transpose(), view(b), 1.0, Par::Seq);
+    out
+}
+
 /// The triangle R of `a = Q R`, by Householder reflections; as many rows as `a` has rows or columns, whichever are fewer.
 pub fn triangle(a: DMatrix<f64>) -> DMatrix<f64> {
     // At a few hundred rows nalgebra's reflections, which block nothing and allocate once, are faster than faer's.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Problem, Workspace};
+use super::{Knowledge, Parameter, Problem, Workspace};
 use crate::robot::{Loads, MdhEntry, Site};
 
 /// Under which circumstances a sample was taken, and how its whitened residual moves with the places that a scan varies.
@@ -12,6 +12,8 @@ pub(crate) struct Circumstance {
     pub height: usize,
     /// Set-up that it belongs to.
     pub setup: usize,
+    /// The ball of unknown place that it is of, by its first parameter.
+    pub free_ball: Option<usize>,
     /// Joint angles, rad (N).
     pub q: Vec<f64>,
     /// Moment of the load about each joint, N·m (N).
@@ -40,6 +42,10 @@ impl Problem {
         let n = self.robot.joints();
         let mut work = Workspace::new(&self.robot);
         let mut loads = Loads::new(n);
+        let is_free = |p: usize| {
+            let Parameter { effect, knowledge, .. } = &self.parameters[p];
+            *knowledge == Knowledge::Flat && effect.starts_with("ball:")
+        };
         let of_row = |row: &super::SampleRow| {
             self.pose(row, values, &mut work);
             let sight = self.residual(row, &work).1;
@@ -54,6 +60,7 @@ impl Problem {
                 first_row: row.first_row,
                 height: row.height(),
                 setup: row.setup,
+                free_ball: self.patterns[row.pattern].iter().map(|moves| moves.parameter).filter(|&p| is_free(p)).min(),
                 q: row.q().to_vec(),
                 tau: loads.tau.clone(),
                 time_s: row.time_s(),
