@@ -83,12 +83,6 @@ impl Projection {
         products
     }
 
-    /// `S` with `S S^T = (J^T J)^-1`: turns independent unit normal numbers into fitted parameters' errors, SI.
-    pub fn root_of_covariance(&self) -> DMatrix<f64> {
-        let n = self.scale.len();
-        self.absorbed(DMatrix::identity(n, n))
-    }
-
     /// `(J^T J)^-1 J^T x` of such a half: how much of each fitted parameter absorbs x, SI.
     pub fn absorbed(&self, mut half: DMatrix<f64>) -> DMatrix<f64> {
         self.factor.l_dirty().tr_solve_lower_triangular_mut(&mut half);
