@@ -41,7 +41,7 @@ pub struct ExpectedError {
     pub error: f64,
 }
 
-/// A number with the band that holds it in eight cases of ten.
+/// A number with the spread of its draws; on simulated robots the truth lies within it in a third to a half of the cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Banded {
     /// Expected value.
