@@ -8,8 +8,11 @@ use std::path::{Path, PathBuf};
 use calibench::assess::{Objection, ProvingGround, Rung, Validation, Verdict, add, diagnose, rung};
 use calibench::identify::{Calibration, Model, Use, identify};
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::Dataset;
+use calibench::measure::{Dataset, Sample};
 use calibench::units::MM;
+
+/// A step has to prove itself on the data that are fitted, block by block.
+const NOTHING_ELSE: ProvingGround<'_> = ProvingGround { poses: &[], checks: &[] };
 
 /// The folder of public data, or the reason why these tests do nothing.
 fn data(folder: &str) -> Option<PathBuf> {
@@ -39,7 +42,7 @@ fn ur10(files: &[&str], fraction: f64) -> Option<Dataset> {
 }
 
 fn rung_of(datasets: &[(&str, &Dataset)], model: &Model) -> Rung {
-    rung(datasets, model, ProvingGround::default()).unwrap_or_else(|e| panic!("{e}"))
+    rung(datasets, model, NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn calibrate(dataset: &Dataset, model: &Model) -> Calibration {
@@ -115,25 +118,31 @@ fn ur10_error_curves_hold_in_another_campaign() {
     println!("| UR10, robot of A on B | geometry {before:.4} mm | + compliance, curves {after:.4} mm | bar 0.30 |");
     assert!(after <= 0.30, "{after} mm");
 
-    // A has next to no pose with the first joint between these angles; a third of B has.
-    let gap = -1.85..-1.15;
-    let share = |d: &Dataset| d.samples.iter().filter(|s| gap.contains(&s.q[0])).count() as f64 / d.samples.len() as f64;
-    let angle = |id: &String| b.samples.iter().find(|s| s.id == *id).expect("it was predicted").q[0];
-    let rms = |inside: bool| {
+    let share = |d: &Dataset| d.samples.iter().filter(|s| in_the_gap(s)).count() as f64 / d.samples.len() as f64;
+    let rms = |taken: &dyn Fn(&Sample) -> bool| {
+        let sample = |id: &String| b.samples.iter().find(|s| s.id == *id).expect("it was predicted");
         let pairs = prediction.sample_ids.iter().zip(&prediction.residuals);
-        let squares: Vec<f64> =
-            pairs.filter(|(id, _)| gap.contains(&angle(id)) == inside).map(|(_, r)| r.norm_squared()).collect();
+        let squares: Vec<f64> = pairs.filter(|(id, _)| taken(sample(id))).map(|(_, r)| r.norm_squared()).collect();
         (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / MM
     };
+    let [inside, elsewhere] = [rms(&in_the_gap), rms(&|s| !in_the_gap(s) && !is_bad(s))];
     println!(
-        "| first joint where A has {:.1} % of its poses, B {:.0} % | {:.4} mm | elsewhere {:.4} mm |",
+        "| first joint where A has {:.1} % of its poses, B {:.0} % | {inside:.4} mm | elsewhere, three bad rows aside {elsewhere:.4} mm |",
         100.0 * share(&a),
-        100.0 * share(&b),
-        rms(true),
-        rms(false)
+        100.0 * share(&b)
     );
     assert!(share(&a) < 0.003 && share(&b) > 0.3);
-    assert!(rms(false) < 0.75 * rms(true), "{} and {}", rms(false), rms(true));
+    assert!(elsewhere <= 0.20 && inside > 1.5 * elsewhere, "{inside} and {elsewhere}");
+}
+
+/// A has next to no pose with the first joint between these angles; a third of B has.
+fn in_the_gap(sample: &Sample) -> bool {
+    (-1.85..-1.15).contains(&sample.q[0])
+}
+
+/// Three rows of B are two millimetres off whatever the model.
+fn is_bad(sample: &Sample) -> bool {
+    [":534", ":856", ":857"].iter().any(|end| sample.id.ends_with(end))
 }
 
 #[test]
@@ -143,7 +152,7 @@ fn a_step_that_harms_another_campaign_is_refused() {
     let below = rung_of(&named, &with(&["harmonic:2:17"]));
     // The first joint's 17 per turn is A's; B, where that joint stood elsewhere, is predicted worse with it.
     assert_eq!(found(&below.diagnosis)[0], "harmonic:1:17");
-    let next = add(&named, &below, &["harmonic:1:17".to_owned()], ProvingGround::default()).unwrap_or_else(|e| panic!("{e}"));
+    let next = add(&named, &below, &["harmonic:1:17".to_owned()], NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"));
     println!("all together, blocks left out: {:.4} mm, then {:.4} mm", below.cross_validated / MM, next.cross_validated / MM);
     assert!(next.cross_validated < below.cross_validated, "the sum of all would have hidden it");
     let objections = next.objections(&below);
@@ -155,13 +164,26 @@ fn a_step_that_harms_another_campaign_is_refused() {
 
     // B not fitted at all, only judged.
     let (fitted, checks) = ([("A", &a)], [("B", &b)]);
-    let ground = ProvingGround { checks: &checks, ..ProvingGround::default() };
+    let ground = ProvingGround { checks: &checks, ..NOTHING_ELSE };
     let below = rung(&fitted, &below.model, ground).unwrap_or_else(|e| panic!("{e}"));
     let next = add(&fitted, &below, &["harmonic:1:17".to_owned()], ground).unwrap_or_else(|e| panic!("{e}"));
     let objections = next.objections(&below);
     println!("B not fitted: {objections:?}");
     let [only] = &objections[..] else { panic!("A itself gains: {objections:?}") };
     assert!(matches!(only, Objection::Check { name, rms } if name == "B" && rms[1] > rms[0]) && only.refuses());
+
+    // Why: where A measured nothing of that joint, its 17 per turn is a guess. Elsewhere it helps B too.
+    let of_b = |taken: &dyn Fn(&Sample) -> bool| {
+        let prediction = |r: &Rung| {
+            let all = r.calibration.set_up_anew().predict(&[("B", &b)], Use::Fit).unwrap_or_else(|e| panic!("{e}"));
+            let residuals = b.samples.iter().zip(all.residuals).filter(|(s, _)| taken(s)).map(|(_, r)| r.norm_squared());
+            residuals.sum::<f64>()
+        };
+        prediction(&next) / prediction(&below)
+    };
+    let [inside, elsewhere] = [of_b(&in_the_gap), of_b(&|s| !in_the_gap(s))];
+    println!("squares of B by that step: times {inside:.3} in the gap of A, times {elsewhere:.3} elsewhere");
+    assert!(inside > 1.1 && elsewhere < 1.0);
 }
 
 #[test]
@@ -186,8 +208,7 @@ fn panda_is_compliant_before_it_is_anything_else() {
     println!("Panda 3: {:.4} mm, {:?}: {:?}", below.fit / MM, below.diagnosis.verdict, found(&below.diagnosis));
     assert_eq!(below.diagnosis.verdict, Verdict::Identified);
     assert_eq!(found(&below.diagnosis)[0], "joint_compliance");
-    let next =
-        add(&named, &below, &["joint_compliance".to_owned()], ProvingGround::default()).unwrap_or_else(|e| panic!("{e}"));
+    let next = add(&named, &below, &["joint_compliance".to_owned()], NOTHING_ELSE).unwrap_or_else(|e| panic!("{e}"));
     let rms = [&below, &next].map(|r| r.cross_validated / MM);
     println!("blocks left out, of every ball: {:.4} mm, then {:.4} mm", rms[0], rms[1]);
     // A place left out altogether: 0.214 and 0.177 mm, by an independent analysis.
