@@ -54,7 +54,8 @@ impl HiddenToml {
     /// Members of the catalogue that are the same under another name: to name one of them is right.
     pub fn twins(&self) -> Vec<String> {
         let third = self.third_harmonic.as_ref().map(|f| format!("harmonic:{}:3", f.joint));
-        let wrist = self.cross_coupled_wrist.iter().flat_map(|_| ["cross_compliance:3:5", "cross_compliance:4:5"].map(String::from));
+        let wrist =
+            self.cross_coupled_wrist.iter().flat_map(|_| ["cross_compliance:3:5", "cross_compliance:4:5"].map(String::from));
         third.into_iter().chain(wrist).collect()
     }
 }

@@ -2,6 +2,7 @@
 //! against the truth, which the diagnosis never sees.
 
 mod case;
+mod designs;
 mod tally;
 mod trial;
 
@@ -10,6 +11,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 pub use case::{Case, Kind};
+pub use designs::{DesignRow, designs};
 pub use tally::{Tally, tally};
 pub use trial::{Outcome, TrialError};
 

@@ -24,8 +24,8 @@ mod validation;
 mod workspace;
 mod workspace_map;
 
-pub use detectability::{Detectability, Sight, noncentrality};
 pub use comparison::{Comparison, LackOfFit, SIGNIFICANCE, Standing, Standout, Subject};
+pub use detectability::{Detectability, Sight, noncentrality};
 pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, diagnose, diagnose_examined};
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
@@ -33,7 +33,8 @@ pub use hypotheses::{Hypothesis, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
 pub use library::{Candidate, Library, Untestable};
 pub use next::{
-    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Rival, STEPS, Step, actions, propose,
+    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Rival, STEPS, Step, actions,
+    propose,
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};

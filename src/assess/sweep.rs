@@ -16,7 +16,7 @@ pub(super) struct Sweep<'a> {
     features: DMatrix<f64>,
     /// Halves of the fitted parameters' products.
     half: DMatrix<f64>,
-    /// Products with the background's directions.
+    /// Products with the candidates' columns, projected, along the background's directions.
     along: DMatrix<f64>,
     z: DVector<f64>,
 }

@@ -41,7 +41,7 @@ pub struct ExpectedError {
     pub error: f64,
 }
 
-/// A number with the band that holds it in eight cases of ten.
+/// A number with the spread of its draws; on simulated robots the truth lies within it in a third to a half of the cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Banded {
     /// Expected value.
@@ -244,8 +244,7 @@ pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Ve
         let (sum, count) = taken().filter_map(of).fold((0.0, 0), |(s, n), v| (s + v, n + 1));
         (count > 0).then(|| sum / f64::from(count))
     };
-    let time_s =
-        taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t))));
+    let time_s = taken().filter_map(|s| s.time_s).fold(None, |a: Option<f64>, t| Some(a.map_or(t, |a| a.max(t))));
     let temp_c = middle(&|s| s.temp_c);
     let sample = |(k, q): (usize, &Vec<f64>)| {
         let at = world_from_tool(robot, &setup.start, &dataset.tool, q).translation.vector;

@@ -22,7 +22,7 @@ const MOST_WEIGHINGS: usize = 5;
 
 /// Where an effect acts through the compliances sought, it shrinks by the share of a joint's torque that was not entered: about a half
 /// for a wrist that carries the payload's centre of mass a centimetre beside where it was said to be.
-const MOST_WEIGHINGS_THROUGH_COMPLIANCE: usize = 30;
+const MOST_WEIGHINGS_THROUGH_COMPLIANCE: usize = 100;
 
 /// An adjustment laid out once for a problem, and made as often as its samples are [renewed](Problem::renew).
 ///
@@ -137,11 +137,14 @@ impl Adjustment {
         // Torques that will be weighed anew deserve no more digits than the weighing will leave.
         self.descend(problem, if settles { SETTLED } else { STEP_TOLERANCE })?;
         if settles {
-            let mut weighed = self.values.clone();
+            let mut weighed = if problem.acts_through_compliance() { start.to_vec() } else { self.values.clone() };
             let through = problem.acts_through_compliance();
             let most = if through { MOST_WEIGHINGS_THROUGH_COMPLIANCE } else { MOST_WEIGHINGS };
+            // A load and a compliance enter as their product: full steps of one against the other may swing ever further, half steps
+            // settle.
+            let share = if through { 0.5 } else { 1.0 };
             for _ in 0..most {
-                weighed.copy_from_slice(&self.values);
+                weighed.iter_mut().zip(&self.values).for_each(|(w, v)| *w += share * (v - *w));
                 problem.reweigh(&weighed);
                 self.descend(problem, SETTLED)?;
                 if self.sigmas_from(&weighed) < SETTLED {

@@ -16,8 +16,8 @@ pub struct CampaignSettings {
     pub attempts: usize,
     /// Skipped poses in a row after which the campaign stops. 5: one ball out of its place gives one in four, a bumped artifact all.
     pub skipped_in_a_row: usize,
-    /// Joint motion that sets a joint's side of approach, rad. 8 arcsec: by then a joint that loses 30 urad (6 arcsec) to either side
-    /// has come over to its other one.
+    /// Joint motion that sets a joint's side of approach, rad. 20 arcsec: the last few micrometres of a centring, which lost motion
+    /// swallows, do not count.
     pub joint_motion: f64,
     /// Plunger motion that sets a plunger's side of approach, m. 0.5 um: the hysteresis of an indicator.
     pub plunger_motion: f64,

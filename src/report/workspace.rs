@@ -38,7 +38,7 @@ impl Outlook {
     /// The prediction in a sentence.
     pub fn sentence(&self) -> String {
         format!(
-            "Position error to expect of this calibration over the workspace: mean {}, largest {}, in eight cases of ten; at {}.",
+            "Position error to expect of this calibration over the workspace: mean {}, largest {} (in brackets 10 to 90 % of the draws; docs/comparing.md tells how far to trust them); at {}.",
             banded(&self.error.mean),
             banded(&self.error.max),
             self.poses()

@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use calibench::files::write_whole;
+use calibench::report::plain_table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::{Failure, Outcome, print, print_json, seed};
 use crate::run::Plans;
-use crate::scenario::load_scenario;
-use crate::suite::{cases, run as run_cases, tally};
+use crate::scenario::{Scenario, load_scenario};
+use crate::suite::{cases, designs, run as run_cases, tally};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -24,6 +25,9 @@ pub struct Arguments {
     /// Where to write the table of trials (CSV); a file that is there is replaced
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
+    /// Instead, try so many robots whose diagnosis may be ambiguous, and measure those again as designed, D-optimal and at random
+    #[arg(long)]
+    designs: Option<usize>,
     /// Seed in place of the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
@@ -38,13 +42,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(Box::new(scenario.wrong("suite", "is missing", "give a [suite] of blind trials")));
     };
     let seed = arguments.seed.unwrap_or(scenario.seed);
+    if let Some(trials) = arguments.designs {
+        return compare_designs(&scenario, seed, trials, arguments);
+    }
     let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
     let mut all: Vec<_> = cases(&scenario, spec).into_iter().step_by(arguments.every.max(1)).collect();
     all.truncate(arguments.trials.unwrap_or(usize::MAX));
-    let bar = ProgressBar::new(all.len() as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} trials  {eta} left") {
-        bar.set_style(style);
-    }
+    let bar = bar(all.len());
     let outcomes = run_cases(&scenario, &plans, &all, seed, &|| bar.inc(1))?;
     bar.finish_and_clear();
     if let Some(path) = &arguments.output {
@@ -58,5 +62,36 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         print(&serde_json::to_string_pretty(&tally)?)?;
     }
+    Ok(Outcome::Done)
+}
+
+fn bar(trials: usize) -> ProgressBar {
+    let bar = ProgressBar::new(trials as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} trials  {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn compare_designs(scenario: &Scenario, seed: u64, trials: usize, arguments: &Arguments) -> Result<Outcome, Failure> {
+    let bar = bar(trials);
+    let rows = designs(scenario, seed, trials, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    if arguments.json {
+        print_json(&json!({"format": "calibench-designs/1", "scenario": scenario.name, "seed": seed, "rows": rows}))?;
+        return Ok(Outcome::Done);
+    }
+    let share = |v: f64| format!("{v:.2}");
+    let table: Vec<[String; 7]> = rows
+        .iter()
+        .map(|r| {
+            let more = format!("+{}", r.measurements);
+            [r.pool.into(), r.criterion.into(), more, share(r.truth), share(r.top_right), share(r.resolved), share(r.expected)]
+        })
+        .collect();
+    let cases = rows.first().map_or(0, |r| r.cases);
+    print(&format!("{cases} of {trials} robots were found to miss something, but not surely or not rightly named\n"))?;
+    let header = ["measured more", "chosen", "measurements", "P(truth)", "named first", "resolved", "resolved, as expected"];
+    print(&plain_table(&header, &table))?;
     Ok(Outcome::Done)
 }

@@ -66,6 +66,9 @@ pub struct Tally {
 /// Bounds of the power curve, in units of noise.
 const VISIBLE: [f64; 7] = [0.0, 0.15, 0.3, 0.5, 1.0, 2.0, f64::INFINITY];
 
+/// A workspace error of less is little more than what noise alone leaves (0.01 mm): whatever is added, it cannot fall far.
+const ABOVE_NOISE_MM: f64 = 0.04;
+
 /// Visible from here on, an effect is to be found.
 const TO_BE_FOUND: f64 = 0.5;
 
@@ -101,7 +104,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
         }
     });
     let sizes: Vec<f64> = claimed().map(|o| o.set95.split(' ').count() as f64).collect();
-    let fallen = || claimed().filter(|o| o.size >= 2.0 && o.visible >= TO_BE_FOUND);
+    let fallen = || claimed().filter(|o| o.size >= 2.0 && o.visible >= TO_BE_FOUND && o.before_mm > ABOVE_NOISE_MM);
     let ratio = |of: &dyn Fn(&Outcome) -> Option<f64>| quantile(fallen().filter_map(of).collect(), 0.5);
     let predictions = || of("dense");
     let over: Vec<f64> = predictions().map(|o| o.predicted_mm / o.before_mm).collect();

@@ -136,7 +136,8 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     let relevance = Relevance::new(&examination).map_err(IdentifyError::Fit)?;
     let poses: Vec<Vec<f64>> = measured.validation.samples.iter().map(|s| s.q.clone()).collect();
     let predicted = WorkspaceError::predict(&data, &examination, &relevance, &poses)?;
-    let truth = at_truth(&measured.validation, &measured.validation_truth);
+    let end = measured.fit.samples.iter().filter_map(|s| s.time_s).reduce(f64::max);
+    let truth = at_truth(&measured.validation, &measured.validation_truth, end);
     let error = |calibration: &Calibration| -> Result<f64, IdentifyError> {
         let prediction = calibration.predict(&[("truth", &truth)], Use::Validation)?;
         Ok(Validation::of(&prediction).map_or(f64::NAN, |v| v.mean / MM))
@@ -169,6 +170,9 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
 }
 
 fn names(hidden: &[Hidden]) -> String {
+    if hidden.len() > 2 {
+        return "everything".into();
+    }
     hidden.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(" ")
 }
 
@@ -299,11 +303,12 @@ fn disturb(data: &mut Dataset, id: &str, sizes: &[f64]) {
     }
 }
 
-/// The validation poses with the TCP where it truly was.
-fn at_truth(validation: &Dataset, truth: &[Vector3<f64>]) -> Dataset {
+/// The validation poses with the TCP where it truly was, at the end of the session: what drifts has drifted by then.
+fn at_truth(validation: &Dataset, truth: &[Vector3<f64>], end: Option<f64>) -> Dataset {
     let mut data = validation.clone();
     for (sample, at) in data.samples.iter_mut().zip(truth) {
         sample.measured = Measured::Point(*at);
+        sample.time_s = end;
     }
     data
 }
