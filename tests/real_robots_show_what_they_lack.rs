@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use calibench::assess::{Objection, ProvingGround, Rung, Validation, Verdict, add, diagnose, rung};
 use calibench::identify::{Calibration, Model, Use, identify};
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::Dataset;
+use calibench::measure::{Dataset, Sample};
 use calibench::units::MM;
 
 /// A step has to prove itself on the data that are fitted, block by block.
@@ -118,25 +118,31 @@ fn ur10_error_curves_hold_in_another_campaign() {
     println!("| UR10, robot of A on B | geometry {before:.4} mm | + compliance, curves {after:.4} mm | bar 0.30 |");
     assert!(after <= 0.30, "{after} mm");
 
-    // A has next to no pose with the first joint between these angles; a third of B has.
-    let gap = -1.85..-1.15;
-    let share = |d: &Dataset| d.samples.iter().filter(|s| gap.contains(&s.q[0])).count() as f64 / d.samples.len() as f64;
-    let angle = |id: &String| b.samples.iter().find(|s| s.id == *id).expect("it was predicted").q[0];
-    let rms = |inside: bool| {
+    let share = |d: &Dataset| d.samples.iter().filter(|s| in_the_gap(s)).count() as f64 / d.samples.len() as f64;
+    let rms = |taken: &dyn Fn(&Sample) -> bool| {
+        let sample = |id: &String| b.samples.iter().find(|s| s.id == *id).expect("it was predicted");
         let pairs = prediction.sample_ids.iter().zip(&prediction.residuals);
-        let squares: Vec<f64> =
-            pairs.filter(|(id, _)| gap.contains(&angle(id)) == inside).map(|(_, r)| r.norm_squared()).collect();
+        let squares: Vec<f64> = pairs.filter(|(id, _)| taken(sample(id))).map(|(_, r)| r.norm_squared()).collect();
         (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / MM
     };
+    let [inside, elsewhere] = [rms(&in_the_gap), rms(&|s| !in_the_gap(s) && !is_bad(s))];
     println!(
-        "| first joint where A has {:.1} % of its poses, B {:.0} % | {:.4} mm | elsewhere {:.4} mm |",
+        "| first joint where A has {:.1} % of its poses, B {:.0} % | {inside:.4} mm | elsewhere, three bad rows aside {elsewhere:.4} mm |",
         100.0 * share(&a),
-        100.0 * share(&b),
-        rms(true),
-        rms(false)
+        100.0 * share(&b)
     );
     assert!(share(&a) < 0.003 && share(&b) > 0.3);
-    assert!(rms(false) < 0.75 * rms(true), "{} and {}", rms(false), rms(true));
+    assert!(elsewhere <= 0.20 && inside > 1.5 * elsewhere, "{inside} and {elsewhere}");
+}
+
+/// A has next to no pose with the first joint between these angles; a third of B has.
+fn in_the_gap(sample: &Sample) -> bool {
+    (-1.85..-1.15).contains(&sample.q[0])
+}
+
+/// Three rows of B are two millimetres off whatever the model.
+fn is_bad(sample: &Sample) -> bool {
+    [":534", ":856", ":857"].iter().any(|end| sample.id.ends_with(end))
 }
 
 #[test]
@@ -165,6 +171,19 @@ fn a_step_that_harms_another_campaign_is_refused() {
     println!("B not fitted: {objections:?}");
     let [only] = &objections[..] else { panic!("A itself gains: {objections:?}") };
     assert!(matches!(only, Objection::Check { name, rms } if name == "B" && rms[1] > rms[0]) && only.refuses());
+
+    // Why: where A measured nothing of that joint, its 17 per turn is a guess. Elsewhere it helps B too.
+    let of_b = |taken: &dyn Fn(&Sample) -> bool| {
+        let prediction = |r: &Rung| {
+            let all = r.calibration.set_up_anew().predict(&[("B", &b)], Use::Fit).unwrap_or_else(|e| panic!("{e}"));
+            let residuals = b.samples.iter().zip(all.residuals).filter(|(s, _)| taken(s)).map(|(_, r)| r.norm_squared());
+            residuals.sum::<f64>()
+        };
+        prediction(&next) / prediction(&below)
+    };
+    let [inside, elsewhere] = [of_b(&in_the_gap), of_b(&|s| !in_the_gap(s))];
+    println!("squares of B by that step: times {inside:.3} in the gap of A, times {elsewhere:.3} elsewhere");
+    assert!(inside > 1.1 && elsewhere < 1.0);
 }
 
 #[test]
