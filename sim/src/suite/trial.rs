@@ -253,15 +253,19 @@ fn hide(
             (hidden.collect(), if ids.len() == 1 { "one" } else { "two" }, *size)
         }
         Kind::Clutter { size } => {
-            let mut drawn = |id: String| (priors(&id).iter().map(|p| size * p * normal(random)).collect(), id);
-            (all().map(|id| drawn(id)).map(|(sizes, id)| (id, sizes)).collect(), "clutter", *size)
+            let drawn = |id: String| {
+                let sizes = priors(&id).iter().map(|p| size * p * normal(random)).collect();
+                (id, sizes)
+            };
+            (all().map(drawn).collect(), "clutter", *size)
         }
         Kind::Dense => {
-            let mut drawn = |id: String| {
+            let drawn = |id: String| {
                 let size = 0.5 * normal(random).exp();
-                (priors(&id).iter().map(|p| size * p * normal(random)).collect(), id)
+                let sizes = priors(&id).iter().map(|p| size * p * normal(random)).collect();
+                (id, sizes)
             };
-            (all().map(|id| drawn(id)).map(|(sizes, id)| (id, sizes)).collect(), "dense", 1.0)
+            (all().map(drawn).collect(), "dense", 1.0)
         }
     }
 }
