@@ -12,7 +12,7 @@ use serde::Deserialize;
 
 pub use case::{Case, Kind};
 pub use designs::{DesignRow, designs};
-pub use tally::{Tally, tally};
+pub use tally::{Share, Tally, tally};
 pub use trial::{Outcome, TrialError};
 
 use crate::random::Streams;

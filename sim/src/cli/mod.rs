@@ -13,6 +13,7 @@ mod plan;
 mod progress;
 mod run;
 mod study;
+mod suite_tables;
 mod validate;
 
 use std::io::Write;

@@ -7,6 +7,7 @@ use calibench::report::plain_table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
+use super::suite_tables::suite_text;
 use super::{Failure, Outcome, print, print_json, seed};
 use crate::run::Plans;
 use crate::scenario::{Scenario, load_scenario};
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&json!({"format": "calibench-suite/1", "scenario": scenario.name, "seed": seed, "tally": tally}))?;
     } else {
-        print(&serde_json::to_string_pretty(&tally)?)?;
+        print(&suite_text(&tally))?;
     }
     Ok(Outcome::Done)
 }
