@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use calibench::assess::{Examination, WorkspacePoses, diagnose_examined};
 use calibench::report::{diagnosis_json, diagnosis_text, extrapolation_sentence};
 
+use super::progress::Stages;
 use super::{Failure, Outcome, blame_data, model_for, named, outlook, print, print_json, read_datasets, recommended};
 
 #[derive(clap::Args)]
@@ -28,9 +29,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let named = named(&datasets);
+    let bar = Stages::new(3);
+    bar.begin("fitting the model");
     let examination = Examination::new(&named, &model).map_err(blame)?;
+    bar.begin("testing every effect");
     let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
+    bar.begin("predicting the error over the workspace");
     let outlook = outlook(&named, &examination, &WorkspacePoses::of(&named)).map_err(blame)?;
+    bar.clear();
     if let Some(warning) = outlook.as_ref().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
         eprintln!("{warning}");
     }

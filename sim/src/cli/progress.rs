@@ -3,6 +3,32 @@
 use calibench::measure::{Iteration, PlannedPose, Probing, Progress, Sample, Witness};
 use indicatif::{ProgressBar, ProgressStyle};
 
+/// A bar over the stages of a computation.
+pub struct Stages(ProgressBar);
+
+impl Stages {
+    /// A bar over that many stages.
+    pub fn new(stages: u64) -> Self {
+        let bar = ProgressBar::new(stages);
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(std::time::Duration::from_millis(100));
+        Stages(bar)
+    }
+
+    /// The next stage begins.
+    pub fn begin(&self, stage: &'static str) {
+        self.0.set_message(stage);
+        self.0.inc(1);
+    }
+
+    /// Takes the bar away.
+    pub fn clear(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
 /// A bar for a campaign, with the time that the cell still needs.
 pub struct CampaignBar(ProgressBar);
 
