@@ -2,6 +2,8 @@
 //!
 //! The files are not part of the repository; `CALIBENCH_DATA` names their folder.
 
+mod public_data;
+
 use std::path::{Path, PathBuf};
 
 use calibench::import::{Holdout, ImportError, ImportOptions, import};
@@ -10,17 +12,7 @@ use calibench::robot::world_from_tool;
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 
-/// The folder of public data, or the reason why these tests do nothing.
-fn data(folder: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("CALIBENCH_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from)
-        .join(folder);
-    if !root.is_dir() {
-        println!("SKIPPED: {} is not there; set CALIBENCH_DATA to the folder of the public data", root.display());
-        return None;
-    }
-    Some(root)
-}
+use public_data::data;
 
 fn ur10() -> Option<Vec<PathBuf>> {
     let root = data("ur10-ipa")?;

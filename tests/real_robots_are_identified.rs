@@ -2,7 +2,9 @@
 //!
 //! The files are public but not part of the repository; `CALIBENCH_DATA` names their folder. Run with `--nocapture` to see the table.
 
-use std::path::{Path, PathBuf};
+mod public_data;
+
+use std::path::PathBuf;
 
 use calibench::assess::Validation;
 use calibench::identify::{Model, Use, identify};
@@ -12,20 +14,10 @@ use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 
+use public_data::data;
+
 /// Which rows are drawn decides the third figure of a mean over 4,000: a bar is reached within this share.
 const SAME: f64 = 1.03;
-
-/// The folder of public data, or the reason why these tests do nothing.
-fn data(folder: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("CALIBENCH_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from)
-        .join(folder);
-    if !root.is_dir() {
-        println!("SKIPPED: {} is not there; set CALIBENCH_DATA to the folder of the public data", root.display());
-        return None;
-    }
-    Some(root)
-}
 
 fn bring(format: &str, files: &[PathBuf], options: &ImportOptions) -> Dataset {
     import(format, files, options).unwrap_or_else(|e| panic!("{format}: {e}")).0

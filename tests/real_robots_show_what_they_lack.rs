@@ -3,7 +3,9 @@
 //!
 //! The files are public but not part of the repository; `CALIBENCH_DATA` names their folder. Run with `--nocapture` to see the tables.
 
-use std::path::{Path, PathBuf};
+mod public_data;
+
+use std::path::PathBuf;
 
 use calibench::assess::{Objection, ProvingGround, Rung, Validation, Verdict, add, diagnose, rung};
 use calibench::identify::{Calibration, Model, Use, identify};
@@ -11,20 +13,10 @@ use calibench::import::{Holdout, ImportOptions, import};
 use calibench::measure::{Dataset, Sample};
 use calibench::units::MM;
 
+use public_data::data;
+
 /// A step has to prove itself on the data that are fitted, block by block.
 const NOTHING_ELSE: ProvingGround<'_> = ProvingGround { poses: &[], checks: &[] };
-
-/// The folder of public data, or the reason why these tests do nothing.
-fn data(folder: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("CALIBENCH_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from)
-        .join(folder);
-    if !root.is_dir() {
-        println!("SKIPPED: {} is not there; set CALIBENCH_DATA to the folder of the public data", root.display());
-        return None;
-    }
-    Some(root)
-}
 
 fn bring(format: &str, files: &[PathBuf], holdout: Option<Holdout>) -> Dataset {
     let options = ImportOptions { holdout, ..ImportOptions::default() };

@@ -9,11 +9,6 @@ use calibench::robot::Site;
 pub trait Flaw: Send + Sync {
     /// Calls `moved(site, by)` for every site that it moves in that situation, SI; what is given for one site adds up.
     fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64));
-
-    /// Its parameter of that name, SI, where it is an effect of the catalogue that has one.
-    fn size(&self, _parameter: &str) -> Option<f64> {
-        None
-    }
 }
 
 /// An effect of the catalogue with its true size.
@@ -28,10 +23,6 @@ pub struct TrueEffect {
 impl Flaw for TrueEffect {
     fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
         self.effect.terms(at, &mut |k, site, weight| moved(site, weight * self.sizes[k]));
-    }
-
-    fn size(&self, parameter: &str) -> Option<f64> {
-        self.effect.parameters().iter().position(|p| p.name == parameter).map(|k| self.sizes[k])
     }
 }
 

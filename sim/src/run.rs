@@ -111,6 +111,11 @@ impl Plans {
             tracker: plan_tracker(scenario, seed).map_err(|e| PlanError::Tracker(Box::new(e)))?,
         })
     }
+
+    /// About how long the fitted part takes, s.
+    pub fn session_s(&self, scenario: &Scenario) -> f64 {
+        session_s(scenario, &self.plan.probings, self.tracker.points.len())
+    }
 }
 
 /// A cell measured: what calibration and judgement are made from.
@@ -137,7 +142,7 @@ pub fn measure_all(
     plans: &Plans,
     witness: &mut dyn Witness,
 ) -> Result<Measurements, RunError> {
-    let session = Session::begin(scenario, streams, session_s(scenario, &plans.plan.probings, plans.tracker.points.len()))?;
+    let session = Session::begin(scenario, streams, plans.session_s(scenario))?;
     Ok(measured(&session, scenario, plans, witness)?.0)
 }
 
@@ -172,7 +177,7 @@ fn measured(
 /// # Errors
 /// When a stage cannot be completed.
 pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dyn Witness) -> Result<Run, RunError> {
-    let session = Session::begin(scenario, streams, session_s(scenario, &plans.plan.probings, plans.tracker.points.len()))?;
+    let session = Session::begin(scenario, streams, plans.session_s(scenario))?;
     let (measured, tracker) = measured(&session, scenario, &plans, witness)?;
     let Measurements { mastering, campaign, fit, validation, .. } = measured;
     let points = session.points(&tracker, &plans.tracker.identification, "i", SampleSet::Fit)?;

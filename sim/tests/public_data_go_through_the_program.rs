@@ -3,21 +3,15 @@
 //! The files are public but not part of the repository; `CALIBENCH_DATA` names their folder.
 #![allow(clippy::unwrap_used)]
 
+#[path = "../../tests/public_data/mod.rs"]
+mod public_data;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 
-fn data(folder: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("CALIBENCH_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from)
-        .join(folder);
-    if !root.is_dir() {
-        println!("SKIPPED: {} is not there; set CALIBENCH_DATA to the folder of the public data", root.display());
-        return None;
-    }
-    Some(root)
-}
+use public_data::data;
 
 /// A folder of this test's own.
 fn scratch(name: &str) -> PathBuf {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::examination::Examination;
-use crate::identify::{Circumstance, Knowledge, ORDINARY_WIDTH};
+use crate::identify::{Circumstance, ORDINARY_WIDTH};
 
 /// Folds, where there are samples enough.
 const FOLDS: usize = 10;
@@ -57,21 +57,18 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
     of_fold.iter_mut().chain([&mut always]).for_each(|f| f.fill_upper_triangle_with_lower_triangle());
     let mut all = of_fold.iter().fold(always, |sum, f| sum + f);
     // What is known beforehand, as rows of its own; the ordinary size in units of the noise that is left.
-    let unit = (examination.remainder.squares / examination.remainder.dof).max(f64::MIN_POSITIVE);
+    let unit = examination.remainder.unit().max(f64::MIN_POSITIVE);
     for (k, p) in fit.kept.iter().enumerate() {
-        let knowledge = problem.parameters()[*p].knowledge;
-        if knowledge != Knowledge::Flat {
-            let information = knowledge.sigma().powi(-2);
-            all[(k, k)] += information;
-            all[(k, size)] -= information * fit.values[*p];
-        }
+        let information = problem.parameters()[*p].knowledge.information();
+        all[(k, k)] += information;
+        all[(k, size)] -= information * fit.values[*p];
     }
     (m..size).for_each(|k| all[(k, k)] += unit / (ORDINARY_WIDTH * ORDINARY_WIDTH));
+    // Scaled, so that millimetres and microradians weigh alike; a fold that alone knows a parameter leaves it where it is.
+    let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
     let mut squares = vec![0.0; circumstances.len()];
     for (f, own) in of_fold.iter().enumerate() {
         let train = &all - own;
-        // Scaled, so that millimetres and microradians weigh alike; a fold that alone knows a parameter leaves it where it is.
-        let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
         let mut normal = DMatrix::from_fn(size, size, |r, c| train[(r, c)] * scale[r] * scale[c]);
         (0..size).for_each(|k| normal[(k, k)] += 1e-9);
         let gradient = DVector::from_fn(size, |k, _| train[(k, size)] * scale[k]);

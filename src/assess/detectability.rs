@@ -73,7 +73,7 @@ impl Detectability {
 
     /// Of the data of an examination.
     pub fn of(examination: &Examination) -> Self {
-        let unit = if examination.fit.noise_stated { 1.0 } else { examination.remainder.squares / examination.remainder.dof };
+        let unit = if examination.fit.noise_stated { 1.0 } else { examination.remainder.unit() };
         let residuals = examination.rows.ncols().max(1) as f64;
         let candidates = &examination.library.candidates;
         let level = LEVEL / candidates.len().max(1) as f64;

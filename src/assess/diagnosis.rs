@@ -133,6 +133,8 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// Largest first.
     pub contributions: Vec<Contribution>,
+    /// The whole library fitted to what the model leaves: what the contributions, and predictions, rest on.
+    pub relevance: Relevance,
     /// What the library does not hold.
     pub heat_map: HeatMap,
     /// What these data cannot test.
@@ -226,6 +228,7 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
         background: background.size(),
         findings,
         contributions: contributions(examination, &relevance),
+        relevance,
         heat_map,
         untestable,
         fitted: examination.model.effects.clone(),
@@ -259,7 +262,7 @@ fn findings(
         .map(|h| Candidate { id: h.in_model.clone(), family: h.effect.split(':').next().unwrap_or_default().into() });
     let close = examination.beside(datasets, candidates.collect())?;
     let remainder = &close.remainder;
-    let unit = remainder.squares / remainder.dof;
+    let unit = remainder.unit();
     let folds = folds(&close.circumstances);
     let before: f64 = cross_validated(&close, &folds, 0..0).iter().sum();
     let best_places: usize = hypotheses.iter().map(|h| h.places).max().unwrap_or(1);

@@ -16,6 +16,11 @@ pub(super) struct Remainder {
 }
 
 impl Remainder {
+    /// Variance of the whitened residuals that it speaks of: one where the noise is as stated and nothing is missing.
+    pub fn unit(&self) -> f64 {
+        self.squares / self.dof
+    }
+
     /// Logarithm of the ratio of the likelihoods with and without something that takes `explained` of the squares.
     pub fn gain(&self, explained: f64) -> f64 {
         // Rounding may explain all there is and a little more.

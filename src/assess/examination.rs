@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::background::Background;
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
-use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Knowledge, Model, Problem, Use, fit, linalg};
+use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
 
 /// A noise that is merely stated counts as much as so many degrees of freedom: wrong by a factor of 1.5 is nothing unusual.
@@ -176,12 +176,10 @@ impl Examination {
         let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
         let mut squares = products[(m + n, m + n)];
         for (k, p) in fit.kept.iter().enumerate() {
-            if problem.parameters()[*p].knowledge != Knowledge::Flat {
-                let information = problem.parameters()[*p].knowledge.sigma().powi(-2);
-                normal[(k, k)] += information;
-                gradient[k] -= information * fit.values[*p];
-                squares += information * fit.values[*p].powi(2);
-            }
+            let information = problem.parameters()[*p].knowledge.information();
+            normal[(k, k)] += information;
+            gradient[k] -= information * fit.values[*p];
+            squares += information * fit.values[*p].powi(2);
         }
         let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
         let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
@@ -268,7 +266,7 @@ impl Examination {
     /// Whether `other` can stand in for what `candidate` explains: less than `share` of it would be left.
     pub(super) fn is_near_alias(&self, candidate: usize, other: usize, share: f64) -> bool {
         let (a, b) = (self.spans[candidate], self.spans[other]);
-        let (mean, _) = self.posterior(candidate, 10.0, self.remainder.squares / self.remainder.dof);
+        let (mean, _) = self.posterior(candidate, 10.0, self.remainder.unit());
         let own = self.gram.view((a.first, a.first), (a.count, a.count));
         let energy = (own * &mean).dot(&mean);
         let with_other = self.gram.view((b.first, a.first), (b.count, a.count)) * &mean;

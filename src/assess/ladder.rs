@@ -183,7 +183,7 @@ pub fn whole_library(
     let examined = Library::new(datasets, &below.model);
     let mut model = below.model.clone();
     let mut added = Vec::new();
-    for (candidate, width) in examined.candidates.iter().zip(&below.relevance.width) {
+    for (candidate, width) in examined.candidates.iter().zip(&below.diagnosis.relevance.width) {
         // The whole family and its members would be there twice; what a check does not hold cannot be judged there.
         let twice = examined.candidates.iter().any(|c| c.family == candidate.id && c.id != candidate.id);
         if twice || !is_judged(&candidate.id, &model, ground) {

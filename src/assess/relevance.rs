@@ -49,7 +49,7 @@ impl Relevance {
         let n = z.len();
         let ordinary = background.mean_square().max(LEAST * LEAST);
         let mut width2 = vec![ordinary; spans.len()];
-        let mut noise = remainder.squares / remainder.dof;
+        let mut noise = remainder.unit();
         let mut factor = linalg::Cholesky::new(n);
         let mut inverse = DMatrix::zeros(n, n);
         let mut mean = DVector::zeros(n);

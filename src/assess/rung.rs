@@ -4,7 +4,6 @@ use super::Validation;
 use super::cross_validation::{cross_validated, folds};
 use super::diagnosis::{Diagnosis, diagnose_examined};
 use super::examination::Examination;
-use super::relevance::Relevance;
 use super::symptoms::Symptom;
 use super::workspace::WorkspaceError;
 use crate::identify::{Calibration, IdentifyError, Model, Use, identify};
@@ -81,8 +80,6 @@ pub struct Rung {
     pub sessions: Vec<SessionError>,
     /// What the data say is missing in it.
     pub diagnosis: Diagnosis,
-    /// The whole library fitted to what it leaves.
-    pub relevance: Relevance,
     /// What was fitted.
     pub calibration: Calibration,
     /// Campaigns that were not fitted, in the order in which they were named.
@@ -146,8 +143,7 @@ impl Objection {
 pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<'_>) -> Result<Rung, IdentifyError> {
     let examination = Examination::new(datasets, model)?;
     let diagnosis = diagnose_examined(datasets, &examination)?;
-    let relevance = Relevance::new(&examination)?;
-    let workspace = WorkspaceError::predict(datasets, &examination, &relevance, ground.poses)?;
+    let workspace = WorkspaceError::predict(datasets, &examination, &diagnosis.relevance, ground.poses)?;
     let calibration = examination.calibration(datasets);
     let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
     let validation =
@@ -176,7 +172,6 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         noise: diagnosis.noise,
         sessions,
         diagnosis,
-        relevance,
         checks: ground.checks.iter().map(|(name, dataset)| Check::of(&calibration, name, dataset)).collect(),
         symptoms: Symptom::of(&calibration, datasets),
         calibration,

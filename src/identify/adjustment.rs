@@ -65,7 +65,7 @@ impl Adjustment {
         let parameters = problem.parameters();
         let (rows, unknowns) = (problem.row_count(), kept.len());
         let flat = kept.iter().filter(|&&p| parameters[p].knowledge == Knowledge::Flat).count();
-        let information = kept.iter().map(|&p| parameters[p].knowledge.sigma().powi(-2));
+        let information = kept.iter().map(|&p| parameters[p].knowledge.information());
         Adjustment {
             information: information.collect(),
             values: problem.start(),

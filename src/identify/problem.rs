@@ -98,6 +98,11 @@ impl Knowledge {
             Knowledge::Stated(sigma) | Knowledge::Plausible(sigma) => sigma,
         }
     }
+
+    /// Information that it carries, 1/sigma², SI; zero when nothing is known.
+    pub fn information(self) -> f64 {
+        self.sigma().powi(-2)
+    }
 }
 
 /// One unknown of the fit.

@@ -232,14 +232,14 @@ fn check_datasets(folders: &[PathBuf], fitted: &Dataset) -> Result<Vec<(String, 
     Ok(checks)
 }
 
-/// The error to expect of an examined fit at `poses`; `None` without poses.
+/// The error to expect of an examined fit, and of the whole library fitted to what it leaves, at `poses`; `None` without poses.
 fn outlook(
     named: &[(&str, &Dataset)],
     examination: &Examination,
+    relevance: &Relevance,
     poses: &WorkspacePoses,
 ) -> Result<Option<Outlook>, IdentifyError> {
-    let relevance = Relevance::new(examination)?;
-    let error = WorkspaceError::predict(named, examination, &relevance, &poses.q)?;
+    let error = WorkspaceError::predict(named, examination, relevance, &poses.q)?;
     let ranges = examination.problem().joint_ranges();
     let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
     Ok(error.map(|error| Outlook { error, source: poses.source, extrapolation }))

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use calibench::assess::{
-    CellLayout, Examination, Kind, Offer, Proposal, Relevance, WORKSPACE_POSES, diagnose_examined, propose, workspace_poses,
+    CellLayout, Examination, Kind, Offer, Proposal, WORKSPACE_POSES, diagnose_examined, propose, workspace_poses,
 };
 use calibench::files::write_whole;
 use calibench::measure::{Dataset, interleave, write_plan};
@@ -52,9 +52,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let named = named(&datasets);
     let examination = Examination::new(&named, &model).map_err(blame)?;
     let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
-    let relevance = Relevance::new(&examination)?;
     let poses = workspace_poses(first, WORKSPACE_POSES);
-    let proposal = propose(&named, &examination, &diagnosis, &relevance, &layout, &poses, arguments.seed).map_err(blame)?;
+    let proposal =
+        propose(&named, &examination, &diagnosis, &diagnosis.relevance, &layout, &poses, arguments.seed).map_err(blame)?;
     let written = match &arguments.output {
         Some(path) => write(path, &proposal, &reference)?,
         None => Vec::new(),

@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::trial::TrialError;
 use crate::random::Streams;
 use crate::run::{Plans, RunError, measure_all};
-use crate::scenario::{Scenario, parameter_key};
+use crate::scenario::{Scenario, written_sizes};
 
 /// Poses a ball of the first campaign; the others are the pool to choose from.
 const FIRST: usize = 20;
@@ -126,10 +126,8 @@ fn followed(
         return Ok(None);
     }
     let mut keys = scenario.truth().keys().clone();
-    let given = keys.effects.entry(id.clone()).or_default();
-    for (spec, d) in effect.parameters().iter().zip(&drawn) {
-        given.insert(parameter_key(id, &spec.name, spec.unit.suffix), spec.unit.from_si(scale * d));
-    }
+    let sizes: Vec<f64> = drawn.iter().map(|d| scale * d).collect();
+    keys.effects.entry(id.clone()).or_default().extend(written_sizes(effect.as_ref(), &sizes));
     let measured = match measure_all(&scenario.with_truth(keys)?, streams, plans, &mut ()) {
         Ok(measured) => measured,
         Err(RunError::Campaign(_)) => return Ok(None),

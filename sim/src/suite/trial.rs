@@ -1,6 +1,6 @@
 //! One blind trial.
 
-use calibench::assess::{Diagnosis, Examination, Relevance, Validation, Verdict, WorkspaceError, diagnose_examined};
+use calibench::assess::{Diagnosis, Examination, Validation, Verdict, WorkspaceError, diagnose_examined};
 use calibench::effects::{self, Subject};
 use calibench::files::FileError;
 use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
@@ -16,7 +16,7 @@ use thiserror::Error;
 use super::{Case, Kind};
 use crate::random::Streams;
 use crate::run::{Plans, RunError, measure_all};
-use crate::scenario::{Scenario, parameter_key};
+use crate::scenario::{Scenario, written_sizes};
 
 /// A flaw of one plausible size, rms over the workspace: what a joint's error of unknown origin is like.
 const UNKNOWN_RMS_URAD: f64 = 60.0;
@@ -98,10 +98,7 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     for (id, sizes) in hidden.iter().filter(|(id, _)| !id.starts_with("outlier:")) {
         // Drawn from the catalogue just now.
         let Ok(effect) = effects::build(id, &subject) else { continue };
-        let given = keys.effects.entry(id.clone()).or_default();
-        for (spec, size) in effect.parameters().iter().zip(sizes) {
-            given.insert(parameter_key(id, &spec.name, spec.unit.suffix), spec.unit.from_si(*size));
-        }
+        keys.effects.entry(id.clone()).or_default().extend(written_sizes(effect.as_ref(), sizes));
     }
     let mut twins = Vec::new();
     let mut joints: Vec<usize> = hidden.iter().filter_map(|(id, _)| joint_of(id)).collect();
@@ -133,9 +130,8 @@ pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, streams: St
     let data = [("fit", &measured.fit)];
     let examination = Examination::new(&data, model)?;
     let diagnosis = diagnose_examined(&data, &examination)?;
-    let relevance = Relevance::new(&examination).map_err(IdentifyError::Fit)?;
     let poses: Vec<Vec<f64>> = measured.validation.samples.iter().map(|s| s.q.clone()).collect();
-    let predicted = WorkspaceError::predict(&data, &examination, &relevance, &poses)?;
+    let predicted = WorkspaceError::predict(&data, &examination, &diagnosis.relevance, &poses)?;
     let end = measured.fit.samples.iter().filter_map(|s| s.time_s).reduce(f64::max);
     let truth = at_truth(&measured.validation, &measured.validation_truth, end);
     let error = |calibration: &Calibration| -> Result<f64, IdentifyError> {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::assess::diagnosis::{Diagnosis, Verdict};
 use crate::assess::examination::Examination;
-use crate::identify::{FitError, Knowledge, ORDINARY_WIDTH, linalg};
+use crate::identify::{FitError, ORDINARY_WIDTH, linalg};
 
 /// Most rivals that are told apart at once; beyond the sixth they hold a few per cent of the probability.
 const MOST: usize = 6;
@@ -63,12 +63,9 @@ impl State {
         information /= variance;
         let mut gradient = products.view((0, size), (size, 1)).column(0) / variance;
         for (k, &p) in fit.kept.iter().enumerate() {
-            let knowledge = problem.parameters()[p].knowledge;
-            if knowledge != Knowledge::Flat {
-                let known = knowledge.sigma().powi(-2);
-                information[(k, k)] += known;
-                gradient[k] -= known * fit.values[p];
-            }
+            let known = problem.parameters()[p].knowledge.information();
+            information[(k, k)] += known;
+            gradient[k] -= known * fit.values[p];
         }
         (m..size).for_each(|k| information[(k, k)] += ORDINARY_WIDTH.powi(-2));
         // Metres and radians to unit diagonal.
