@@ -8,6 +8,7 @@ use calibench::robot::{FramePose, Loads, Payload, Pose, Posture, Robot, Site, Si
 use nalgebra::Vector3;
 
 use crate::flaw::Flaws;
+use crate::plant::{Parts, Stand};
 
 /// The true arm on its true base with its true tool.
 pub struct Arm {
@@ -33,23 +34,11 @@ const AT_REST: f64 = 1e-13;
 /// Each evaluation shrinks the error by the ratio of deflection to arm length (about 1e-3); the limit is never met in practice.
 const MOST_EVALUATIONS: usize = 40;
 
-/// What the arm's surroundings are at one moment.
+/// What meets the arm's tool at one moment.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Moment<'a> {
+pub struct Moment {
     /// What is measured.
     pub kind: Option<Kind>,
-    /// Name of the sample.
-    pub sample: Option<&'a str>,
-    /// Seconds since the session began.
-    pub time_s: f64,
-    /// Temperature of the robot, °C.
-    pub temp_c: f64,
-    /// Joint angles that the controller commands, rad.
-    pub commanded: Option<&'a [f64]>,
-    /// Sign of each joint's last motion.
-    pub approach: Option<&'a [i8]>,
-    /// Sign of each plunger's last motion.
-    pub plungers: Option<[i8; 3]>,
     /// What the indicators have left to read: the ball's centre in the tool, m.
     pub reading: Option<Vector3<f64>>,
     /// Force on the tool at the TCP, world axes, N.
@@ -57,18 +46,18 @@ pub struct Moment<'a> {
 }
 
 impl Arm {
-    /// An arm in the cell that its owner takes for `nominal`, with its true masses, TCP, payload and flaws, in a session of about that
-    /// length.
-    pub fn new(robot: Arc<Robot>, nominal: Dataset, tool: FramePose, payload: Payload, flaws: Flaws, session_s: f64) -> Self {
+    /// An arm with its true masses, TCP and flaws, in a cell of these parts.
+    pub fn new(robot: Arc<Robot>, tool: FramePose, flaws: Flaws, parts: &Parts<'_>) -> Self {
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
-        let balls: Vec<Vector3<f64>> = nominal.balls.iter().map(|b| b.position).collect();
-        let artifact = ArtifactShape::of(&balls);
+        let (nominal, payload) = (parts.nominal.clone(), parts.payload.clone());
+        let (artifact, session_s) = (parts.artifact(), parts.session_s);
         Arm { robot, nominal, artifact, tool, payload, flaws, session_s, posture, loads, deviations }
     }
 
-    /// `world_from_tool` with the links at joint angles `q` (rad), at static equilibrium: loads are those of the deflected arm.
-    pub fn settle(&mut self, q: &[f64], moment: &Moment<'_>) -> Pose {
+    /// `world_from_tool` with the motors where they stand, at static equilibrium: loads are those of the deflected arm.
+    pub fn settle(&mut self, stand: &Stand<'_>, moment: &Moment) -> Pose {
+        let q = stand.motors;
         self.deviations.fill(0.0);
         let base = self.nominal.base;
         self.posture.set(&self.robot, &base, &self.tool, q, &self.deviations);
@@ -79,7 +68,7 @@ impl Arm {
             }
             tcp = self.posture.tcp();
             self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.nominal.gravity, &moment.force);
-            self.deviate(q, moment);
+            self.deviate(stand, moment);
             self.posture.set(&self.robot, &base, &self.tool, q, &self.deviations);
         }
         self.posture.world_from_tool(&self.tool)
@@ -92,12 +81,12 @@ impl Arm {
     }
 
     /// Finds the deviations of all sites in the present posture.
-    fn deviate(&mut self, q: &[f64], moment: &Moment<'_>) {
+    fn deviate(&mut self, stand: &Stand<'_>, moment: &Moment) {
         let situation = Situation {
             gravity: self.nominal.gravity,
             tool: self.nominal.tool,
             compliance: &self.flaws.compliance,
-            sample: moment.sample,
+            sample: stand.sample,
             kind: moment.kind,
             target: match moment.kind {
                 Some(Kind::Ball(ball)) => self.nominal.balls.get(ball).map(|b| b.position),
@@ -106,13 +95,13 @@ impl Arm {
             },
             artifact: Some(self.artifact),
             reading: moment.reading,
-            plungers: moment.plungers,
-            q_commanded: moment.commanded,
-            approach: moment.approach,
-            time_s: Some(moment.time_s),
+            plungers: stand.plungers,
+            q_commanded: Some(stand.commanded),
+            approach: Some(stand.approach),
+            time_s: Some(stand.time_s),
             duration_s: Some(self.session_s),
-            temp_c: Some(moment.temp_c),
-            ..Situation::at_rest(&self.robot, q, &self.posture, &self.loads, &self.payload)
+            temp_c: Some(stand.temp_c),
+            ..Situation::at_rest(&self.robot, stand.motors, &self.posture, &self.loads, &self.payload)
         };
         let sites = SiteIndex::new(self.robot.joints());
         self.deviations.fill(0.0);

@@ -5,8 +5,10 @@ use calibench::measure::PoolError;
 use calibench::measure::selection::SelectionError;
 
 use crate::planning::PlanError;
+use crate::plant::PlantError;
 use crate::run::RunError;
 use crate::scenario::Scenario;
+use crate::session::SessionError;
 use crate::tracker::TrackerError;
 
 const FEWER_PARAMETERS: &str = "take effects that these poses can show";
@@ -45,12 +47,23 @@ impl Scenario {
         }
     }
 
+    fn blame_plant(&self, error: &PlantError) -> FileError {
+        match error {
+            PlantError::Unsuited { key, problem, remedy } => self.wrong(key, problem, remedy),
+            PlantError::Absent { .. } => self.wrong("plant", error.to_string(), "or take the analytic plant"),
+            PlantError::Restless { .. } => self.wrong("truth", error.to_string(), "make what is truly wrong smaller"),
+        }
+    }
+
     /// Puts a failure of the procedure at a key of this scenario, with what can be done about it.
     pub fn blame(&self, error: &RunError) -> FileError {
         let problem = with_reasons(error);
         match error {
             RunError::Plan(error) => self.blame_plan(error),
-            RunError::Mastering(_) => self.wrong("truth.indicators", problem, "make the flaws of the indicators smaller"),
+            RunError::Session(SessionError::Plant(error)) => self.blame_plant(error),
+            RunError::Session(SessionError::Mastering(_)) => {
+                self.wrong("truth.indicators", problem, "make the flaws of the indicators smaller")
+            }
             RunError::Campaign(_) => self.wrong("truth", problem, "make what is truly wrong smaller, or retreat further"),
             RunError::Identify(_) => self.wrong("model.effects", problem, FEWER_PARAMETERS),
             RunError::Tracker(TrackerError::NestsInLine { .. }) => {

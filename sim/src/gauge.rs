@@ -5,17 +5,14 @@ use std::array;
 use calibench::cell::IndicatorError;
 use nalgebra::Vector3;
 
-use crate::contact::MASTER_RADIUS;
-use crate::plunger::{PlungerSpec, PlungerTruth, PresentedBall, SimulatedPlunger};
+use crate::contact::{MASTER_RADIUS, Touch};
+use crate::plunger::{Mechanism, PlungerSpec, PlungerTruth, PresentedBall, SimulatedPlunger};
 use crate::random::Streams;
 
 /// Three plunger indicators on the axes of the tool frame. An index k is 0, 1 or 2, anything else panics as an array does.
 #[derive(Debug, Clone)]
 pub struct Gauge {
     plungers: [SimulatedPlunger; 3],
-    ball: Option<PresentedBall>,
-    /// The ball lies in the socket: its forces stay inside the tool.
-    carried: bool,
 }
 
 impl Gauge {
@@ -27,7 +24,7 @@ impl Gauge {
             SimulatedPlunger::new(1, y, streams.stream("plunger2")),
             SimulatedPlunger::new(2, z, streams.stream("plunger3")),
         ];
-        Gauge { plungers, ball: None, carried: false }
+        Gauge { plungers }
     }
 
     /// A gauge with flaws drawn from `spec`, from the stream `gauge`.
@@ -43,17 +40,26 @@ impl Gauge {
 
     /// Lets all plungers come to rest on `ball`, or stand free. They remember the side they came from.
     pub fn present(&mut self, ball: Option<PresentedBall>) {
-        self.ball = ball;
-        self.carried = false;
         for plunger in &mut self.plungers {
             plunger.present(ball.as_ref());
         }
     }
 
+    /// Lets each plunger come to rest where it touches something, or stand free. They remember the side they came from.
+    pub fn rest(&mut self, touches: [Touch; 3]) {
+        for (plunger, touch) in self.plungers.iter_mut().zip(touches) {
+            plunger.rest(touch);
+        }
+    }
+
+    /// What moves in it.
+    pub fn mechanisms(&self) -> [Mechanism; 3] {
+        array::from_fn(|k| *self.plungers[k].mechanism())
+    }
+
     /// Puts a 1.5-inch ball in the socket, its centre `seat_error` (m, tool frame) from the TCP, `radius_error` (m) too large.
     pub fn seat_master(&mut self, seat_error: Vector3<f64>, radius_error: f64) {
         self.present(Some(PresentedBall { centre: seat_error, radius: MASTER_RADIUS + radius_error }));
-        self.carried = true;
     }
 
     /// Reading of plunger `k`, m.
@@ -72,15 +78,10 @@ impl Gauge {
         self.plungers[k].preset(value)
     }
 
-    /// Force of the springs on the tool, N, tool frame, through the ball's centre; zero without a ball and with the master in its socket.
-    pub fn force_on_tool(&self) -> Vector3<f64> {
-        if self.carried { Vector3::zeros() } else { self.force_from(self.ball.as_ref()) }
-    }
-
-    /// The force on the tool (N, tool frame) that `ball` would bring about; nothing moves, so that an equilibrium can be sought
-    /// without wearing the plungers' memory.
+    /// The force on the tool (N, tool frame, through the ball's centre) that `ball` brings about; nothing moves, so that an equilibrium
+    /// can be sought without wearing the plungers' memory.
     pub fn force_from(&self, ball: Option<&PresentedBall>) -> Vector3<f64> {
-        self.plungers.iter().map(|plunger| plunger.force_from(ball)).sum()
+        self.plungers.iter().map(|plunger| plunger.mechanism().force_from(ball)).sum()
     }
 }
 
@@ -200,15 +201,10 @@ mod tests {
     }
 
     #[test]
-    fn a_centred_ball_pushes_the_tool_by_half_the_springs_and_a_seated_one_not_at_all() {
-        let spec = PlungerSpec { preload: 0.65, full_force: 0.90, ..PlungerSpec::ideal() };
-        let mut gauge = Gauge::draw(&spec, &STREAMS);
-        gauge.present(datum(0.0, 0.0, 0.0));
+    fn a_centred_ball_pushes_the_tool_by_half_the_springs() {
+        let gauge = Gauge::draw(&PlungerSpec { preload: 0.65, full_force: 0.90, ..PlungerSpec::ideal() }, &STREAMS);
         let halfway = 0.65 + 0.25 * 6.15 / 12.5;
-        assert!((gauge.force_on_tool() - Vector3::repeat(halfway)).norm() < 1e-12);
-        gauge.seat_master(Vector3::zeros(), 0.0);
-        assert_eq!(gauge.force_on_tool(), Vector3::zeros());
-        gauge.present(None);
-        assert_eq!(gauge.force_on_tool(), Vector3::zeros());
+        assert!((gauge.force_from(datum(0.0, 0.0, 0.0).as_ref()) - Vector3::repeat(halfway)).norm() < 1e-12);
+        assert_eq!(gauge.force_from(None), Vector3::zeros());
     }
 }

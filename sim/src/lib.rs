@@ -13,6 +13,7 @@ pub mod gauge;
 pub mod hidden;
 mod mismatch;
 pub mod planning;
+pub mod plant;
 pub mod plunger;
 pub mod random;
 pub mod run;

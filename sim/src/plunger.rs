@@ -169,11 +169,59 @@ impl PlungerTruth {
     }
 }
 
+/// What moves in an indicator: a disk on a spring, in its channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mechanism {
+    /// The line on which the disk travels.
+    pub channel: Channel,
+    /// Spring force of the extended plunger, N.
+    pub preload: f64,
+    /// What the spring gains in force, N/m.
+    pub stiffness: f64,
+}
+
+impl Mechanism {
+    /// That of the indicator on axis `k` (0, 1, 2).
+    pub fn new(k: usize, truth: &PlungerTruth) -> Self {
+        let stiffness = (truth.full_force - truth.preload) / TRAVEL;
+        Mechanism { channel: truth.channel(k), preload: truth.preload, stiffness }
+    }
+
+    /// What the plunger comes to rest on before `ball`.
+    pub fn meet(&self, ball: Option<&PresentedBall>) -> Touch {
+        ball.map_or(Touch::Free, |ball| self.channel.touch(&ball.centre, ball.radius))
+    }
+
+    /// How far that pushes it in from full extension, m.
+    pub fn travel_at(&self, touch: &Touch) -> f64 {
+        match touch {
+            Touch::Free => 0.0,
+            Touch::At { tip, .. } => tip - self.channel.free_tip,
+            Touch::Beyond => self.channel.stop_tip - self.channel.free_tip,
+        }
+    }
+
+    /// Force of the plunger on the tool (N, tool frame) when `ball` stands before it.
+    ///
+    /// The contact has no friction, so its force stands on the ball and runs through its centre: `F_spring m / (m·d)`, m being the
+    /// contact's normal and d the channel. On the flat this is the spring; on the rim there is a side force. A free plunger's spring
+    /// works against its own body, and what a ball beyond the stop does to the tool is a collision: here the spring alone is told.
+    pub fn force_from(&self, ball: Option<&PresentedBall>) -> Vector3<f64> {
+        let touch = self.meet(ball);
+        let spring = self.preload + self.stiffness * self.travel_at(&touch);
+        match touch {
+            Touch::Free => Vector3::zeros(),
+            Touch::At { normal, .. } => normal * (spring / normal.dot(&self.channel.along).max(1.0 / MOST_LEVERAGE)),
+            Touch::Beyond => self.channel.along.into_inner() * spring,
+        }
+    }
+}
+
 /// One indicator of the simulated gauge. It remembers where its plunger came from, and what it was set to.
 #[derive(Debug, Clone)]
 pub struct SimulatedPlunger {
     truth: PlungerTruth,
-    channel: Channel,
+    mechanism: Mechanism,
     noise: ChaCha8Rng,
     touch: Touch,
     travel: f64,
@@ -187,10 +235,10 @@ pub struct SimulatedPlunger {
 impl SimulatedPlunger {
     /// The indicator on axis `k` (0, 1, 2), free and not yet mastered: fully extended it reads -6.150 mm, wherever it is clamped.
     pub fn new(k: usize, truth: PlungerTruth, noise: ChaCha8Rng) -> Self {
-        let channel = truth.channel(k);
+        let mechanism = Mechanism::new(k, &truth);
         let followed = 0.5 * truth.hysteresis;
         let zero = FREE_READING - followed - truth.scale_error(followed);
-        SimulatedPlunger { truth, channel, noise, touch: Touch::Free, travel: 0.0, followed, last_motion: -1, zero }
+        SimulatedPlunger { truth, mechanism, noise, touch: Touch::Free, travel: 0.0, followed, last_motion: -1, zero }
     }
 
     /// What is wrong with it.
@@ -213,10 +261,20 @@ impl SimulatedPlunger {
         self.last_motion
     }
 
+    /// What moves in it.
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
     /// Lets the plunger come to rest on `ball`, or stand free.
     pub fn present(&mut self, ball: Option<&PresentedBall>) {
-        self.touch = self.meet(ball);
-        let travel = self.travel_at(&self.touch);
+        self.rest(self.mechanism.meet(ball));
+    }
+
+    /// Lets the plunger come to rest where it touches something, or stand free.
+    pub fn rest(&mut self, touch: Touch) {
+        self.touch = touch;
+        let travel = self.mechanism.travel_at(&self.touch);
         if travel != self.travel {
             self.last_motion = if travel > self.travel { 1 } else { -1 };
         }
@@ -243,34 +301,6 @@ impl SimulatedPlunger {
     pub fn preset(&mut self, value: f64) -> Result<(), IndicatorError> {
         self.zero = value - self.scale()?;
         Ok(())
-    }
-
-    /// Force of the plunger on the tool (N, tool frame) when `ball` stands before it; nothing is moved or remembered.
-    ///
-    /// The contact has no friction, so its force stands on the ball and runs through its centre: `F_spring m / (m·d)`, m being the
-    /// contact's normal and d the channel. On the flat this is the spring; on the rim there is a side force. A free plunger's spring
-    /// works against its own body, and what a ball beyond the stop does to the tool is a collision: here the spring alone is told.
-    pub fn force_from(&self, ball: Option<&PresentedBall>) -> Vector3<f64> {
-        let touch = self.meet(ball);
-        let truth = &self.truth;
-        let spring = truth.preload + (truth.full_force - truth.preload) * self.travel_at(&touch) / TRAVEL;
-        match touch {
-            Touch::Free => Vector3::zeros(),
-            Touch::At { normal, .. } => normal * (spring / normal.dot(&self.channel.along).max(1.0 / MOST_LEVERAGE)),
-            Touch::Beyond => self.channel.along.into_inner() * spring,
-        }
-    }
-
-    fn meet(&self, ball: Option<&PresentedBall>) -> Touch {
-        ball.map_or(Touch::Free, |ball| self.channel.touch(&ball.centre, ball.radius))
-    }
-
-    fn travel_at(&self, touch: &Touch) -> f64 {
-        match touch {
-            Touch::Free => 0.0,
-            Touch::At { tip, .. } => tip - self.channel.free_tip,
-            Touch::Beyond => self.channel.stop_tip - self.channel.free_tip,
-        }
     }
 
     /// The travel as the scale shows it at one request.

@@ -2,7 +2,7 @@
 
 use calibench::assess::Validation;
 use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
-use calibench::measure::{Abort, CampaignRecord, Dataset, Mastering, MasteringError, SampleSet, Witness};
+use calibench::measure::{Abort, CampaignRecord, Dataset, Mastering, SampleSet, Witness};
 use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -11,7 +11,7 @@ use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, shown};
 use crate::random::Streams;
 use crate::scenario::{Expectation, Quantity, Scenario};
 use crate::score::Score;
-use crate::session::{Session, session_s};
+use crate::session::{Session, SessionError, session_s};
 use crate::tracker::{SimulatedTracker, TrackerError};
 use crate::world::World;
 
@@ -21,9 +21,9 @@ pub enum RunError {
     /// No plan.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The gauge was not mastered.
-    #[error("mastering failed")]
-    Mastering(#[from] MasteringError),
+    /// The session did not begin.
+    #[error(transparent)]
+    Session(#[from] SessionError),
     /// The campaign ended early.
     #[error("the campaign ended early")]
     Campaign(#[from] Abort),

@@ -18,6 +18,7 @@ use calibench::robot::{FramePose, Payload, Robot, Surroundings, robot};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
+use crate::plant::PlantKind;
 use crate::suite::SuiteToml;
 use bodies::Bodies;
 pub use bodies::ball_body;
@@ -39,6 +40,8 @@ pub struct Scenario {
     pub question: String,
     /// Seed of its plan and its noise.
     pub seed: u64,
+    /// Who plays the mechanics of its cell.
+    pub plant: PlantKind,
     /// How poses are found and chosen.
     pub plan: PlanToml,
     /// When a ball is centred.
@@ -83,6 +86,7 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
         name: toml.name,
         question: toml.question,
         seed: toml.seed,
+        plant: toml.plant,
         plan: toml.plan,
         centring: toml.centring,
         tracker: toml.tracker,

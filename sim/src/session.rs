@@ -9,11 +9,24 @@ use calibench::measure::{
 };
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
+use thiserror::Error;
 
+use crate::plant::PlantError;
 use crate::random::Streams;
 use crate::scenario::Scenario;
 use crate::tracker::{SimulatedTracker, TrackerError};
 use crate::world::{HANDLING_S, READING_S, REBUILDING_S, SharedWorld, World};
+
+/// Why a session does not begin.
+#[derive(Debug, Error)]
+pub enum SessionError {
+    /// The plant cannot play the cell.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// The gauge was not mastered.
+    #[error("mastering failed")]
+    Mastering(#[from] MasteringError),
+}
 
 /// A session, from the mastering of the gauge on.
 pub struct Session<'a> {
@@ -37,9 +50,9 @@ impl<'a> Session<'a> {
     /// about so many seconds.
     ///
     /// # Errors
-    /// When the gauge cannot be mastered.
-    pub fn begin(scenario: &'a Scenario, streams: Streams, session_s: f64) -> Result<Self, MasteringError> {
-        let world = SharedWorld::new(World::new(scenario, &streams, session_s));
+    /// When the plant cannot play the cell, or the gauge cannot be mastered.
+    pub fn begin(scenario: &'a Scenario, streams: Streams, session_s: f64) -> Result<Self, SessionError> {
+        let world = SharedWorld::new(World::new(scenario, &streams, session_s)?);
         let clock = || world.robot().clock_s();
         let mastering =
             master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;

@@ -2,24 +2,25 @@
 
 mod views;
 
+use std::sync::Arc;
+
 use calibench::cell::ManipulatorError;
-use calibench::effects::Kind;
 use calibench::measure::{CampaignSettings, Dataset, LastMotion};
 use calibench::robot::{FramePose, Payload, Pose, RelTool, RelToolError, Robot};
 use calibench::units::UM;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::arm::{Arm, Moment};
+use crate::arm::Arm;
 use crate::cmm::SimulatedCmm;
 use crate::contact::{DATUM_RADIUS, FREE_READING};
 use crate::controller::{ControllerSpec, Joints};
 use crate::gauge::Gauge;
+use crate::plant::{AnalyticPlant, BallForm, Parts, Plant, PlantError, PlantKind, Rest, Stand};
 use crate::plunger::{PlungerSpec, PresentedBall};
-use crate::random::{Streams, noisy_point};
+use crate::random::Streams;
 use crate::scenario::Scenario;
-use crate::side::Side;
 
 pub use views::{SharedWorld, SimulatedAttendant, SimulatedIndicator, SimulatedRobot};
 
@@ -32,41 +33,28 @@ pub const HANDLING_S: f64 = 20.0;
 /// To screw weight disks on or off, or to take the artifact off the table, s.
 pub const REBUILDING_S: f64 = 120.0;
 
-/// A ball further from the TCP than this touches no plunger, m.
-const OUT_OF_REACH: f64 = 0.05;
-
-/// The springs and the arm are in balance when the force changes by less than this between two evaluations, N.
-const IN_BALANCE: f64 = 1e-9;
-
-/// Evaluations in which that is sought; each shrinks the change by the stiffness of the springs over the arm's, 1e-3.
-const MOST_BALANCINGS: usize = 50;
-
 /// The simulated cell.
 pub struct World {
-    arm: Arm,
+    plant: Box<dyn Plant>,
+    /// What the plant is at a loss about; nothing more can be measured then.
+    lost: Option<String>,
     joints: Joints,
     controller: ControllerSpec,
     gauge: Gauge,
-    /// Where they truly stand when nothing has moved them.
-    balls: Vec<PresentedBall>,
     artifact_is_there: bool,
     payloads: Vec<Payload>,
     payload: usize,
-    ball_form: f64,
+    form: BallForm,
     master_radius_sigma: f64,
     nominal: Dataset,
     rel_tool: RelTool,
     joint_motion: LastMotion,
     plunger_motion: LastMotion,
-    /// Where each plunger hangs up by its side, m, those sides, and where the plungers rest.
-    stiction: [f64; 3],
-    plunger_sides: [Side; 3],
-    plungers_at: Vector3<f64>,
     sample: Option<String>,
     time_s: f64,
     pose: Pose,
+    target_moved: Vector3<f64>,
     motion: ChaCha8Rng,
-    form: ChaCha8Rng,
     master: ChaCha8Rng,
 }
 
@@ -76,7 +64,10 @@ fn normal(sigma: f64, rng: &mut ChaCha8Rng) -> f64 {
 
 impl World {
     /// The cell of a scenario, its errors drawn from the streams of a trial; the session will take about so many seconds.
-    pub fn new(scenario: &Scenario, streams: &Streams, session_s: f64) -> Self {
+    ///
+    /// # Errors
+    /// When the scenario's plant cannot play it.
+    pub fn new(scenario: &Scenario, streams: &Streams, session_s: f64) -> Result<Self, PlantError> {
         let nominal = scenario.dataset();
         let truth = scenario.truth().keys();
         let flaws = scenario.truth().flaws(streams, nominal.robot.joints());
@@ -101,35 +92,41 @@ impl World {
         let tool = FramePose { xyz: tool_xyz.into(), ..nominal.tool };
         let payloads: Vec<Payload> = nominal.payloads.iter().map(|p| scenario.truth().payload(p)).collect();
         let payload = payloads.first().cloned().unwrap_or_else(Payload::none);
-        let robot = std::sync::Arc::new(robot);
+        let gauge = Gauge::draw(&truth.indicators.plungers(), streams);
         let CampaignSettings { joint_motion, plunger_motion, .. } = CampaignSettings::default();
+        let joints = Joints::new(&robot, &truth.controller, &flaws.hysteresis);
+        let parts = Parts { nominal: &nominal, balls, gauge: gauge.mechanisms(), payload, session_s };
+        let plant: Box<dyn Plant> = match scenario.plant {
+            PlantKind::Analytic => {
+                let stiction = flaws.stiction;
+                Box::new(AnalyticPlant::new(Arm::new(Arc::new(robot), tool, flaws, &parts), &parts, stiction))
+            }
+            PlantKind::Mujoco => mujoco(scenario, streams, robot, tool, &parts)?,
+        };
         let mut world = World {
-            joints: Joints::new(&robot, &truth.controller, &flaws.hysteresis),
-            stiction: flaws.stiction,
-            arm: Arm::new(robot.clone(), nominal.clone(), tool, payload, flaws, session_s),
-            plunger_sides: [Side::default(); 3],
+            plant,
+            lost: None,
+            joints,
             controller: truth.controller.clone(),
-            gauge: Gauge::draw(&truth.indicators.plungers(), streams),
-            balls,
+            gauge,
             artifact_is_there: true,
             payloads,
             payload: 0,
-            ball_form: truth.indicators.ball_form_um * UM,
+            form: BallForm { sigma: truth.indicators.ball_form_um * UM, random: streams.stream("ball form") },
             master_radius_sigma: radius_sigma,
             rel_tool: RelTool::new(&nominal.robot),
             nominal,
             joint_motion: LastMotion::new(joint_motion),
             plunger_motion: LastMotion::new(plunger_motion),
-            plungers_at: Vector3::repeat(FREE_READING),
             sample: None,
             time_s: 0.0,
             pose: Pose::identity(),
+            target_moved: Vector3::zeros(),
             motion: streams.stream("motion"),
-            form: streams.stream("ball form"),
             master: streams.stream("master ball"),
         };
-        world.settle();
-        world
+        world.settle(true);
+        Ok(world)
     }
 
     /// Force of the three plungers on the tool with a ball centred, tool axes, N: what the gauge's data sheet says.
@@ -150,64 +147,39 @@ impl World {
     }
 
     /// Lets the arm come to rest against gravity and the plungers' springs, and the plungers on the ball.
-    fn settle(&mut self) {
-        let ball = self.balance();
-        let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
-        self.plunger_motion.rest_at(at.as_slice());
-        for (k, side) in self.plunger_sides.iter_mut().enumerate() {
-            side.moved(at[k] - self.plungers_at[k], self.stiction[k]);
-        }
-        self.plungers_at = at;
-        // A plunger that hangs up shows the ball where it is not.
-        let hung = Vector3::from_fn(|k, _| self.stiction[k] * self.plunger_sides[k].value());
-        let ball = ball.map(|b| PresentedBall { centre: noisy_point(&(b.centre - hung), self.ball_form, &mut self.form), ..b });
-        self.gauge.present(ball);
-    }
-
-    /// Seeks the balance of the arm and the plungers' springs; the ball in the tool's frame.
-    fn balance(&mut self) -> Option<PresentedBall> {
-        let q = self.joints.links();
-        let (mut force, mut near, mut ball) = (Vector3::zeros(), None, None);
-        // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
-        for _ in 0..MOST_BALANCINGS {
-            let moment = Moment {
-                kind: near.map(Kind::Ball).or((!self.artifact_is_there).then_some(Kind::Point)),
-                sample: self.sample.as_deref(),
-                commanded: Some(self.joints.commanded()),
-                plungers: <[i8; 3]>::try_from(self.plunger_motion.signs()).ok(),
-                reading: ball.map(|b: PresentedBall| b.centre),
-                time_s: self.time_s,
-                temp_c: self.controller.temperature_c(self.time_s),
-                approach: Some(self.joint_motion.signs()),
-                force,
-            };
-            self.pose = self.arm.settle(&q, &moment);
-            let last = near;
-            near = self.nearest_ball();
-            ball = near.map(|k| self.ball_in_tool(k));
-            let pushed = self.pose.rotation * self.gauge.force_from(ball.as_ref());
-            let change = (pushed - force).norm();
-            force = pushed;
-            if change < IN_BALANCE && near == last {
-                break;
+    fn settle(&mut self, came_far: bool) {
+        let stand = Stand {
+            motors: &self.joints.links(),
+            came_far,
+            commanded: self.joints.commanded(),
+            approach: self.joint_motion.signs(),
+            plungers: <[i8; 3]>::try_from(self.plunger_motion.signs()).ok(),
+            sample: self.sample.as_deref(),
+            time_s: self.time_s,
+            temp_c: self.controller.temperature_c(self.time_s),
+        };
+        match self.plant.settle(&stand, &mut self.form) {
+            Ok(Rest { world_from_tool, ball, touches, target_moved }) => {
+                (self.pose, self.target_moved) = (world_from_tool, target_moved);
+                let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
+                self.plunger_motion.rest_at(at.as_slice());
+                self.gauge.rest(touches);
             }
+            Err(error) => self.lost = Some(error.to_string()),
         }
-        ball
     }
 
-    /// The ball within reach of the plungers, by its place.
-    fn nearest_ball(&self) -> Option<usize> {
-        let tcp = self.tcp();
-        let distance = |k: &usize| (self.balls[*k].centre - tcp).norm();
-        let nearest = (0..self.balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        (self.artifact_is_there && distance(&nearest) < OUT_OF_REACH).then_some(nearest)
+    /// Whether there is still an arm to move.
+    fn is_there(&self) -> Result<(), ManipulatorError> {
+        self.lost.clone().map_or(Ok(()), |detail| Err(ManipulatorError::Lost { detail }))
     }
 
-    /// A ball where it truly stands now, in the tool's frame.
-    fn ball_in_tool(&self, k: usize) -> PresentedBall {
-        let PresentedBall { centre, radius } = self.balls[k];
-        let centre = self.pose.inverse_transform_point(&Point3::from(centre + self.arm.target_moved())).coords;
-        PresentedBall { centre, radius }
+    /// Puts a 1.5-inch ball into the socket, or takes it out.
+    fn seat(&mut self, master_radius: Option<f64>) {
+        match self.plant.seat(master_radius) {
+            Ok(touches) => self.gauge.rest(touches),
+            Err(error) => self.lost = Some(error.to_string()),
+        }
     }
 
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
@@ -216,8 +188,8 @@ impl World {
         }
         self.time_s += self.joints.move_large(target, &mut self.motion);
         self.joint_motion.rest_at(self.joints.commanded());
-        self.settle();
-        Ok(())
+        self.settle(true);
+        self.is_there()
     }
 
     fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
@@ -229,12 +201,29 @@ impl World {
         })?;
         self.time_s += self.joints.move_small(&target);
         self.joint_motion.rest_at(self.joints.commanded());
-        self.settle();
-        Ok(())
+        self.settle(false);
+        self.is_there()
     }
 
     /// What the tracker would see without any noise, the arm standing as it does: where the world that its nests carry has the TCP.
     fn point(&self) -> Vector3<f64> {
-        self.tcp() - self.arm.target_moved()
+        self.tcp() - self.target_moved
     }
+}
+
+#[cfg(feature = "mujoco")]
+fn mujoco(
+    scenario: &Scenario,
+    streams: &Streams,
+    robot: Robot,
+    tool: FramePose,
+    parts: &Parts<'_>,
+) -> Result<Box<dyn Plant>, PlantError> {
+    Ok(Box::new(crate::mujoco::MujocoPlant::new(scenario, streams, robot, tool, parts)?))
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn mujoco(_: &Scenario, _: &Streams, _: Robot, _: FramePose, _: &Parts<'_>) -> Result<Box<dyn Plant>, PlantError> {
+    let reason = "this program was built without it; run sim/setup.sh, then build with --features mujoco".into();
+    Err(PlantError::Absent { plant: "mujoco", reason })
 }

@@ -7,6 +7,7 @@ use calibench::measure::{Dataset, PlannedPose, Sample, SampleSet, Witness, read_
 use super::progress::CampaignBar;
 use super::{Failure, Outcome, print, seed};
 use crate::planning::{PlanError, plan, plan_tracker, wanted};
+use crate::plant::PlantKind;
 use crate::random::Streams;
 use crate::run::RunError;
 use crate::scenario::{Scenario, load_scenario};
@@ -26,10 +27,14 @@ pub struct Arguments {
     /// Seed in place of the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
+    /// Who plays the mechanics of the cell, in place of the scenario's choice
+    #[arg(long, value_enum)]
+    plant: Option<PlantKind>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let scenario = load_scenario(&arguments.scenario)?;
+    let mut scenario = load_scenario(&arguments.scenario)?;
+    scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let cell = scenario.dataset();
     let poses = match &arguments.plan {

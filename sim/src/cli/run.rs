@@ -13,17 +13,13 @@ use super::identify::story;
 use super::plan::chosen_sentence;
 use super::progress::CampaignBar;
 use super::{Failure, Outcome, print, print_json, seed};
+use crate::plant::PlantKind;
 use crate::random::Streams;
 use crate::run::{Check, Method, Plans, Run, run as procedure};
 use crate::scenario::{Scenario, load_scenario};
 
 /// The paper's Table 9, mm: mean, maximum, standard deviation.
 const PAPER: [(&str, [f64; 3]); 2] = [("trical", [0.326, 0.624, 0.107]), ("tracker", [0.231, 0.539, 0.087])];
-
-#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum PlantKind {
-    Analytic,
-}
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -32,9 +28,9 @@ pub struct Arguments {
     /// Folder for datasets, calibrations, iterations and result.json; a run that is there is replaced
     #[arg(short, long, visible_alias = "output")]
     out: Option<PathBuf>,
-    /// What plays the cell
-    #[arg(long, value_enum, default_value = "analytic")]
-    plant: PlantKind,
+    /// Who plays the mechanics of the cell, in place of the scenario's choice
+    #[arg(long, value_enum)]
+    plant: Option<PlantKind>,
     /// Seed in place of the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
@@ -44,8 +40,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let PlantKind::Analytic = arguments.plant;
-    let scenario = load_scenario(&arguments.scenario)?;
+    let mut scenario = load_scenario(&arguments.scenario)?;
+    scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
     let mut bar = CampaignBar::new(plans.plan.wanted());
@@ -71,10 +67,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// The whole story, in the order of the work.
 fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure> {
     print(&format!(
-        "{}: {}\nrobot {}, seed {}\n",
+        "{}: {}\nrobot {}, {} plant, seed {}\n",
         scenario.name,
         scenario.question,
         scenario.dataset().robot_reference,
+        scenario.plant.name(),
         run.seed
     ))?;
     print("PLAN")?;
@@ -204,7 +201,7 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
     json!({
         "format": "calibench-run/1",
         "scenario": scenario.name,
-        "plant": "analytic",
+        "plant": scenario.plant.name(),
         "seed": run.seed,
         "methods": [method(&run.trical), method(&run.tracker)],
         "before": {"mean_mm": run.before.mean / MM, "max_mm": run.before.max / MM},

@@ -6,6 +6,7 @@ use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
 use super::truth_keys::TruthToml;
+use crate::plant::PlantKind;
 use crate::suite::SuiteToml;
 
 /// A scenario as written.
@@ -17,6 +18,8 @@ pub struct ScenarioToml {
     pub name: String,
     pub question: String,
     pub seed: u64,
+    #[serde(default)]
+    pub plant: PlantKind,
     pub robot: String,
     pub gravity_m_s2: [f64; 3],
     pub base: BaseToml,

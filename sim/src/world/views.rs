@@ -7,6 +7,8 @@ use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
 use calibench::measure::{Attendant, CalledOff};
 use nalgebra::Vector3;
 
+use crate::contact::MASTER_RADIUS;
+
 use super::{HANDLING_S, READING_S, REBUILDING_S, World, normal};
 
 /// A world that its robot and its indicators share.
@@ -60,7 +62,9 @@ pub struct SimulatedRobot(SharedWorld);
 
 impl Manipulator for SimulatedRobot {
     fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {
-        Ok(self.0.0.borrow().joints.reported().to_vec())
+        let world = self.0.0.borrow();
+        world.is_there()?;
+        Ok(world.joints.reported().to_vec())
     }
 
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
@@ -114,9 +118,9 @@ impl SimulatedAttendant {
         let world = &mut *world;
         if payload != world.payload && payload < world.payloads.len() {
             world.payload = payload;
-            world.arm.payload = world.payloads[payload].clone();
+            world.plant.mount(&world.payloads[payload]);
             world.time_s += REBUILDING_S;
-            world.settle();
+            world.settle(false);
         }
     }
 
@@ -125,8 +129,9 @@ impl SimulatedAttendant {
         let mut world = self.0.0.borrow_mut();
         if world.artifact_is_there {
             world.artifact_is_there = false;
+            world.plant.remove_artifact();
             world.time_s += REBUILDING_S;
-            world.settle();
+            world.settle(false);
         }
     }
 }
@@ -137,14 +142,14 @@ impl Attendant for SimulatedAttendant {
         let world = &mut *world;
         let radius_error = normal(world.master_radius_sigma, &mut world.master);
         world.time_s += HANDLING_S;
-        world.gauge.seat_master(Vector3::zeros(), radius_error);
+        world.seat(Some(MASTER_RADIUS + radius_error));
         Ok(())
     }
 
     fn remove_master_ball(&mut self) -> Result<(), CalledOff> {
         let mut world = self.0.0.borrow_mut();
         world.time_s += HANDLING_S;
-        world.gauge.present(None);
+        world.seat(None);
         Ok(())
     }
 }

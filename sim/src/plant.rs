@@ -1,0 +1,164 @@
+//! The mechanics of a cell: where arm, balls and plungers come to rest when the motors stand at given angles.
+//!
+//! The world around it is the same for every plant: the robot's controller, the counters of the indicators, the clock, the tracker.
+
+mod analytic;
+
+use calibench::effects::ArtifactShape;
+use calibench::measure::Dataset;
+use calibench::robot::{Payload, Pose};
+use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::contact::Touch;
+use crate::plunger::{Mechanism, PresentedBall};
+use crate::random::noisy_point;
+
+pub use analytic::AnalyticPlant;
+
+/// Who plays the mechanics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlantKind {
+    /// Closed forms: screws of the arm, geometry of the contact.
+    #[default]
+    Analytic,
+    /// MuJoCo, a physics engine that shares no code with the model.
+    Mujoco,
+}
+
+impl PlantKind {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            PlantKind::Analytic => "analytic",
+            PlantKind::Mujoco => "mujoco",
+        }
+    }
+}
+
+/// Why a plant cannot be built, or is at a loss.
+#[derive(Debug, Error, Clone, PartialEq)]
+pub enum PlantError {
+    /// The scenario asks for what this plant is not made of.
+    #[error("{problem}")]
+    Unsuited {
+        /// The key that asks.
+        key: String,
+        /// What is wrong with it here.
+        problem: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// What plays it is not there.
+    #[error("the {plant} plant is not there: {reason}")]
+    Absent {
+        /// Its name.
+        plant: &'static str,
+        /// What is missing, and how to get it.
+        reason: String,
+    },
+    /// It does not come to rest.
+    #[error("the simulated mechanics do not come to rest: {detail}")]
+    Restless {
+        /// What was seen.
+        detail: String,
+    },
+}
+
+/// What a cell is built from: its owner's knowledge, and what is truly there.
+pub struct Parts<'a> {
+    /// What its owner knows.
+    pub nominal: &'a Dataset,
+    /// Where the balls truly stand when nothing has moved them, and how large they are.
+    pub balls: Vec<PresentedBall>,
+    /// What moves in the three indicators.
+    pub gauge: [Mechanism; 3],
+    /// What is truly on the flange.
+    pub payload: Payload,
+    /// What is measured will be measured in about so many seconds.
+    pub session_s: f64,
+}
+
+impl Parts<'_> {
+    /// The artifact as certified.
+    pub fn artifact(&self) -> ArtifactShape {
+        let balls: Vec<Vector3<f64>> = self.nominal.balls.iter().map(|b| b.position).collect();
+        ArtifactShape::of(&balls)
+    }
+}
+
+/// How the cell stands when its mechanics are to come to rest.
+#[derive(Debug, Clone, Copy)]
+pub struct Stand<'a> {
+    /// Joint angles at which the motors' ends of the gears stand, rad.
+    pub motors: &'a [f64],
+    /// Whether they came a long way, or were only shifted by a small correction.
+    pub came_far: bool,
+    /// Joint angles that the controller commands, rad.
+    pub commanded: &'a [f64],
+    /// Sign of each joint's last motion.
+    pub approach: &'a [i8],
+    /// Sign of each plunger's last motion.
+    pub plungers: Option<[i8; 3]>,
+    /// Name of the sample.
+    pub sample: Option<&'a str>,
+    /// Seconds since the session began.
+    pub time_s: f64,
+    /// Temperature of the robot, °C.
+    pub temp_c: f64,
+}
+
+/// How the mechanics came to rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rest {
+    /// True `world_from_tool`.
+    pub world_from_tool: Pose,
+    /// The ball within reach of the plungers, in the tool's frame.
+    pub ball: Option<PresentedBall>,
+    /// What the plungers touch.
+    pub touches: [Touch; 3],
+    /// How far the ball, or the point as measured, stands from its place, world, m.
+    pub target_moved: Vector3<f64>,
+}
+
+/// No ball is a perfect sphere: each touch is on another place of it.
+pub struct BallForm {
+    /// One-sigma of the surface along each axis, m.
+    pub sigma: f64,
+    /// Its stream.
+    pub random: ChaCha8Rng,
+}
+
+impl BallForm {
+    /// A centre as it is touched this time, m.
+    pub fn touched(&mut self, centre: &Vector3<f64>) -> Vector3<f64> {
+        noisy_point(centre, self.sigma, &mut self.random)
+    }
+}
+
+/// A ball further from the TCP than this touches no plunger, m.
+pub const OUT_OF_REACH: f64 = 0.05;
+
+/// The mechanics of a cell.
+pub trait Plant {
+    /// Lets everything come to rest.
+    ///
+    /// # Errors
+    /// When it does not.
+    fn settle(&mut self, stand: &Stand<'_>, form: &mut BallForm) -> Result<Rest, PlantError>;
+
+    /// Puts a ball of that radius (m) into the socket, or takes it out; what the plungers touch then.
+    ///
+    /// # Errors
+    /// When they do not come to rest.
+    fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError>;
+
+    /// Puts another payload on the flange.
+    fn mount(&mut self, payload: &Payload);
+
+    /// Takes the artifact off the table.
+    fn remove_artifact(&mut self);
+}

@@ -1,0 +1,111 @@
+//! The mechanics in closed form: the arm's screws, statics at the deflected posture, plungers by geometry.
+
+use calibench::effects::Kind;
+use calibench::robot::Payload;
+use nalgebra::{Point3, Vector3};
+
+use super::{BallForm, OUT_OF_REACH, Parts, Plant, PlantError, Rest, Stand};
+use crate::arm::{Arm, Moment};
+use crate::contact::{FREE_READING, Touch};
+use crate::plunger::{Mechanism, PresentedBall};
+use crate::side::Side;
+
+/// The springs and the arm are in balance when the force changes by less than this between two evaluations, N.
+const IN_BALANCE: f64 = 1e-9;
+
+/// Evaluations in which that is sought; each shrinks the change by the stiffness of the springs over the arm's, 1e-3.
+const MOST_BALANCINGS: usize = 50;
+
+/// The mechanics in closed form.
+pub struct AnalyticPlant {
+    arm: Arm,
+    balls: Vec<PresentedBall>,
+    gauge: [Mechanism; 3],
+    artifact_is_there: bool,
+    /// Where each plunger hangs up by its side, m, those sides, and where the plungers rest.
+    stiction: [f64; 3],
+    sides: [Side; 3],
+    rest_at: Vector3<f64>,
+}
+
+impl AnalyticPlant {
+    /// From an arm with its flaws, and the rest of the cell; `stiction` is where each plunger hangs up by the side it came from, m.
+    pub fn new(arm: Arm, parts: &Parts<'_>, stiction: [f64; 3]) -> Self {
+        AnalyticPlant {
+            arm,
+            balls: parts.balls.clone(),
+            gauge: parts.gauge,
+            artifact_is_there: true,
+            stiction,
+            sides: [Side::default(); 3],
+            rest_at: Vector3::repeat(FREE_READING),
+        }
+    }
+
+    /// Seeks the balance of the arm and the plungers' springs.
+    fn balance(&mut self, stand: &Stand<'_>) -> (calibench::robot::Pose, Option<PresentedBall>) {
+        let (mut force, mut near, mut ball) = (Vector3::zeros(), None, None);
+        let mut pose = calibench::robot::Pose::identity();
+        // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
+        for _ in 0..MOST_BALANCINGS {
+            let moment = Moment {
+                kind: near.map(Kind::Ball).or((!self.artifact_is_there).then_some(Kind::Point)),
+                reading: ball.map(|b: PresentedBall| b.centre),
+                force,
+            };
+            pose = self.arm.settle(stand, &moment);
+            let last = near;
+            let tcp = pose.translation.vector;
+            near = self.nearest_ball(&tcp);
+            ball = near.map(|k| {
+                let PresentedBall { centre, radius } = self.balls[k];
+                let moved = Point3::from(centre + self.arm.target_moved());
+                PresentedBall { centre: pose.inverse_transform_point(&moved).coords, radius }
+            });
+            let pushed: Vector3<f64> = self.gauge.iter().map(|plunger| plunger.force_from(ball.as_ref())).sum();
+            let pushed = pose.rotation * pushed;
+            let change = (pushed - force).norm();
+            force = pushed;
+            if change < IN_BALANCE && near == last {
+                break;
+            }
+        }
+        (pose, ball)
+    }
+
+    /// The ball within reach of the plungers, by its place.
+    fn nearest_ball(&self, tcp: &Vector3<f64>) -> Option<usize> {
+        let distance = |k: &usize| (self.balls[*k].centre - tcp).norm();
+        let nearest = (0..self.balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        (self.artifact_is_there && distance(&nearest) < OUT_OF_REACH).then_some(nearest)
+    }
+}
+
+impl Plant for AnalyticPlant {
+    fn settle(&mut self, stand: &Stand<'_>, form: &mut BallForm) -> Result<Rest, PlantError> {
+        let (world_from_tool, ball) = self.balance(stand);
+        let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
+        for (k, side) in self.sides.iter_mut().enumerate() {
+            side.moved(at[k] - self.rest_at[k], self.stiction[k]);
+        }
+        self.rest_at = at;
+        // A plunger that hangs up shows the ball where it is not.
+        let hung = Vector3::from_fn(|k, _| self.stiction[k] * self.sides[k].value());
+        let shown = ball.map(|b| PresentedBall { centre: form.touched(&(b.centre - hung)), ..b });
+        let touches = self.gauge.map(|plunger| plunger.meet(shown.as_ref()));
+        Ok(Rest { world_from_tool, ball, touches, target_moved: self.arm.target_moved() })
+    }
+
+    fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError> {
+        let master = master_radius.map(|radius| PresentedBall { centre: Vector3::zeros(), radius });
+        Ok(self.gauge.map(|plunger| plunger.meet(master.as_ref())))
+    }
+
+    fn mount(&mut self, payload: &Payload) {
+        self.arm.payload = payload.clone();
+    }
+
+    fn remove_artifact(&mut self) {
+        self.artifact_is_there = false;
+    }
+}
