@@ -95,12 +95,17 @@ impl Truth {
         &self.effects
     }
 
+    /// Effects of the catalogue in one trial, their sizes drawn from its stream `effects`.
+    pub fn drawn(&self, streams: &Streams) -> Vec<TrueEffect> {
+        let mut sizes = streams.stream("effects");
+        self.effects.iter().map(|stated| stated.drawn(&mut |sigma| sigma * sizes.sample::<f64, _>(StandardNormal))).collect()
+    }
+
     /// All flaws of one trial of an arm with so many joints, their sizes and shapes drawn from its streams `effects` and `shapes`.
     pub fn flaws(&self, streams: &Streams, joints: usize) -> Flaws {
-        let (mut sizes, mut shapes) = (streams.stream("effects"), streams.stream("shapes"));
+        let mut shapes = streams.stream("shapes");
         let mut flaws = Flaws { all: self.hidden.clone(), ..Flaws::none(joints) };
-        for stated in &self.effects {
-            let effect = stated.drawn(&mut |sigma| sigma * sizes.sample::<f64, _>(StandardNormal));
+        for effect in self.drawn(streams) {
             let family = effects::family(effect.effect.id()).map(|family| family.id);
             for (parameter, size) in effect.effect.parameters().iter().zip(&effect.sizes) {
                 let named = |names: &dyn Fn(usize) -> String, count: usize| (1..=count).find(|&k| parameter.name == names(k));

@@ -6,6 +6,7 @@ use std::num::NonZeroU32;
 use calibench::units::{MM, MRAD, UM};
 use serde::Deserialize;
 
+use super::mujoco_truth::MujocoToml;
 use crate::controller::ControllerSpec;
 use crate::hidden::HiddenToml;
 use crate::plunger::PlungerSpec;
@@ -25,6 +26,9 @@ pub struct TruthToml {
     /// Flaws that no model knows.
     #[serde(default)]
     pub hidden: HiddenToml,
+    /// Flaws of the mechanism that only the MuJoCo plant plays.
+    #[serde(default)]
+    pub mujoco: MujocoToml,
     /// True mass of each link over the drawing's, minus one.
     #[serde(default)]
     pub link_mass_error: Vec<f64>,

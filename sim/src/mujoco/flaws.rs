@@ -1,0 +1,147 @@
+//! Flaws as parts of the mechanism: hinges that give way, wheels that rub, springs that stiffen, gears with play.
+
+use std::io;
+
+use calibench::units::URAD;
+
+use super::mjcf::{RATE, STEP_S, Xml, element, joint_name, numbers};
+use crate::scenario::{Bearing, Friction, MujocoToml, Stiffening};
+
+/// What is wrong with the mechanism.
+#[derive(Debug, Clone)]
+pub struct MujocoFlaws {
+    keys: MujocoToml,
+    /// Stiffness of each gear, N·m/rad.
+    stiffness: Vec<f64>,
+}
+
+/// Inertia of the arm about a pedestal or a bearing, kg·m², more than it ever has: its rotor is to be no less.
+const STRETCHED_OUT: f64 = 20.0;
+/// Inertia of a wheel, kg·m²: large enough that what holds it does not creep.
+const WHEEL_INERTIA: f64 = 1.0;
+
+impl MujocoFlaws {
+    /// Those of the scenario, in an arm whose gears are so stiff (N·m/rad).
+    pub fn new(keys: &MujocoToml, stiffness: Vec<f64>) -> Self {
+        MujocoFlaws { keys: keys.clone(), stiffness }
+    }
+
+    /// Whether the way by which a joint came counts.
+    pub fn remembers(&self) -> bool {
+        !self.keys.friction.is_empty()
+    }
+
+    /// Whether the spring of a gear is a tendon with a dead band.
+    pub fn has_play(&self, joint: usize) -> bool {
+        self.play(joint).is_some()
+    }
+
+    fn play(&self, joint: usize) -> Option<f64> {
+        self.keys.backlash.iter().find(|b| b.joint == joint + 1).map(|b| b.width_urad * URAD)
+    }
+
+    /// Half the width over which the gear of a joint does nothing, rad, by the tendon that is its spring.
+    pub fn plays(&self) -> Vec<(usize, f64)> {
+        self.keys.backlash.iter().map(|b| (b.joint - 1, 0.5 * b.width_urad * URAD)).collect()
+    }
+
+    /// Torque that is added to the gear of a joint, N·m/rad³, by its cubic spring: `T = K x + K3 x³` with `K3 = share K³ / T_ref²`
+    /// leaves out `share` of the linear twist at T_ref, to first order.
+    pub fn cubic(&self, joint: usize) -> f64 {
+        let cubic = |s: &Stiffening| s.share * self.stiffness[joint].powi(3) / (s.at_nm * s.at_nm);
+        self.keys.stiffening.iter().find(|s| s.joint == joint + 1).map_or(0.0, cubic)
+    }
+
+    /// Names of the hinges that give way, with their stiffness, N·m/rad.
+    pub fn hinges(&self) -> Vec<(String, f64)> {
+        let stiffness = |urad_per_nm: f64| 1.0 / (urad_per_nm * URAD);
+        let pedestal = self.keys.pedestal.iter().flat_map(|p| [("pedestal_x", p.x_urad_per_nm), ("pedestal_y", p.y_urad_per_nm)]);
+        let pedestal = pedestal.map(|(name, given)| (name.to_owned(), stiffness(given)));
+        let bearing = |b: &Bearing| {
+            let (joint, given) = (b.joint, stiffness(b.urad_per_nm));
+            ["x", "y"].map(|axis| (format!("bearing{joint}_{axis}"), given))
+        };
+        pedestal.chain(self.keys.bearing.iter().flat_map(bearing)).collect()
+    }
+
+    /// Two hinges under the base.
+    pub fn write_pedestal(&self, xml: &mut Xml) -> io::Result<()> {
+        let Some(pedestal) = &self.keys.pedestal else { return Ok(()) };
+        write_hinge(xml, "pedestal_x", "1 0 0", pedestal.x_urad_per_nm)?;
+        write_hinge(xml, "pedestal_y", "0 1 0", pedestal.y_urad_per_nm)
+    }
+
+    /// Two hinges across the axis of joint `i`, at its origin.
+    pub fn write_bearing(&self, xml: &mut Xml, i: usize) -> io::Result<()> {
+        let Some(bearing) = self.keys.bearing.iter().find(|b| b.joint == i + 1) else { return Ok(()) };
+        write_hinge(xml, &format!("bearing{}_x", i + 1), "1 0 0", bearing.urad_per_nm)?;
+        write_hinge(xml, &format!("bearing{}_y", i + 1), "0 1 0", bearing.urad_per_nm)
+    }
+
+    /// Names of the wheels that rub on joint `i`, with their slipping torques, N·m.
+    pub fn wheels(&self) -> Vec<(String, usize, f64)> {
+        let of = |f: &Friction| {
+            let joint = f.joint;
+            f.wheels().into_iter().enumerate().map(move |(k, (torque, _))| (wheel_name(joint, k), joint - 1, torque))
+        };
+        self.keys.friction.iter().flat_map(of).collect()
+    }
+
+    /// The wheels themselves: each turns on its own, held by its friction.
+    pub fn write_wheels(&self, xml: &mut Xml) -> io::Result<()> {
+        for (name, _, torque) in self.wheels() {
+            element!(xml, "body", { "name" = name }, |xml| {
+                element!(xml, "inertial", { "mass" = 1e-12, "pos" = "0 0 0", "diaginertia" = "1e-12 1e-12 1e-12" })?;
+                element!(xml, "joint", {
+                    "name" = name, "type" = "hinge", "axis" = "0 0 1", "armature" = WHEEL_INERTIA, "damping" = 0,
+                    "frictionloss" = torque, "solreffriction" = numbers(&[2.0 * STEP_S, 1.0]), "solimpfriction" = "0.9999 0.9999 0.001 0.5 2"
+                })?;
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Springs between two turning things: a wheel and its joint; a gear with play and its motor.
+    pub fn write_tendons(&self, xml: &mut Xml) -> io::Result<()> {
+        element!(xml, "tendon", {}, |xml| {
+            for f in &self.keys.friction {
+                for (k, (_, spring)) in f.wheels().into_iter().enumerate() {
+                    let name = wheel_name(f.joint, k);
+                    element!(xml, "fixed", { "name" = name, "stiffness" = spring, "springlength" = 0 }, |xml| {
+                        element!(xml, "joint", { "joint" = joint_name(f.joint - 1), "coef" = 1 })?;
+                        element!(xml, "joint", { "joint" = name, "coef" = -1 })?;
+                        Ok(())
+                    })?;
+                }
+            }
+            for (joint, half) in self.plays() {
+                let (name, stiffness) = (play_name(joint), self.stiffness[joint]);
+                element!(xml, "fixed", { "name" = name, "stiffness" = stiffness, "springlength" = numbers(&[-half, half]) }, |xml| {
+                    element!(xml, "joint", { "joint" = joint_name(joint), "coef" = 1 })?;
+                    Ok(())
+                })?;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+}
+
+fn wheel_name(joint: usize, k: usize) -> String {
+    format!("wheel{joint}_{k}")
+}
+
+/// Name of the tendon that is the spring of the gear of joint `i` (from 0), where it has play.
+pub fn play_name(i: usize) -> String {
+    format!("gear{}", i + 1)
+}
+
+fn write_hinge(xml: &mut Xml, name: &str, axis: &str, urad_per_nm: f64) -> io::Result<()> {
+    let stiffness = 1.0 / (urad_per_nm * URAD);
+    let rotor = (stiffness / (RATE * RATE)).max(STRETCHED_OUT);
+    element!(xml, "joint", {
+        "name" = name, "type" = "hinge", "axis" = axis, "stiffness" = stiffness, "armature" = rotor, "damping" = 2.0 * (stiffness * rotor).sqrt()
+    })?;
+    Ok(())
+}

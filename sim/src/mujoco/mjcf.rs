@@ -1,0 +1,294 @@
+//! The cell as an MJCF document: what MuJoCo is told, and nothing but that.
+//!
+//! Bodies hang from each other as the MDH lines say, `Rx(alpha) Tx(a) Ry(beta) Tz(d) Rz(theta)` before each hinge about z; gears are the
+//! springs of position servos; plungers are disks on slides. Only the state at rest counts here, so inertias and dampings are chosen to
+//! reach it soon: rotors ("armatures") in proportion to the stiffness of their gear, so that all joints come to rest at one rate.
+
+use std::io;
+
+use calibench::robot::{FramePose, Link, MdhLink, Payload, Pose, Robot};
+use calibench::units::MM;
+use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
+use quick_xml::Writer;
+
+use super::flaws::MujocoFlaws;
+use super::scenery::Scenery;
+use crate::contact::{DISK_RADIUS, MASTER_RADIUS};
+use crate::plunger::{Mechanism, PresentedBall};
+
+/// Time between two evaluations, s. It has no meaning but to bring the cell to rest.
+pub const STEP_S: f64 = 8e-3;
+/// Rate at which a gear and its rotor come to rest, rad/s: some 20 steps a time constant would be smooth, 3 are enough.
+pub const RATE: f64 = 43.0;
+/// Damping over critical damping.
+const DAMPING_RATIO: f64 = 1.0;
+/// Stiffness of a gear that is said to have no compliance, N·m/rad: 1 N at 1 m turns it by 1e-9 rad.
+const RIGID: f64 = 1e9;
+/// Inertia of a plunger (as an armature, without weight) over what drives it, kg/N, and the speed at which that moves it, m/s.
+const PLUNGER_INERTIA: f64 = 1.0;
+const PLUNGER_SPEED: f64 = 0.04;
+/// Mass and inertia of what has none, kg and kg·m²: MuJoCo wants some of both for whatever moves.
+const NEXT_TO_NOTHING: f64 = 1e-12;
+/// Thickness of the disks, m, as thin as those of the analytic plant.
+const DISK_THICKNESS: f64 = 2.0 * MM;
+/// Contact and limits as hard as MuJoCo allows: the time constant is twice the step, the impedance its largest.
+const HARDEST: &str = "0.9999 0.9999 0.001 0.5 2";
+
+/// A cell as it truly is.
+pub struct Machine {
+    /// Name of the model.
+    pub name: String,
+    /// Gravity, world, m/s².
+    pub gravity: Vector3<f64>,
+    /// Where the robot stands.
+    pub base: FramePose,
+    /// Links as they were made; limits are not asked.
+    pub robot: Robot,
+    /// Compliance of each gear, rad/(N·m).
+    pub compliance: Vec<f64>,
+    /// TCP in the last frame.
+    pub tool: FramePose,
+    /// What is on the flange.
+    pub payload: Payload,
+    /// Where the balls stand, world, and how large they are.
+    pub balls: Vec<PresentedBall>,
+    /// What moves in the gauge.
+    pub gauge: [Mechanism; 3],
+    /// What is wrong that only this plant knows.
+    pub flaws: MujocoFlaws,
+    /// What is only looked at.
+    pub scenery: Scenery,
+}
+
+/// Where the document is written.
+pub type Xml = Writer<Vec<u8>>;
+
+/// Writes an element; a float in an attribute is written with all its digits.
+macro_rules! element {
+    ($xml:expr, $name:literal, { $($key:literal = $value:expr),* $(,)? }) => {
+        $xml.create_element($name)$(.with_attribute(($key, $value.to_string().as_str())))*.write_empty()
+    };
+    ($xml:expr, $name:literal, { $($key:literal = $value:expr),* $(,)? }, $inside:expr) => {
+        $xml.create_element($name)$(.with_attribute(($key, $value.to_string().as_str())))*.write_inner_content($inside)
+    };
+}
+
+pub(super) use element;
+
+impl Machine {
+    /// The document.
+    pub fn mjcf(&self) -> String {
+        let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
+        match self.write(&mut xml) {
+            Ok(()) => String::from_utf8_lossy(&xml.into_inner()).into_owned(),
+            Err(_) => unreachable!("a vector takes all that is written to it"),
+        }
+    }
+
+    fn write(&self, xml: &mut Xml) -> io::Result<()> {
+        element!(xml, "mujoco", { "model" = self.name }, |xml| {
+            element!(xml, "compiler", { "angle" = "radian", "autolimits" = "true", "inertiafromgeom" = "false" })?;
+            element!(xml, "option", {
+                "timestep" = STEP_S, "gravity" = numbers(self.gravity.as_slice()), "integrator" = "implicitfast", "solver" = "Newton",
+                "iterations" = 100, "tolerance" = 1e-14
+            })?;
+            self.scenery.write_settings(xml)?;
+            element!(xml, "worldbody", {}, |xml| {
+                self.scenery.write_world(xml)?;
+                self.write_artifact(xml)?;
+                self.write_base(xml)?;
+                self.flaws.write_wheels(xml)
+            })?;
+            self.write_contacts(xml)?;
+            self.flaws.write_tendons(xml)?;
+            self.write_actuators(xml)
+        })?;
+        Ok(())
+    }
+
+    /// Balls on a body that can be taken away, or shifted by a ball's form.
+    fn write_artifact(&self, xml: &mut Xml) -> io::Result<()> {
+        element!(xml, "body", { "name" = "artifact", "mocap" = "true" }, |xml| {
+            self.scenery.write_artifact(xml)?;
+            for (k, ball) in self.balls.iter().enumerate() {
+                element!(xml, "geom", {
+                    "name" = format!("ball{k}"), "type" = "sphere", "size" = ball.radius, "pos" = numbers(ball.centre.as_slice()),
+                    "contype" = 0, "conaffinity" = 0, "material" = "ball"
+                })?;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    fn write_base(&self, xml: &mut Xml) -> io::Result<()> {
+        let pose = self.base.pose();
+        element!(xml, "body", { "name" = "base", "pos" = position(&pose), "quat" = quaternion(&pose) }, |xml| {
+            self.scenery.write_link(xml, 0)?;
+            self.flaws.write_pedestal(xml)?;
+            self.write_link(xml, 0)
+        })?;
+        Ok(())
+    }
+
+    fn write_link(&self, xml: &mut Xml, i: usize) -> io::Result<()> {
+        let Some(Link { mdh, mass, com, .. }) = self.robot.links.get(i) else {
+            return self.write_flange(xml);
+        };
+        let pose = before_hinge(mdh);
+        element!(xml, "body", { "name" = format!("link{}", i + 1), "pos" = position(&pose), "quat" = quaternion(&pose) }, |xml| {
+            write_inertial(xml, *mass, com)?;
+            self.flaws.write_bearing(xml, i)?;
+            let gear = self.gear(i);
+            element!(xml, "joint", {
+                "name" = joint_name(i), "type" = "hinge", "axis" = "0 0 1", "armature" = gear.rotor, "damping" = gear.damping,
+                "stiffness" = numbers(&[0.0, 0.0, self.flaws.cubic(i)])
+            })?;
+            self.scenery.write_link(xml, i + 1)?;
+            self.write_link(xml, i + 1)
+        })?;
+        Ok(())
+    }
+
+    fn write_flange(&self, xml: &mut Xml) -> io::Result<()> {
+        element!(xml, "body", { "name" = "payload" }, |xml| {
+            write_inertial(xml, self.payload.mass, &self.payload.com)
+        })?;
+        let pose = self.tool.pose();
+        element!(xml, "body", { "name" = "tool", "pos" = position(&pose), "quat" = quaternion(&pose) }, |xml| {
+            element!(xml, "site", { "name" = "tcp", "size" = 0.001 })?;
+            element!(xml, "geom", {
+                "name" = "master", "type" = "sphere", "size" = MASTER_RADIUS, "pos" = numbers(&ASIDE), "contype" = 0, "conaffinity" = 0,
+                "material" = "ball"
+            })?;
+            (0..3).try_for_each(|k| self.write_plunger(xml, k))
+        })?;
+        Ok(())
+    }
+
+    fn write_plunger(&self, xml: &mut Xml, k: usize) -> io::Result<()> {
+        let channel = self.gauge[k].channel;
+        let turned = UnitQuaternion::rotation_between(&Vector3::z(), &channel.normal).unwrap_or_else(UnitQuaternion::identity);
+        let foot = channel.foot + channel.along.into_inner() * channel.free_tip;
+        let along = turned.inverse() * channel.along.into_inner();
+        let pose = Pose::from_parts(Translation3::from(foot), turned.to_rotation_matrix());
+        let stop = channel.stop_tip - channel.free_tip;
+        element!(xml, "body", { "name" = format!("plunger{k}"), "pos" = position(&pose), "quat" = quaternion(&pose) }, |xml| {
+            write_inertial(xml, 0.0, &Vector3::zeros())?;
+            element!(xml, "joint", {
+                "name" = format!("slide{k}"), "type" = "slide", "axis" = numbers(along.as_slice()), "range" = numbers(&[0.0, stop]),
+                "armature" = PLUNGER_INERTIA * self.drive(k), "damping" = self.drive(k) / PLUNGER_SPEED, "solreflimit" = hardest_ref(), "solimplimit" = HARDEST
+            })?;
+            element!(xml, "geom", {
+                "name" = format!("disk{k}"), "type" = "cylinder", "size" = numbers(&[DISK_RADIUS, 0.5 * DISK_THICKNESS]),
+                "pos" = numbers(&[0.0, 0.0, 0.5 * DISK_THICKNESS]), "contype" = 0, "conaffinity" = 0, "material" = format!("plunger{k}")
+            })?;
+            self.scenery.write_plunger(xml, k)
+        })?;
+        Ok(())
+    }
+
+    /// What drives plunger `k` out, N: its spring, or, where a scenario gives it none, as much as keeps it on the ball.
+    fn drive(&self, k: usize) -> f64 {
+        self.gauge[k].preload.max(LEAST_DRIVE)
+    }
+
+    /// Disks touch balls, nothing else touches anything: the way there is checked when it is planned.
+    fn write_contacts(&self, xml: &mut Xml) -> io::Result<()> {
+        element!(xml, "contact", {}, |xml| {
+            for k in 0..3 {
+                let balls = (0..self.balls.len()).map(|b| format!("ball{b}")).chain(["master".to_owned()]);
+                for ball in balls {
+                    element!(xml, "pair", {
+                        "geom1" = format!("disk{k}"), "geom2" = ball, "condim" = 1, "solref" = hardest_ref(), "solimp" = HARDEST
+                    })?;
+                }
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    fn write_actuators(&self, xml: &mut Xml) -> io::Result<()> {
+        element!(xml, "actuator", {}, |xml| {
+            for i in 0..self.robot.joints() {
+                let kp = self.gear(i).servo;
+                element!(xml, "position", { "name" = format!("servo{}", i + 1), "joint" = joint_name(i), "kp" = kp })?;
+            }
+            for (k, plunger) in self.gauge.iter().enumerate() {
+                element!(xml, "general", {
+                    "name" = format!("spring{k}"), "joint" = format!("slide{k}"), "gainprm" = 0, "biastype" = "affine",
+                    "biasprm" = numbers(&[-self.drive(k), -plunger.stiffness, 0.0])
+                })?;
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
+    fn gear(&self, i: usize) -> Gear {
+        let stiffness = stiffness(self.compliance[i]);
+        let rotor = stiffness / (RATE * RATE);
+        let servo = if self.flaws.has_play(i) { 0.0 } else { stiffness };
+        Gear { servo, rotor, damping: 2.0 * DAMPING_RATIO * RATE * rotor }
+    }
+}
+
+/// Stiffness of a gear of that compliance, N·m/rad.
+pub fn stiffness(compliance: f64) -> f64 {
+    if compliance > 1.0 / RIGID { 1.0 / compliance } else { RIGID }
+}
+
+/// A gear's spring, N·m/rad, as the servo gives it; its rotor, kg·m²; its damping, N·m·s/rad.
+struct Gear {
+    servo: f64,
+    rotor: f64,
+    damping: f64,
+}
+
+/// Where the master ball waits, in the tool's frame, m: out of the way of everything.
+pub const ASIDE: [f64; 3] = [0.0, 0.0, 50.0];
+/// A plunger without a spring would not follow its ball, N.
+const LEAST_DRIVE: f64 = 1e-3;
+
+/// Name of the hinge of joint `i` (from 0).
+pub fn joint_name(i: usize) -> String {
+    format!("joint{}", i + 1)
+}
+
+/// Where the body of a link stands on the one before, its joint at zero: `Rx(alpha) Tx(a) Ry(beta) Tz(d) Rz(theta)`.
+fn before_hinge(mdh: &MdhLink) -> Pose {
+    let rx = Rotation3::from_axis_angle(&Vector3::x_axis(), mdh.alpha);
+    let ry = Rotation3::from_axis_angle(&Vector3::y_axis(), mdh.beta);
+    let rz = Rotation3::from_axis_angle(&Vector3::z_axis(), mdh.theta);
+    let at = rx * Vector3::new(mdh.a, 0.0, 0.0) + rx * (ry * Vector3::new(0.0, 0.0, mdh.d));
+    Pose::from_parts(Translation3::from(at), rx * ry * rz)
+}
+
+fn write_inertial(xml: &mut Xml, mass: f64, com: &Vector3<f64>) -> io::Result<()> {
+    // At rest a moment of inertia does nothing; that of a small ball keeps the arm's own motion to rest slow and smooth.
+    let inertia = (mass * 1e-4).max(NEXT_TO_NOTHING);
+    element!(xml, "inertial", {
+        "mass" = mass.max(NEXT_TO_NOTHING), "pos" = numbers(com.as_slice()), "diaginertia" = numbers(&[inertia; 3])
+    })?;
+    Ok(())
+}
+
+/// The shortest time constant that a step allows, critically damped.
+pub fn hardest_ref() -> String {
+    numbers(&[2.0 * STEP_S, 1.0])
+}
+
+fn position(pose: &Pose) -> String {
+    numbers(pose.translation.vector.as_slice())
+}
+
+fn quaternion(pose: &Pose) -> String {
+    let q = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+    numbers(&[q.w, q.i, q.j, q.k])
+}
+
+/// Numbers with all their digits.
+pub fn numbers(values: &[f64]) -> String {
+    values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
+}

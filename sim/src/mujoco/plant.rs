@@ -1,0 +1,376 @@
+//! The mechanics of a cell, played by MuJoCo: it is let come to rest, step by step.
+
+use calibench::effects::{self, Kind, Situation};
+use calibench::robot::{FramePose, Loads, MdhEntry, Payload, Pose, Posture, Robot, Site, SiteIndex};
+use nalgebra::{Point3, Vector3};
+
+use super::engine::{Engine, Field, Thing};
+use super::flaws::{MujocoFlaws, play_name};
+use super::mjcf::{ASIDE, Machine, RATE, joint_name, stiffness};
+use super::scenery::Scenery;
+use crate::contact::Touch;
+use crate::flaw::TrueEffect;
+use crate::plant::{BallForm, OUT_OF_REACH, Parts, Plant, PlantError, Rest, Stand};
+use crate::plunger::{Mechanism, PresentedBall};
+use crate::random::Streams;
+use crate::scenario::Scenario;
+
+/// Everything rests when what is still to go, at the rate at which all comes to rest, is less than this, m or rad.
+const AT_REST: f64 = 2e-11;
+/// Steps between two looks.
+const STEPS: usize = 10;
+/// The arm is given up after so many steps.
+const MOST_STEPS: usize = 10_000;
+/// A joint that remembers where it came from comes the last so much of its way under friction, rad, in so many steps.
+const REMEMBERED_WAY: f64 = 2e-3;
+const REMEMBERED_STEPS: usize = 200;
+/// Further out than this from its end a plunger touches something, m: contact and limits give way by some nanometres.
+const TOUCHES: f64 = 1e-7;
+
+/// The mechanics of a cell in MuJoCo.
+pub struct MujocoPlant {
+    engine: Engine,
+    flaws: MujocoFlaws,
+    gauge: [Mechanism; 3],
+    balls: Vec<PresentedBall>,
+    artifact_is_there: bool,
+    /// Stiffness of each gear, N·m/rad, and of the hinges that give way, with their places.
+    gears: Vec<(usize, f64)>,
+    hinges: Vec<(usize, f64)>,
+    slides: [usize; 3],
+    wheels: Vec<Wheel>,
+    plays: Vec<(usize, usize, f64)>,
+    master: usize,
+    payload: usize,
+    motors: Vec<f64>,
+}
+
+/// A wheel that rubs: its place, that of its joint, its slipping torque, N·m.
+struct Wheel {
+    place: usize,
+    joint: usize,
+    torque: f64,
+}
+
+/// Effects of the catalogue that are constant numbers of the cell: they are built into the machine.
+const BUILT_IN: [&str; 4] = ["base_frame", "mdh", "tool_frame", "ball"];
+
+impl MujocoPlant {
+    /// The cell of a scenario, with its true masses and TCP.
+    ///
+    /// # Errors
+    /// When Python or MuJoCo are not there, or the scenario's truth holds what is no part of a mechanism.
+    pub fn new(
+        scenario: &Scenario,
+        streams: &Streams,
+        robot: Robot,
+        tool: FramePose,
+        parts: &Parts<'_>,
+    ) -> Result<Self, PlantError> {
+        let machine = machine(scenario, streams, robot, tool, parts)?;
+        MujocoPlant::of(&machine)
+    }
+
+    /// A plant of this machine.
+    ///
+    /// # Errors
+    /// When Python or MuJoCo are not there, or refuse it.
+    pub fn of(machine: &Machine) -> Result<Self, PlantError> {
+        let engine = Engine::load(&machine.mjcf())?;
+        let joints = machine.robot.joints();
+        let place = |name: &str| engine.place(Thing::Joint, name);
+        let gears: Result<Vec<_>, _> =
+            (0..joints).map(|i| Ok((place(&joint_name(i))?, stiffness(machine.compliance[i])))).collect();
+        let gears = gears?;
+        let hinges: Result<Vec<_>, PlantError> =
+            machine.flaws.hinges().into_iter().map(|(name, stiffness)| Ok((place(&name)?, stiffness))).collect();
+        let wheels: Result<Vec<_>, PlantError> = machine
+            .flaws
+            .wheels()
+            .into_iter()
+            .map(|(name, joint, torque)| Ok(Wheel { place: place(&name)?, joint, torque }))
+            .collect();
+        let plays: Result<Vec<_>, PlantError> = machine
+            .flaws
+            .plays()
+            .into_iter()
+            .map(|(joint, half)| Ok((engine.place(Thing::Tendon, &play_name(joint))?, joint, half)))
+            .collect();
+        Ok(MujocoPlant {
+            flaws: machine.flaws.clone(),
+            gauge: machine.gauge,
+            balls: machine.balls.clone(),
+            artifact_is_there: true,
+            gears,
+            hinges: hinges?,
+            slides: [place("slide0")?, place("slide1")?, place("slide2")?],
+            wheels: wheels?,
+            plays: plays?,
+            master: engine.place(Thing::Geom, "master")?,
+            payload: engine.place(Thing::Body, "payload")?,
+            motors: vec![0.0; joints],
+            engine,
+        })
+    }
+
+    /// MuJoCo itself.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// Tells every gear where its motor stands.
+    fn drive(&self, motors: &[f64]) -> Result<(), PlantError> {
+        self.engine.ctrl(|ctrl| ctrl[..motors.len()].copy_from_slice(motors));
+        self.engine.change(Field::QposSpring, |spring| {
+            for (&(place, _), motor) in self.gears.iter().zip(motors) {
+                spring[place] = *motor;
+            }
+        })?;
+        if !self.plays.is_empty() {
+            self.engine.change(Field::TendonLengthspring, |length| {
+                for &(tendon, joint, half) in &self.plays {
+                    length[2 * tendon..][..2].copy_from_slice(&[motors[joint] - half, motors[joint] + half]);
+                }
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Puts the arm near to where it will rest with the motors at `motors`: gears twisted by the load that it has there. Plungers are
+    /// pushed in, so that they come out onto a ball and do not start inside it.
+    fn place(&self, motors: &[f64]) -> Result<(), PlantError> {
+        self.engine.halt();
+        self.engine.qpos(|q| {
+            self.gears.iter().zip(motors).for_each(|(&(place, _), motor)| q[place] = *motor);
+            self.hinges.iter().for_each(|&(place, _)| q[place] = 0.0);
+            for (place, plunger) in self.slides.iter().zip(&self.gauge) {
+                q[*place] = plunger.channel.stop_tip - plunger.channel.free_tip;
+            }
+        });
+        self.engine.forward()?;
+        let holding = self.engine.holding();
+        self.engine.qpos(|q| {
+            self.gears.iter().chain(&self.hinges).for_each(|&(place, stiffness)| q[place] -= holding[place] / stiffness);
+            self.wheels.iter().for_each(|wheel| q[wheel.place] = q[self.gears[wheel.joint].0]);
+        });
+        Ok(())
+    }
+
+    fn rub(&self, on: bool) -> Result<(), PlantError> {
+        self.engine.change(Field::DofFrictionloss, |loss| {
+            self.wheels.iter().for_each(|wheel| loss[wheel.place] = if on { wheel.torque } else { 0.0 });
+        })
+    }
+
+    /// Steps until nothing moves any more.
+    fn come_to_rest(&self) -> Result<(), PlantError> {
+        for _ in 0..MOST_STEPS / STEPS {
+            self.engine.step(STEPS)?;
+            let fastest = self.engine.qvel(|v| v.iter().fold(0.0, |most: f64, v| if v.is_nan() { f64::NAN } else { most.max(v.abs()) }));
+            if fastest.is_nan() || fastest > 1e6 {
+                return Err(PlantError::Restless { detail: "MuJoCo diverges".into() });
+            }
+            if fastest < AT_REST * RATE {
+                return self.engine.kinematics();
+            }
+        }
+        Err(PlantError::Restless { detail: format!("after {MOST_STEPS} steps it still moves") })
+    }
+
+    /// Comes a long way to where the motors shall stand.
+    fn come_far(&self, from: &[f64], to: &[f64]) -> Result<(), PlantError> {
+        if !self.flaws.remembers() {
+            self.drive(to)?;
+            return self.place(to);
+        }
+        // The last stretch is travelled under friction; what was before it is forgotten.
+        let way: Vec<f64> = from.iter().zip(to).map(|(from, to)| (to - from).clamp(-REMEMBERED_WAY, REMEMBERED_WAY)).collect();
+        let at = |share: f64| -> Vec<f64> { to.iter().zip(&way).map(|(to, way)| to - (1.0 - share) * way).collect() };
+        self.drive(&at(0.0))?;
+        self.rub(false)?;
+        self.place(&at(0.0))?;
+        self.come_to_rest()?;
+        self.engine.qpos(|q| self.wheels.iter().for_each(|wheel| q[wheel.place] = q[self.gears[wheel.joint].0]));
+        self.engine.halt();
+        self.rub(true)?;
+        for step in 1..=REMEMBERED_STEPS {
+            self.drive(&at(step as f64 / REMEMBERED_STEPS as f64))?;
+            self.engine.step(1)?;
+        }
+        Ok(())
+    }
+
+    /// The ball within reach of the plungers, by its place.
+    fn nearest_ball(&self, tcp: &Vector3<f64>) -> Option<usize> {
+        let distance = |k: &usize| (self.balls[*k].centre - tcp).norm();
+        let nearest = (0..self.balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        (self.artifact_is_there && distance(&nearest) < OUT_OF_REACH).then_some(nearest)
+    }
+
+    /// What the plungers touch, by how far they are pushed in.
+    fn touches(&self) -> [Touch; 3] {
+        let travel = self.engine.qpos(|q| self.slides.map(|place| q[place]));
+        std::array::from_fn(|k| {
+            let channel = &self.gauge[k].channel;
+            let stop = channel.stop_tip - channel.free_tip;
+            if travel[k] < TOUCHES {
+                Touch::Free
+            } else if travel[k] > stop - TOUCHES {
+                Touch::Beyond
+            } else {
+                Touch::At { tip: channel.free_tip + travel[k], on_rim: false, normal: channel.normal.into_inner() }
+            }
+        })
+    }
+}
+
+impl Plant for MujocoPlant {
+    fn settle(&mut self, stand: &Stand<'_>, form: &mut BallForm) -> Result<Rest, PlantError> {
+        if stand.came_far {
+            self.come_far(&self.motors, stand.motors)?;
+        } else {
+            self.engine.halt();
+            self.drive(stand.motors)?;
+        }
+        self.motors.copy_from_slice(stand.motors);
+        self.engine.kinematics()?;
+        // The ball is touched on another place of it each time: it stands elsewhere by its form.
+        let before = self.engine.site();
+        let away = Vector3::new(0.0, 0.0, ASIDE[2]);
+        let artifact_at = match self.nearest_ball(&before.translation.vector) {
+            Some(_) => before.rotation * form.touched(&Vector3::zeros()),
+            None if self.artifact_is_there => Vector3::zeros(),
+            None => away,
+        };
+        self.engine.move_mocap(&artifact_at);
+        self.come_to_rest()?;
+        let world_from_tool: Pose = self.engine.site();
+        let ball = self.nearest_ball(&world_from_tool.translation.vector).map(|k| {
+            let PresentedBall { centre, radius } = self.balls[k];
+            PresentedBall { centre: world_from_tool.inverse_transform_point(&Point3::from(centre)).coords, radius }
+        });
+        Ok(Rest { world_from_tool, ball, touches: self.touches(), target_moved: Vector3::zeros() })
+    }
+
+    fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError> {
+        let (at, radius) = match master_radius {
+            Some(radius) => ([0.0; 3], radius),
+            None => (ASIDE, 1e-3),
+        };
+        self.engine.change(Field::GeomPos, |pos| pos[3 * self.master..][..3].copy_from_slice(&at))?;
+        self.engine.change(Field::GeomSize, |size| size[3 * self.master] = radius)?;
+        self.engine.change(Field::GeomRbound, |bound| bound[self.master] = radius)?;
+        let motors = self.motors.clone();
+        self.place(&motors)?;
+        self.come_to_rest()?;
+        Ok(self.touches())
+    }
+
+    fn mount(&mut self, payload: &Payload) {
+        let at = self.payload;
+        let changed = self
+            .engine
+            .change(Field::BodyMass, |mass| mass[at] = payload.mass)
+            .and_then(|()| self.engine.change(Field::BodyIpos, |com| com[3 * at..][..3].copy_from_slice(payload.com.as_slice())))
+            .and_then(|()| self.engine.masses_changed());
+        debug_assert!(changed.is_ok(), "{changed:?}");
+    }
+
+    fn remove_artifact(&mut self) {
+        self.artifact_is_there = false;
+    }
+}
+
+/// The machine that a scenario describes.
+fn machine(
+    scenario: &Scenario,
+    streams: &Streams,
+    mut robot: Robot,
+    mut tool: FramePose,
+    parts: &Parts<'_>,
+) -> Result<Machine, PlantError> {
+    let truth = scenario.truth();
+    let nominal = parts.nominal;
+    let joints = robot.joints();
+    let compliance = truth.flaws(streams, joints).compliance;
+    let stiffnesses = compliance.iter().map(|c| stiffness(*c)).collect();
+    let solids = std::mem::take(&mut robot.solids);
+    let mut base = nominal.base.to_array();
+    let mut balls = parts.balls.clone();
+    for effect in truth.drawn(streams) {
+        let id = effect.effect.id();
+        let family = effects::family(id).map_or(id, |family| family.id);
+        if ["joint_compliance", "hysteresis"].contains(&family) {
+            continue; // the gears have the one, the controller's joints the other
+        }
+        if !BUILT_IN.contains(&family) {
+            return Err(PlantError::Unsuited {
+                key: format!("truth.effects.{id}"),
+                problem: "is no part of the mechanism that MuJoCo plays".into(),
+                remedy: format!("take it out, or run the analytic plant; MuJoCo knows: {}, joint_compliance, hysteresis", BUILT_IN.join(", ")),
+            });
+        }
+        let kinds = (0..balls.len()).map(Kind::Ball);
+        constant(&effect, nominal, None, &mut |site, by| match site {
+            Site::Base(axis) => base[axis as usize] += by,
+            Site::Tool(k) => tool.xyz[k] += by,
+            Site::Mdh(i, entry) => {
+                let mdh = &mut robot.links[i].mdh;
+                *match entry {
+                    MdhEntry::Alpha => &mut mdh.alpha,
+                    MdhEntry::A => &mut mdh.a,
+                    MdhEntry::Beta => &mut mdh.beta,
+                    MdhEntry::Theta => &mut mdh.theta,
+                    MdhEntry::D => &mut mdh.d,
+                } += by;
+            }
+            Site::Flex(..) | Site::Target(_) => {}
+        });
+        for (ball, kind) in balls.iter_mut().zip(kinds) {
+            constant(&effect, nominal, Some(kind), &mut |site, by| {
+                if let Site::Target(k) = site {
+                    ball.centre[k] += by;
+                }
+            });
+        }
+    }
+    Ok(Machine {
+        name: nominal.robot.name.clone(),
+        gravity: nominal.gravity,
+        base: FramePose::from_array(base),
+        compliance,
+        tool,
+        payload: parts.payload.clone(),
+        balls,
+        gauge: parts.gauge,
+        flaws: MujocoFlaws::new(&truth.keys().mujoco, stiffnesses),
+        scenery: Scenery::new(&solids, joints, &scenario.surroundings(), &scenario.surroundings_without_artifact()),
+        robot,
+    })
+}
+
+/// What an effect moves whatever the situation.
+fn constant(effect: &TrueEffect, nominal: &calibench::measure::Dataset, kind: Option<Kind>, moved: &mut dyn FnMut(Site, f64)) {
+    let robot = &nominal.robot;
+    let joints = robot.joints();
+    let (mut posture, loads, q) = (Posture::new(robot), Loads::new(joints), vec![0.0; joints]);
+    posture.set(robot, &nominal.base, &nominal.tool, &q, &vec![0.0; SiteIndex::new(joints).len()]);
+    let payload = Payload::none();
+    let situation = Situation { kind, ..Situation::at_rest(robot, &q, &posture, &loads, &payload) };
+    effect.effect.terms(&situation, &mut |k, site, weight| moved(site, weight * effect.sizes[k]));
+}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[test]
+    fn dump() {
+        let scenario = crate::scenario::load_scenario(std::path::Path::new("../scenarios/table8.toml")).unwrap();
+        let nominal = scenario.dataset();
+        let streams = Streams { seed: 1, trial: 0 };
+        let gauge = crate::gauge::Gauge::draw(&scenario.truth().keys().indicators.plungers(), &streams);
+        let balls = nominal.balls.iter().map(|b| PresentedBall { centre: b.position, radius: 0.0127 }).collect();
+        let parts = Parts { nominal: &nominal, balls, gauge: gauge.mechanisms(), payload: nominal.payloads[0].clone(), session_s: 1.0 };
+        let m = machine(&scenario, &streams, Robot::clone(&nominal.robot), nominal.tool, &parts).unwrap();
+        std::fs::write("/tmp/m.xml", m.mjcf()).unwrap();
+    }
+}

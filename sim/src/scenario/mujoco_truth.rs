@@ -1,0 +1,151 @@
+//! The keys under `[truth.mujoco]`: flaws that only the MuJoCo plant knows, as parts of its mechanism.
+
+use calibench::units::URAD;
+use serde::Deserialize;
+
+/// Parts of the mechanism that are not as the drawing has them.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct MujocoToml {
+    pub pedestal: Option<Pedestal>,
+    #[serde(default)]
+    pub bearing: Vec<Bearing>,
+    #[serde(default)]
+    pub friction: Vec<Friction>,
+    #[serde(default)]
+    pub stiffening: Vec<Stiffening>,
+    #[serde(default)]
+    pub backlash: Vec<Backlash>,
+}
+
+/// A pedestal that gives way: two hinges with springs at the base's origin.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct Pedestal {
+    pub x_urad_per_nm: f64,
+    pub y_urad_per_nm: f64,
+}
+
+/// A bearing that gives way: two hinges with springs across the axis of a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct Bearing {
+    pub joint: usize,
+    pub urad_per_nm: f64,
+}
+
+/// Dry friction of a joint: wheels that slip one after the other, each tied to the joint by a spring.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct Friction {
+    pub joint: usize,
+    pub torque_nm: f64,
+    /// How far the joint turns until the last wheel slips.
+    pub presliding_urad: f64,
+}
+
+/// A gear that gets stiffer as it twists: a cubic spring beside its linear one.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct Stiffening {
+    pub joint: usize,
+    /// So much of the linear twist is missing ...
+    pub share: f64,
+    /// ... at this torque.
+    pub at_nm: f64,
+}
+
+/// Play in a gear: its spring does nothing over this width.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct Backlash {
+    pub joint: usize,
+    pub width_urad: f64,
+}
+
+/// A key under `[truth.mujoco]` that does not fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unfit {
+    /// Below `truth.mujoco`.
+    pub key: String,
+    /// What is wrong with it.
+    pub problem: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl MujocoToml {
+    /// Whether nothing is wrong.
+    pub fn is_empty(&self) -> bool {
+        *self == MujocoToml::default()
+    }
+
+    /// Refuses what an arm with so many joints, compliant as said (rad/(N·m)), cannot have.
+    ///
+    /// # Errors
+    /// The first key that does not fit.
+    pub fn check(&self, compliance: &[f64]) -> Result<(), Unfit> {
+        let joints = compliance.len();
+        let unfit = |key: String, problem: String, remedy: &str| Unfit { key, problem, remedy: remedy.into() };
+        let positive = |key: String, value: f64| {
+            if value > 0.0 { Ok(()) } else { Err(unfit(key, format!("is {value}"), "give a positive number")) }
+        };
+        let joint = |table: &str, k: usize, joint: usize, needs_gear: bool| {
+            let key = format!("{table}[{k}].joint");
+            if !(1..=joints).contains(&joint) {
+                return Err(unfit(key, format!("is {joint}"), &format!("name a joint from 1 to {joints}")));
+            }
+            if needs_gear && compliance[joint - 1] <= 0.0 {
+                let remedy = format!("give c{joint}_mdeg_per_nm a positive value in truth.effects.joint_compliance");
+                return Err(unfit(key, format!("is {joint}, whose gear has no compliance"), &remedy));
+            }
+            Ok(())
+        };
+        if let Some(p) = &self.pedestal {
+            positive("pedestal.x_urad_per_nm".into(), p.x_urad_per_nm)?;
+            positive("pedestal.y_urad_per_nm".into(), p.y_urad_per_nm)?;
+        }
+        for (k, b) in self.bearing.iter().enumerate() {
+            joint("bearing", k, b.joint, false)?;
+            positive(format!("bearing[{k}].urad_per_nm"), b.urad_per_nm)?;
+        }
+        for (k, f) in self.friction.iter().enumerate() {
+            joint("friction", k, f.joint, true)?;
+            positive(format!("friction[{k}].torque_nm"), f.torque_nm)?;
+            positive(format!("friction[{k}].presliding_urad"), f.presliding_urad)?;
+        }
+        for (k, s) in self.stiffening.iter().enumerate() {
+            joint("stiffening", k, s.joint, true)?;
+            positive(format!("stiffening[{k}].share"), s.share)?;
+            positive(format!("stiffening[{k}].at_nm"), s.at_nm)?;
+        }
+        for (k, b) in self.backlash.iter().enumerate() {
+            joint("backlash", k, b.joint, true)?;
+            positive(format!("backlash[{k}].width_urad"), b.width_urad)?;
+        }
+        let once = |table: &str, joints: Vec<usize>| {
+            let twice = joints.iter().enumerate().find(|&(k, j)| joints[..k].contains(j));
+            twice.map_or(Ok(()), |(k, j)| {
+                Err(unfit(format!("{table}[{k}].joint"), format!("is {j} once more"), "say one thing of a joint"))
+            })
+        };
+        once("bearing", self.bearing.iter().map(|b| b.joint).collect())?;
+        once("friction", self.friction.iter().map(|f| f.joint).collect())?;
+        once("stiffening", self.stiffening.iter().map(|s| s.joint).collect())?;
+        once("backlash", self.backlash.iter().map(|b| b.joint).collect())
+    }
+}
+
+impl Friction {
+    /// Slipping torque (N·m) and spring (N·m/rad) of each of its wheels: they slip at a quarter, a half and the whole of the presliding.
+    pub fn wheels(&self) -> [(f64, f64); 3] {
+        let torque = self.torque_nm / 3.0;
+        [0.25, 0.5, 1.0].map(|share| (torque, torque / (share * self.presliding_urad * URAD)))
+    }
+}
