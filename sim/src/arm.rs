@@ -1,7 +1,5 @@
 //! The arm as it really is: injected errors of any size, at rest under gravity and whatever pushes at its tool.
 
-use std::sync::Arc;
-
 use calibench::effects::{ArtifactShape, Kind, Situation};
 use calibench::measure::Dataset;
 use calibench::robot::{FramePose, Loads, Payload, Pose, Posture, Robot, Site, SiteIndex};
@@ -13,7 +11,7 @@ use crate::plant::{Parts, Stand};
 /// The true arm on its true base with its true tool.
 pub struct Arm {
     /// The robot with its true masses; geometry as drawn, deviations come from the flaws.
-    robot: Arc<Robot>,
+    robot: Robot,
     /// What its owner knows of the cell.
     nominal: Dataset,
     artifact: ArtifactShape,
@@ -46,12 +44,13 @@ pub struct Moment {
 }
 
 impl Arm {
-    /// An arm with its true masses, TCP and flaws, in a cell of these parts.
-    pub fn new(robot: Arc<Robot>, tool: FramePose, flaws: Flaws, parts: &Parts<'_>) -> Self {
+    /// The arm of a cell with these flaws, in a session of about so many seconds.
+    pub fn new(parts: &Parts, flaws: Flaws, session_s: f64) -> Self {
+        let Parts { nominal, robot, tool, payload, .. } = parts.clone();
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
-        let (nominal, payload) = (parts.nominal.clone(), parts.payload.clone());
-        let (artifact, session_s) = (parts.artifact(), parts.session_s);
+        let balls: Vec<Vector3<f64>> = nominal.balls.iter().map(|b| b.position).collect();
+        let artifact = ArtifactShape::of(&balls);
         Arm { robot, nominal, artifact, tool, payload, flaws, session_s, posture, loads, deviations }
     }
 

@@ -2,12 +2,13 @@
 
 mod engine;
 mod flaws;
-pub mod mjcf;
+mod mjcf;
 mod plant;
-mod python;
+pub mod python;
 mod scenery;
 
-pub use engine::Engine;
+pub use engine::{Engine, Field, Thing};
 pub use flaws::MujocoFlaws;
-pub use plant::MujocoPlant;
+pub use mjcf::Machine;
+pub use plant::{MujocoPlant, machine};
 pub use scenery::Scenery;

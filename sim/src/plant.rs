@@ -4,17 +4,20 @@
 
 mod analytic;
 
-use calibench::effects::ArtifactShape;
 use calibench::measure::Dataset;
-use calibench::robot::{Payload, Pose};
+use calibench::robot::{FramePose, Payload, Pose, Robot};
+use calibench::units::UM;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::contact::Touch;
+use crate::cmm::SimulatedCmm;
+use crate::contact::{DATUM_RADIUS, Touch};
+use crate::gauge::Gauge;
 use crate::plunger::{Mechanism, PresentedBall};
-use crate::random::noisy_point;
+use crate::random::{Streams, noisy_point, normal};
+use crate::scenario::Scenario;
 
 pub use analytic::AnalyticPlant;
 
@@ -68,26 +71,85 @@ pub enum PlantError {
     },
 }
 
-/// What a cell is built from: its owner's knowledge, and what is truly there.
-pub struct Parts<'a> {
+/// What the mechanics of a cell are built from: its owner's knowledge, and what is truly there.
+#[derive(Debug, Clone)]
+pub struct Parts {
     /// What its owner knows.
-    pub nominal: &'a Dataset,
+    pub nominal: Dataset,
+    /// The robot with its true masses; its geometry is as drawn, deviations come from the truth's effects.
+    pub robot: Robot,
+    /// True TCP in the last frame.
+    pub tool: FramePose,
+    /// What is truly on the flange.
+    pub payload: Payload,
     /// Where the balls truly stand when nothing has moved them, and how large they are.
     pub balls: Vec<PresentedBall>,
     /// What moves in the three indicators.
     pub gauge: [Mechanism; 3],
-    /// What is truly on the flange.
-    pub payload: Payload,
-    /// What is measured will be measured in about so many seconds.
-    pub session_s: f64,
 }
 
-impl Parts<'_> {
-    /// The artifact as certified.
-    pub fn artifact(&self) -> ArtifactShape {
-        let balls: Vec<Vector3<f64>> = self.nominal.balls.iter().map(|b| b.position).collect();
-        ArtifactShape::of(&balls)
+impl Parts {
+    /// Those of a scenario, with `gauge` on the flange, their errors drawn from the streams of a trial.
+    pub fn of(scenario: &Scenario, streams: &Streams, gauge: &Gauge) -> Self {
+        let nominal = scenario.dataset();
+        let truth = scenario.truth().keys();
+        let mut robot = Robot::clone(&nominal.robot);
+        for (link, error) in robot.links.iter_mut().zip(&truth.link_mass_error) {
+            link.mass *= 1.0 + error;
+        }
+        // Certified places are what a CMM made of the true ones; its error is as likely one way as the other.
+        let cmm = |sigma_um: f64| SimulatedCmm { centre: sigma_um * UM };
+        let mut artifact = streams.stream("artifact");
+        let balls = nominal
+            .balls
+            .iter()
+            .map(|b| PresentedBall {
+                centre: cmm(truth.artifact.ball_sigma_um).measure_ball(&b.position, &mut artifact),
+                radius: DATUM_RADIUS + normal(truth.indicators.radius_sigma(), &mut artifact),
+            })
+            .collect();
+        let certified = Vector3::from(nominal.tool.xyz);
+        let tool_xyz = cmm(truth.tool.sigma_um).measure_ball(&certified, &mut streams.stream("tool"));
+        Parts {
+            robot,
+            tool: FramePose { xyz: tool_xyz.into(), ..nominal.tool },
+            payload: nominal.payloads.first().map_or_else(Payload::none, |p| scenario.truth().payload(p)),
+            balls,
+            gauge: gauge.mechanisms(),
+            nominal,
+        }
     }
+}
+
+/// The plant that a scenario asks for; the session will take about so many seconds.
+///
+/// # Errors
+/// When that plant cannot play the scenario, or is not there.
+pub fn plant(scenario: &Scenario, streams: &Streams, parts: &Parts, session_s: f64) -> Result<Box<dyn Plant>, PlantError> {
+    match scenario.plant {
+        PlantKind::Analytic if scenario.truth().keys().mujoco.is_empty() => {
+            let flaws = scenario.truth().flaws(streams, parts.robot.joints());
+            Ok(Box::new(AnalyticPlant::new(parts, flaws, session_s)))
+        }
+        PlantKind::Analytic => Err(PlantError::Unsuited {
+            key: "truth.mujoco".into(),
+            problem: "is what only the MuJoCo plant can play".into(),
+            remedy: "run it with --plant mujoco, or write plant = \"mujoco\"".into(),
+        }),
+        PlantKind::Mujoco => mujoco(scenario, streams, parts),
+    }
+}
+
+#[cfg(feature = "mujoco")]
+fn mujoco(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Box<dyn Plant>, PlantError> {
+    let machine = crate::mujoco::machine(scenario, streams, parts)?;
+    Ok(Box::new(crate::mujoco::MujocoPlant::of(&machine)?))
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn mujoco(_: &Scenario, _: &Streams, _: &Parts) -> Result<Box<dyn Plant>, PlantError> {
+    let reason = "this program was built without it; run sim/setup.sh, then build with --features mujoco".into();
+    Err(PlantError::Absent { plant: "mujoco", reason })
 }
 
 /// How the cell stands when its mechanics are to come to rest.

@@ -31,9 +31,14 @@ impl Streams {
     }
 }
 
+/// A Gaussian number of one-sigma `sigma`.
+pub fn normal(sigma: f64, rng: &mut impl Rng) -> f64 {
+    sigma * rng.sample::<f64, _>(StandardNormal)
+}
+
 /// `point` with Gaussian noise of one-sigma `sigma` on each axis.
 pub fn noisy_point(point: &Vector3<f64>, sigma: f64, rng: &mut impl Rng) -> Vector3<f64> {
-    point + Vector3::from_fn(|_, _| sigma * rng.sample::<f64, _>(StandardNormal))
+    point + Vector3::from_fn(|_, _| normal(sigma, rng))
 }
 
 /// 64-bit FNV-1a (Fowler, Noll, Vo): the same on every machine and in every release, which `std`'s hashers do not promise.

@@ -174,6 +174,11 @@ impl Scenario {
         &self.truth
     }
 
+    /// The same cell, its mechanics played by that plant.
+    pub fn with_plant(&self, plant: PlantKind) -> Scenario {
+        Scenario { plant, ..self.clone() }
+    }
+
     /// The same cell with another truth; plans made for one serve for all. Take `truth().keys`, change it, and hand it in.
     ///
     /// # Errors

@@ -2,22 +2,17 @@
 
 mod views;
 
-use std::sync::Arc;
-
 use calibench::cell::ManipulatorError;
 use calibench::measure::{CampaignSettings, Dataset, LastMotion};
-use calibench::robot::{FramePose, Payload, Pose, RelTool, RelToolError, Robot};
+use calibench::robot::{Payload, Pose, RelTool, RelToolError};
 use calibench::units::UM;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
-use crate::arm::Arm;
-use crate::cmm::SimulatedCmm;
 use crate::contact::{DATUM_RADIUS, FREE_READING};
 use crate::controller::{ControllerSpec, Joints};
 use crate::gauge::Gauge;
-use crate::plant::{AnalyticPlant, BallForm, Parts, Plant, PlantError, PlantKind, Rest, Stand};
+use crate::plant::{BallForm, Parts, Plant, PlantError, Rest, Stand, plant};
 use crate::plunger::{PlungerSpec, PresentedBall};
 use crate::random::Streams;
 use crate::scenario::Scenario;
@@ -58,10 +53,6 @@ pub struct World {
     master: ChaCha8Rng,
 }
 
-fn normal(sigma: f64, rng: &mut ChaCha8Rng) -> f64 {
-    sigma * Distribution::<f64>::sample(&StandardNormal, rng)
-}
-
 impl World {
     /// The cell of a scenario, its errors drawn from the streams of a trial; the session will take about so many seconds.
     ///
@@ -70,50 +61,21 @@ impl World {
     pub fn new(scenario: &Scenario, streams: &Streams, session_s: f64) -> Result<Self, PlantError> {
         let nominal = scenario.dataset();
         let truth = scenario.truth().keys();
-        let flaws = scenario.truth().flaws(streams, nominal.robot.joints());
-        let mut robot = Robot::clone(&nominal.robot);
-        for (link, error) in robot.links.iter_mut().zip(&truth.link_mass_error) {
-            link.mass *= 1.0 + error;
-        }
-        // Certified places are what a CMM made of the true ones; its error is as likely one way as the other.
-        let cmm = |sigma_um: f64| SimulatedCmm { centre: sigma_um * UM };
-        let mut artifact = streams.stream("artifact");
-        let radius_sigma = truth.indicators.ball_diameter_um * UM / 2.0;
-        let balls = nominal
-            .balls
-            .iter()
-            .map(|b| PresentedBall {
-                centre: cmm(truth.artifact.ball_sigma_um).measure_ball(&b.position, &mut artifact),
-                radius: DATUM_RADIUS + normal(radius_sigma, &mut artifact),
-            })
-            .collect();
-        let certified = Vector3::from(nominal.tool.xyz);
-        let tool_xyz = cmm(truth.tool.sigma_um).measure_ball(&certified, &mut streams.stream("tool"));
-        let tool = FramePose { xyz: tool_xyz.into(), ..nominal.tool };
-        let payloads: Vec<Payload> = nominal.payloads.iter().map(|p| scenario.truth().payload(p)).collect();
-        let payload = payloads.first().cloned().unwrap_or_else(Payload::none);
+        let hysteresis = scenario.truth().flaws(streams, nominal.robot.joints()).hysteresis;
         let gauge = Gauge::draw(&truth.indicators.plungers(), streams);
+        let parts = Parts::of(scenario, streams, &gauge);
         let CampaignSettings { joint_motion, plunger_motion, .. } = CampaignSettings::default();
-        let joints = Joints::new(&robot, &truth.controller, &flaws.hysteresis);
-        let parts = Parts { nominal: &nominal, balls, gauge: gauge.mechanisms(), payload, session_s };
-        let plant: Box<dyn Plant> = match scenario.plant {
-            PlantKind::Analytic => {
-                let stiction = flaws.stiction;
-                Box::new(AnalyticPlant::new(Arm::new(Arc::new(robot), tool, flaws, &parts), &parts, stiction))
-            }
-            PlantKind::Mujoco => mujoco(scenario, streams, robot, tool, &parts)?,
-        };
         let mut world = World {
-            plant,
+            plant: plant(scenario, streams, &parts, session_s)?,
             lost: None,
-            joints,
+            joints: Joints::new(&nominal.robot, &truth.controller, &hysteresis),
             controller: truth.controller.clone(),
             gauge,
             artifact_is_there: true,
-            payloads,
+            payloads: nominal.payloads.iter().map(|p| scenario.truth().payload(p)).collect(),
             payload: 0,
             form: BallForm { sigma: truth.indicators.ball_form_um * UM, random: streams.stream("ball form") },
-            master_radius_sigma: radius_sigma,
+            master_radius_sigma: truth.indicators.radius_sigma(),
             rel_tool: RelTool::new(&nominal.robot),
             nominal,
             joint_motion: LastMotion::new(joint_motion),
@@ -209,21 +171,4 @@ impl World {
     fn point(&self) -> Vector3<f64> {
         self.tcp() - self.target_moved
     }
-}
-
-#[cfg(feature = "mujoco")]
-fn mujoco(
-    scenario: &Scenario,
-    streams: &Streams,
-    robot: Robot,
-    tool: FramePose,
-    parts: &Parts<'_>,
-) -> Result<Box<dyn Plant>, PlantError> {
-    Ok(Box::new(crate::mujoco::MujocoPlant::new(scenario, streams, robot, tool, parts)?))
-}
-
-#[cfg(not(feature = "mujoco"))]
-fn mujoco(_: &Scenario, _: &Streams, _: Robot, _: FramePose, _: &Parts<'_>) -> Result<Box<dyn Plant>, PlantError> {
-    let reason = "this program was built without it; run sim/setup.sh, then build with --features mujoco".into();
-    Err(PlantError::Absent { plant: "mujoco", reason })
 }

@@ -54,6 +54,15 @@ impl GoldenModel {
         self.parameters.iter().map(|p| p.nominal).collect()
     }
 
+    /// Table 8's compliances by joint (from 0), rad/(N·m), of holding torques.
+    pub fn compliances(&self) -> Vec<(usize, f64)> {
+        let of = |p: &GoldenParameter| match p.site {
+            Site::Mdh(joint, _) if p.compliance => Some((joint, p.table8 - p.nominal)),
+            _ => None,
+        };
+        self.parameters.iter().filter_map(of).collect()
+    }
+
     /// Parameters of Table 8.
     pub fn table8(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.table8).collect()
@@ -62,12 +71,13 @@ impl GoldenModel {
 
 /// The folder of the goldens, or `None` (said plainly) where it is absent.
 pub fn folder() -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/golden");
-    if folder.is_dir() {
-        return Some(folder);
+    // Beside the project's root, from whichever of its packages.
+    let package = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let found = package.ancestors().take(3).map(|folder| folder.join("shared/golden")).find(|folder| folder.is_dir());
+    if found.is_none() {
+        println!("SKIPPED: the golden numbers are not in shared/golden beside {}", package.display());
     }
-    println!("SKIPPED: the golden numbers are not at {}", folder.display());
-    None
+    found
 }
 
 /// One golden file, or `None` where the folder is absent.

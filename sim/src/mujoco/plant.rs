@@ -1,7 +1,8 @@
 //! The mechanics of a cell, played by MuJoCo: it is let come to rest, step by step.
 
 use calibench::effects::{self, Kind, Situation};
-use calibench::robot::{FramePose, Loads, MdhEntry, Payload, Pose, Posture, Robot, Site, SiteIndex};
+use calibench::measure::Dataset;
+use calibench::robot::{FramePose, Loads, MdhEntry, Payload, Pose, Posture, Site, SiteIndex};
 use nalgebra::{Point3, Vector3};
 
 use super::engine::{Engine, Field, Thing};
@@ -56,21 +57,6 @@ struct Wheel {
 const BUILT_IN: [&str; 4] = ["base_frame", "mdh", "tool_frame", "ball"];
 
 impl MujocoPlant {
-    /// The cell of a scenario, with its true masses and TCP.
-    ///
-    /// # Errors
-    /// When Python or MuJoCo are not there, or the scenario's truth holds what is no part of a mechanism.
-    pub fn new(
-        scenario: &Scenario,
-        streams: &Streams,
-        robot: Robot,
-        tool: FramePose,
-        parts: &Parts<'_>,
-    ) -> Result<Self, PlantError> {
-        let machine = machine(scenario, streams, robot, tool, parts)?;
-        MujocoPlant::of(&machine)
-    }
-
     /// A plant of this machine.
     ///
     /// # Errors
@@ -281,20 +267,16 @@ impl Plant for MujocoPlant {
     }
 }
 
-/// The machine that a scenario describes.
-fn machine(
-    scenario: &Scenario,
-    streams: &Streams,
-    mut robot: Robot,
-    mut tool: FramePose,
-    parts: &Parts<'_>,
-) -> Result<Machine, PlantError> {
+/// The machine that a scenario describes: constant effects of its truth are built in.
+///
+/// # Errors
+/// When the truth holds what is no part of a mechanism.
+pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Machine, PlantError> {
     let truth = scenario.truth();
-    let nominal = parts.nominal;
+    let Parts { nominal, mut robot, mut tool, payload, gauge, .. } = parts.clone();
     let joints = robot.joints();
     let compliance = truth.flaws(streams, joints).compliance;
-    let stiffnesses = compliance.iter().map(|c| stiffness(*c)).collect();
-    let solids = std::mem::take(&mut robot.solids);
+    let stiffnesses: Vec<f64> = compliance.iter().map(|c| stiffness(*c)).collect();
     let mut base = nominal.base.to_array();
     let mut balls = parts.balls.clone();
     for effect in truth.drawn(streams) {
@@ -311,7 +293,7 @@ fn machine(
             });
         }
         let kinds = (0..balls.len()).map(Kind::Ball);
-        constant(&effect, nominal, None, &mut |site, by| match site {
+        constant(&effect, &nominal, None, &mut |site, by| match site {
             Site::Base(axis) => base[axis as usize] += by,
             Site::Tool(k) => tool.xyz[k] += by,
             Site::Mdh(i, entry) => {
@@ -327,7 +309,7 @@ fn machine(
             Site::Flex(..) | Site::Target(_) => {}
         });
         for (ball, kind) in balls.iter_mut().zip(kinds) {
-            constant(&effect, nominal, Some(kind), &mut |site, by| {
+            constant(&effect, &nominal, Some(kind), &mut |site, by| {
                 if let Site::Target(k) = site {
                     ball.centre[k] += by;
                 }
@@ -338,19 +320,19 @@ fn machine(
         name: nominal.robot.name.clone(),
         gravity: nominal.gravity,
         base: FramePose::from_array(base),
+        scenery: Scenery::new(&robot.solids, joints, &scenario.surroundings(), &scenario.surroundings_without_artifact()),
+        flaws: MujocoFlaws::new(&truth.keys().mujoco, stiffnesses),
+        robot,
         compliance,
         tool,
-        payload: parts.payload.clone(),
+        payload,
         balls,
-        gauge: parts.gauge,
-        flaws: MujocoFlaws::new(&truth.keys().mujoco, stiffnesses),
-        scenery: Scenery::new(&solids, joints, &scenario.surroundings(), &scenario.surroundings_without_artifact()),
-        robot,
+        gauge,
     })
 }
 
 /// What an effect moves whatever the situation.
-fn constant(effect: &TrueEffect, nominal: &calibench::measure::Dataset, kind: Option<Kind>, moved: &mut dyn FnMut(Site, f64)) {
+fn constant(effect: &TrueEffect, nominal: &Dataset, kind: Option<Kind>, moved: &mut dyn FnMut(Site, f64)) {
     let robot = &nominal.robot;
     let joints = robot.joints();
     let (mut posture, loads, q) = (Posture::new(robot), Loads::new(joints), vec![0.0; joints]);
@@ -358,19 +340,4 @@ fn constant(effect: &TrueEffect, nominal: &calibench::measure::Dataset, kind: Op
     let payload = Payload::none();
     let situation = Situation { kind, ..Situation::at_rest(robot, &q, &posture, &loads, &payload) };
     effect.effect.terms(&situation, &mut |k, site, weight| moved(site, weight * effect.sizes[k]));
-}
-#[cfg(test)]
-mod tests {
-    use super::*;
-    #[test]
-    fn dump() {
-        let scenario = crate::scenario::load_scenario(std::path::Path::new("../scenarios/table8.toml")).unwrap();
-        let nominal = scenario.dataset();
-        let streams = Streams { seed: 1, trial: 0 };
-        let gauge = crate::gauge::Gauge::draw(&scenario.truth().keys().indicators.plungers(), &streams);
-        let balls = nominal.balls.iter().map(|b| PresentedBall { centre: b.position, radius: 0.0127 }).collect();
-        let parts = Parts { nominal: &nominal, balls, gauge: gauge.mechanisms(), payload: nominal.payloads[0].clone(), session_s: 1.0 };
-        let m = machine(&scenario, &streams, Robot::clone(&nominal.robot), nominal.tool, &parts).unwrap();
-        std::fs::write("/tmp/m.xml", m.mjcf()).unwrap();
-    }
 }

@@ -1,12 +1,13 @@
 //! The mechanics in closed form: the arm's screws, statics at the deflected posture, plungers by geometry.
 
 use calibench::effects::Kind;
-use calibench::robot::Payload;
+use calibench::robot::{Payload, Pose};
 use nalgebra::{Point3, Vector3};
 
 use super::{BallForm, OUT_OF_REACH, Parts, Plant, PlantError, Rest, Stand};
 use crate::arm::{Arm, Moment};
 use crate::contact::{FREE_READING, Touch};
+use crate::flaw::Flaws;
 use crate::plunger::{Mechanism, PresentedBall};
 use crate::side::Side;
 
@@ -29,23 +30,23 @@ pub struct AnalyticPlant {
 }
 
 impl AnalyticPlant {
-    /// From an arm with its flaws, and the rest of the cell; `stiction` is where each plunger hangs up by the side it came from, m.
-    pub fn new(arm: Arm, parts: &Parts<'_>, stiction: [f64; 3]) -> Self {
+    /// From its parts and what is wrong with them, in a session of about so many seconds.
+    pub fn new(parts: &Parts, flaws: Flaws, session_s: f64) -> Self {
         AnalyticPlant {
-            arm,
+            stiction: flaws.stiction,
+            arm: Arm::new(parts, flaws, session_s),
             balls: parts.balls.clone(),
             gauge: parts.gauge,
             artifact_is_there: true,
-            stiction,
             sides: [Side::default(); 3],
             rest_at: Vector3::repeat(FREE_READING),
         }
     }
 
     /// Seeks the balance of the arm and the plungers' springs.
-    fn balance(&mut self, stand: &Stand<'_>) -> (calibench::robot::Pose, Option<PresentedBall>) {
+    fn balance(&mut self, stand: &Stand<'_>) -> (Pose, Option<PresentedBall>) {
         let (mut force, mut near, mut ball) = (Vector3::zeros(), None, None);
-        let mut pose = calibench::robot::Pose::identity();
+        let mut pose = Pose::identity();
         // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
         for _ in 0..MOST_BALANCINGS {
             let moment = Moment {

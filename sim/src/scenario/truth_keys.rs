@@ -73,6 +73,11 @@ pub struct IndicatorTruth {
 }
 
 impl IndicatorTruth {
+    /// One-sigma of a ball's radius, m.
+    pub fn radius_sigma(&self) -> f64 {
+        self.ball_diameter_um * UM / 2.0
+    }
+
     /// Flaws of the indicators.
     pub fn plungers(&self) -> PlungerSpec {
         PlungerSpec {

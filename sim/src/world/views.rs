@@ -8,8 +8,9 @@ use calibench::measure::{Attendant, CalledOff};
 use nalgebra::Vector3;
 
 use crate::contact::MASTER_RADIUS;
+use crate::random::normal;
 
-use super::{HANDLING_S, READING_S, REBUILDING_S, World, normal};
+use super::{HANDLING_S, READING_S, REBUILDING_S, World};
 
 /// A world that its robot and its indicators share.
 #[derive(Clone)]
