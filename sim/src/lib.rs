@@ -12,6 +12,8 @@ pub mod flaw;
 pub mod gauge;
 pub mod hidden;
 mod mismatch;
+#[cfg(feature = "mujoco")]
+pub mod mujoco;
 pub mod planning;
 pub mod plunger;
 pub mod random;

@@ -1,0 +1,169 @@
+//! The Python inside this process, and the environment that it takes MuJoCo from.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyList;
+
+/// The Python of the environment that the program was built with.
+const BUILT_WITH: &str = env!("CALIBENCH_PYTHON");
+
+/// The one place that names the packages and their versions.
+const REQUIREMENTS: &str = include_str!("../../requirements.in");
+
+/// Why there is no MuJoCo in this process.
+#[derive(Debug, thiserror::Error)]
+pub enum PythonError {
+    /// The environment is gone, or was none.
+    #[error("{}: {source}; run sim/setup.sh, which makes the Python environment, or name another by CALIBENCH_VENV", path.display())]
+    NoEnvironment {
+        /// What could not be read.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The Python in this process is not the one that the environment was made with.
+    #[error(
+        "this program runs Python {running} of {}, and {} was made with Python {made} of {}: \
+         run sim/setup.sh, then `source {}/bin/activate`, and build again",
+        running_prefix.display(), venv.display(), made_prefix.display(), venv.display()
+    )]
+    OtherPython {
+        /// The environment.
+        venv: PathBuf,
+        /// Version of the Python in this process.
+        running: String,
+        /// Where it is installed.
+        running_prefix: PathBuf,
+        /// Version of the Python that the environment was made with.
+        made: String,
+        /// Where that is installed.
+        made_prefix: PathBuf,
+    },
+    /// MuJoCo is there in another version.
+    #[error("{} holds mujoco {found}, and {wanted} is needed: run sim/setup.sh", venv.display())]
+    OtherMujoco {
+        /// The environment.
+        venv: PathBuf,
+        /// Its version of MuJoCo.
+        found: String,
+        /// The pinned version.
+        wanted: String,
+    },
+    /// Python raised an exception, most likely because a package is missing or broken.
+    #[error("MuJoCo cannot be had from {}: {source}; run sim/setup.sh, which mends it", venv.display())]
+    Raised {
+        /// The environment.
+        venv: PathBuf,
+        /// The exception.
+        source: PyErr,
+    },
+}
+
+/// Python's module `mujoco`, in the pinned version, from the environment named by `CALIBENCH_VENV` or else the one that the program was built with.
+///
+/// The first call takes a third of a second. It lets MuJoCo render without a screen, unless `MUJOCO_GL` says how.
+///
+/// # Errors
+/// [`PythonError`], which names the remedy.
+pub fn mujoco(py: Python<'_>) -> Result<Bound<'_, PyModule>, PythonError> {
+    static MUJOCO: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+    let module = MUJOCO.get_or_try_init(py, || {
+        let environment = Environment::find()?;
+        environment.check_interpreter(py)?;
+        environment.import(py).map(Bound::unbind)
+    })?;
+    Ok(module.bind(py).clone())
+}
+
+/// A Python environment as `python -m venv` makes it.
+struct Environment {
+    venv: PathBuf,
+    /// Version of the Python that made it, such as 3.11.7.
+    version: String,
+    /// Where that Python is installed.
+    base: PathBuf,
+}
+
+impl Environment {
+    fn find() -> Result<Self, PythonError> {
+        let named = std::env::var_os("CALIBENCH_VENV").filter(|name| !name.is_empty());
+        let built_with = || Path::new(BUILT_WITH).ancestors().nth(2).unwrap_or(Path::new("")).to_owned();
+        Self::read(named.map_or_else(built_with, PathBuf::from))
+    }
+
+    fn read(venv: PathBuf) -> Result<Self, PythonError> {
+        let path = venv.join("pyvenv.cfg");
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(source) => return Err(PythonError::NoEnvironment { path, source }),
+        };
+        let keys: BTreeMap<&str, &str> =
+            text.lines().filter_map(|line| line.split_once('=')).map(|(key, value)| (key.trim(), value.trim())).collect();
+        let (Some(version), Some(executable)) = (keys.get("version"), keys.get("executable")) else {
+            let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "it does not tell `version` and `executable`");
+            return Err(PythonError::NoEnvironment { path, source });
+        };
+        let base = Path::new(executable).ancestors().nth(2).unwrap_or(Path::new("")).to_owned();
+        Ok(Self { version: (*version).to_owned(), base, venv })
+    }
+
+    /// Whether the Python in this process is the one that the environment was made with: its packages hold compiled code for no other.
+    fn check_interpreter(&self, py: Python<'_>) -> Result<(), PythonError> {
+        let read = || -> PyResult<(String, PathBuf)> {
+            let version = Python::version_str().split_whitespace().next().unwrap_or_default().to_owned();
+            Ok((version, py.import("sys")?.getattr("base_prefix")?.extract()?))
+        };
+        let (running, running_prefix) = read().map_err(|source| self.raised(source))?;
+        let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        if running == self.version && resolved(&running_prefix) == resolved(&self.base) {
+            return Ok(());
+        }
+        Err(PythonError::OtherPython {
+            venv: self.venv.clone(),
+            running,
+            running_prefix,
+            made: self.version.clone(),
+            made_prefix: self.base.clone(),
+        })
+    }
+
+    fn import<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyModule>, PythonError> {
+        let load = || -> PyResult<(Bound<'py, PyModule>, String)> {
+            let paths = pyo3::types::PyDict::new(py);
+            paths.set_item("base", &self.venv)?;
+            paths.set_item("platbase", &self.venv)?;
+            let packages = py.import("sysconfig")?.call_method1("get_path", ("purelib", "venv", paths))?;
+            py.import("site")?.call_method1("addsitedir", (&packages,))?;
+            // First, or packages of the user's own would come before those that are pinned.
+            let sys_path = py.import("sys")?.getattr("path")?.cast_into::<PyList>()?;
+            while sys_path.contains(&packages)? {
+                sys_path.call_method1("remove", (&packages,))?;
+            }
+            sys_path.insert(0, packages)?;
+            // Python's own copy of the environment: the process's may not be written while other threads run.
+            let environ = py.import("os")?.getattr("environ")?;
+            environ.call_method1("setdefault", ("MUJOCO_GL", "egl"))?;
+            let module = py.import("mujoco")?;
+            let version = module.getattr("__version__")?.extract()?;
+            Ok((module, version))
+        };
+        let (module, found) = load().map_err(|source| self.raised(source))?;
+        let wanted = pinned_mujoco();
+        if found == wanted {
+            Ok(module)
+        } else {
+            Err(PythonError::OtherMujoco { venv: self.venv.clone(), found, wanted: wanted.to_owned() })
+        }
+    }
+
+    fn raised(&self, source: PyErr) -> PythonError {
+        PythonError::Raised { venv: self.venv.clone(), source }
+    }
+}
+
+fn pinned_mujoco() -> &'static str {
+    REQUIREMENTS.lines().find_map(|line| line.strip_prefix("mujoco==")).expect("requirements.in pins mujoco")
+}
