@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes the Python environment of the feature `mujoco`: what sim/requirements.txt pins, in .venv or $CALIBENCH_VENV. Made once, then reused.
-# Progress goes to standard output. Exit codes: 0 ready; 1 failed; 3 it cannot be had here (no fit Python, no network). One line on standard error says why.
+# Makes the Python environment of the feature `mujoco`, once: what sim/requirements.txt pins, in .venv or $CALIBENCH_VENV.
+# Exit codes: 0 it is ready, 1 it failed, 3 it cannot be had here (no fit Python, no network). Standard error says why, in one line.
 set -euo pipefail
 exec </dev/null
 
