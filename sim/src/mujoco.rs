@@ -4,11 +4,12 @@ mod engine;
 mod flaws;
 mod mjcf;
 mod plant;
-pub mod python;
+mod python;
 mod scenery;
 
 pub use engine::{Engine, Field, Thing};
 pub use flaws::MujocoFlaws;
 pub use mjcf::Machine;
+pub use python::{PythonError, mujoco};
 pub use plant::{MujocoPlant, machine};
 pub use scenery::Scenery;

@@ -302,12 +302,31 @@ fn links_of_every_page_lead_somewhere() {
     assert!(links > 15, "only {links} links were found in {} pages", pages.len());
 }
 
+/// The two commands that the README opens with.
+fn opening_commands() -> Vec<String> {
+    let first_block = read("README.md").split("```sh\n").nth(1).and_then(|rest| rest.split("```").next().map(str::to_owned));
+    first_block.expect("the README opens with commands").lines().map(str::to_owned).collect()
+}
+
 #[test]
 fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
     let script = read(".ci/run");
-    let commands: Vec<String> = code("sh").into_iter().filter(|line| line.starts_with("cargo ")).collect();
+    let commands = opening_commands();
     assert_eq!(commands.len(), 2, "the README opens with two commands: {commands:?}");
+    assert_eq!(commands[1], "tests/run", "the second runs all tests");
     for command in commands {
         assert!(script.lines().any(|line| line.trim().ends_with(&command)), ".ci/run does not run `{command}`");
+    }
+    assert!(script.contains("export CALIBENCH_REQUIRE_ALL=1"), ".ci/run would pass over tests that are skipped");
+}
+
+#[cfg(unix)]
+#[test]
+fn its_scripts_can_be_executed() {
+    use std::os::unix::fs::PermissionsExt;
+    for script in ["tests/run", "sim/setup.sh", ".ci/run"] {
+        assert!(read("README.md").contains(script), "the README does not tell of {script}");
+        let mode = std::fs::metadata(root().join(script)).unwrap_or_else(|e| panic!("{script}: {e}")).permissions().mode();
+        assert!(mode & 0o111 == 0o111, "{script} is not executable");
     }
 }

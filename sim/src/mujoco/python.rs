@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyList;
+use pyo3::types::{PyDict, PyList};
 
 /// The Python of the environment that the program was built with.
 const BUILT_WITH: &str = env!("CALIBENCH_PYTHON");
@@ -24,23 +24,32 @@ pub enum PythonError {
         /// Why.
         source: std::io::Error,
     },
-    /// The Python in this process is not the one that the environment was made with.
+    /// The program is linked with another Python than the environment was made with.
     #[error(
-        "this program runs Python {running} of {}, and {} was made with Python {made} of {}: \
-         run sim/setup.sh, then `source {}/bin/activate`, and build again",
-        running_prefix.display(), venv.display(), made_prefix.display(), venv.display()
+        "this program holds Python {running}, and {} was made with Python {made}: `cargo clean -p pyo3-ffi` (with --release if you build so), \
+         then build again with PYO3_PYTHON={}/bin/python",
+        venv.display(), venv.display()
     )]
     OtherPython {
         /// The environment.
         venv: PathBuf,
         /// Version of the Python in this process.
         running: String,
-        /// Where it is installed.
-        running_prefix: PathBuf,
         /// Version of the Python that the environment was made with.
         made: String,
-        /// Where that is installed.
-        made_prefix: PathBuf,
+    },
+    /// The right Python took the modules of another installation, which it found by `python3` in `PATH`.
+    #[error(
+        "another python3 stands first in PATH, so that Python takes its modules from {} in place of {}: `source {}/bin/activate` first",
+        found.display(), expected.display(), venv.display()
+    )]
+    OtherModules {
+        /// The environment.
+        venv: PathBuf,
+        /// Where the modules in use are installed.
+        found: PathBuf,
+        /// Where those are installed that the environment was made with.
+        expected: PathBuf,
     },
     /// MuJoCo is there in another version.
     #[error("{} holds mujoco {found}, and {wanted} is needed: run sim/setup.sh", venv.display())]
@@ -112,27 +121,26 @@ impl Environment {
 
     /// Whether the Python in this process is the one that the environment was made with: its packages hold compiled code for no other.
     fn check_interpreter(&self, py: Python<'_>) -> Result<(), PythonError> {
-        let read = || -> PyResult<(String, PathBuf)> {
-            let version = Python::version_str().split_whitespace().next().unwrap_or_default().to_owned();
-            Ok((version, py.import("sys")?.getattr("base_prefix")?.extract()?))
-        };
-        let (running, running_prefix) = read().map_err(|source| self.raised(source))?;
-        let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        if running == self.version && resolved(&running_prefix) == resolved(&self.base) {
-            return Ok(());
+        let running = Python::version_str().split_whitespace().next().unwrap_or_default();
+        if running != self.version {
+            return Err(PythonError::OtherPython {
+                venv: self.venv.clone(),
+                running: running.to_owned(),
+                made: self.version.clone(),
+            });
         }
-        Err(PythonError::OtherPython {
-            venv: self.venv.clone(),
-            running,
-            running_prefix,
-            made: self.version.clone(),
-            made_prefix: self.base.clone(),
-        })
+        let prefix = || py.import("sys")?.getattr("base_prefix")?.extract();
+        let found: PathBuf = prefix().map_err(|source| self.raised(source))?;
+        let resolved = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        if resolved(&found) != resolved(&self.base) {
+            return Err(PythonError::OtherModules { venv: self.venv.clone(), found, expected: self.base.clone() });
+        }
+        Ok(())
     }
 
     fn import<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyModule>, PythonError> {
         let load = || -> PyResult<(Bound<'py, PyModule>, String)> {
-            let paths = pyo3::types::PyDict::new(py);
+            let paths = PyDict::new(py);
             paths.set_item("base", &self.venv)?;
             paths.set_item("platbase", &self.venv)?;
             let packages = py.import("sysconfig")?.call_method1("get_path", ("purelib", "venv", paths))?;
