@@ -4,7 +4,9 @@ use std::io;
 
 use calibench::units::URAD;
 
-use super::mjcf::{RATE, STEP_S, Xml, element, joint_name, numbers};
+use nalgebra::Vector3;
+
+use super::mjcf::{HARDEST, IMPEDANCE, RATE, STEP_S, Xml, element, hardest_ref, joint_name, numbers, write_inertial};
 use crate::scenario::{Bearing, Friction, MujocoToml, Stiffening};
 
 /// What is wrong with the mechanism.
@@ -17,8 +19,18 @@ pub struct MujocoFlaws {
 
 /// Inertia of the arm about a pedestal or a bearing, kg·m², more than it ever has: its rotor is to be no less.
 const STRETCHED_OUT: f64 = 20.0;
-/// Inertia of a wheel, kg·m²: large enough that what holds it does not creep.
-const WHEEL_INERTIA: f64 = 1.0;
+
+/// A wheel that rubs on a joint.
+pub struct Wheel {
+    /// Its name, and that of its tendon.
+    pub name: String,
+    /// The joint, from 0.
+    pub joint: usize,
+    /// At which it slips, N·m.
+    pub torque: f64,
+    /// Of its tie to the joint, N·m/rad.
+    pub spring: f64,
+}
 
 impl MujocoFlaws {
     /// Those of the scenario, in an arm whose gears are so stiff (N·m/rad).
@@ -29,6 +41,13 @@ impl MujocoFlaws {
     /// Whether the way by which a joint came counts.
     pub fn remembers(&self) -> bool {
         !self.keys.friction.is_empty()
+    }
+
+    /// How fast wheels creep that are held, rad/s: MuJoCo's dry friction f yields at `R f / b`, with `R = (1 - d) / I` and `b = 1 / step`
+    /// where it is hardest, and a wheel's inertia is that of its spring at the common rate. A percent of the presliding, while it settles.
+    pub fn creep(&self) -> f64 {
+        let yields = |f: &Friction| (1.0 - IMPEDANCE) * RATE * RATE * STEP_S * f.presliding_urad * URAD;
+        self.keys.friction.iter().map(yields).fold(0.0, f64::max)
     }
 
     /// Whether the spring of a gear is a tendon with a dead band.
@@ -67,6 +86,7 @@ impl MujocoFlaws {
     /// Two hinges under the base.
     pub fn write_pedestal(&self, xml: &mut Xml) -> io::Result<()> {
         let Some(pedestal) = &self.keys.pedestal else { return Ok(()) };
+        write_inertial(xml, 0.0, &Vector3::zeros())?;
         write_hinge(xml, "pedestal_x", "1 0 0", pedestal.x_urad_per_nm)?;
         write_hinge(xml, "pedestal_y", "0 1 0", pedestal.y_urad_per_nm)
     }
@@ -78,23 +98,25 @@ impl MujocoFlaws {
         write_hinge(xml, &format!("bearing{}_y", i + 1), "0 1 0", bearing.urad_per_nm)
     }
 
-    /// Names of the wheels that rub on joint `i`, with their slipping torques, N·m.
-    pub fn wheels(&self) -> Vec<(String, usize, f64)> {
+    /// All wheels.
+    pub fn wheels(&self) -> Vec<Wheel> {
         let of = |f: &Friction| {
             let joint = f.joint;
-            f.wheels().into_iter().enumerate().map(move |(k, (torque, _))| (wheel_name(joint, k), joint - 1, torque))
+            let wheel = move |(k, (torque, spring))| Wheel { name: format!("wheel{joint}_{k}"), joint: joint - 1, torque, spring };
+            f.wheels().into_iter().enumerate().map(wheel)
         };
         self.keys.friction.iter().flat_map(of).collect()
     }
 
     /// The wheels themselves: each turns on its own, held by its friction.
     pub fn write_wheels(&self, xml: &mut Xml) -> io::Result<()> {
-        for (name, _, torque) in self.wheels() {
+        for Wheel { name, torque, spring, .. } in self.wheels() {
+            let inertia = spring / (RATE * RATE);
             element!(xml, "body", { "name" = name }, |xml| {
-                element!(xml, "inertial", { "mass" = 1e-12, "pos" = "0 0 0", "diaginertia" = "1e-12 1e-12 1e-12" })?;
+                write_inertial(xml, 0.0, &Vector3::zeros())?;
                 element!(xml, "joint", {
-                    "name" = name, "type" = "hinge", "axis" = "0 0 1", "armature" = WHEEL_INERTIA, "damping" = 0,
-                    "frictionloss" = torque, "solreffriction" = numbers(&[2.0 * STEP_S, 1.0]), "solimpfriction" = "0.9999 0.9999 0.001 0.5 2"
+                    "name" = name, "type" = "hinge", "axis" = "0 0 1", "armature" = inertia, "damping" = 2.0 * RATE * inertia,
+                    "frictionloss" = torque, "solreffriction" = hardest_ref(), "solimpfriction" = HARDEST
                 })?;
                 Ok(())
             })?;
@@ -105,15 +127,12 @@ impl MujocoFlaws {
     /// Springs between two turning things: a wheel and its joint; a gear with play and its motor.
     pub fn write_tendons(&self, xml: &mut Xml) -> io::Result<()> {
         element!(xml, "tendon", {}, |xml| {
-            for f in &self.keys.friction {
-                for (k, (_, spring)) in f.wheels().into_iter().enumerate() {
-                    let name = wheel_name(f.joint, k);
-                    element!(xml, "fixed", { "name" = name, "stiffness" = spring, "springlength" = 0 }, |xml| {
-                        element!(xml, "joint", { "joint" = joint_name(f.joint - 1), "coef" = 1 })?;
-                        element!(xml, "joint", { "joint" = name, "coef" = -1 })?;
-                        Ok(())
-                    })?;
-                }
+            for Wheel { name, joint, spring, .. } in self.wheels() {
+                element!(xml, "fixed", { "name" = name, "stiffness" = spring, "springlength" = 0 }, |xml| {
+                    element!(xml, "joint", { "joint" = joint_name(joint), "coef" = 1 })?;
+                    element!(xml, "joint", { "joint" = name, "coef" = -1 })?;
+                    Ok(())
+                })?;
             }
             for (joint, half) in self.plays() {
                 let (name, stiffness) = (play_name(joint), self.stiffness[joint]);
@@ -126,10 +145,6 @@ impl MujocoFlaws {
         })?;
         Ok(())
     }
-}
-
-fn wheel_name(joint: usize, k: usize) -> String {
-    format!("wheel{joint}_{k}")
 }
 
 /// Name of the tendon that is the spring of the gear of joint `i` (from 0), where it has play.

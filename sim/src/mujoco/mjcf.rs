@@ -32,7 +32,9 @@ const NEXT_TO_NOTHING: f64 = 1e-12;
 /// Thickness of the disks, m, as thin as those of the analytic plant.
 const DISK_THICKNESS: f64 = 2.0 * MM;
 /// Contact and limits as hard as MuJoCo allows: the time constant is twice the step, the impedance its largest.
-const HARDEST: &str = "0.9999 0.9999 0.001 0.5 2";
+pub const HARDEST: &str = "0.9999 0.9999 0.001 0.5 2";
+/// That impedance.
+pub const IMPEDANCE: f64 = 0.9999;
 
 /// A cell as it truly is.
 pub struct Machine {
@@ -265,7 +267,8 @@ fn before_hinge(mdh: &MdhLink) -> Pose {
     Pose::from_parts(Translation3::from(at), rx * ry * rz)
 }
 
-fn write_inertial(xml: &mut Xml, mass: f64, com: &Vector3<f64>) -> io::Result<()> {
+/// Mass (kg) and its centre (m) of a body.
+pub fn write_inertial(xml: &mut Xml, mass: f64, com: &Vector3<f64>) -> io::Result<()> {
     // At rest a moment of inertia does nothing; that of a small ball keeps the arm's own motion to rest slow and smooth.
     let inertia = (mass * 1e-4).max(NEXT_TO_NOTHING);
     element!(xml, "inertial", {

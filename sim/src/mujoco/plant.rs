@@ -39,15 +39,15 @@ pub struct MujocoPlant {
     gears: Vec<(usize, f64)>,
     hinges: Vec<(usize, f64)>,
     slides: [usize; 3],
-    wheels: Vec<Wheel>,
+    wheels: Vec<Rubbing>,
     plays: Vec<(usize, usize, f64)>,
     master: usize,
     payload: usize,
     motors: Vec<f64>,
 }
 
-/// A wheel that rubs: its place, that of its joint, its slipping torque, N·m.
-struct Wheel {
+/// A wheel that rubs: its place, its joint, its slipping torque, N·m.
+struct Rubbing {
     place: usize,
     joint: usize,
     torque: f64,
@@ -73,8 +73,8 @@ impl MujocoPlant {
         let wheels: Result<Vec<_>, PlantError> = machine
             .flaws
             .wheels()
-            .into_iter()
-            .map(|(name, joint, torque)| Ok(Wheel { place: place(&name)?, joint, torque }))
+            .iter()
+            .map(|wheel| Ok(Rubbing { place: place(&wheel.name)?, joint: wheel.joint, torque: wheel.torque }))
             .collect();
         let plays: Result<Vec<_>, PlantError> = machine
             .flaws
@@ -150,13 +150,14 @@ impl MujocoPlant {
 
     /// Steps until nothing moves any more.
     fn come_to_rest(&self) -> Result<(), PlantError> {
+        let slow = (AT_REST * RATE).max(2.0 * self.flaws.creep());
         for _ in 0..MOST_STEPS / STEPS {
             self.engine.step(STEPS)?;
             let fastest = self.engine.qvel(|v| v.iter().fold(0.0, |most: f64, v| if v.is_nan() { f64::NAN } else { most.max(v.abs()) }));
             if fastest.is_nan() || fastest > 1e6 {
                 return Err(PlantError::Restless { detail: "MuJoCo diverges".into() });
             }
-            if fastest < AT_REST * RATE {
+            if fastest < slow {
                 return self.engine.kinematics();
             }
         }

@@ -77,11 +77,14 @@ impl Truth {
                 return Err(sources.wrong(&key, "leaves the payload no mass", "give true mass minus entered mass"));
             }
         }
-        let effects = keys.effects.iter().map(|(id, given)| stated(id, given, cell, sources)).collect::<Result<_, _>>()?;
+        let effects = keys.effects.iter().map(|(id, given)| stated(id, given, cell, sources)).collect::<Result<Vec<_>, _>>()?;
         let hidden = keys
             .hidden
             .flaws(cell)
             .map_err(|misfit| sources.wrong(&format!("truth.hidden.{}", misfit.key), misfit.problem, misfit.remedy))?;
+        keys.mujoco
+            .check(&stated_compliance(&effects, n))
+            .map_err(|unfit| sources.wrong(&format!("truth.mujoco.{}", unfit.key), unfit.problem, unfit.remedy))?;
         Ok(Truth { keys, effects, hidden })
     }
 
@@ -144,6 +147,17 @@ impl Truth {
             None => entered.clone(),
         }
     }
+}
+
+/// Compliance of each gear as stated, rad/(N·m); what is drawn counts as some.
+fn stated_compliance(effects: &[StatedEffect], joints: usize) -> Vec<f64> {
+    let mut compliance = vec![0.0; joints];
+    for (name, size) in effects.iter().flat_map(StatedEffect::parameters) {
+        if let Some(joint) = (0..joints).find(|j| name == format!("c{}", j + 1)) {
+            compliance[joint] += size.unwrap_or(f64::MIN_POSITIVE);
+        }
+    }
+    compliance
 }
 
 /// An effect with the sizes `given` under their keys.
