@@ -3,6 +3,7 @@
 mod engine;
 mod flaws;
 mod mjcf;
+mod picture;
 mod plant;
 mod python;
 mod scenery;
@@ -12,4 +13,5 @@ pub use flaws::MujocoFlaws;
 pub use mjcf::Machine;
 pub use python::{PythonError, mujoco};
 pub use plant::{MujocoPlant, machine};
-pub use scenery::Scenery;
+pub use picture::{PictureError, draw};
+pub use scenery::{Camera, Scenery};

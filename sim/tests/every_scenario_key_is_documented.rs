@@ -128,6 +128,13 @@ fn accepted() -> Result<Keys, toml::de::Error> {
         .into_iter()
         .collect();
     value["truth"].as_table_mut().expect("a table").insert("hidden".into(), Value::Table(hidden));
+    let mujoco: Table = "pedestal = { x_urad_per_nm = 1.0, y_urad_per_nm = 1.0 }
+        bearing = [{ joint = 1, urad_per_nm = 1.0 }]
+        friction = [{ joint = 1, torque_nm = 1.0, presliding_urad = 1.0 }]
+        stiffening = [{ joint = 1, share = 0.1, at_nm = 1.0 }]
+        backlash = [{ joint = 1, width_urad = 1.0 }]"
+        .parse()?;
+    value["truth"].as_table_mut().expect("a table").insert("mujoco".into(), Value::Table(mujoco));
     let suite: Table = read("scenarios/blind-suite.toml").parse()?;
     value.insert("suite".into(), suite["suite"].clone());
     let mut keys = Keys::new();
@@ -166,6 +173,9 @@ fn every_key_accepted_is_described_and_every_key_described_is_accepted() {
     let hidden: BTreeSet<String> = accepted["truth.hidden"].iter().map(|name| format!("truth.hidden.{name}")).collect();
     let noted = accepted.keys().filter(|table| table.starts_with("truth.hidden.")).cloned().collect();
     assert_eq!(hidden, noted, "every hidden flaw is among the ones read here");
+    let mujoco: BTreeSet<String> = accepted["truth.mujoco"].iter().map(|name| format!("truth.mujoco.{name}")).collect();
+    let noted = accepted.keys().filter(|table| table.starts_with("truth.mujoco.")).cloned().collect();
+    assert_eq!(mujoco, noted, "every flaw of the mechanism is among the ones read here");
     described.insert("truth.hidden".into(), accepted["truth.hidden"].clone());
     // Against a reader that notes nothing: these three are known to be there.
     for (table, key) in [("", "seed"), ("truth.tracker", "nest_shots"), ("solid", "radius_mm")] {

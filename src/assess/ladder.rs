@@ -62,13 +62,13 @@ impl Ladder {
         &self.rungs[self.rungs.len() - 1]
     }
 
-    /// The rung to use, and whether it is the whole library: of the two with the lower error predicted over the workspace, but not one
-    /// under which a campaign that was not fitted gets worse.
+    /// The rung to use, and whether it is the whole library: that must promise a lower error over the workspace, which is a matter of what
+    /// is thought plausible, and must be a step that would not be refused to a single effect, which is measured. Where one thing is wrong
+    /// with a robot and has been found, a hundred more parameters predict what was left out worse.
     pub fn recommended(&self) -> (&Rung, bool) {
         let last = self.last();
         let error = |r: &Rung| r.workspace.as_ref().map_or(r.cross_validated, |w| w.mean.expected);
-        let measured_worse =
-            self.against_whole.iter().any(|o| matches!(o, Objection::Check { .. } | Objection::CheckUnjudged { .. }));
+        let measured_worse = self.against_whole.iter().any(Objection::refuses);
         match &self.whole {
             Some(whole) if error(whole) < error(last) && !measured_worse => (whole, true),
             _ => (last, false),

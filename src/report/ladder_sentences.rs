@@ -116,7 +116,7 @@ pub fn advice(ladder: &Ladder) -> String {
     let worse: Vec<String> = ladder
         .against_whole
         .iter()
-        .filter(|o| matches!(o, Objection::Check { .. } | Objection::CheckUnjudged { .. }))
+        .filter(|o| o.refuses())
         .map(objection_sentence)
         .collect();
     if worse.is_empty() {

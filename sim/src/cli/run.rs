@@ -13,6 +13,8 @@ use super::identify::story;
 use super::plan::chosen_sentence;
 use super::progress::CampaignBar;
 use super::{Failure, Outcome, print, print_json, seed};
+#[cfg(feature = "mujoco")]
+use crate::blame::with_reasons;
 use crate::plant::PlantKind;
 use crate::random::Streams;
 use crate::run::{Check, Method, Plans, Run, run as procedure};
@@ -31,6 +33,9 @@ pub struct Arguments {
     /// Who plays the mechanics of the cell, in place of the scenario's choice
     #[arg(long, value_enum)]
     plant: Option<PlantKind>,
+    /// Draw the cell, off the screen, to cell.png and gauge.png in the run folder (needs MuJoCo)
+    #[arg(long, requires = "out")]
+    render: bool,
     /// Seed in place of the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
@@ -52,6 +57,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let document = document(&scenario, &run, &checks);
     if let Some(folder) = &arguments.out {
         write_run(folder, &scenario, &run, &document)?;
+        if arguments.render {
+            render(&scenario, &run, folder);
+        }
     }
     if arguments.json {
         print_json(&document)?;
@@ -62,6 +70,21 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     Ok(if checks.iter().all(Check::met) { Outcome::Done } else { Outcome::ExpectationFailed })
+}
+
+/// Draws the first ball that was centred; where that cannot be done the run is none the worse.
+#[cfg(feature = "mujoco")]
+fn render(scenario: &Scenario, run: &Run, folder: &Path) {
+    let streams = Streams { seed: run.seed, trial: 0 };
+    let Some(first) = run.campaign.samples.first() else { return };
+    if let Err(error) = crate::mujoco::draw(scenario, &streams, &first.q, folder) {
+        eprintln!("calibench: {}", with_reasons(&error));
+    }
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn render(_: &Scenario, _: &Run, _: &Path) {
+    eprintln!("calibench: no picture: MuJoCo draws it, and this program was built without; run sim/setup.sh, then build with --features mujoco");
 }
 
 /// The whole story, in the order of the work.
@@ -213,7 +236,7 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
     const FILES: &[&str] =
-        &["result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv"];
+        &["cell.png", "gauge.png", "result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv"];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;

@@ -3,7 +3,9 @@
 use calibench::robot::Pose;
 use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
 use numpy::{PyArrayDyn, PyArrayMethods};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
 
 use super::python;
 use crate::plant::PlantError;
@@ -204,6 +206,22 @@ impl Engine {
         let at = with(&self.site_at, |at| Vector3::new(at[0], at[1], at[2]));
         let turned = with(&self.site_turned, |m| Matrix3::from_row_slice(&m[..9]));
         Pose::from_parts(Translation3::from(at), Rotation3::from_matrix_unchecked(turned))
+    }
+
+    /// A picture, as rows of red, green and blue bytes.
+    ///
+    /// # Errors
+    /// What MuJoCo says, where this machine cannot draw off the screen.
+    pub fn picture(&self, camera: &str, width: usize, height: usize) -> Result<Vec<u8>, PlantError> {
+        let draw = |py: Python<'_>| -> PyResult<Vec<u8>> {
+            let renderer = python::mujoco(py).map_err(|e| PyRuntimeError::new_err(e.to_string()))?.getattr("Renderer")?.call1((&self.model, height, width))?;
+            let camera = [("camera", camera)].into_py_dict(py)?;
+            renderer.call_method("update_scene", (&self.data,), Some(&camera))?;
+            let picture = renderer.call_method0("render")?.call_method0("tobytes")?.extract()?;
+            renderer.call_method0("close")?;
+            Ok(picture)
+        };
+        Python::attach(|py| draw(py).map_err(failed))
     }
 
     /// Changes numbers of the model.

@@ -158,7 +158,8 @@ impl Machine {
         })?;
         let pose = self.tool.pose();
         element!(xml, "body", { "name" = "tool", "pos" = position(&pose), "quat" = quaternion(&pose) }, |xml| {
-            element!(xml, "site", { "name" = "tcp", "size" = 0.001 })?;
+            element!(xml, "site", { "name" = "tcp", "size" = 0.0005 })?;
+            self.scenery.write_tool(xml)?;
             element!(xml, "geom", {
                 "name" = "master", "type" = "sphere", "size" = MASTER_RADIUS, "pos" = numbers(&ASIDE), "contype" = 0, "conaffinity" = 0,
                 "material" = "ball"

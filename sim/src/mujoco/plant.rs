@@ -11,6 +11,7 @@ use super::mjcf::{ASIDE, Machine, RATE, joint_name, stiffness};
 use super::scenery::Scenery;
 use crate::contact::Touch;
 use crate::flaw::TrueEffect;
+use crate::hidden::HiddenToml;
 use crate::plant::{BallForm, OUT_OF_REACH, Parts, Plant, PlantError, Rest, Stand};
 use crate::plunger::{Mechanism, PresentedBall};
 use crate::random::Streams;
@@ -274,6 +275,13 @@ impl Plant for MujocoPlant {
 /// When the truth holds what is no part of a mechanism.
 pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Machine, PlantError> {
     let truth = scenario.truth();
+    if truth.keys().hidden != HiddenToml::default() {
+        return Err(PlantError::Unsuited {
+            key: "truth.hidden".into(),
+            problem: "is no part of the mechanism that MuJoCo plays".into(),
+            remedy: "take it out, or run the analytic plant".into(),
+        });
+    }
     let Parts { nominal, mut robot, mut tool, payload, gauge, .. } = parts.clone();
     let joints = robot.joints();
     let compliance = truth.flaws(streams, joints).compliance;

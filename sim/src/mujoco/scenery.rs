@@ -18,6 +18,25 @@ pub struct Scenery {
     artifact: Vec<Solid>,
 }
 
+/// From where a cell is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Camera {
+    /// All of it.
+    Cell,
+    /// The gauge and what is before it.
+    Gauge,
+}
+
+impl Camera {
+    /// Its name in the model.
+    pub fn name(self) -> &'static str {
+        match self {
+            Camera::Cell => "cell",
+            Camera::Gauge => "gauge",
+        }
+    }
+}
+
 /// Half the length of a plunger's rod as it is drawn, m.
 const ROD: f64 = 9.0 * MM;
 
@@ -60,7 +79,14 @@ impl Scenery {
 
     pub(super) fn write_world(&self, xml: &mut Xml) -> io::Result<()> {
         element!(xml, "light", { "pos" = "1.2 -1.5 2.5", "dir" = "-0.5 0.55 -1", "diffuse" = "0.6 0.6 0.6", "castshadow" = "true" })?;
+        element!(xml, "camera", { "name" = Camera::Cell.name(), "pos" = "1.05 -1.35 1.0", "xyaxes" = "0.80 0.60 0 -0.28 0.37 0.89" })?;
         self.fixed.iter().try_for_each(|solid| write_solid(xml, solid, "table"))
+    }
+
+    /// A look along the three plungers at the ball, from where it stands.
+    pub(super) fn write_tool(&self, xml: &mut Xml) -> io::Result<()> {
+        element!(xml, "camera", { "name" = Camera::Gauge.name(), "pos" = "-0.10 -0.04 -0.17", "mode" = "targetbody", "target" = "tool" })?;
+        Ok(())
     }
 
     pub(super) fn write_artifact(&self, xml: &mut Xml) -> io::Result<()> {

@@ -1,0 +1,151 @@
+//! Flaws that only MuJoCo plays are found by a diagnosis that shares no code with it: named, or in the set that it declares; and with the
+//! ladder's model the robot is as good as its noise lets it be.
+//!
+//! Run with `--nocapture` it prints every trial and the table.
+
+#[cfg(not(feature = "mujoco"))]
+#[test]
+fn skipped_without_the_feature_mujoco() {
+    println!("skipped: built without the feature `mujoco`; tests/run builds with it where Python can be had");
+}
+
+#[cfg(feature = "mujoco")]
+#[allow(clippy::unwrap_used)]
+mod with_mujoco {
+    use std::path::Path;
+
+    use calibench::assess::{ProvingGround, Validation, ladder};
+    use calibench::identify::{Calibration, Use, identify};
+    use calibench::measure::Dataset;
+    use calibench::units::MM;
+    use calibench_sim::random::Streams;
+    use calibench_sim::run::{Measurements, Plans, measure_all};
+    use calibench_sim::scenario::{Bearing, Friction, MujocoToml, Pedestal, Scenario, Stiffening, load_scenario};
+    use rayon::prelude::*;
+
+    const SEEDS: u64 = 10;
+    /// What is left of a flaw over the noise, from which on it must be found.
+    const VISIBLE: f64 = 4.0;
+
+    /// One flaw at three sizes, and what the catalogue calls it.
+    struct Flaw {
+        name: &'static str,
+        sizes: [f64; 3],
+        /// At a size, in the robot of a seed: what is wrong, and its name.
+        truth: fn(f64, u64) -> (MujocoToml, String),
+    }
+
+    const FLAWS: [Flaw; 4] = [
+        Flaw {
+            name: "pedestal, urad/N·m",
+            sizes: [2.0, 6.0, 18.0],
+            truth: |size, _| {
+                let pedestal = Pedestal { x_urad_per_nm: size, y_urad_per_nm: 0.8 * size };
+                (MujocoToml { pedestal: Some(pedestal), ..MujocoToml::default() }, "pedestal".into())
+            },
+        },
+        Flaw {
+            name: "bearing, urad/N·m",
+            sizes: [6.0, 20.0, 60.0],
+            truth: |size, seed| {
+                let joint = [2, 3, 4][seed as usize % 3];
+                let bearing = vec![Bearing { joint, urad_per_nm: size }];
+                (MujocoToml { bearing, ..MujocoToml::default() }, format!("bearing_tilt:{joint}"))
+            },
+        },
+        Flaw {
+            name: "friction, lost motion urad",
+            sizes: [30.0, 100.0, 300.0],
+            truth: |size, seed| {
+                let joint = [2, 3, 4, 5][seed as usize % 4];
+                // Compliances of Table 8, urad/(N·m).
+                let compliance = [0.0, 52.1, 56.5, 152.2, 444.9, 491.5][joint - 1];
+                let friction = vec![Friction { joint, torque_nm: size / compliance, presliding_urad: 80.0 }];
+                (MujocoToml { friction, ..MujocoToml::default() }, format!("hysteresis:{joint}"))
+            },
+        },
+        Flaw {
+            name: "stiffening, share at 60 N·m",
+            sizes: [0.02, 0.06, 0.2],
+            truth: |size, seed| {
+                let joint = [2, 3][seed as usize % 2];
+                let stiffening = vec![Stiffening { joint, share: size, at_nm: 60.0 }];
+                (MujocoToml { stiffening, ..MujocoToml::default() }, format!("stiffening:{joint}"))
+            },
+        },
+    ];
+
+    fn measured(scenario: &Scenario, plans: &Plans, flaw: MujocoToml, seed: u64) -> Measurements {
+        let mut truth = scenario.truth().keys().clone();
+        truth.mujoco = flaw;
+        measure_all(&scenario.with_truth(truth).unwrap(), Streams { seed, trial: 0 }, plans, &mut ()).unwrap()
+    }
+
+    /// Mean position error on the validation poses, mm.
+    fn error(calibration: &Calibration, validation: &Dataset) -> f64 {
+        let prediction = calibration.predict(&[("validation", validation)], Use::Validation).unwrap();
+        Validation::of(&prediction).unwrap().mean / MM
+    }
+
+    /// What became of one robot.
+    struct Trial {
+        /// What is left of the flaw after the fit, over the noise.
+        visible: f64,
+        /// Whether the diagnosis names it, or declares a set that holds it.
+        named: bool,
+        /// Mean position errors on poses that were not fitted, mm: of the model as it was, of the ladder's, and of a robot without the flaw.
+        before: f64,
+        after: f64,
+        floor: f64,
+    }
+
+    fn trial(scenario: &Scenario, plans: &Plans, flaw: &Flaw, size: f64, seed: u64) -> Trial {
+        let model = &scenario.model;
+        let (truth, name) = (flaw.truth)(size, seed);
+        let Measurements { fit, validation, .. } = measured(scenario, plans, truth, seed);
+        let plain = measured(scenario, plans, MujocoToml::default(), seed);
+        let data = [("fit", &fit)];
+        let poses: Vec<Vec<f64>> = validation.samples.iter().map(|s| s.q.clone()).collect();
+        let climbed = ladder(&data, model, ProvingGround { poses: &poses, checks: &[] }, &mut |_| {}).unwrap();
+        let first = &climbed.rungs[0];
+        let found = &first.diagnosis;
+        Trial {
+            visible: found.unexplained / found.noise,
+            named: found.set95.contains(&name) || found.findings.first().is_some_and(|f| f.hypothesis.in_model == name),
+            before: error(&first.calibration, &validation),
+            after: error(&climbed.recommended().0.calibration, &validation),
+            floor: error(&identify(&[("fit", &plain.fit)], model).unwrap(), &plain.validation),
+        }
+    }
+
+    #[test]
+    fn each_is_named_and_taken_away() {
+        let scenario = load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/mujoco-pedestal.toml")).unwrap();
+        let plans = Plans::new(&scenario, 1).unwrap();
+        println!("{:30} {:>6} {:>8} {:>6} {:>7} {:>7} {:>7} {:>12}", "flaw", "size", "visible", "named", "before", "after", "floor", "after/floor");
+        for flaw in &FLAWS {
+            let mut seen = Vec::new();
+            for size in flaw.sizes {
+                let trials: Vec<Trial> =
+                    (1..=SEEDS).into_par_iter().map(|seed| trial(&scenario, &plans, flaw, size, seed)).collect();
+                let mean = |of: fn(&Trial) -> f64| trials.iter().map(of).sum::<f64>() / trials.len() as f64;
+                println!(
+                    "{:30} {size:6} {:8.2} {:3}/{SEEDS} {:7.4} {:7.4} {:7.4} {:6.2} to {:.2}",
+                    flaw.name,
+                    mean(|t| t.visible),
+                    trials.iter().filter(|t| t.named).count(),
+                    mean(|t| t.before),
+                    mean(|t| t.after),
+                    mean(|t| t.floor),
+                    mean(|t| t.after / t.floor),
+                    trials.iter().map(|t| t.after / t.floor).fold(0.0, f64::max),
+                );
+                seen.extend(trials.into_iter().filter(|t| t.visible >= VISIBLE));
+            }
+            let share = |of: fn(&Trial) -> bool| seen.iter().filter(|t| of(t)).count() as f64 / seen.len() as f64;
+            assert!(seen.len() >= 10, "{}: only {} robots show it", flaw.name, seen.len());
+            assert!(share(|t| t.named) >= 0.9, "{}: named in {}", flaw.name, share(|t| t.named));
+            assert!(share(|t| t.after < 1.15 * t.floor) >= 0.9, "{}: taken away in {}", flaw.name, share(|t| t.after < 1.15 * t.floor));
+        }
+    }
+}
