@@ -40,11 +40,10 @@ ready() {
     [[ -s "$stamp" ]] && [[ "$(state)" == "$(<"$stamp")" ]]
 }
 
-# Sets `python` to one that can make the environment and can be embedded in a program.
+# Sets `python` to the first in PATH that can make the environment and can be embedded in a program.
 find_python() {
-    local candidate unfit reason=""
-    for candidate in python3 python3.14 python3.13 python3.12 python3.11 /usr/bin/python3; do
-        python="$(command -v "$candidate")" || continue
+    local unfit reason=""
+    while IFS= read -r python; do
         unfit="$("$python" -I - 2>/dev/null <<'PYTHON'
 import os, sys, sysconfig
 
@@ -64,7 +63,7 @@ PYTHON
 )" || continue
         [[ -n "$unfit" ]] || return 0
         reason="${reason:-$python $unfit}"
-    done
+    done < <(type -ap python3 python3.14 python3.13 python3.12 python3.11)
     failed "${reason:-there is no Python; 3.11 to 3.14 is needed (Debian, Ubuntu: apt install python3-dev python3-venv)}" 3
 }
 

@@ -151,7 +151,7 @@ impl Environment {
                 sys_path.call_method1("remove", (&packages,))?;
             }
             sys_path.insert(0, packages)?;
-            // Python's own copy of the environment: the process's may not be written while other threads run.
+            // Else MuJoCo looks for a window system when it is to render.
             let environ = py.import("os")?.getattr("environ")?;
             environ.call_method1("setdefault", ("MUJOCO_GL", "egl"))?;
             let module = py.import("mujoco")?;
