@@ -102,17 +102,50 @@ mod with_mujoco {
     fn what_a_plant_cannot_play_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let cases = [
-            ("mujoco-pedestal.toml", "[truth.effects.\"harmonic1:2\"]\nsin_urad = 60.0\n", "mujoco", "harmonic1:2", "is no part of the mechanism"),
-            ("mujoco-pedestal.toml", "[truth.hidden.gear_defect]\nrms_urad = 60.0\n", "mujoco", "truth.hidden", "is no part of the mechanism"),
+            (
+                "mujoco-pedestal.toml",
+                "[truth.effects.\"harmonic1:2\"]\nsin_urad = 60.0\n",
+                "mujoco",
+                "harmonic1:2",
+                "is no part of the mechanism",
+            ),
+            (
+                "mujoco-pedestal.toml",
+                "[truth.hidden.gear_defect]\nrms_urad = 60.0\n",
+                "mujoco",
+                "truth.hidden",
+                "is no part of the mechanism",
+            ),
             ("mujoco-pedestal.toml", "", "analytic", "truth.mujoco", "only the MuJoCo plant can play"),
-            ("table8.toml", "[[truth.mujoco.stiffening]]\njoint = 1\nshare = 0.1\nat_nm = 9.0\n", "mujoco", "truth.mujoco.stiffening[0].joint", "no compliance"),
-            ("table8.toml", "[[truth.mujoco.bearing]]\njoint = 7\nurad_per_nm = 9.0\n", "mujoco", "truth.mujoco.bearing[0].joint", "from 1 to 6"),
-            ("table8.toml", "[truth.mujoco.pedestal]\nx_urad_per_nm = 0.0\ny_urad_per_nm = 1.0\n", "mujoco", "x_urad_per_nm", "positive"),
+            (
+                "table8.toml",
+                "[[truth.mujoco.stiffening]]\njoint = 1\nshare = 0.1\nat_nm = 9.0\n",
+                "mujoco",
+                "truth.mujoco.stiffening[0].joint",
+                "no compliance",
+            ),
+            (
+                "table8.toml",
+                "[[truth.mujoco.bearing]]\njoint = 7\nurad_per_nm = 9.0\n",
+                "mujoco",
+                "truth.mujoco.bearing[0].joint",
+                "from 1 to 6",
+            ),
+            (
+                "table8.toml",
+                "[truth.mujoco.pedestal]\nx_urad_per_nm = 0.0\ny_urad_per_nm = 1.0\n",
+                "mujoco",
+                "x_urad_per_nm",
+                "positive",
+            ),
         ];
         for (k, (base, more, plant, key, problem)) in cases.into_iter().enumerate() {
             let file = folder.path().join(format!("case{k}.toml"));
             let base = scenario(base);
-            let text = format!("format = \"calibench-scenario/1\"\nextends = \"{}\"\nname = \"case\"\nquestion = \"?\"\nseed = 1\n{more}[expect]\nprobings = [1, 500]\n", base.display());
+            let text = format!(
+                "format = \"calibench-scenario/1\"\nextends = \"{}\"\nname = \"case\"\nquestion = \"?\"\nseed = 1\n{more}[expect]\nprobings = [1, 500]\n",
+                base.display()
+            );
             std::fs::write(&file, text).unwrap();
             let out = calibench(&["run", file.to_str().unwrap(), "--plant", plant]);
             let said = said(&out);

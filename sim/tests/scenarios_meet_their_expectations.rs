@@ -29,7 +29,10 @@ fn every_expectation_is_met() {
         let scenario = load_scenario(&file).unwrap();
         assert!(!scenario.expect.is_empty(), "{} expects nothing", file.display());
         if scenario.plant == PlantKind::Mujoco && !cfg!(feature = "mujoco") {
-            println!("skipped: {}, built without the feature `mujoco`; tests/run builds with it where Python can be had", scenario.name);
+            println!(
+                "skipped: {}, built without the feature `mujoco`; tests/run builds with it where Python can be had",
+                scenario.name
+            );
             continue;
         }
         let streams = Streams { seed: scenario.seed, trial: 0 };

@@ -113,12 +113,7 @@ pub fn advice(ladder: &Ladder) -> String {
             expected(last)
         );
     }
-    let worse: Vec<String> = ladder
-        .against_whole
-        .iter()
-        .filter(|o| o.refuses())
-        .map(objection_sentence)
-        .collect();
+    let worse: Vec<String> = ladder.against_whole.iter().filter(|o| o.refuses()).map(objection_sentence).collect();
     if worse.is_empty() {
         format!(
             "Use the last rung: expected over the workspace {}; the whole library at once promises no less, {}.",

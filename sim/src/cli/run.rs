@@ -84,7 +84,9 @@ fn render(scenario: &Scenario, run: &Run, folder: &Path) {
 
 #[cfg(not(feature = "mujoco"))]
 fn render(_: &Scenario, _: &Run, _: &Path) {
-    eprintln!("calibench: no picture: MuJoCo draws it, and this program was built without; run sim/setup.sh, then build with --features mujoco");
+    eprintln!(
+        "calibench: no picture: MuJoCo draws it, and this program was built without; run sim/setup.sh, then build with --features mujoco"
+    );
 }
 
 /// The whole story, in the order of the work.
@@ -235,8 +237,18 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
-    const FILES: &[&str] =
-        &["cell.png", "gauge.png", "result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv"];
+    const FILES: &[&str] = &[
+        "cell.png",
+        "gauge.png",
+        "result.json",
+        "trical",
+        "tracker",
+        "validation",
+        "trical.toml",
+        "tracker.toml",
+        "iterations.csv",
+        "probings.csv",
+    ];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;

@@ -94,7 +94,8 @@ impl Engine {
                 let model = mujoco.getattr("MjModel")?.call_method1("from_xml_string", (mjcf,))?;
                 let data = mujoco.getattr("MjData")?.call1((&model,))?;
                 let function = |name: &str| mujoco.getattr(name).map(Bound::unbind);
-                let numbers = |name: &str| -> PyResult<Numbers> { Ok(data.getattr(name)?.cast_into::<PyArrayDyn<f64>>()?.unbind()) };
+                let numbers =
+                    |name: &str| -> PyResult<Numbers> { Ok(data.getattr(name)?.cast_into::<PyArrayDyn<f64>>()?.unbind()) };
                 Ok(Engine {
                     step: function("mj_step")?,
                     forward: function("mj_forward")?,
@@ -214,7 +215,10 @@ impl Engine {
     /// What MuJoCo says, where this machine cannot draw off the screen.
     pub fn picture(&self, camera: &str, width: usize, height: usize) -> Result<Vec<u8>, PlantError> {
         let draw = |py: Python<'_>| -> PyResult<Vec<u8>> {
-            let renderer = python::mujoco(py).map_err(|e| PyRuntimeError::new_err(e.to_string()))?.getattr("Renderer")?.call1((&self.model, height, width))?;
+            let renderer = python::mujoco(py)
+                .map_err(|e| PyRuntimeError::new_err(e.to_string()))?
+                .getattr("Renderer")?
+                .call1((&self.model, height, width))?;
             let camera = [("camera", camera)].into_py_dict(py)?;
             renderer.call_method("update_scene", (&self.data,), Some(&camera))?;
             let picture = renderer.call_method0("render")?.call_method0("tobytes")?.extract()?;

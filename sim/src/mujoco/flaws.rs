@@ -74,7 +74,8 @@ impl MujocoFlaws {
     /// Names of the hinges that give way, with their stiffness, N·m/rad.
     pub fn hinges(&self) -> Vec<(String, f64)> {
         let stiffness = |urad_per_nm: f64| 1.0 / (urad_per_nm * URAD);
-        let pedestal = self.keys.pedestal.iter().flat_map(|p| [("pedestal_x", p.x_urad_per_nm), ("pedestal_y", p.y_urad_per_nm)]);
+        let pedestal =
+            self.keys.pedestal.iter().flat_map(|p| [("pedestal_x", p.x_urad_per_nm), ("pedestal_y", p.y_urad_per_nm)]);
         let pedestal = pedestal.map(|(name, given)| (name.to_owned(), stiffness(given)));
         let bearing = |b: &Bearing| {
             let (joint, given) = (b.joint, stiffness(b.urad_per_nm));
@@ -102,7 +103,8 @@ impl MujocoFlaws {
     pub fn wheels(&self) -> Vec<Wheel> {
         let of = |f: &Friction| {
             let joint = f.joint;
-            let wheel = move |(k, (torque, spring))| Wheel { name: format!("wheel{joint}_{k}"), joint: joint - 1, torque, spring };
+            let wheel =
+                move |(k, (torque, spring))| Wheel { name: format!("wheel{joint}_{k}"), joint: joint - 1, torque, spring };
             f.wheels().into_iter().enumerate().map(wheel)
         };
         self.keys.friction.iter().flat_map(of).collect()

@@ -153,9 +153,7 @@ impl Machine {
     }
 
     fn write_flange(&self, xml: &mut Xml) -> io::Result<()> {
-        element!(xml, "body", { "name" = "payload" }, |xml| {
-            write_inertial(xml, self.payload.mass, &self.payload.com)
-        })?;
+        element!(xml, "body", { "name" = "payload" }, |xml| { write_inertial(xml, self.payload.mass, &self.payload.com) })?;
         let pose = self.tool.pose();
         element!(xml, "body", { "name" = "tool", "pos" = position(&pose), "quat" = quaternion(&pose) }, |xml| {
             element!(xml, "site", { "name" = "tcp", "size" = 0.0005 })?;

@@ -154,7 +154,8 @@ impl MujocoPlant {
         let slow = (AT_REST * RATE).max(2.0 * self.flaws.creep());
         for _ in 0..MOST_STEPS / STEPS {
             self.engine.step(STEPS)?;
-            let fastest = self.engine.qvel(|v| v.iter().fold(0.0, |most: f64, v| if v.is_nan() { f64::NAN } else { most.max(v.abs()) }));
+            let fastest =
+                self.engine.qvel(|v| v.iter().fold(0.0, |most: f64, v| if v.is_nan() { f64::NAN } else { most.max(v.abs()) }));
             if fastest.is_nan() || fastest > 1e6 {
                 return Err(PlantError::Restless { detail: "MuJoCo diverges".into() });
             }
@@ -259,7 +260,9 @@ impl Plant for MujocoPlant {
         let changed = self
             .engine
             .change(Field::BodyMass, |mass| mass[at] = payload.mass)
-            .and_then(|()| self.engine.change(Field::BodyIpos, |com| com[3 * at..][..3].copy_from_slice(payload.com.as_slice())))
+            .and_then(|()| {
+                self.engine.change(Field::BodyIpos, |com| com[3 * at..][..3].copy_from_slice(payload.com.as_slice()))
+            })
             .and_then(|()| self.engine.masses_changed());
         debug_assert!(changed.is_ok(), "{changed:?}");
     }
@@ -298,7 +301,10 @@ pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<
             return Err(PlantError::Unsuited {
                 key: format!("truth.effects.{id}"),
                 problem: "is no part of the mechanism that MuJoCo plays".into(),
-                remedy: format!("take it out, or run the analytic plant; MuJoCo knows: {}, joint_compliance, hysteresis", BUILT_IN.join(", ")),
+                remedy: format!(
+                    "take it out, or run the analytic plant; MuJoCo knows: {}, joint_compliance, hysteresis",
+                    BUILT_IN.join(", ")
+                ),
             });
         }
         let kinds = (0..balls.len()).map(Kind::Ball);
