@@ -29,7 +29,7 @@ enum PlantKind {
 pub struct Arguments {
     /// Scenario file
     scenario: PathBuf,
-    /// Folder for datasets, calibrations, iterations and result.json; a run that is there is replaced
+    /// Folder for datasets, calibrations, iterations, result.json and report.html; a run that is there is replaced
     #[arg(short, long, visible_alias = "output")]
     out: Option<PathBuf>,
     /// What plays the cell
@@ -56,6 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let document = document(&scenario, &run, &checks);
     if let Some(folder) = &arguments.out {
         write_run(folder, &scenario, &run, &document)?;
+        super::report::write_report_of(folder)?;
     }
     if arguments.json {
         print_json(&document)?;
@@ -204,6 +205,7 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
     json!({
         "format": "calibench-run/1",
         "scenario": scenario.name,
+        "question": scenario.question,
         "plant": "analytic",
         "seed": run.seed,
         "methods": [method(&run.trical), method(&run.tracker)],
@@ -216,7 +218,7 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
     const FILES: &[&str] =
-        &["result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv"];
+        &["result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv", super::report::FILE];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;
