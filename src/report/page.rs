@@ -18,7 +18,7 @@ use super::{
     Outlook, Recommended, calibration_json, comparison_json, diagnosis_json, symptom_sentence, unresolved_sentences,
     validation_json,
 };
-use crate::assess::{Comparison, Extrapolation, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung};
+use crate::assess::{Comparison, Extrapolation, MapCell, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung};
 use crate::identify::{Calibration, IdentifyError, Model, Use};
 use crate::measure::{Dataset, SampleSet};
 use crate::units::{DEG, MM};
@@ -100,7 +100,7 @@ impl Page {
             "validation": first.validation.as_ref().map(validation_json),
             "residuals": residuals.json(&comparison),
             "candidates": candidates.iter().map(Candidate::json).collect::<Vec<_>>(),
-            "workspace": outlook.as_ref().map(workspace),
+            "workspace": outlook.as_ref().map(|o| workspace(o, calibration, judged)).transpose()?,
             "campaign": subject.campaign.as_ref().map(CampaignRecord::json),
             "run": subject.run,
             "provenance": provenance(datasets, judged),
@@ -219,15 +219,25 @@ fn drawn(calibration: &Calibration, datasets: &[(&str, &Dataset)], judged: &[(&s
     Ok(json!({"on": if held_out { "validation" } else { "fit" }, "errors": errors.as_ref().map(validation_json)}))
 }
 
-/// The predicted error pose by pose.
-fn workspace(outlook: &Outlook) -> Value {
+/// Where the predicted error was predicted, and, where it was measured as well, the map of what was measured.
+fn workspace(outlook: &Outlook, calibration: &Calibration, judged: &[(&str, &Dataset)]) -> Result<Value, IdentifyError> {
     let poses = &outlook.error.poses;
-    json!({
+    let mut measured = None;
+    if outlook.source == PoseSource::Validation {
+        let errors = calibration.predict(judged, Use::Validation)?.residuals;
+        let mut error = outlook.error.clone();
+        error.poses.iter_mut().zip(&errors).for_each(|(pose, residual)| pose.error = residual.norm());
+        let cells = |row: &Vec<Option<MapCell>>| -> Value {
+            row.iter().map(|c| c.map_or(Value::Null, |c| json!({"mean_mm": c.error / MM, "poses": c.poses}))).collect()
+        };
+        measured = Some(error.map().cells.iter().map(cells).collect::<Value>());
+    }
+    Ok(json!({
         "poses_are": outlook.poses(),
         "radius_mm": shorts(poses.iter().map(|p| p.radius / MM)),
         "height_mm": shorts(poses.iter().map(|p| p.height / MM)),
-        "error_mm": shorts(poses.iter().map(|p| p.error / MM)),
-    })
+        "measured": measured,
+    }))
 }
 
 fn provenance(datasets: &[(&str, &Dataset)], judged: &[(&str, &Dataset)]) -> Value {

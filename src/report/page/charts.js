@@ -19,6 +19,7 @@ function chart(label, height, option) {
 
 function draw(within = document) {
   const theme = colours();
+  const fontFamily = getComputedStyle(document.body).fontFamily;
   for (const one of drawn) {
     if (within !== document && !within.contains(one.host)) continue;
     one.chart?.dispose();
@@ -26,7 +27,7 @@ function draw(within = document) {
     const width = one.host.clientWidth;
     if (!one.host.isConnected || width === 0) continue;
     one.chart = echarts.init(one.host, null, { renderer: "svg", width, height: one.height });
-    one.chart.setOption({ animation: false, textStyle: { fontFamily: "inherit" }, ...one.option(theme, width) });
+    one.chart.setOption({ animation: false, textStyle: { fontFamily }, ...one.option(theme, width) });
   }
 }
 
@@ -48,11 +49,11 @@ const tooltip = (theme, formatter) => ({
   textStyle: { color: theme.ink, fontSize: 12 }, formatter,
 });
 
-// The next larger of 1, 2, 3, 5 times a power of ten.
+// The next larger number whose half is round too.
 function round_up(x) {
   if (!(x > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(x));
-  return power * [1, 2, 3, 5, 10].find((step) => step * power >= x * 0.999999);
+  return power * [1, 2, 3, 4, 6, 8, 10].find((step) => step * power >= x * 0.999999);
 }
 
 function largest(values) {
@@ -99,11 +100,13 @@ function scatter(theme, { x_name, y_name, points, candidate, line, bins, limit, 
   if (bins) series.push(means(theme, bins));
   if (line) series.push({ name: "candidate", type: "line", data: line, showSymbol: false, z: 4, lineStyle: { color: theme.candidate, width: 2.4 }, silent: true });
   if (candidate) series.push(candidate_points(theme, candidate, spacious ? 10 : 7));
+  // Room for the longest label of the axis.
+  const label = 7 * Math.max(...[limit, limit / 2].map((x) => x.toLocaleString("en").length)) + 10;
   return {
-    grid: { left: 62, right: 14, top: 12, bottom: 44, outerBoundsMode: "none" },
+    grid: { left: label + 24, right: 18, top: 12, bottom: 44, outerBoundsMode: "none" },
     tooltip: tooltip(theme, say),
     xAxis: axis(theme, x_name, 27, { splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } }, ...x_axis }),
-    yAxis: axis(theme, y_name, 46, { min: -limit, max: limit, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } }),
+    yAxis: axis(theme, y_name, label + 6, { min: -limit, max: limit, interval: limit / 2, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } }),
     series,
   };
 }
@@ -113,11 +116,10 @@ const zero = (theme) => ({
 });
 
 // Rectangles over two lengths, each with its number and a colour of its own scale; `cells` are [x0, x1, y0, y1, value, poses].
-function cells(theme, { x_name, y_name, rows, points, name }) {
-  const values = rows.map((row) => row[4]);
-  const scale = (x) => cividis((x - Math.min(...values)) / (Math.max(...values) - Math.min(...values) || 1));
+function cells(theme, { x_name, y_name, rows, points, name, low, high }) {
+  const scale = (x) => cividis((x - low) / (high - low || 1));
   return {
-    grid: { left: 62, right: 14, top: 12, bottom: 44, outerBoundsMode: "none" },
+    grid: { left: 62, right: 26, top: 12, bottom: 44, outerBoundsMode: "none" },
     tooltip: tooltip(theme, ({ value }) => `${name} ${digits(value[4])} mm\nmean of ${value[5]} poses`),
     xAxis: axis(theme, x_name, 27, { splitLine: { show: false } }),
     yAxis: axis(theme, y_name, 46, { splitLine: { show: false } }),
@@ -127,16 +129,21 @@ function cells(theme, { x_name, y_name, rows, points, name }) {
         renderItem: (_, api) => {
           const [left, bottom] = api.coord([api.value(0), api.value(2)]);
           const [right, top] = api.coord([api.value(1), api.value(3)]);
-          const [colour, ink] = scale(api.value(4));
           return {
             type: "rect", shape: { x: left, y: top, width: right - left, height: bottom - top },
-            style: { fill: colour, stroke: theme.paper, lineWidth: 1 },
-            textContent: { style: { text: fixed(api.value(4), 3), fill: ink, fontSize: 12, fontWeight: 600 } },
-            textConfig: { position: "inside" },
+            style: { fill: scale(api.value(4))[0], stroke: theme.paper, lineWidth: 1 },
           };
         },
       },
       { type: "scatter", data: points, symbolSize: 2.5, silent: true, itemStyle: { color: theme.paper, opacity: 0.5 } },
+      {
+        type: "custom", data: rows, encode: { x: [0, 1], y: [2, 3] }, silent: true, z: 5,
+        renderItem: (_, api) => {
+          const [x, y] = api.coord([(api.value(0) + api.value(1)) / 2, (api.value(2) + api.value(3)) / 2]);
+          const [colour, ink] = scale(api.value(4));
+          return { type: "text", style: { text: fixed(api.value(4), 3), x, y, align: "center", verticalAlign: "middle", fill: ink, stroke: colour, lineWidth: 3, fontSize: 12, fontWeight: 600 } };
+        },
+      },
     ],
   };
 }
@@ -153,7 +160,7 @@ function cividis(t) {
 // Bars between edges, in mm; lines where something stands.
 function bars(theme, { rows, x_name, most, highest, marks, colour }) {
   return {
-    grid: { left: 54, right: 16, top: 30, bottom: 44, outerBoundsMode: "none" },
+    grid: { left: 54, right: 16, top: 40, bottom: 44, outerBoundsMode: "none" },
     tooltip: tooltip(theme, ({ value }) => `${millimetres(value[0])} to ${millimetres(value[1])} mm\n${value[2]} poses`),
     xAxis: axis(theme, x_name, 27, { min: 0, max: most, splitLine: { show: false } }),
     yAxis: axis(theme, "poses", 36, { min: 0, max: highest }),
@@ -168,7 +175,7 @@ function bars(theme, { rows, x_name, most, highest, marks, colour }) {
         silent: true, symbol: "none", lineStyle: { width: 1.5 },
         data: marks.map(({ at, text, type }, k) => ({
           xAxis: at, lineStyle: { color: theme.ink, type },
-          label: { formatter: () => text, color: theme.ink, fontSize: 11, position: "end", align: k ? "left" : "right", padding: [0, 3] },
+          label: { formatter: () => text, color: theme.ink, fontSize: 11, position: "end", align: at > 0.55 * most ? "right" : "left", offset: [0, -14 * k] },
         })),
       },
     }],

@@ -33,9 +33,15 @@ function millimetres(x) {
   return fixed(x, x !== null && Math.abs(x) < 0.1 ? 4 : 3);
 }
 
+// A position error, as the paper prints it.
+function thousandths(x) {
+  return fixed(x, 3);
+}
+
 function percent(share) {
   const of100 = 100 * share;
-  return of100 > 0 && of100 < 1 ? `${digits(of100, 1)} %` : `${of100.toFixed(0)} %`;
+  if (of100 > 0 && of100 < 0.1) return "under 0.1 %";
+  return of100 > 0 && of100 < 1 ? `${of100.toFixed(1)} %` : `${of100.toFixed(0).replace(/^-0$/, "0").replace("-", "−")} %`;
 }
 
 function signed(text) {
@@ -58,6 +64,7 @@ function table(caption, columns, rows, emphasis = () => null) {
   return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": caption }, made);
 }
 
-function unfold(summary, ...children) {
-  return element("details", {}, element("summary", {}, summary), children);
+// On paper it is open, unless it is `long`.
+function unfold(summary, content, long = false) {
+  return element("details", { "data-long": long ? "" : null }, element("summary", {}, summary), content);
 }

@@ -6,7 +6,7 @@ const AXES = ["x", "y", "z"];
 function render(report) {
   drawn.length = 0;
   document.title = `${report.title}: ${report.verdict.headline}`;
-  for (const [id, fill] of Object.entries({ telling, ladder, accuracy, workspace, ranking, residuals, parameters, centring, provenance })) {
+  for (const [id, fill] of Object.entries({ told, telling, ladder, accuracy, workspace, ranking, residuals, parameters, centring, provenance })) {
     const section = document.getElementById(id);
     section.replaceChildren(section.querySelector("h2"));
     const filled = fill(report);
@@ -20,21 +20,16 @@ function render(report) {
 }
 
 function verdict(report) {
-  const { verdict: said, figures, title, robot, question, diagnosis } = report;
-  const list = diagnosis.sentences.filter((text) => !text.startsWith("Verdict:"));
-  const told = list.map((text) => {
-    const [, word, rest] = text.match(/^(Saw|Means|Do|Not tested): (.*)$/s) ?? [null, "", text];
-    return element("li", {}, element("b", {}, word), element("span", {}, sentence(rest)));
-  });
-  const band = (x) => `${millimetres(x[0])} to ${millimetres(x[1])} mm`;
+  const { verdict: said, figures, title, robot, question } = report;
+  const band = (x) => `${thousandths(x[0])} to ${thousandths(x[1])} mm`;
   const { expected, validation } = figures;
   const tiles = [
     ["Residual of the fit, rms (3-D)", `${millimetres(figures.rms_mm)} mm`,
       `${figures.samples} samples; ${figures.noise_stated ? "noise alone would leave" : "the best explanation would leave"} ${millimetres(figures.noise_mm)} mm`],
-    expected && ["To expect over the workspace, mean", `${millimetres(expected.mean_mm)} mm`,
-      `${band(expected.mean_band_mm)}; largest ${millimetres(expected.max_mm)} mm`],
-    validation && [`Measured on ${validation.samples} poses not fitted, mean`, `${millimetres(validation.mean_mm)} mm`,
-      `largest ${millimetres(validation.max_mm)} mm`],
+    expected && ["To expect over the workspace, mean", `${thousandths(expected.mean_mm)} mm`,
+      `${band(expected.mean_band_mm)}; largest ${thousandths(expected.max_mm)} mm`],
+    validation && [`Measured on ${validation.samples} poses not fitted, mean`, `${thousandths(validation.mean_mm)} mm`,
+      `largest ${thousandths(validation.max_mm)} mm`],
   ].filter(Boolean);
   return [
     element("p", { class: "eyebrow" }, `calibench report · ${title} · ${robot}`),
@@ -43,10 +38,21 @@ function verdict(report) {
     question && element("p", { class: "quiet" }, `Asked: ${question}`),
     element("dl", { class: "figures" }, tiles.map(([name, value, beside]) => element("div", {}, element("dt", {}, name),
       element("dd", {}, element("div", { class: "value" }, value), element("div", { class: "beside" }, beside))))),
-    element("ul", { class: "told" }, told),
-    report.commands_from && element("p", { class: "quiet" }, `Commands are to be given in ${report.commands_from}.`),
+  ];
+}
+
+// What was seen, what it means, what to do; and what these data cannot tell.
+function told(report) {
+  const { verdict: said, diagnosis, commands_from } = report;
+  const worded = diagnosis.sentences.filter((text) => !text.startsWith("Verdict:")).map((text) => text.match(/^(Saw|Means|Do|Not tested): (.*)$/s) ?? [null, "Left", text]);
+  const line = ([, word, rest], label = word) => element("li", {}, element("b", {}, label), element("span", {}, sentence(rest)));
+  const untested = worded.filter(([, word]) => word === "Not tested").map(([, , rest]) => element("li", {}, sentence(rest)));
+  return [
+    element("ul", { class: "told" }, worded.filter(([, word]) => word !== "Not tested").map((w) => line(w))),
+    commands_from && element("p", { class: "quiet" }, `Commands are to be given in ${commands_from}.`),
     said.symptoms.map((text) => element("p", { class: "warning" }, text)),
-    said.warning && element("p", { class: "warning" }, said.warning),
+    untested.length ? unfold("What these data cannot test", element("ul", {}, untested)) : null,
+    said.warning ? unfold("Poses outside the range that was seen", element("p", {}, said.warning)) : null,
   ];
 }
 
@@ -92,7 +98,7 @@ function telling(report) {
   switch (it.kind) {
     case "phase": {
       const { joint, order, x_deg } = candidate.phase;
-      const turn = order === 1 ? `angle of joint ${joint} within a turn, deg` : `${order} × angle of joint ${joint}, folded to one period, deg`;
+      const turn = order === 1 ? `angle of joint ${joint} within a turn, deg` : `${order} × angle of joint ${joint}, folded to a period, deg`;
       return [keys(), element("figure", {}, of_joint(joint, x_deg, turn, { min: 0, max: 360, interval: 45 }),
         element("figcaption", {}, `${leaves} ${apparent}`))];
     }
@@ -105,19 +111,18 @@ function telling(report) {
     case "curve": {
       const { joint, against, unit, at, mean_urad, sigma_urad } = it;
       const limit = round_up(1.05 * Math.max(...mean_urad.map((m, k) => Math.abs(m) + sigma_urad[k])));
-      const curve = chart(`The curve that the error of joint ${joint} follows over ${against}, with its band of one sigma.`, 380, (theme) => ({
-        ...scatter(theme, { x_name: `${against}, ${unit}`, y_name: `error of joint ${joint} about its mean, µrad`, unit: "µrad", limit, points: [], line: at.map((x, k) => [x, mean_urad[k]]) }),
-        ...{},
+      const curve = chart(`The curve that the error of joint ${joint} follows over ${against}, with its band of one sigma.`, 260, (theme) => ({
+        ...scatter(theme, { x_name: `${against}, ${unit}`, y_name: "error about its mean, µrad", unit: "µrad", limit, points: [], line: at.map((x, k) => [x, mean_urad[k]]) }),
       }));
       add_band(curve, at, mean_urad, sigma_urad);
-      return [keys(), element("div", { class: "pair" },
+      return [keys(), element("div", {},
         element("figure", {}, it.x ? of_joint(joint, it.x, `${against}, ${unit}`, {}) : null,
           element("figcaption", {}, `${leaves} ${apparent}`)),
         element("figure", {}, curve, element("figcaption", {},
-          "The curve itself, with its band of one sigma: no shape was prescribed. What the fitted model has absorbed is not in the points at the left.")))];
+          "The curve itself, with its band of one sigma: no shape was prescribed. What the fitted model has absorbed of it is not in the points above.")))];
     }
     case "balls":
-      return [keys([["mean", "mean of a ball, one sigma"]]), ball_panels(report, candidate, 300), element("p", { class: "quiet" }, leaves)];
+      return [keys([["mean", "mean of a ball, one sigma"]]), ball_panels(report, candidate, 320), element("p", { class: "quiet" }, leaves)];
     case "contributions": {
       const most = diagnosis.contributions.slice(0, 12);
       return [element("figure", {}, contribution_chart(most), element("figcaption", {},
@@ -192,7 +197,7 @@ function ladder(report) {
   const label = "Errors by model, mm: " + rows.map((r) => `${r.name}: ${kinds.filter(([n]) => Number.isFinite(r[n])).map(([n, what]) => `${what} ${millimetres(r[n])}`).join(", ")}`).join("; ");
   const picture = chart(label, 96 + 34 * rows.length, (theme, width) => {
     const narrow = width < 520;
-    const left = narrow ? 108 : 178;
+    const left = narrow ? 126 : 178;
     const spread = (k) => (k - (kinds.length - 1) / 2) * 0.17;
     return {
       grid: { left, right: 20, top: narrow ? 20 * kinds.length : 44, bottom: 44, outerBoundsMode: "none" },
@@ -232,8 +237,8 @@ function ladder(report) {
   });
   const columns = [
     ["model", (r) => r.name, "words"], ["fit rms, mm", (r) => millimetres(r.fit)], ["cross-validated, mm", (r) => millimetres(r.cv)],
-    ["predicted mean, mm", (r) => (r.band ? `${millimetres(r.expected)} (${millimetres(r.band[0])} to ${millimetres(r.band[1])})` : "–")],
-    ["measured mean, mm", (r) => millimetres(r.measured)], ["measured max, mm", (r) => millimetres(r.largest)],
+    ["predicted mean, mm", (r) => (r.band ? `${thousandths(r.expected)} (${thousandths(r.band[0])} to ${thousandths(r.band[1])})` : "–")],
+    ["measured mean, mm", (r) => thousandths(r.measured)], ["measured max, mm", (r) => thousandths(r.largest)],
     ["noise, mm", (r) => millimetres(r.noise)], ["χ²/dof", (r) => digits(r.chi2)],
   ].filter(([heading]) => !heading.startsWith("measured") || rows.some((r) => Number.isFinite(r.measured)));
   const step = it.step && (it.step.objections.length

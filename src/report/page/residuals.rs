@@ -1,6 +1,8 @@
 //! Every sample as the fitted arm stands in it: what is left over, what that would be as an angle of each joint, and under which
 //! circumstances.
 
+use std::rc::Rc;
+
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -8,10 +10,10 @@ use super::{short, shorts};
 use crate::assess::{Comparison, JointVariable, SeenSample, Variable, ViewTest};
 use crate::identify::{IdentifyError, Model, Problem, Use, fit};
 use crate::measure::{Dataset, Sample};
-use crate::units::{MM, UM, URAD};
+use crate::units::{UM, URAD};
 
-/// With a shorter lever, m, the angle of a joint is read off so little displacement that a point of it would mislead.
-const SHORTEST_LEVER: f64 = 5.0 * MM;
+/// With a shorter lever, as a share of the longest that the joint has in these data, noise of the TCP would look like a large angle.
+const SHORTEST_LEVER: f64 = 0.2;
 
 /// One sample.
 pub(super) struct Point {
@@ -26,6 +28,8 @@ pub(super) struct Point {
     pub residual: Vector3<f64>,
     /// Where the TCP goes when each joint turns, m/rad.
     pub levers: Vec<Vector3<f64>>,
+    /// The shortest lever of each joint with which its angle is read off, m/rad.
+    pub shortest: Rc<[f64]>,
     /// Every variable that a joint is drawn against, SI.
     pub variables: Vec<(JointVariable, Option<f64>)>,
 }
@@ -34,7 +38,7 @@ impl Point {
     /// What a displacement of the TCP would be as an error of a joint's angle, `j . d / |j|²`, rad.
     pub fn as_angle(&self, joint: usize, displacement: &Vector3<f64>) -> Option<f64> {
         let lever = self.levers.get(joint)?;
-        (lever.norm() > SHORTEST_LEVER).then(|| lever.dot(displacement) / lever.norm_squared())
+        (lever.norm() > self.shortest[joint]).then(|| lever.dot(displacement) / lever.norm_squared())
     }
 
     /// Value of a variable of the heat map, SI.
@@ -61,6 +65,9 @@ impl Residuals {
         let fitted = fit(&mut problem)?;
         let rows: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
         let joints = problem.robot().joints();
+        let seen = SeenSample::all(&problem, &fitted.values, &rows, datasets);
+        let longest = |j: usize| seen.iter().map(|s| s.joint_columns[j].norm()).fold(0.0, f64::max);
+        let shortest: Rc<[f64]> = (0..joints).map(|j| SHORTEST_LEVER * longest(j)).collect();
         let point = |s: &SeenSample<'_>| Point {
             id: s.sample.id.clone(),
             setup: s.setup,
@@ -70,9 +77,10 @@ impl Residuals {
             tau: s.tau.clone(),
             residual: s.residual,
             levers: s.joint_columns.clone(),
+            shortest: shortest.clone(),
             variables: (1..=joints).flat_map(JointVariable::of_joint).map(|v| (v, v.of(s))).collect(),
         };
-        let points = SeenSample::all(&problem, &fitted.values, &rows, datasets).iter().map(point).collect();
+        let points = seen.iter().map(point).collect();
         Ok(Residuals { joints, points })
     }
 

@@ -14,21 +14,21 @@ function accuracy(report) {
     rows.push({ ...method, kind: "emphasis" });
     if (method.paper) rows.push({ name: "the paper's, on its robot", ...method.paper, kind: "beside" });
   }
-  const of_quantile = (q) => (row) => (row.quantiles_mm ? millimetres(row.quantiles_mm[q]) : "–");
+  const of_quantile = (q) => (row) => (row.quantiles_mm ? thousandths(row.quantiles_mm[q]) : "–");
   const columns = [
-    ["position error, mm", (r) => r.name, "words"], ["mean", (r) => millimetres(r.mean_mm)], ["max", (r) => millimetres(r.max_mm)],
-    ["std", (r) => millimetres(r.std_mm)], ["rms", (r) => millimetres(r.rms_mm)], ["median", of_quantile("50")], ["95 %", of_quantile("95")],
+    ["position error, mm", (r) => r.name, "words"], ["mean", (r) => thousandths(r.mean_mm)], ["max", (r) => thousandths(r.max_mm)],
+    ["std", (r) => thousandths(r.std_mm)], ["rms", (r) => thousandths(r.rms_mm)], ["median", of_quantile("50")], ["95 %", of_quantile("95")],
   ];
-  const most = round_up(Math.max(...methods.map((m) => m.max_mm)));
+  const most = round_up(Math.max(...methods.flatMap((m) => [m.max_mm, 1.15 * (m.paper?.mean_mm ?? 0)])));
   const highest = Math.max(...methods.flatMap((m) => m.histogram.map((b) => b.count)));
   const histogram = (m) => element("figure", {}, element("p", { class: "title" }, m.name),
     chart(`Histogram of the position errors, ${m.name}: mean ${millimetres(m.mean_mm)} mm, largest ${millimetres(m.max_mm)} mm.`, 250, (theme) => bars(theme, {
       rows: m.histogram.map((b) => [b.from_mm, b.to_mm, b.count]), x_name: "position error, mm", most, highest: Math.ceil((1.05 * highest) / 10) * 10, colour: theme.measured,
-      marks: [{ at: m.mean_mm, text: `mean ${millimetres(m.mean_mm)}`, type: "solid" }, m.paper && { at: m.paper.mean_mm, text: `the paper's ${millimetres(m.paper.mean_mm)}`, type: "dashed" }]
-        .filter(Boolean).sort((a, b) => a.at - b.at),
+      marks: [{ at: m.mean_mm, text: `mean ${thousandths(m.mean_mm)}`, type: "solid" }, m.paper && { at: m.paper.mean_mm, text: `the paper's ${thousandths(m.paper.mean_mm)}`, type: "dashed" }]
+        .filter(Boolean),
     })));
   const expected = run?.expect?.checks?.length ? unfold(`What the scenario expects: ${run.expect.met ? "met" : "NOT MET"}`,
-    table("Expected and found", [["quantity", (c) => c.name, "words"], ["found", (c) => digits(c.value, 4)], ["band", (c) => `${c.band[0]} to ${c.band[1]}`], ["", (c) => (c.met ? "met" : "not met"), "words"]], run.expect.checks)) : null;
+    table("Expected and found", [["quantity", (c) => c.name, "words"], ["found", (c) => digits(c.value, 4)], ["band", (c) => `${c.band[0]} to ${c.band[1]}`], ["met", (c) => (c.met ? "met" : "not met"), "words"]], run.expect.checks)) : null;
   const paper = methods.some((m) => m.paper);
   return [
     table(`On ${methods[0].samples} poses${paper ? "; beside each method the paper's Table 9 (500 poses of a real KR6)" : ""}`, columns, rows, (r) => r.kind ?? null),
@@ -39,20 +39,25 @@ function accuracy(report) {
 }
 
 function workspace(report) {
-  const { workspace: it, figures: { expected } } = report;
+  const { workspace: it, figures: { expected, validation } } = report;
   if (!it || !expected?.map) return null;
   const { radius_mm: r, height_mm: h, cells: grid } = expected.map;
-  const rows = grid.flatMap((row, k) => row.map((cell, c) => cell && [r[c], r[c + 1], h[k], h[k + 1], cell.mean_mm, cell.poses])).filter(Boolean);
-  const picture = chart(`Predicted position error by distance from axis 1 and height over the base: ${millimetres(Math.min(...rows.map((c) => c[4])))} to ${millimetres(Math.max(...rows.map((c) => c[4])))} mm.`, 420, (theme) => cells(theme, {
-    x_name: "distance of the TCP from axis 1, mm", y_name: "height of the TCP over the base, mm", rows, name: "predicted",
-    points: it.radius_mm.map((x, k) => [x, it.height_mm[k]]),
-  }));
+  const flat = (map) => map.flatMap((row, k) => row.map((cell, c) => cell && [r[c], r[c + 1], h[k], h[k + 1], cell.mean_mm, cell.poses])).filter(Boolean);
+  const all = [["predicted", flat(grid)], ...(it.measured ? [["measured", flat(it.measured)]] : [])];
+  const values = all.flatMap(([, rows]) => rows.map((row) => row[4]));
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const range = (rows) => `${millimetres(Math.min(...rows.map((c) => c[4])))} to ${millimetres(Math.max(...rows.map((c) => c[4])))} mm`;
+  const picture = ([name, rows]) => element("figure", {}, it.measured ? element("p", { class: "title" }, name === "predicted" ? "predicted from the fitted rows alone" : `measured on the ${validation?.samples ?? ""} poses`) : null,
+    chart(`Position error ${name} by distance from axis 1 and height over the base: ${range(rows)}.`, 400, (theme) => cells(theme, {
+      x_name: "distance of the TCP from axis 1, mm", y_name: "height of the TCP over the base, mm", rows, name, low, high, points: it.radius_mm.map((x, k) => [x, it.height_mm[k]]),
+    })));
   const heights = grid.map((row, k) => ({ name: `${h[k].toFixed(0)} to ${h[k + 1].toFixed(0)}`, row })).reverse();
   return [
     element("p", {}, report.verdict.expected),
-    element("figure", {}, picture, element("figcaption", {}, "Numbers are millimetres: the mean of the error predicted at the poses (dots) of a cell. Yellow is worse. The prediction carries every effect of the catalogue, at every size that these data allow, to these poses.")),
+    element("div", { class: "pair" }, all.map(picture)),
+    element("p", { class: "quiet" }, "Numbers are millimetres: the mean over the poses (dots) of a cell. Yellow is worse. The prediction carries every effect of the catalogue, at every size that these data allow, to these poses.", it.measured ? " What was measured holds the noise of the instrument too." : ""),
     unfold("The map as a table", table("Predicted error, mm; columns are distances from axis 1, mm",
-      [["height, mm", (x) => x.name], ...r.slice(0, -1).map((from, c) => [`${from.toFixed(0)} to ${r[c + 1].toFixed(0)}`, (x) => (x.row[c] ? millimetres(x.row[c].mean_mm) : "")])], heights)),
+      [["height, mm", (x) => x.name], ...r.slice(0, -1).map((from, c) => [`${from.toFixed(0)} to ${r[c + 1].toFixed(0)}`, (x) => (x.row[c] ? thousandths(x.row[c].mean_mm) : "")])], heights)),
   ];
 }
 
@@ -62,11 +67,12 @@ function ranking(report) {
   const columns = [
     ["effect", (f) => [element("code", {}, f.in_model), element("div", { class: "quiet" }, meanings[f.in_model]?.what ?? "")], "words"],
     ["probability", (f) => share(f.probability)], ["explains", (f) => share(f.explains)], ["visible", (f) => share(f.visible)],
-    ["better predicted", (f) => percent(f.cv_gain).replace("-", "−")], ["as it would be fitted", size, "words"],
+    ["cross-validated gain", (f) => percent(f.cv_gain)], ["as it would be fitted", size, "words"],
     ["same in these data", (f) => f.rivals.join(", "), "words"],
   ];
   const map = d.heat_map.cells;
-  const variables = [...new Set(map.map((c) => c.against))];
+  const plain = (variable) => variable.replace(/[() ]/g, "");
+  const variables = [...new Set(map.map((c) => plain(c.against)))];
   const joints = [...new Set(map.map((c) => c.joint))];
   const most = Math.max(3, ...map.map((c) => c.ln_evidence_against_background));
   const heat = map.length ? [
@@ -74,7 +80,7 @@ function ranking(report) {
     element("figure", {}, element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Map of joints and variables" },
       wide(chart(`Evidence that the error of a joint follows a variable; best: ${d.heat_map.best ? `joint ${d.heat_map.best.joint} follows ${d.heat_map.best.against}` : "none"}.`, 40 + 30 * joints.length, (theme) => matrix(theme, {
         columns: variables, rows: joints.map((j) => `joint ${j}`), left: 54, low: 0, high: most, colours: [theme.panel, theme.residual],
-        data: map.map((c) => ({ value: [variables.indexOf(c.against), joints.indexOf(c.joint), c.ln_evidence_against_background],
+        data: map.map((c) => ({ value: [variables.indexOf(plain(c.against)), joints.indexOf(c.joint), c.ln_evidence_against_background],
           label: { color: c.ln_evidence_against_background > 0.6 * most ? theme.paper : theme.ink } })),
         text: ({ value }) => fixed(value[2], 1), say: ({ value }) => `joint ${joints[value[1]]} follows ${variables[value[0]]}\nln evidence ${fixed(value[2], 1)}`,
       })), 560)),
@@ -83,9 +89,9 @@ function ranking(report) {
   const contributions = d.contributions.slice(0, 10);
   return [
     element("p", {}, `Probability that nothing is missing beyond the ordinary small stuff: ${percent(d.nothing_probability)}.`,
-      d.set95.length ? ` With 95 % the culprit is ${d.set95.length === 1 ? "" : "one of "}${d.set95.join(", ")}.` : ""),
+      d.set95.length ? ` In the 95 % credible set: ${d.set95.join(", ")}.` : ""),
     d.findings.length ? table("Effects of the catalogue, most credible first", columns, d.findings, (f) => (d.set95.includes(f.effect) ? "emphasis" : null)) : null,
-    element("p", { class: "quiet" }, "Explains: share of the squares left that it takes. Visible: share of the effect that shows in these residuals at all; the rest hides in wrong parameters and comes out elsewhere. Better predicted: how much the cross-validated residual falls."),
+    element("p", { class: "quiet" }, "Explains: share of the squares left that it takes. Visible: share of the effect that shows in these residuals at all; the rest hides in wrong parameters and comes out elsewhere. Cross-validated gain: how much the residual of blocks that were not fitted falls."),
     contributions.length ? [element("h3", {}, "What contributes most when everything is fitted at once"), element("figure", {}, contribution_chart(contributions))] : null,
     heat,
   ].flat(2);
@@ -178,7 +184,7 @@ function residuals(report) {
   fill(first.candidate ?? (candidates.length ? 0 : -1));
   const worst = comparison.worst.slice(0, 10);
   return [
-    element("p", {}, "A residual is measured minus predicted. What a joint seems to err by is the turn of it, actual minus reported, that would take up the most of a residual. A residual after a fit is not the error: the fit has bent the model to the data."),
+    element("p", {}, "A residual is measured minus predicted. What a joint seems to err by is the turn of it, actual minus reported, that would take up the most of a residual; samples in which it has less than a fifth of its longest lever are not drawn. A residual after a fit is not the error: the fit has bent the model to the data."),
     candidates.length > 1 ? element("fieldset", {}, element("legend", {}, "Candidate drawn over the residuals"), candidates.map(option)) : null,
     panels,
     element("h3", {}, "What stands out, in words"),
@@ -186,7 +192,7 @@ function residuals(report) {
     unfold("The samples that fit worst", table("Worst first", [["sample", (w) => w.id, "words"], ["x, µm", (w) => digits(w.residual_um[0])], ["y, µm", (w) => digits(w.residual_um[1])],
       ["z, µm", (w) => digits(w.residual_um[2])], ["length, µm", (w) => digits(w.norm_um)], ["in units of noise", (w) => digits(w.normalised)], ["special", (w) => w.special.join("; "), "words"]], worst)),
     unfold(`All ${samples.length} samples as a table`, table("Residuals", [["sample", (s) => s.id, "words"], ["ball", (s) => (s.ball === null ? "–" : balls[s.ball].ball), "words"],
-      ["time, s", (s) => (s.time_s === null ? "–" : fixed(s.time_s, 0))], ["x, µm", (s) => digits(s.residual_um[0])], ["y, µm", (s) => digits(s.residual_um[1])], ["z, µm", (s) => digits(s.residual_um[2])]], samples)),
+      ["time, s", (s) => (s.time_s === null ? "–" : fixed(s.time_s, 0))], ["x, µm", (s) => digits(s.residual_um[0])], ["y, µm", (s) => digits(s.residual_um[1])], ["z, µm", (s) => digits(s.residual_um[2])]], samples), true),
   ];
 }
 
@@ -202,7 +208,7 @@ function parameters(report) {
   const names = c.parameters.map((p) => p.name);
   const strongest = names.flatMap((a, i) => names.slice(0, i).map((b, k) => ({ a, b, r: c.correlation[i][k] }))).sort((x, y) => Math.abs(y.r) - Math.abs(x.r)).slice(0, 12);
   const side = Math.max(420, 90 + 15 * names.length);
-  const correlations = names.length && names.length <= 80 ? element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Correlations" }, wide(chart(
+  const correlations = names.length && names.length <= 80 ? element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Correlations", style: `max-width: ${side + 140}px` }, wide(chart(
     `Correlations of ${names.length} parameters; strongest ${strongest[0] ? `${strongest[0].a} with ${strongest[0].b}, ${fixed(strongest[0].r, 2)}` : "none"}.`, side, (theme) => matrix(theme, {
       columns: names, rows: names, left: 74, label_size: 9, columns_turned: 90, low: -1, high: 1, colours: ["#0072b2", theme.paper, "#d55e00"],
       data: c.correlation.flatMap((row, i) => row.map((r, k) => [k, i, r])), say: ({ value }) => `${names[value[1]]} with ${names[value[0]]}\n${fixed(value[2], 3)}`,
@@ -286,16 +292,23 @@ function provenance(report) {
     run?.scenario && ["scenario", run.scenario], run?.seed !== undefined && run?.seed !== null && ["seed", String(run.seed)], run?.plant && ["plant", run.plant],
   ].filter(Boolean).map(([name, value]) => ({ name, value }));
   return [
-    table("What made this report", [["", (f) => f.name, "words"], ["", (f) => f.value, "words"]], facts),
+    table("What made this report", [["what", (f) => f.name, "words"], ["which", (f) => f.value, "words"]], facts),
     table("Data", [["dataset", (d) => d.name, "words"], ["rows fitted", (d) => String(d.fit_rows)], ["rows judged on", (d) => String(d.validation_rows)],
-      ["SHA-256 of its files", (d) => element("code", {}, d.sha256), "words"], ["as stated", (d) => Object.entries(d.stated).map(([k, v]) => `${k} = ${v}`).join(", "), "words"]], p.datasets),
+      ["SHA-256 of its files", (d) => element("code", {}, d.sha256), "words"],
+      ...(p.datasets.some((d) => Object.keys(d.stated).length) ? [["as stated", (d) => Object.entries(d.stated).map(([k, v]) => `${k} = ${v}`).join(", "), "words"]] : [])], p.datasets),
     element("p", { class: "quiet" }, "The same run gives the same page, byte for byte."),
   ];
 }
 
 // Drawn again where colours or the width change; on paper in the colours and at the width of paper.
 function on_paper(paper) {
+  if (document.documentElement.hasAttribute("data-print") === paper) return;
   document.documentElement.toggleAttribute("data-print", paper);
+  for (const unfolded of document.querySelectorAll("details:not([data-long])")) {
+    if (paper && !unfolded.open) unfolded.dataset.closed = "";
+    if (paper || "closed" in unfolded.dataset) unfolded.open = paper;
+    if (!paper) delete unfolded.dataset.closed;
+  }
   draw();
 }
 
