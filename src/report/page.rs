@@ -12,13 +12,13 @@ mod telling;
 use serde_json::{Map, Value, json};
 
 use self::candidate::Candidate;
-use self::residuals::Residuals;
+use self::residuals::{MOST_POINTS, Residuals};
 use super::workspace::extrapolation_sentence;
 use super::{
     Outlook, Recommended, calibration_json, comparison_json, diagnosis_json, symptom_sentence, unresolved_sentences,
     validation_json,
 };
-use crate::assess::{Comparison, Extrapolation, MapCell, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung};
+use crate::assess::{Comparison, Extrapolation, MapCell, Place, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung};
 use crate::identify::{Calibration, IdentifyError, Model, Use};
 use crate::measure::{Dataset, SampleSet};
 use crate::units::{DEG, MM};
@@ -79,7 +79,8 @@ impl Page {
             Outlook { error, source: poses.source, extrapolation }
         });
         let comparison = Comparison::of(calibration, datasets, Use::Fit)?;
-        let residuals = Residuals::new(datasets, model)?;
+        let spoken_of = |id: &str| first.diagnosis.findings.iter().any(|f| f.hypothesis.place == Some(Place::Sample(id.into())));
+        let residuals = Residuals::new(datasets, model, spoken_of)?;
         let candidates = Candidate::all(datasets, model, &first.diagnosis, &residuals, &comparison)?;
         let beyond = Extrapolation::of_samples(&calibration.joint_ranges, model, datasets, |s| Use::Fit.takes(s));
         let document = json!({
@@ -222,6 +223,7 @@ fn drawn(calibration: &Calibration, datasets: &[(&str, &Dataset)], judged: &[(&s
 /// Where the predicted error was predicted, and, where it was measured as well, the map of what was measured.
 fn workspace(outlook: &Outlook, calibration: &Calibration, judged: &[(&str, &Dataset)]) -> Result<Value, IdentifyError> {
     let poses = &outlook.error.poses;
+    let stride = poses.len().div_ceil(MOST_POINTS).max(1);
     let mut measured = None;
     if outlook.source == PoseSource::Validation {
         let errors = calibration.predict(judged, Use::Validation)?.residuals;
@@ -234,8 +236,8 @@ fn workspace(outlook: &Outlook, calibration: &Calibration, judged: &[(&str, &Dat
     }
     Ok(json!({
         "poses_are": outlook.poses(),
-        "radius_mm": shorts(poses.iter().map(|p| p.radius / MM)),
-        "height_mm": shorts(poses.iter().map(|p| p.height / MM)),
+        "radius_mm": shorts(poses.iter().step_by(stride).map(|p| p.radius / MM)),
+        "height_mm": shorts(poses.iter().step_by(stride).map(|p| p.height / MM)),
         "measured": measured,
     }))
 }

@@ -82,6 +82,15 @@ def faults(browser, page_file, pictures):
     return found
 
 
+def shortened(found):
+    """The first faults of each kind of look: one cause makes many."""
+    shown = []
+    for name, *_ in LOOKS:
+        of_look = [fault for fault in found if fault.startswith(f"{name}: ")]
+        shown += of_look[:5] + ([f"{name}: and {len(of_look) - 5} more"] if len(of_look) > 5 else [])
+    return shown
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pages", nargs="+", type=Path)
@@ -93,7 +102,7 @@ def main():
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         for page in arguments.pages:
-            found += [f"{page.name}: {fault}" for fault in faults(browser, page.resolve(), arguments.pictures)]
+            found += [f"{page.name}: {fault}" for fault in shortened(faults(browser, page.resolve(), arguments.pictures))]
         browser.close()
     print("\n".join(found) or f"{len(arguments.pages)} page(s): no fault")
     return 1 if found else 0

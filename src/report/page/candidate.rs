@@ -20,7 +20,9 @@ pub(super) struct Candidate {
     pub effect: String,
     /// Sample by sample, world axes, m: the residual before minus the residual after.
     pub takes: Vec<Vector3<f64>>,
-    /// The same as an angle of each joint, urad.
+    /// Samples that are drawn, by place.
+    shown: Vec<usize>,
+    /// The same as an angle of each joint, urad, of samples that are drawn.
     angles: Value,
     /// Bin by bin of every view of the comparison, rad; none where the view is no more.
     pub of_views: Vec<Option<Vec<f64>>>,
@@ -28,7 +30,7 @@ pub(super) struct Candidate {
     pub of_balls: Vec<Vector3<f64>>,
     /// Residual that it leaves, m.
     pub rms_after: f64,
-    /// Joint, order, and phase of every sample within a period, rad: of what repeats with the angle of a joint.
+    /// Joint, order, and phase of every sample that is drawn within a period, rad: of what repeats with the angle of a joint.
     pub phase: Option<(usize, u32, Vec<f64>)>,
 }
 
@@ -83,6 +85,7 @@ impl Candidate {
             of_views: comparison.joints.iter().map(of_view).collect(),
             of_balls: comparison.balls.iter().zip(&with.balls).map(|(b, a)| b.mean - a.mean).collect(),
             takes,
+            shown: before.shown.clone(),
             rms_after: fitted.rms,
             phase: None,
         })
@@ -97,8 +100,7 @@ impl Candidate {
         });
         json!({
             "effect": self.effect,
-            "takes_um": self.takes.iter().map(|d| shorts((0..3).map(|k| d[k] / UM))).collect::<Vec<_>>(),
-            "length_um": shorts(self.takes.iter().map(|d| d.norm() / UM)),
+            "takes_um": self.shown.iter().map(|&i| shorts((0..3).map(|k| self.takes[i][k] / UM))).collect::<Vec<_>>(),
             "angles_urad": self.angles,
             "of_views_urad": of_views,
             "of_balls_um": self.of_balls.iter().map(|d| shorts((0..3).map(|k| d[k] / UM))).collect::<Vec<_>>(),
@@ -131,7 +133,7 @@ fn period(f: &Finding) -> Option<(usize, u32)> {
 fn phase(points: &Residuals, joint: usize, order: u32) -> Option<(usize, u32, Vec<f64>)> {
     let turn = std::f64::consts::TAU;
     let of_point = |q: &Vec<f64>| Some((f64::from(order) * q.get(joint)?).rem_euclid(turn));
-    Some((joint, order, points.points.iter().map(|p| of_point(&p.q)).collect::<Option<Vec<f64>>>()?))
+    Some((joint, order, points.shown.iter().map(|&i| of_point(&points.points[i].q)).collect::<Option<Vec<f64>>>()?))
 }
 
 /// What every effect that is named means, and where to look.

@@ -56,6 +56,13 @@ function round_up(x) {
   return power * [1, 2, 3, 4, 6, 8, 10].find((step) => step * power >= x * 0.999999);
 }
 
+// Round ticks from zero to no less than `x`: [the last, the distance].
+function ticks(x) {
+  const power = 10 ** Math.floor(Math.log10(x / 4 || 1));
+  const distance = power * [1, 2, 2.5, 5, 10].find((step) => step * power >= x / 5);
+  return [distance * Math.ceil((x * 0.999999) / distance), distance];
+}
+
 function largest(values) {
   return values.reduce((most, x) => (x === null || x === undefined ? most : Math.max(most, Math.abs(x))), 0);
 }
@@ -103,7 +110,7 @@ function scatter(theme, { x_name, y_name, points, candidate, line, bins, limit, 
   // Room for the longest label of the axis.
   const label = 7 * Math.max(...[limit, limit / 2].map((x) => x.toLocaleString("en").length)) + 10;
   return {
-    grid: { left: label + 24, right: 18, top: 12, bottom: 44, outerBoundsMode: "none" },
+    grid: { left: label + 24, right: 26, top: 12, bottom: 44, outerBoundsMode: "none" },
     tooltip: tooltip(theme, say),
     xAxis: axis(theme, x_name, 27, { splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } }, ...x_axis }),
     yAxis: axis(theme, y_name, label + 6, { min: -limit, max: limit, interval: limit / 2, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } }),
@@ -158,12 +165,13 @@ function cividis(t) {
 }
 
 // Bars between edges, in mm; lines where something stands.
-function bars(theme, { rows, x_name, most, highest, marks, colour }) {
+function bars(theme, { rows, x_name, most: [most, apart], highest: [highest, above], marks, colour }) {
+  const label = 7 * highest.toLocaleString("en").length + 8;
   return {
-    grid: { left: 54, right: 16, top: 40, bottom: 44, outerBoundsMode: "none" },
+    grid: { left: label + 24, right: 26, top: 40, bottom: 44, outerBoundsMode: "none" },
     tooltip: tooltip(theme, ({ value }) => `${millimetres(value[0])} to ${millimetres(value[1])} mm\n${value[2]} poses`),
-    xAxis: axis(theme, x_name, 27, { min: 0, max: most, splitLine: { show: false } }),
-    yAxis: axis(theme, "poses", 36, { min: 0, max: highest }),
+    xAxis: axis(theme, x_name, 27, { min: 0, max: most, interval: apart, splitLine: { show: false } }),
+    yAxis: axis(theme, "poses", label + 4, { min: 0, max: highest, interval: above }),
     series: [{
       type: "custom", data: rows, encode: { x: [0, 1], y: 2 },
       renderItem: (_, api) => {
@@ -182,13 +190,17 @@ function bars(theme, { rows, x_name, most, highest, marks, colour }) {
   };
 }
 
+// Pixels that the longest of some labels takes.
+const room = (labels, size) => Math.min(165, 14 + 0.64 * size * Math.max(...labels.map((text) => text.length)));
+
 // Cells of rows by columns, each with a value; `ink` says what is written in it.
-function matrix(theme, { columns, rows, data, low, high, colours: scale, text, say, label_size = 11, left = 40, columns_turned = 0 }) {
+function matrix(theme, { columns, rows, data, low, high, colours: scale, text, say, label_size = 11, columns_turned = 0 }) {
+  const left = room(rows, label_size);
   return {
-    grid: { left, right: 10, top: 6, bottom: columns_turned ? 62 : 26, outerBoundsMode: "none" },
+    grid: { left, right: 10, top: 6, bottom: columns_turned ? room(columns, label_size) : 26, outerBoundsMode: "none" },
     tooltip: tooltip(theme, say),
-    xAxis: { type: "category", data: columns, axisLabel: { color: theme.quiet, fontSize: label_size, interval: 0, rotate: columns_turned }, axisTick: { show: false }, axisLine: { show: false } },
-    yAxis: { type: "category", data: rows, inverse: true, axisLabel: { color: theme.quiet, fontSize: label_size, interval: 0 }, axisTick: { show: false }, axisLine: { show: false } },
+    xAxis: { type: "category", data: columns, axisLabel: { color: theme.quiet, fontSize: label_size, interval: 0, rotate: columns_turned, width: 150, overflow: "truncate" }, axisTick: { show: false }, axisLine: { show: false } },
+    yAxis: { type: "category", data: rows, inverse: true, axisLabel: { color: theme.quiet, fontSize: label_size, interval: 0, width: 150, overflow: "truncate" }, axisTick: { show: false }, axisLine: { show: false } },
     visualMap: { show: false, min: low, max: high, inRange: { color: scale }, dimension: 2 },
     series: [{ type: "heatmap", data, itemStyle: { borderColor: theme.paper, borderWidth: 1 }, label: { show: Boolean(text), fontSize: 11, formatter: text } }],
   };

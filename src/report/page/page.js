@@ -45,6 +45,8 @@ function verdict(report) {
 function told(report) {
   const { verdict: said, diagnosis, commands_from } = report;
   const worded = diagnosis.sentences.filter((text) => !text.startsWith("Verdict:")).map((text) => text.match(/^(Saw|Means|Do|Not tested): (.*)$/s) ?? [null, "Left", text]);
+  // A curve drawn in letters stands beside the picture of it.
+  for (const one of worded) one[2] = one[2].replace(/[▁-█]{5,} */, "");
   const line = ([, word, rest], label = word) => element("li", {}, element("b", {}, label), element("span", {}, sentence(rest)));
   const untested = worded.filter(([, word]) => word === "Not tested").map(([, , rest]) => element("li", {}, sentence(rest)));
   return [
@@ -129,21 +131,21 @@ function telling(report) {
         "No single effect sticks out. This is to what the residual goes when the whole catalogue is fitted at once, each effect held to its plausible size."))];
     }
     default: {
-      const [at, y] = [samples.map((_, k) => k + 1), samples.map((s) => s.length_um)];
+      const [at, y] = [samples.map((s) => s.number), samples.map((s) => s.length_um)];
       const marked = ids.indexOf(it.sample);
       const noise = 1000 * figures.noise_mm;
       const host = chart("Length of the residual of every sample, in the order of measurement.", 340, (theme) => ({
         grid: { left: 62, right: 14, top: 16, bottom: 44, outerBoundsMode: "none" },
         tooltip: tooltip(theme, ({ value }) => `${value[2]}\n${digits(value[1])} µm`),
-        xAxis: axis(theme, "sample, in the order of measurement", 27, { splitLine: { show: false }, min: 0, max: samples.length + 1 }),
+        xAxis: axis(theme, "sample, in the order of measurement", 27, { splitLine: { show: false }, min: 0, max: figures.samples + 1 }),
         yAxis: axis(theme, "length of the residual, µm", 46, { min: 0 }),
         series: [{
           ...residual_points(theme, at.map((x, k) => ({ value: [x, y[k], ids[k]], ...(k === marked && {
             symbol: "diamond", symbolSize: 14, itemStyle: { color: theme.candidate, opacity: 1 },
-            label: { show: true, formatter: () => ids[k], position: x > samples.length / 2 ? "left" : "right", color: theme.ink },
+            label: { show: true, formatter: () => ids[k], position: x > figures.samples / 2 ? "left" : "right", color: theme.ink },
           }) })), 7),
           markLine: { silent: true, symbol: "none", lineStyle: { color: theme.noise, type: "dashed" }, data: [{ yAxis: noise,
-            label: { formatter: () => `noise alone, rms: ${digits(noise)} µm`, position: "insideEndTop", color: theme.ink, fontSize: 11 } }] },
+            label: { formatter: () => `noise alone, rms: ${digits(noise)} µm`, position: "insideEndTop", color: theme.ink, fontSize: 11, backgroundColor: theme.paper, padding: 2 } }] },
         }],
       }));
       return [element("figure", {}, host, element("figcaption", {}, marked < 0
@@ -195,15 +197,17 @@ function ladder(report) {
     ["expected", "predicted over the workspace, mean", "diamond", "predicted"], ["measured", "measured on poses not fitted, mean", "rect", "measured"],
   ].filter(([name]) => rows.some((row) => Number.isFinite(row[name])));
   const label = "Errors by model, mm: " + rows.map((r) => `${r.name}: ${kinds.filter(([n]) => Number.isFinite(r[n])).map(([n, what]) => `${what} ${millimetres(r[n])}`).join(", ")}`).join("; ");
-  const picture = chart(label, 96 + 34 * rows.length, (theme, width) => {
+  const all = rows.flatMap((r) => [r.fit, r.cv, r.expected, r.measured, r.noise, ...(r.band ?? [])]).filter((x) => x > 0);
+  const [least, most] = [10 ** Math.floor(Math.log10(Math.min(...all))), 10 ** Math.ceil(Math.log10(Math.max(...all)))];
+  const picture = chart(label, 96 + 40 * rows.length, (theme, width) => {
     const narrow = width < 520;
     const left = narrow ? 126 : 178;
-    const spread = (k) => (k - (kinds.length - 1) / 2) * 0.17;
+    const spread = (k) => (k - (kinds.length - 1) / 2) * 0.2;
     return {
       grid: { left, right: 20, top: narrow ? 20 * kinds.length : 44, bottom: 44, outerBoundsMode: "none" },
       legend: { top: 0, left: narrow ? 0 : left - 5, orient: narrow ? "vertical" : "horizontal", itemGap: narrow ? 2 : 14, textStyle: { color: theme.ink, fontSize: 12 }, itemWidth: 11, itemHeight: 11, selectedMode: false },
       tooltip: tooltip(theme, ({ value, seriesName }) => `${rows[Math.round(value[1])].name}\n${seriesName}: ${millimetres(value[0])} mm`),
-      xAxis: axis(theme, "error, mm (logarithmic)", 27, { type: "log", splitLine: { show: true, lineStyle: { color: theme.grid } }, axisLabel: { color: theme.quiet, fontSize: 11, formatter: (x) => String(Number(x.toPrecision(3))) } }),
+      xAxis: axis(theme, "error, mm (logarithmic)", 27, { type: "log", min: least, max: most, splitLine: { show: true, lineStyle: { color: theme.grid } }, axisLabel: { color: theme.quiet, fontSize: 11, formatter: (x) => String(Number(x.toPrecision(3))) } }),
       yAxis: { type: "value", inverse: true, min: -0.5, max: rows.length - 0.5, interval: 1, axisTick: { show: false }, axisLine: { show: false },
         axisLabel: { show: false }, splitLine: { show: false } },
       series: [

@@ -15,6 +15,9 @@ use crate::units::{UM, URAD};
 /// With a shorter lever, as a share of the longest that the joint has in these data, noise of the TCP would look like a large angle.
 const SHORTEST_LEVER: f64 = 0.2;
 
+/// Points that a picture holds before they run into each other; of more samples every so many is drawn. Means are of all.
+pub(super) const MOST_POINTS: usize = 1000;
+
 /// One sample.
 pub(super) struct Point {
     pub id: String,
@@ -56,11 +59,17 @@ impl Point {
 pub(super) struct Residuals {
     pub joints: usize,
     pub points: Vec<Point>,
+    /// Samples that are drawn, by place, ascending.
+    pub shown: Vec<usize>,
 }
 
 impl Residuals {
-    /// Fits `model` to the rows of set `fit` and looks at each.
-    pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
+    /// Fits `model` to the rows of set `fit` and looks at each; samples that are `spoken_of` are drawn in any case.
+    pub fn new(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        spoken_of: impl Fn(&str) -> bool,
+    ) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, model, Use::Fit)?;
         let fitted = fit(&mut problem)?;
         let rows: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
@@ -80,15 +89,17 @@ impl Residuals {
             shortest: shortest.clone(),
             variables: (1..=joints).flat_map(JointVariable::of_joint).map(|v| (v, v.of(s))).collect(),
         };
-        let points = seen.iter().map(point).collect();
-        Ok(Residuals { joints, points })
+        let points: Vec<Point> = seen.iter().map(point).collect();
+        let stride = points.len().div_ceil(MOST_POINTS).max(1);
+        let shown = (0..points.len()).filter(|&i| i % stride == 0 || spoken_of(&points[i].id)).collect();
+        Ok(Residuals { joints, points, shown })
     }
 
     /// Apparent angle error of every joint in every sample, urad: a list a joint.
     pub fn as_angles(&self, displacement: impl Fn(usize) -> Vector3<f64>) -> Value {
         let of_joint = |j: usize| -> Value {
-            let of_point = |(i, p): (usize, &Point)| p.as_angle(j, &displacement(i)).map_or(Value::Null, |a| short(a / URAD));
-            self.points.iter().enumerate().map(of_point).collect()
+            let of_point = |&i: &usize| self.points[i].as_angle(j, &displacement(i)).map_or(Value::Null, |a| short(a / URAD));
+            self.shown.iter().map(of_point).collect()
         };
         (0..self.joints).map(of_joint).collect()
     }
@@ -96,11 +107,11 @@ impl Residuals {
     /// The samples, what each joint seems to err by, and the views of the comparison in which they are drawn.
     pub fn json(&self, comparison: &Comparison) -> Value {
         let samples: Vec<Value> = self
-            .points
+            .shown
             .iter()
-            .zip(&comparison.residuals)
-            .map(|(p, r)| {
-                json!({"id": p.id, "dataset": comparison.setups[p.setup].dataset, "ball": self.ball_view(p, comparison), "time_s": p.time_s,
+            .map(|&i| {
+                let (p, r) = (&self.points[i], &comparison.residuals[i]);
+                json!({"id": p.id, "number": i + 1, "dataset": comparison.setups[p.setup].dataset, "ball": self.ball_view(p, comparison), "time_s": p.time_s,
                     "residual_um": shorts((0..3).map(|k| p.residual[k] / UM)), "length_um": short(p.residual.norm() / UM),
                     "tool_um": shorts((0..3).map(|k| r.tool[k] / UM)), "normalised": short(r.normalised)})
             })
@@ -110,7 +121,8 @@ impl Residuals {
             .iter()
             .map(|curve| {
                 let (unit, si) = curve.against.unit();
-                let x: Value = self.points.iter().map(|p| self.value(p, curve.against).map_or(Value::Null, |x| short(x / si))).collect();
+                let value = |&i: &usize| self.value(&self.points[i], curve.against).map_or(Value::Null, |x| short(x / si));
+                let x: Value = self.shown.iter().map(value).collect();
                 let bins: Vec<Value> = curve
                     .bins
                     .iter()
@@ -128,7 +140,7 @@ impl Residuals {
                     "sigma_um": shorts((0..3).map(|k| b.sigma[k] / UM)), "test": tested(&b.test)})
             })
             .collect();
-        json!({"samples": samples, "angles_urad": self.as_angles(|i| self.points[i].residual), "views": views, "balls": balls})
+        json!({"samples": samples, "of": self.points.len(), "angles_urad": self.as_angles(|i| self.points[i].residual), "views": views, "balls": balls})
     }
 
     /// Place of a sample's ball among the views.

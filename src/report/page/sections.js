@@ -19,11 +19,11 @@ function accuracy(report) {
     ["position error, mm", (r) => r.name, "words"], ["mean", (r) => thousandths(r.mean_mm)], ["max", (r) => thousandths(r.max_mm)],
     ["std", (r) => thousandths(r.std_mm)], ["rms", (r) => thousandths(r.rms_mm)], ["median", of_quantile("50")], ["95 %", of_quantile("95")],
   ];
-  const most = round_up(Math.max(...methods.flatMap((m) => [m.max_mm, 1.15 * (m.paper?.mean_mm ?? 0)])));
-  const highest = Math.max(...methods.flatMap((m) => m.histogram.map((b) => b.count)));
+  const most = ticks(Math.max(...methods.flatMap((m) => [m.max_mm, 1.15 * (m.paper?.mean_mm ?? 0)])));
+  const highest = ticks(Math.max(...methods.flatMap((m) => m.histogram.map((b) => b.count))));
   const histogram = (m) => element("figure", {}, element("p", { class: "title" }, m.name),
     chart(`Histogram of the position errors, ${m.name}: mean ${millimetres(m.mean_mm)} mm, largest ${millimetres(m.max_mm)} mm.`, 250, (theme) => bars(theme, {
-      rows: m.histogram.map((b) => [b.from_mm, b.to_mm, b.count]), x_name: "position error, mm", most, highest: Math.ceil((1.05 * highest) / 10) * 10, colour: theme.measured,
+      rows: m.histogram.map((b) => [b.from_mm, b.to_mm, b.count]), x_name: "position error, mm", most, highest, colour: theme.measured,
       marks: [{ at: m.mean_mm, text: `mean ${thousandths(m.mean_mm)}`, type: "solid" }, m.paper && { at: m.paper.mean_mm, text: `the paper's ${thousandths(m.paper.mean_mm)}`, type: "dashed" }]
         .filter(Boolean),
     })));
@@ -79,7 +79,7 @@ function ranking(report) {
     element("h3", {}, "Which joint’s error follows what, whatever its shape"),
     element("figure", {}, element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Map of joints and variables" },
       wide(chart(`Evidence that the error of a joint follows a variable; best: ${d.heat_map.best ? `joint ${d.heat_map.best.joint} follows ${d.heat_map.best.against}` : "none"}.`, 40 + 30 * joints.length, (theme) => matrix(theme, {
-        columns: variables, rows: joints.map((j) => `joint ${j}`), left: 54, low: 0, high: most, colours: [theme.panel, theme.residual],
+        columns: variables, rows: joints.map((j) => `joint ${j}`), low: 0, high: most, colours: [theme.panel, theme.residual],
         data: map.map((c) => ({ value: [variables.indexOf(plain(c.against)), joints.indexOf(c.joint), c.ln_evidence_against_background],
           label: { color: c.ln_evidence_against_background > 0.6 * most ? theme.paper : theme.ink } })),
         text: ({ value }) => fixed(value[2], 1), say: ({ value }) => `joint ${joints[value[1]]} follows ${variables[value[0]]}\nln evidence ${fixed(value[2], 1)}`,
@@ -122,6 +122,9 @@ function ball_panels(report, candidate, height) {
   return element("div", { class: "several" }, AXES.map(panel));
 }
 
+// Names of axes under a panel that says its joint above.
+const short_names = [["qcmd", "commanded minus reported, deg"], ["q", "angle, deg"], ["tau", "gravity torque, N·m"], ["approach", "side from which it came"], ["payload", "payload, kg"], ["time", "time, s"], ["temp", "temperature, °C"]];
+
 function view_panels(report, views, candidate) {
   const { samples, angles_urad } = report.residuals;
   const ids = samples.map((s) => s.id);
@@ -132,7 +135,7 @@ function view_panels(report, views, candidate) {
     const stands_out = test.p_family < 0.01 ? ` stands out: ${percent(test.explains)} of the squares` : "";
     return element("figure", {}, element("p", { class: "title" }, element("b", {}, `Joint ${joint}`), element("span", { class: "out" }, stands_out)),
       chart(`Apparent error of joint ${joint} against ${what}.${stands_out}`, 215, (theme) => scatter(theme, {
-        x_name: `${what}, ${unit}`, y_name: "apparent error, µrad", unit: "µrad", limit, points: pairs(x, angles_urad[joint - 1], ids),
+        x_name: short_names.find(([kind]) => against.startsWith(kind))?.[1] ?? `${against}, ${unit}`, y_name: "apparent error, µrad", unit: "µrad", limit, points: pairs(x, angles_urad[joint - 1], ids),
         bins: bins.map((b) => ({ x: b.x, mean: b.mean_urad, sigma: b.sigma_urad })), line: takes && bins.map((b, k) => [b.x, takes[k]]),
         x_axis: against.startsWith("approach") ? { min: -1.5, max: 1.5, interval: 1 } : {},
       })));
@@ -143,18 +146,18 @@ function view_panels(report, views, candidate) {
 function time_panels(report, candidate) {
   const { samples } = report.residuals;
   const timed = samples.every((s) => s.time_s !== null);
-  const x = samples.map((s, k) => (timed ? s.time_s / 60 : k + 1));
+  const x = samples.map((s) => (timed ? s.time_s / 60 : s.number));
   const limit = round_up(1.05 * largest(samples.flatMap((s) => s.residual_um)));
   const panel = (name, a) => element("figure", {}, element("p", { class: "title" }, `${name} of the world`),
     chart(`Residuals in ${name} over time.`, 215, (theme) => scatter(theme, {
-      x_name: timed ? "time since the session began, min" : "sample, in the order of measurement", y_name: `residual in ${name}, µm`, unit: "µm", limit,
+      x_name: timed ? "time, min" : "sample, as measured", y_name: `residual in ${name}, µm`, unit: "µm", limit,
       points: samples.map((s, k) => [x[k], s.residual_um[a], s.id]), candidate: candidate && samples.map((s, k) => [x[k], candidate.takes_um[k][a], s.id]),
     })));
   return element("div", { class: "several" }, AXES.map(panel));
 }
 
 function residuals(report) {
-  const { residuals: { views, balls, samples }, candidates, comparison, telling: first } = report;
+  const { residuals: { views, balls, samples, of }, candidates, comparison, telling: first } = report;
   const panels = element("div");
   const of_kind = (kind) => views.filter((v) => v.against.startsWith(kind)).sort((a, b) => a.joint - b.joint);
   const kinds = [["q", "Joints, against their own angle"], ["tau", "Joints, against the torque of gravity on them"]];
@@ -168,7 +171,7 @@ function residuals(report) {
     // Charts of the last choice are gone with their hosts.
     for (let i = drawn.length - 1; i >= 0; i -= 1) if (panels.contains(drawn[i].host)) drawn.splice(i, 1)[0].chart?.dispose();
     const more = [["qcmd", "Joints, against commanded minus reported angle"], ...further].flatMap((kind) => shown(kind, candidate));
-    const folded = more.length ? unfold("Further views: side of approach, payload, time, temperature", more) : null;
+    const folded = more.length ? unfold("Further views: side of approach, payload, time, temperature", more, true) : null;
     folded?.addEventListener("toggle", () => folded.open && draw(folded));
     panels.replaceChildren(
       ...[key(["residual", "a sample"], ["mean", "mean of a bin or ball, one sigma"], candidate && ["line", `what ${candidate.effect} would take, mean of a bin`], candidate && ["diamond", "the same of a sample"]),
@@ -184,14 +187,15 @@ function residuals(report) {
   fill(first.candidate ?? (candidates.length ? 0 : -1));
   const worst = comparison.worst.slice(0, 10);
   return [
-    element("p", {}, "A residual is measured minus predicted. What a joint seems to err by is the turn of it, actual minus reported, that would take up the most of a residual; samples in which it has less than a fifth of its longest lever are not drawn. A residual after a fit is not the error: the fit has bent the model to the data."),
+    element("p", {}, "A residual is measured minus predicted. What a joint seems to err by is the turn of it, actual minus reported, that would take up the most of a residual; samples in which it has less than a fifth of its longest lever are not drawn. A residual after a fit is not the error: the fit has bent the model to the data.",
+      samples.length < of ? ` Of ${of} samples ${samples.length} are drawn, evenly; means are of all.` : ""),
     candidates.length > 1 ? element("fieldset", {}, element("legend", {}, "Candidate drawn over the residuals"), candidates.map(option)) : null,
     panels,
     element("h3", {}, "What stands out, in words"),
     element("ul", {}, comparison.sentences.map((text) => element("li", {}, sentence(text)))),
     unfold("The samples that fit worst", table("Worst first", [["sample", (w) => w.id, "words"], ["x, µm", (w) => digits(w.residual_um[0])], ["y, µm", (w) => digits(w.residual_um[1])],
       ["z, µm", (w) => digits(w.residual_um[2])], ["length, µm", (w) => digits(w.norm_um)], ["in units of noise", (w) => digits(w.normalised)], ["special", (w) => w.special.join("; "), "words"]], worst)),
-    unfold(`All ${samples.length} samples as a table`, table("Residuals", [["sample", (s) => s.id, "words"], ["ball", (s) => (s.ball === null ? "–" : balls[s.ball].ball), "words"],
+    unfold(samples.length < of ? `${samples.length} of the ${of} samples as a table` : `All ${of} samples as a table`, table("Residuals", [["sample", (s) => s.id, "words"], ["ball", (s) => (s.ball === null ? "–" : balls[s.ball].ball), "words"],
       ["time, s", (s) => (s.time_s === null ? "–" : fixed(s.time_s, 0))], ["x, µm", (s) => digits(s.residual_um[0])], ["y, µm", (s) => digits(s.residual_um[1])], ["z, µm", (s) => digits(s.residual_um[2])]], samples), true),
   ];
 }
@@ -207,10 +211,10 @@ function parameters(report) {
   ];
   const names = c.parameters.map((p) => p.name);
   const strongest = names.flatMap((a, i) => names.slice(0, i).map((b, k) => ({ a, b, r: c.correlation[i][k] }))).sort((x, y) => Math.abs(y.r) - Math.abs(x.r)).slice(0, 12);
-  const side = Math.max(420, 90 + 15 * names.length);
-  const correlations = names.length && names.length <= 80 ? element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Correlations", style: `max-width: ${side + 140}px` }, wide(chart(
+  const side = Math.max(420, 30 + room(names, 9) + 15 * names.length);
+  const correlations = names.length && names.length <= 60 ? element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Correlations", style: `max-width: ${side + 140}px` }, wide(chart(
     `Correlations of ${names.length} parameters; strongest ${strongest[0] ? `${strongest[0].a} with ${strongest[0].b}, ${fixed(strongest[0].r, 2)}` : "none"}.`, side, (theme) => matrix(theme, {
-      columns: names, rows: names, left: 74, label_size: 9, columns_turned: 90, low: -1, high: 1, colours: ["#0072b2", theme.paper, "#d55e00"],
+      columns: names, rows: names, label_size: 9, columns_turned: 90, low: -1, high: 1, colours: ["#0072b2", theme.paper, "#d55e00"],
       data: c.correlation.flatMap((row, i) => row.map((r, k) => [k, i, r])), say: ({ value }) => `${names[value[1]]} with ${names[value[0]]}\n${fixed(value[2], 3)}`,
     })), side)) : null;
   const o = c.observability;

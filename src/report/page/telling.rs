@@ -24,7 +24,8 @@ pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate
         return match curve {
             Some(curve) => {
                 let (unit, si) = curve.variable.unit();
-                let values: Option<Vec<f64>> = points.points.iter().map(|p| Some(p.value(curve.variable)? / si)).collect();
+                let value = |&i: &usize| Some(points.points[i].value(curve.variable)? / si);
+                let values: Option<Vec<f64>> = points.shown.iter().map(value).collect();
                 json!({"kind": "curve", "candidate": 0, "joint": curve.joint + 1, "against": curve.variable.name(), "unit": unit,
                     "x": values.map(shorts), "at": shorts(curve.at.iter().map(|x| x / si)),
                     "mean_urad": shorts(curve.mean.iter().map(|x| x / URAD)),
