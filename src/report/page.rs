@@ -226,13 +226,14 @@ fn workspace(outlook: &Outlook, calibration: &Calibration, judged: &[(&str, &Dat
     let stride = poses.len().div_ceil(MOST_POINTS).max(1);
     let mut measured = None;
     if outlook.source == PoseSource::Validation {
-        let errors = calibration.predict(judged, Use::Validation)?.residuals;
+        let prediction = calibration.predict(judged, Use::Validation)?;
         let mut error = outlook.error.clone();
-        error.poses.iter_mut().zip(&errors).for_each(|(pose, residual)| pose.error = residual.norm());
+        error.poses.iter_mut().zip(&prediction.residuals).for_each(|(pose, residual)| pose.error = residual.norm());
         let cells = |row: &Vec<Option<MapCell>>| -> Value {
             row.iter().map(|c| c.map_or(Value::Null, |c| json!({"mean_mm": c.error / MM, "poses": c.poses}))).collect()
         };
-        measured = Some(error.map().cells.iter().map(cells).collect::<Value>());
+        // Of a set-up fitted to these very poses a spread is left, less than the error.
+        measured = prediction.refitted.is_empty().then(|| error.map().cells.iter().map(cells).collect::<Value>());
     }
     Ok(json!({
         "poses_are": outlook.poses(),

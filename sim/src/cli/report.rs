@@ -68,14 +68,21 @@ fn of_run(run: &Path, climb: bool) -> Result<Page, Failure> {
     let [dataset, validation] = [read_dataset(&run.join("trical"))?, read_dataset(&run.join("validation"))?];
     let calibration = read_calibration(&run.join("trical.toml"))?;
     let text = |key: &str| result[key].as_str().map(str::to_owned);
+    // What the other verbs take by themselves needs no file.
+    let ordinary = calibration.model == Model::default_for(&dataset);
+    let [model, commands_from] = if ordinary {
+        ["", "the folder of the run"]
+    } else {
+        [" --model MODEL.toml", "the folder of the run, with the model of the scenario in MODEL.toml"]
+    };
     let subject = PageSubject {
         title: text("scenario").unwrap_or_else(|| "run".into()),
         question: text("question"),
         datasets: &[("trical", &dataset)],
         judged: &[("validation", &validation)],
         model: &calibration.model,
-        commands: Recommended { datasets: "trical".into(), model: String::new() },
-        commands_from: "the folder of the run".into(),
+        commands: Recommended { datasets: "trical".into(), model: model.into() },
+        commands_from: commands_from.into(),
         climb,
         campaign: CampaignRecord::read(run)?,
         run: result,
@@ -87,7 +94,7 @@ fn of_run(run: &Path, climb: bool) -> Result<Page, Failure> {
 fn of_datasets(arguments: &Arguments) -> Result<Page, Failure> {
     let folders = &arguments.folders;
     let datasets = read_datasets(folders)?;
-    let model: Model = model_for(arguments.model.as_deref(), &datasets)?;
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
     let names: Vec<&str> = datasets.iter().map(|(name, _)| name.as_str()).collect();
     let subject = PageSubject {
         title: names.join(", "),

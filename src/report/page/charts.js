@@ -99,7 +99,7 @@ function means(theme, rows) {
 const pairs = (xs, ys, ids) => xs.map((x, k) => [x, ys[k], ids?.[k]]).filter(([x, y]) => x !== null && y !== null);
 
 // Points, means and a candidate over one variable.
-function scatter(theme, { x_name, y_name, points, candidate, line, bins, limit, x_axis, spacious, unit }) {
+function scatter(theme, { x_name, y_name, points, candidate, line, bins, limit, x_axis, spacious, unit, bottom = 44 }) {
   const size = spacious ? 7 : 5;
   const say = ({ seriesName, value }) =>
     `${value[2] ?? ""}\n${seriesName === "candidate" ? "the candidate takes" : "residual"} ${digits(value[1])} ${unit}\nat ${digits(value[0], 4)}`;
@@ -110,9 +110,9 @@ function scatter(theme, { x_name, y_name, points, candidate, line, bins, limit, 
   // Room for the longest label of the axis.
   const label = 7 * Math.max(...[limit, limit / 2].map((x) => x.toLocaleString("en").length)) + 10;
   return {
-    grid: { left: label + 24, right: 26, top: 12, bottom: 44, outerBoundsMode: "none" },
+    grid: { left: label + 24, right: 26, top: 12, bottom, outerBoundsMode: "none" },
     tooltip: tooltip(theme, say),
-    xAxis: axis(theme, x_name, 27, { splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } }, ...x_axis }),
+    xAxis: axis(theme, x_name, bottom - 17, { splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } }, ...x_axis }),
     yAxis: axis(theme, y_name, label + 6, { min: -limit, max: limit, interval: limit / 2, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } }),
     series,
   };

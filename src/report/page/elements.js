@@ -26,7 +26,8 @@ function digits(x, count = 3) {
 
 function fixed(x, places) {
   if (x === null || x === undefined || !Number.isFinite(x)) return "–";
-  return x.toFixed(Math.min(places, 10)).replace("-", "−");
+  const text = x.toFixed(Math.min(places, 10));
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
 }
 
 function millimetres(x) {
@@ -41,7 +42,7 @@ function thousandths(x) {
 function percent(share) {
   const of100 = 100 * share;
   if (of100 > 0 && of100 < 0.1) return "under 0.1 %";
-  return of100 > 0 && of100 < 1 ? `${of100.toFixed(1)} %` : `${of100.toFixed(0).replace(/^-0$/, "0").replace("-", "−")} %`;
+  return of100 > 0 && of100 < 1 ? `${of100.toFixed(1)} %` : `${fixed(of100, 0)} %`;
 }
 
 function signed(text) {

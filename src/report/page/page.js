@@ -29,7 +29,7 @@ function verdict(report) {
     expected && ["To expect over the workspace, mean", `${thousandths(expected.mean_mm)} mm`,
       `${band(expected.mean_band_mm)}; largest ${thousandths(expected.max_mm)} mm`],
     validation && [`Measured on ${validation.samples} poses not fitted, mean`, `${thousandths(validation.mean_mm)} mm`,
-      `largest ${thousandths(validation.max_mm)} mm`],
+      `largest ${thousandths(validation.max_mm)} mm${validation.refitted.length ? `; ${validation.refitted.length} numbers of the set-up were fitted to them first` : ""}`],
   ].filter(Boolean);
   return [
     element("p", { class: "eyebrow" }, `calibench report · ${title} · ${robot}`),

@@ -10,10 +10,13 @@ use super::{short, shorts};
 use crate::assess::{Comparison, JointVariable, SeenSample, Variable, ViewTest};
 use crate::identify::{IdentifyError, Model, Problem, Use, fit};
 use crate::measure::{Dataset, Sample};
-use crate::units::{UM, URAD};
+use crate::units::{MM, UM, URAD};
 
 /// With a shorter lever, as a share of the longest that the joint has in these data, noise of the TCP would look like a large angle.
 const SHORTEST_LEVER: f64 = 0.2;
+
+/// A lever that is none, m/rad: the joint's axis goes through the TCP.
+const LEAST_LEVER: f64 = 5.0 * MM;
 
 /// Points that a picture holds before they run into each other; of more samples every so many is drawn. Means are of all.
 pub(super) const MOST_POINTS: usize = 1000;
@@ -76,7 +79,7 @@ impl Residuals {
         let joints = problem.robot().joints();
         let seen = SeenSample::all(&problem, &fitted.values, &rows, datasets);
         let longest = |j: usize| seen.iter().map(|s| s.joint_columns[j].norm()).fold(0.0, f64::max);
-        let shortest: Rc<[f64]> = (0..joints).map(|j| SHORTEST_LEVER * longest(j)).collect();
+        let shortest: Rc<[f64]> = (0..joints).map(|j| (SHORTEST_LEVER * longest(j)).max(LEAST_LEVER)).collect();
         let point = |s: &SeenSample<'_>| Point {
             id: s.sample.id.clone(),
             setup: s.setup,

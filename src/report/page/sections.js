@@ -32,9 +32,19 @@ function accuracy(report) {
   const paper = methods.some((m) => m.paper);
   return [
     table(`On ${methods[0].samples} poses${paper ? "; beside each method the paper's Table 9 (500 poses of a real KR6)" : ""}`, columns, rows, (r) => r.kind ?? null),
+    set_up_anew(methods[methods.length - 1]),
     element("div", { class: "pair" }, methods.map(histogram)),
     element("p", { class: "quiet" }, "Lengths of measured minus predicted positions; they hold the noise of the instrument that measured them."),
     expected,
+  ];
+}
+
+// What was fitted to the judged poses themselves is not judged by them.
+function set_up_anew({ refitted, from_fit_rows }) {
+  const named = (list) => list.slice(0, 6).join(", ") + (list.length > 6 ? ` and ${list.length - 6} more` : "");
+  return [
+    refitted?.length ? element("p", { class: "warning" }, `Not known from the fit, so fitted to these very poses first: ${named(refitted)}. What is left is a spread about that, less than the error.`) : null,
+    from_fit_rows?.length ? element("p", { class: "quiet" }, `Not in the calibration, so fitted to rows of set ‘fit’ first: ${named(from_fit_rows)}.`) : null,
   ];
 }
 
@@ -67,7 +77,7 @@ function ranking(report) {
   const columns = [
     ["effect", (f) => [element("code", {}, f.in_model), element("div", { class: "quiet" }, meanings[f.in_model]?.what ?? "")], "words"],
     ["probability", (f) => share(f.probability)], ["explains", (f) => share(f.explains)], ["visible", (f) => share(f.visible)],
-    ["cross-validated gain", (f) => percent(f.cv_gain)], ["as it would be fitted", size, "words"],
+    ["gain", (f) => percent(f.cv_gain)], ["as it would be fitted", size, "words"],
     ["same in these data", (f) => f.rivals.join(", "), "words"],
   ];
   const map = d.heat_map.cells;
@@ -91,7 +101,7 @@ function ranking(report) {
     element("p", {}, `Probability that nothing is missing beyond the ordinary small stuff: ${percent(d.nothing_probability)}.`,
       d.set95.length ? ` In the 95 % credible set: ${d.set95.join(", ")}.` : ""),
     d.findings.length ? table("Effects of the catalogue, most credible first", columns, d.findings, (f) => (d.set95.includes(f.effect) ? "emphasis" : null)) : null,
-    element("p", { class: "quiet" }, "Explains: share of the squares left that it takes. Visible: share of the effect that shows in these residuals at all; the rest hides in wrong parameters and comes out elsewhere. Cross-validated gain: how much the residual of blocks that were not fitted falls."),
+    element("p", { class: "quiet" }, "Explains: share of the squares left that it takes. Visible: share of the effect that shows in these residuals at all; the rest hides in wrong parameters and comes out elsewhere. Gain: how much the residual of blocks that were not fitted falls (cross-validation)."),
     contributions.length ? [element("h3", {}, "What contributes most when everything is fitted at once"), element("figure", {}, contribution_chart(contributions))] : null,
     heat,
   ].flat(2);
@@ -103,7 +113,7 @@ function wide(host, pixels) {
   return host;
 }
 
-function ball_panels(report, candidate, height) {
+function ball_panels(report, candidate, plain_height) {
   const { samples, balls } = report.residuals;
   const several = new Set(balls.map((b) => b.dataset)).size > 1;
   const names = balls.map((b) => (several ? `${b.dataset}/${b.ball}` : b.ball));
@@ -111,10 +121,15 @@ function ball_panels(report, candidate, height) {
   // Beside each other, not on top of each other.
   const beside = (k) => (((k * 0.618) % 1) - 0.5) * 0.5;
   const limit = round_up(1.05 * largest(on_ball.flatMap(([s]) => s.residual_um)));
+  // Names that would not stand side by side stand upright.
+  const turned = names.join("  ").length > 24;
+  const bottom = turned ? room(names.map((n) => n.slice(0, 14)), 11) + 26 : 44;
+  const height = plain_height + bottom - 44;
+  const names_axis = { interval: 0, hideOverlap: !turned, rotate: turned ? 90 : 0, width: turned ? bottom - 38 : 90, overflow: "truncate" };
   const panel = (axis_name, a) => element("figure", {}, element("p", { class: "title" }, `${axis_name} of the world`),
     chart(`Residuals in ${axis_name} by ball: ` + balls.map((b, k) => `${names[k]} mean ${digits(b.mean_um[a])} µm`).join(", "), height, (theme) => scatter(theme, {
       x_name: "ball", y_name: `residual in ${axis_name}, µm`, unit: "µm", limit,
-      x_axis: { min: -0.5, max: balls.length - 0.5, interval: 1, axisLabel: { color: theme.quiet, fontSize: 11, hideOverlap: true, customValues: names.map((_, k) => k), formatter: (x) => names[Math.round(x)] ?? "", width: 90, overflow: "truncate" } },
+      x_axis: { min: -0.5, max: balls.length - 0.5, interval: 1, axisLabel: { ...names_axis, color: theme.quiet, fontSize: 11, customValues: names.map((_, k) => k), formatter: (x) => names[Math.round(x)] ?? "" } }, bottom,
       points: on_ball.map(([s, k]) => [s.ball + beside(k), s.residual_um[a], s.id]),
       candidate: candidate && on_ball.map(([s, k]) => [s.ball + beside(k), candidate.takes_um[k][a], s.id]),
       bins: balls.map((b, k) => ({ x: k - 0.34, mean: b.mean_um[a], sigma: b.sigma_um[a] })),
@@ -128,6 +143,8 @@ const short_names = [["qcmd", "commanded minus reported, deg"], ["q", "angle, de
 function view_panels(report, views, candidate) {
   const { samples, angles_urad } = report.residuals;
   const ids = samples.map((s) => s.id);
+  // A joint whose axis goes through the TCP turns nothing that is measured.
+  const read_off = ({ joint }) => angles_urad[joint - 1].some((x) => x !== null);
   const panel = (view) => {
     const { joint, against, what, unit, x, bins, test } = view;
     const takes = candidate?.of_views_urad[report.residuals.views.indexOf(view)];
@@ -140,7 +157,7 @@ function view_panels(report, views, candidate) {
         x_axis: against.startsWith("approach") ? { min: -1.5, max: 1.5, interval: 1 } : {},
       })));
   };
-  return element("div", { class: "several" }, views.map(panel));
+  return element("div", { class: "several" }, views.filter(read_off).map(panel));
 }
 
 function time_panels(report, candidate) {
