@@ -194,12 +194,14 @@ function bars(theme, { rows, x_name, most: [most, apart], highest: [highest, abo
 const room = (labels, size) => Math.min(165, 14 + 0.64 * size * Math.max(...labels.map((text) => text.length)));
 
 // Cells of rows by columns, each with a value; `ink` says what is written in it.
-function matrix(theme, { columns, rows, data, low, high, colours: scale, text, say, label_size = 11, columns_turned = 0 }) {
+function matrix(theme, { columns, rows, data, low, high, colours: scale, text, say, label_size = 11, columns_turned = 0 }, width) {
   const left = room(rows, label_size);
+  // Where names would run into each other some are left out.
+  const interval = (width - left - 10) / columns.length < label_size + 2 ? "auto" : 0;
   return {
     grid: { left, right: 10, top: 6, bottom: columns_turned ? room(columns, label_size) : 26, outerBoundsMode: "none" },
     tooltip: tooltip(theme, say),
-    xAxis: { type: "category", data: columns, axisLabel: { color: theme.quiet, fontSize: label_size, interval: 0, rotate: columns_turned, width: 150, overflow: "truncate" }, axisTick: { show: false }, axisLine: { show: false } },
+    xAxis: { type: "category", data: columns, axisLabel: { color: theme.quiet, fontSize: label_size, interval, rotate: columns_turned, width: 150, overflow: "truncate" }, axisTick: { show: false }, axisLine: { show: false } },
     yAxis: { type: "category", data: rows, inverse: true, axisLabel: { color: theme.quiet, fontSize: label_size, interval: 0, width: 150, overflow: "truncate" }, axisTick: { show: false }, axisLine: { show: false } },
     visualMap: { show: false, min: low, max: high, inRange: { color: scale }, dimension: 2 },
     series: [{ type: "heatmap", data, itemStyle: { borderColor: theme.paper, borderWidth: 1 }, label: { show: Boolean(text), fontSize: 11, formatter: text } }],

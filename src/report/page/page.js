@@ -123,6 +123,15 @@ function telling(report) {
         element("figure", {}, curve, element("figcaption", {},
           "The curve itself, with its band of one sigma: no shape was prescribed. What the fitted model has absorbed of it is not in the points above.")))];
     }
+    case "agreement": {
+      const of_axis = (a) => samples.map((s, k) => [candidate.takes_um[k][a], s.residual_um[a], ids[k]]);
+      const all = AXES.flatMap((_, a) => of_axis(a));
+      const limit = round_up(1.05 * largest(all.flatMap(([x, y]) => [x, y])));
+      return [element("figure", {}, chart(`What the fit leaves against what ${candidate.effect} would take of it.`, 400, (theme) => scatter(theme, {
+        x_name: `what ${candidate.effect} would take, µm`, y_name: "what the fit leaves, µm", unit: "µm", limit, spacious: true,
+        points: all, line: [[-limit, -limit], [limit, limit]], x_axis: { min: -limit, max: limit, interval: limit / 2 },
+      })), element("figcaption", {}, `Every sample three times: x, y and z of the world. What ${candidate.effect} explains wholly lies on the line; what it does not explain lies on the vertical through zero. ${leaves}`))];
+    }
     case "balls":
       return [keys([["mean", "mean of a ball, one sigma"]]), ball_panels(report, candidate, 320), element("p", { class: "quiet" }, leaves)];
     case "contributions": {

@@ -88,12 +88,12 @@ function ranking(report) {
   const heat = map.length ? [
     element("h3", {}, "Which joint’s error follows what, whatever its shape"),
     element("figure", {}, element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Map of joints and variables" },
-      wide(chart(`Evidence that the error of a joint follows a variable; best: ${d.heat_map.best ? `joint ${d.heat_map.best.joint} follows ${d.heat_map.best.against}` : "none"}.`, 40 + 30 * joints.length, (theme) => matrix(theme, {
+      wide(chart(`Evidence that the error of a joint follows a variable; best: ${d.heat_map.best ? `joint ${d.heat_map.best.joint} follows ${d.heat_map.best.against}` : "none"}.`, 40 + 30 * joints.length, (theme, width) => matrix(theme, {
         columns: variables, rows: joints.map((j) => `joint ${j}`), low: 0, high: most, colours: [theme.panel, theme.residual],
         data: map.map((c) => ({ value: [variables.indexOf(plain(c.against)), joints.indexOf(c.joint), c.ln_evidence_against_background],
           label: { color: c.ln_evidence_against_background > 0.6 * most ? theme.paper : theme.ink } })),
         text: ({ value }) => fixed(value[2], 1), say: ({ value }) => `joint ${joints[value[1]]} follows ${variables[value[0]]}\nln evidence ${fixed(value[2], 1)}`,
-      })), 560)),
+      }, width)), 560)),
       element("figcaption", {}, "Natural logarithm of the evidence against the ordinary small stuff of a robot: above 3 is worth a look, far below 0 is nothing.")),
   ] : [];
   const contributions = d.contributions.slice(0, 10);
@@ -230,10 +230,10 @@ function parameters(report) {
   const strongest = names.flatMap((a, i) => names.slice(0, i).map((b, k) => ({ a, b, r: c.correlation[i][k] }))).sort((x, y) => Math.abs(y.r) - Math.abs(x.r)).slice(0, 12);
   const side = Math.max(420, 30 + room(names, 9) + 15 * names.length);
   const correlations = names.length && names.length <= 60 ? element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Correlations", style: `max-width: ${side + 140}px` }, wide(chart(
-    `Correlations of ${names.length} parameters; strongest ${strongest[0] ? `${strongest[0].a} with ${strongest[0].b}, ${fixed(strongest[0].r, 2)}` : "none"}.`, side, (theme) => matrix(theme, {
+    `Correlations of ${names.length} parameters; strongest ${strongest[0] ? `${strongest[0].a} with ${strongest[0].b}, ${fixed(strongest[0].r, 2)}` : "none"}.`, side, (theme, width) => matrix(theme, {
       columns: names, rows: names, label_size: 9, columns_turned: 90, low: -1, high: 1, colours: ["#0072b2", theme.paper, "#d55e00"],
       data: c.correlation.flatMap((row, i) => row.map((r, k) => [k, i, r])), say: ({ value }) => `${names[value[1]]} with ${names[value[0]]}\n${fixed(value[2], 3)}`,
-    })), side)) : null;
+    }, width)), side)) : null;
   const o = c.observability;
   const seen = [
     { name: "O1", what: "geometric mean of the singular values over the root of the number of poses", value: o.O1 }, { name: "O2", what: "least over largest singular value", value: o.O2 },

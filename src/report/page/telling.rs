@@ -3,16 +3,20 @@
 use serde_json::{Value, json};
 
 use super::candidate::{Candidate, curve_id};
-use super::residuals::Residuals;
+use super::residuals::{Point, Residuals};
 use super::shorts;
 use crate::assess::{Comparison, Diagnosis, Verdict};
 use crate::units::URAD;
+
+/// Means that show less than this share of what a candidate takes are no picture of it.
+const WORTH_A_VIEW: f64 = 0.25;
 
 /// Which picture it is, and of which candidate (by place):
 ///
 /// * `phase`: what repeats with a joint, over one period;
 /// * `curve`: the joint whose error follows something, and the curve that it follows;
-/// * `view`, `balls`: of all views of the residuals the one in which most of the candidate is seen, in units of what chance makes of it;
+/// * `view`, `balls`: of all views of the residuals the one whose means show most of what the candidate takes;
+/// * `agreement`: where they show little, what is left against what the candidate takes;
 /// * `samples`: a sample that disagrees with all others, or the length of every residual where there is nothing to tell.
 pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate], comparison: &Comparison) -> Value {
     if d.verdict == Verdict::NothingLeft {
@@ -40,21 +44,34 @@ pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate
     if first.phase.is_some() {
         return json!({"kind": "phase", "candidate": 0});
     }
-    let squares = |size: f64, sigma: f64| if sigma > 0.0 { (size / sigma).powi(2) } else { 0.0 };
-    let of_view = |k: usize| {
-        let bins = first.of_views[k].iter().flatten().zip(&comparison.joints[k].bins);
-        bins.map(|(size, bin)| squares(*size, bin.sigma)).sum::<f64>()
-    };
-    let of_balls: f64 = first
-        .of_balls
-        .iter()
-        .zip(&comparison.balls)
-        .flat_map(|(size, ball)| (0..3).map(move |k| squares(size[k], ball.sigma[k])))
-        .sum();
-    let best = (0..comparison.joints.len()).map(|k| (of_view(k), k)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let whole: f64 = first.takes.iter().map(|d| d.norm_squared()).sum();
+    let best = (0..comparison.joints.len()).map(|k| (of_view(points, first, comparison, k), k)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let of_balls = of_balls(points, first, comparison);
     match best {
-        Some((most, view)) if most > of_balls => json!({"kind": "view", "candidate": 0, "view": view}),
-        _ if of_balls > 0.0 => json!({"kind": "balls", "candidate": 0}),
-        _ => json!({"kind": "samples", "candidate": 0}),
+        Some((most, view)) if most >= of_balls && most > WORTH_A_VIEW * whole => {
+            json!({"kind": "view", "candidate": 0, "view": view})
+        }
+        _ if of_balls > WORTH_A_VIEW * whole => json!({"kind": "balls", "candidate": 0}),
+        _ => json!({"kind": "agreement", "candidate": 0}),
     }
+}
+
+/// Squares of what a candidate takes that the means of its bins show in a view of a joint, m².
+fn of_view(points: &Residuals, candidate: &Candidate, comparison: &Comparison, view: usize) -> f64 {
+    let (curve, Some(means)) = (&comparison.joints[view], &candidate.of_views[view]) else { return 0.0 };
+    let si = curve.against.unit().1;
+    let of_point = |p: &Point| {
+        let x = points.value(p, curve.against)? / si;
+        // Edges have gone through another unit.
+        let near = 1e-9 * x.abs();
+        let bin = curve.bins.iter().position(|b| b.from - near <= x && x <= b.to + near)?;
+        Some(p.levers[curve.joint - 1].norm_squared() * means[bin] * means[bin])
+    };
+    points.points.iter().filter_map(of_point).sum()
+}
+
+/// The same of the means of the balls.
+fn of_balls(points: &Residuals, candidate: &Candidate, comparison: &Comparison) -> f64 {
+    let of_point = |p: &Point| candidate.of_balls.get(points.ball_view(p, comparison)?).map(|mean| mean.norm_squared());
+    points.points.iter().filter_map(of_point).sum()
 }
