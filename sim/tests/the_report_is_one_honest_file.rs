@@ -71,7 +71,10 @@ fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
         assert!(!outside.contains(loads), "{loads}");
     }
     assert!(outside.contains("Content-Security-Policy") && outside.contains("default-src 'none'"));
-    assert!(outside.contains("Apache ECharts") && outside.contains("The Apache Software Foundation"), "the notice of the charts");
+    assert!(
+        outside.contains("Apache ECharts") && outside.contains("The Apache Software Foundation"),
+        "the notice of the charts"
+    );
 
     // The same bytes: made again of the run's folder, from elsewhere, and of another run.
     calibench(folder.path(), &["report", "run", "-o", "again.html"]);
@@ -82,7 +85,9 @@ fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
     // The numbers of the other verbs. The error over the workspace is told at the poses on which the run was validated.
     let report = document(&page);
     let diagnosis = json(&at, &["diagnose", "trical", "--json"]);
-    for (key, value) in diagnosis.as_object().unwrap().iter().filter(|(k, _)| !["workspace", "outside_range"].contains(&k.as_str())) {
+    for (key, value) in
+        diagnosis.as_object().unwrap().iter().filter(|(k, _)| !["workspace", "outside_range"].contains(&k.as_str()))
+    {
         assert_eq!(report["diagnosis"][key], *value, "{key}");
     }
     assert_eq!(report["verdict"]["headline"], "Missing in the model: harmonic:3:202");

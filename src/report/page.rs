@@ -18,12 +18,14 @@ use super::{
     Outlook, Recommended, calibration_json, comparison_json, diagnosis_json, symptom_sentence, unresolved_sentences,
     validation_json,
 };
-use crate::assess::{Comparison, Extrapolation, MapCell, Place, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung};
+use crate::assess::{
+    Comparison, Extrapolation, MapCell, Place, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung,
+};
 use crate::identify::{Calibration, IdentifyError, Model, Use};
 use crate::measure::{Dataset, SampleSet};
 use crate::units::{DEG, MM};
 
-pub use self::campaign::CampaignRecord;
+pub use self::campaign::{CampaignRecord, CentringRecord};
 pub use self::html::page_html;
 
 /// Format tag.
@@ -79,7 +81,8 @@ impl Page {
             Outlook { error, source: poses.source, extrapolation }
         });
         let comparison = Comparison::of(calibration, datasets, Use::Fit)?;
-        let spoken_of = |id: &str| first.diagnosis.findings.iter().any(|f| f.hypothesis.place == Some(Place::Sample(id.into())));
+        let spoken_of =
+            |id: &str| first.diagnosis.findings.iter().any(|f| f.hypothesis.place == Some(Place::Sample(id.into())));
         let residuals = Residuals::new(datasets, model, spoken_of)?;
         let candidates = Candidate::all(datasets, model, &first.diagnosis, &residuals, &comparison)?;
         let beyond = Extrapolation::of_samples(&calibration.joint_ranges, model, datasets, |s| Use::Fit.takes(s));
@@ -128,7 +131,8 @@ fn verdict(first: &Rung, outlook: Option<&Outlook>) -> Value {
     let (headline, means) = match d.verdict {
         Verdict::NothingLeft => (
             "Nothing is left but noise".to_owned(),
-            "No effect of the catalogue sticks out of these data. That is no proof of accuracy where nothing was measured.".to_owned(),
+            "No effect of the catalogue sticks out of these data. That is no proof of accuracy where nothing was measured."
+                .to_owned(),
         ),
         Verdict::Identified => {
             let effect = first_named.clone().unwrap_or_default();
@@ -141,7 +145,8 @@ fn verdict(first: &Rung, outlook: Option<&Outlook>) -> Value {
         Verdict::Unexplained => match curve {
             Some((joint, variable)) => (
                 format!("Unexplained: the error of joint {joint} follows {variable}"),
-                "No single effect of the catalogue explains what is left; a smooth curve of that joint takes the most of it.".to_owned(),
+                "No single effect of the catalogue explains what is left; a smooth curve of that joint takes the most of it."
+                    .to_owned(),
             ),
             None => (
                 "Unexplained: many ordinary effects, none of them unusual".to_owned(),
@@ -212,7 +217,11 @@ fn judge(rung: Rung, judged: &[(&str, &Dataset)]) -> Result<Rung, IdentifyError>
 }
 
 /// Position errors of the robot as drawn: on the rows that are judged on, where there are any, else on those of the fit.
-fn drawn(calibration: &Calibration, datasets: &[(&str, &Dataset)], judged: &[(&str, &Dataset)]) -> Result<Value, IdentifyError> {
+fn drawn(
+    calibration: &Calibration,
+    datasets: &[(&str, &Dataset)],
+    judged: &[(&str, &Dataset)],
+) -> Result<Value, IdentifyError> {
     let drawn = calibration.as_drawn();
     let held_out = has_validation(judged);
     let prediction = if held_out { drawn.predict(judged, Use::Validation)? } else { drawn.predict(datasets, Use::Fit)? };
@@ -247,7 +256,8 @@ fn provenance(datasets: &[(&str, &Dataset)], judged: &[(&str, &Dataset)]) -> Val
     let further = judged.iter().filter(|(name, _)| !datasets.iter().any(|(n, _)| n == name));
     let of_dataset = |(name, d): &(&str, &Dataset)| {
         let count = |set: SampleSet| d.samples.iter().filter(|s| s.set == set).count();
-        let free: Map<String, Value> = d.provenance.iter().map(|(key, value)| (key.clone(), json!(value.to_string()))).collect();
+        let free: Map<String, Value> =
+            d.provenance.iter().map(|(key, value)| (key.clone(), json!(value.to_string()))).collect();
         json!({"name": name, "sha256": d.hash, "fit_rows": count(SampleSet::Fit), "validation_rows": count(SampleSet::Validation),
             "stated": free})
     };

@@ -217,8 +217,17 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
-    const FILES: &[&str] =
-        &["result.json", "trical", "tracker", "validation", "trical.toml", "tracker.toml", "iterations.csv", "probings.csv", super::report::FILE];
+    const FILES: &[&str] = &[
+        "result.json",
+        "trical",
+        "tracker",
+        "validation",
+        "trical.toml",
+        "tracker.toml",
+        "iterations.csv",
+        "probings.csv",
+        super::report::FILE,
+    ];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;

@@ -53,7 +53,8 @@ impl CampaignRecord {
         for row in Table::read(&stops)?.rows(["probing", "phase", "r1_um", "r2_um", "r3_um"])? {
             let [probing, phase, readings @ ..] = &row.fields;
             let centring = probing.parse::<usize>().ok().and_then(|k| centrings.get_mut(k.checked_sub(1)?));
-            let centring = centring.ok_or_else(|| row.wrong(&stops, "probing", format!("'{probing}' is no row of probings.csv")))?;
+            let centring =
+                centring.ok_or_else(|| row.wrong(&stops, "probing", format!("'{probing}' is no row of probings.csv")))?;
             if phase != "centring" {
                 continue;
             }

@@ -95,9 +95,9 @@ impl Candidate {
     pub fn json(&self) -> Value {
         let of_views: Vec<Value> =
             self.of_views.iter().map(|v| v.as_ref().map_or(Value::Null, |v| shorts(v.iter().map(|x| x / URAD)))).collect();
-        let phase = self.phase.as_ref().map(|(joint, order, phase)| {
-            json!({"joint": joint + 1, "order": order, "x_deg": shorts(phase.iter().map(|x| x / DEG))})
-        });
+        let phase = self.phase.as_ref().map(
+            |(joint, order, phase)| json!({"joint": joint + 1, "order": order, "x_deg": shorts(phase.iter().map(|x| x / DEG))}),
+        );
         json!({
             "effect": self.effect,
             "takes_um": self.shown.iter().map(|&i| shorts((0..3).map(|k| self.takes[i][k] / UM))).collect::<Vec<_>>(),

@@ -53,7 +53,7 @@ const tooltip = (theme, formatter) => ({
 function round_up(x) {
   if (!(x > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(x));
-  return power * [1, 2, 3, 4, 6, 8, 10].find((step) => step * power >= x * 0.999999);
+  return power * [1, 1.2, 1.6, 2, 3, 4, 5, 6, 8, 10].find((step) => step * power >= x * 0.999999);
 }
 
 // Round ticks from zero to no less than `x`: [the last, the distance].

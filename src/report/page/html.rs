@@ -4,7 +4,13 @@ use serde_json::Value;
 
 const PAGE: &str = include_str!("index.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("page.js"), include_str!("sections.js"));
+const SCRIPT: &str = concat!(
+    include_str!("elements.js"),
+    include_str!("charts.js"),
+    include_str!("page.js"),
+    include_str!("residuals.js"),
+    include_str!("sections.js")
+);
 const CHARTS: &str = include_str!("echarts/echarts.min.js");
 const NOTICE: &str = include_str!("echarts/NOTICE");
 

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{PageSubject, judge};
 use super::candidate::curve_id;
+use super::{PageSubject, judge};
 use crate::assess::{ProvingGround, Rung, Verdict, add, ladder as climb, rung};
 use crate::identify::IdentifyError;
 use crate::report::{ladder_json, objection_sentence, rung_json};
@@ -23,7 +23,9 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &Rung, ground: ProvingGro
     }
     let d = &first.diagnosis;
     if d.verdict == Verdict::NothingLeft {
-        return Ok(json!({"rungs": [rung_json(first)], "complete": true, "advice": "Nothing is left but noise: there is nothing to add."}));
+        return Ok(
+            json!({"rungs": [rung_json(first)], "complete": true, "advice": "Nothing is left but noise: there is nothing to add."}),
+        );
     }
     let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
     let Some((effect, stepped)) = step(subject, first, ground) else {

@@ -45,7 +45,8 @@ pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate
         return json!({"kind": "phase", "candidate": 0});
     }
     let whole: f64 = first.takes.iter().map(|d| d.norm_squared()).sum();
-    let best = (0..comparison.joints.len()).map(|k| (of_view(points, first, comparison, k), k)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let best =
+        (0..comparison.joints.len()).map(|k| (of_view(points, first, comparison, k), k)).max_by(|a, b| a.0.total_cmp(&b.0));
     let of_balls = of_balls(points, first, comparison);
     match best {
         Some((most, view)) if most >= of_balls && most > WORTH_A_VIEW * whole => {
