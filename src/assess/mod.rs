@@ -39,6 +39,7 @@ pub use next::{
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};
 pub use relevance::Relevance;
+pub(crate) use residual_views::SeenSample;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,

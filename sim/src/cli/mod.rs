@@ -11,6 +11,7 @@ mod measure;
 mod next;
 mod plan;
 mod progress;
+mod report;
 mod run;
 mod study;
 mod suite_tables;
@@ -73,6 +74,8 @@ enum Verb {
     Study(study::Arguments),
     /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
     Compare(compare::Arguments),
+    /// One HTML page: what is wrong in words, then in pictures
+    Report(report::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -106,6 +109,7 @@ pub fn main() -> ExitCode {
         Verb::Next(a) => next::run(a),
         Verb::Study(a) => study::run(a),
         Verb::Compare(a) => compare::run(a),
+        Verb::Report(a) => report::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),

@@ -27,7 +27,7 @@ const PAPER: [(&str, [f64; 3]); 2] = [("trical", [0.326, 0.624, 0.107]), ("track
 pub struct Arguments {
     /// Scenario file
     scenario: PathBuf,
-    /// Folder for datasets, calibrations, iterations and result.json; a run that is there is replaced
+    /// Folder for datasets, calibrations, iterations, result.json and report.html; a run that is there is replaced
     #[arg(short, long, visible_alias = "output")]
     out: Option<PathBuf>,
     /// Who plays the mechanics of the cell, in place of the scenario's choice
@@ -60,6 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         if arguments.render {
             render(&scenario, &run, folder);
         }
+        super::report::write_report_of(folder)?;
     }
     if arguments.json {
         print_json(&document)?;
@@ -226,6 +227,7 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
     json!({
         "format": "calibench-run/1",
         "scenario": scenario.name,
+        "question": scenario.question,
         "plant": scenario.plant.name(),
         "seed": run.seed,
         "methods": [method(&run.trical), method(&run.tracker)],
@@ -248,6 +250,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         "tracker.toml",
         "iterations.csv",
         "probings.csv",
+        super::report::FILE,
     ];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;

@@ -1,0 +1,174 @@
+//! The report of a run is one file that asks for nothing, holds the numbers of the verbs beside it, and keeps hostile names what they
+//! are: text.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// What another verb prints for the same data may differ by the rounding of files, fifteen digits, and no more.
+const ROUNDING: f64 = 1e-9;
+
+fn calibench(folder: &Path, arguments: &[&str]) -> Vec<u8> {
+    let output = Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    serde_json::from_slice(&calibench(folder, arguments)).unwrap()
+}
+
+fn run() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/gear-ripple.toml");
+    calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
+    folder
+}
+
+/// The document in a page.
+fn document(page: &str) -> Value {
+    let (_, rest) = page.split_once(r#"<script type="application/json" id="data">"#).unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+/// A page without what stands in its scripts, and the tags that open them.
+fn outside_scripts(page: &str) -> (String, Vec<&str>) {
+    let (mut rest, mut outside, mut tags) = (page, String::new(), Vec::new());
+    while let Some((before, after)) = rest.split_once("<script") {
+        let (tag, after) = after.split_once('>').unwrap();
+        outside.push_str(before);
+        tags.push(tag);
+        rest = after.split_once("</script>").unwrap().1;
+    }
+    outside.push_str(rest);
+    (outside, tags)
+}
+
+#[track_caller]
+fn assert_same(a: &Value, b: &Value, keys: &[&str]) {
+    for key in keys {
+        match (a[*key].as_f64(), b[*key].as_f64()) {
+            (Some(x), Some(y)) => assert!((x - y).abs() <= ROUNDING * x.abs().max(y.abs()), "{key}: {x} and {y}"),
+            _ => assert_eq!(a[*key], b[*key], "{key}"),
+        }
+        assert!(!a[*key].is_null(), "{key}");
+    }
+}
+
+#[test]
+fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
+    let folder = run();
+    let at = folder.path().join("run");
+    let page = fs::read_to_string(at.join("report.html")).unwrap();
+
+    // One file: nothing is loaded, and a policy says so to the browser.
+    let (outside, tags) = outside_scripts(&page);
+    assert_eq!(tags, [r#" type="application/json" id="data""#, "", ""]);
+    for loads in ["src=", "href=", "url(", "@import", "<link", "<img", "<iframe", "<base"] {
+        assert!(!outside.contains(loads), "{loads}");
+    }
+    assert!(outside.contains("Content-Security-Policy") && outside.contains("default-src 'none'"));
+    assert!(
+        outside.contains("Apache ECharts") && outside.contains("The Apache Software Foundation"),
+        "the notice of the charts"
+    );
+
+    // The same bytes: made again of the run's folder, from elsewhere, and of another run.
+    calibench(folder.path(), &["report", "run", "-o", "again.html"]);
+    assert!(fs::read_to_string(folder.path().join("again.html")).unwrap() == page);
+    let other = run();
+    assert!(fs::read_to_string(other.path().join("run/report.html")).unwrap() == page);
+
+    // The numbers of the other verbs. The error over the workspace is told at the poses on which the run was validated.
+    let report = document(&page);
+    let diagnosis = json(&at, &["diagnose", "trical", "--json"]);
+    for (key, value) in
+        diagnosis.as_object().unwrap().iter().filter(|(k, _)| !["workspace", "outside_range"].contains(&k.as_str()))
+    {
+        assert_eq!(report["diagnosis"][key], *value, "{key}");
+    }
+    assert_eq!(report["verdict"]["headline"], "Missing in the model: harmonic:3:202");
+    let judged = json(&at, &["validate", "trical.toml", "validation", "--json"]);
+    assert_same(&report["validation"], &judged, &["samples", "mean_mm", "max_mm", "std_mm", "rms_mm"]);
+    let compared = json(&at, &["compare", "trical.toml", "trical", "validation", "--json"]);
+    assert_same(&report["diagnosis"]["workspace"], &compared["workspace"], &["mean_mm", "max_mm", "poses", "from"]);
+    let result: Value = serde_json::from_slice(&fs::read(at.join("result.json")).unwrap()).unwrap();
+    assert_eq!(report["run"], result);
+    let step = json(&at, &["add", "harmonic:3:202", "trical", "--json"]);
+    let rungs = report["ladder"]["rungs"].as_array().unwrap();
+    for (rung, of_step) in rungs.iter().zip(["before", "after"]) {
+        assert_same(rung, &step[of_step], &["fit_rms_mm", "cv_rms_mm", "noise_mm", "effects"]);
+    }
+    assert_eq!(rungs.len(), 2);
+
+    // The candidate's points are a fit of their own: what it takes off the residuals leaves what it says it leaves.
+    let candidate = &report["candidates"][0];
+    assert_eq!(candidate["effect"], "harmonic:3:202");
+    let samples = report["residuals"]["samples"].as_array().unwrap();
+    let square = |sample: &Value, takes: &Value| -> f64 {
+        (0..3).map(|k| (sample["residual_um"][k].as_f64().unwrap() - takes[k].as_f64().unwrap()).powi(2)).sum()
+    };
+    let takes = candidate["takes_um"].as_array().unwrap();
+    let left = (samples.iter().zip(takes).map(|(s, t)| square(s, t)).sum::<f64>() / samples.len() as f64).sqrt();
+    // Points are kept to six digits.
+    assert!((left / 1000.0 - candidate["rms_after_mm"].as_f64().unwrap()).abs() < 1e-6, "{left}");
+    assert_eq!((samples.len(), &report["telling"]["kind"]), (80, &"phase".into()));
+}
+
+#[test]
+fn hostile_names_stay_text() {
+    const HOSTILE: &str = "</script><img src=x onerror=alert(1)>&<!--";
+    let folder = run();
+    let trical = folder.path().join("run/trical");
+    let described = fs::read_to_string(trical.join("dataset.toml")).unwrap();
+    let renamed = described.replace("id = \"3\"", &format!("id = '{HOSTILE}'"));
+    assert_ne!(described, renamed);
+    fs::write(trical.join("dataset.toml"), renamed).unwrap();
+    let samples = fs::read_to_string(trical.join("samples.csv")).unwrap();
+    let mut reader = csv::Reader::from_reader(samples.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let ball = header.iter().position(|h| h == "ball").unwrap();
+    let mut writer = csv::Writer::from_path(trical.join("samples.csv")).unwrap();
+    writer.write_record(&header).unwrap();
+    for row in reader.records() {
+        let row = row.unwrap();
+        writer.write_record(row.iter().enumerate().map(|(k, f)| if k == ball && f == "3" { HOSTILE } else { f })).unwrap();
+    }
+    writer.flush().unwrap();
+    drop(writer);
+    let hostile_folder = folder.path().join("<b>run&");
+    fs::rename(&trical, &hostile_folder).unwrap();
+
+    calibench(folder.path(), &["report", "<b>run&", "-o", "hostile.html"]);
+    let page = fs::read_to_string(folder.path().join("hostile.html")).unwrap();
+    let (outside, tags) = outside_scripts(&page);
+    assert_eq!(tags.len(), 3);
+    assert!(!outside.contains("<img") && !page.contains("<img src=x") && !page.contains("<b>run&"));
+    let report = document(&page);
+    assert_eq!(report["title"], "<b>run&");
+    let balls = report["residuals"]["balls"].as_array().unwrap();
+    assert!(balls.iter().any(|b| b["ball"] == HOSTILE), "{balls:?}");
+    // Kept for a look in a browser: tests/browser/report_in_a_browser.py.
+    fs::copy(folder.path().join("hostile.html"), Path::new(env!("CARGO_TARGET_TMPDIR")).join("hostile.html")).unwrap();
+}
+
+#[test]
+fn what_is_no_run_and_no_dataset_ends_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str], because: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder.path()).args(arguments).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), said.trim_end().lines().count()), (Some(2), 1), "{said}");
+        assert!(said.contains(because), "{said}");
+    };
+    refused(&["report", "nothing"], "nothing");
+    fs::create_dir(folder.path().join("run")).unwrap();
+    fs::write(folder.path().join("run/result.json"), "{}").unwrap();
+    refused(&["report", "run"], "calibench-run/1");
+    fs::write(folder.path().join("run/result.json"), "{").unwrap();
+    refused(&["report", "run"], "is no JSON");
+    refused(&["report", "run", "--model", "model.toml"], "--model is for datasets");
+}

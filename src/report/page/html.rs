@@ -1,0 +1,55 @@
+//! The document in one HTML file that asks for nothing from anywhere.
+
+use serde_json::Value;
+
+const PAGE: &str = include_str!("index.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = concat!(
+    include_str!("elements.js"),
+    include_str!("charts.js"),
+    include_str!("page.js"),
+    include_str!("residuals.js"),
+    include_str!("sections.js")
+);
+const CHARTS: &str = include_str!("echarts/echarts.min.js");
+const NOTICE: &str = include_str!("echarts/NOTICE");
+
+/// The page of a report.
+///
+/// Whatever the document holds stays text: `<`, `>` and `&` are written as escapes of JSON, so that no name in it can end the element in
+/// which it stands, and the script makes no markup of any.
+pub fn page_html(document: &Value) -> String {
+    let data = document.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026");
+    let parts = [("STYLE", STYLE), ("NOTICE", NOTICE), ("DATA", &data), ("CHARTS", CHARTS), ("SCRIPT", SCRIPT)];
+    let mut out = String::with_capacity(PAGE.len() + parts.iter().map(|(_, text)| text.len()).sum::<usize>());
+    // Read from left to right: what is put in is not looked through again.
+    let mut rest = PAGE;
+    while let Some((before, after)) = rest.split_once("{{") {
+        out.push_str(before);
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        out.push_str(parts.iter().find(|(n, _)| *n == name).map_or("", |(_, text)| text));
+        rest = after;
+    }
+    out.push_str(rest);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn every_part_is_in_its_place_and_none_ends_another() {
+        let hostile = "</script><script>alert(1)</script><!-- {{SCRIPT}}";
+        let page = page_html(&json!({"title": hostile, "verdict": {"headline": ""}}));
+        assert!(!page.contains("<script>alert") && page.contains("\\u003c/script\\u003e"));
+        for part in [STYLE, SCRIPT, CHARTS] {
+            assert_eq!(page.matches(part).count(), 1);
+            assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
+        }
+        let data = page.split_once(r#"id="data">"#).and_then(|(_, rest)| rest.split_once("</script>")).expect("the data").0;
+        let read: Value = serde_json::from_str(data).expect("JSON");
+        assert_eq!(read["title"], hostile);
+    }
+}

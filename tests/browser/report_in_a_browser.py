@@ -1,0 +1,115 @@
+"""The report opens by itself: no error, no request, nothing serious for those who read it by ear, at any width and in any light.
+
+    python -m venv .venv && .venv/bin/pip install -r tests/browser/requirements.txt
+    npm ci --prefix tests/browser
+    .venv/bin/python tests/browser/report_in_a_browser.py report.html [more.html ...] [--pictures FOLDER]
+
+Drives Debian's chromium (`apt-get install chromium`; another by CHROMIUM=PATH). Ends with 1 and says why when a page fails.
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+CHROMIUM = os.environ.get("CHROMIUM", "/usr/bin/chromium")
+FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
+AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"
+
+# How a page is looked at: name, width, light, paper.
+LOOKS = [("light", 1280, "light", "screen"), ("dark", 1280, "dark", "screen"), ("narrow", 390, "light", "screen"), ("print", 794, "light", "print")]
+
+# Texts of one chart that lie upon each other by more than a pixel or two, and texts that stick out of it.
+OVERLAPS = """() => {
+  const found = [];
+  for (const chart of document.querySelectorAll('.chart')) {
+    const frame = chart.getBoundingClientRect();
+    if (!frame.width) continue;
+    const texts = [...chart.querySelectorAll('svg text')].filter(t => t.textContent.trim()).map(t => [t.textContent, t.getBoundingClientRect()]);
+    const name = chart.getAttribute('aria-label').slice(0, 60);
+    texts.forEach(([a, r], i) => {
+      if (r.left < frame.left - 2 || r.right > frame.right + 2 || r.top < frame.top - 2 || r.bottom > frame.bottom + 2) found.push(`${name}: '${a}' sticks out`);
+      texts.slice(0, i).forEach(([b, s]) => {
+        const wide = Math.min(r.right, s.right) - Math.max(r.left, s.left), high = Math.min(r.bottom, s.bottom) - Math.max(r.top, s.top);
+        if (wide > 2 && high > 3) found.push(`${name}: '${a}' lies upon '${b}'`);
+      });
+    });
+  }
+  return found;
+}"""
+
+
+def faults(browser, page_file, pictures):
+    """Everything that is wrong with a page, in words."""
+    found = []
+    for name, width, light, medium in LOOKS:
+        context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=light)
+        page = context.new_page()
+        page.on("console", lambda m: m.type in ("error", "warning") and found.append(f"{name}: console says: {m.text}"))
+        page.on("pageerror", lambda e: found.append(f"{name}: error: {e}"))
+        page.on("request", lambda r: r.url != page_file.as_uri() and found.append(f"{name}: asks for {r.url}"))
+        page.on("dialog", lambda d: (found.append(f"{name}: a name in the data runs: {d.message}"), d.dismiss()))
+        page.goto(page_file.as_uri())
+        page.wait_for_selector("body[data-ready='1']", timeout=20_000)
+        page.emulate_media(media=medium, color_scheme=light)
+        page.wait_for_timeout(300)
+        if page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"):
+            found.append(f"{name}: the page is wider than {width} px")
+        if page.query_selector("img, iframe, object, embed, link"):
+            found.append(f"{name}: a name in the data became markup")
+        empty = page.evaluate("[...document.querySelectorAll('.chart')].filter(c => c.clientWidth && !c.querySelector('svg path')).map(c => c.getAttribute('aria-label'))")
+        found += [f"{name}: nothing is drawn of: {label}" for label in empty]
+        found += [f"{name}: {what}" for what in page.evaluate(OVERLAPS)]
+        if pictures:
+            page.screenshot(path=pictures / f"{page_file.stem}-{name}.png", full_page=True)
+        if medium == "print":
+            if pictures:
+                page.pdf(path=pictures / f"{page_file.stem}.pdf", prefer_css_page_size=True)
+        else:
+            page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
+            page.wait_for_timeout(300)
+            # A test's own script; the page's policy is for what the page itself would load.
+            page.evaluate(AXE.read_text(encoding="utf-8"))
+            result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+            for violation in result["violations"]:
+                where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
+                weight = violation["impact"] or "minor"
+                line = f"{name}: {weight}: {violation['id']}: {violation['help']} ({where})"
+                if weight in ("serious", "critical"):
+                    found.append(line)
+                else:
+                    print(f"{page_file.name}: {line}")
+        context.close()
+    return found
+
+
+def shortened(found):
+    """The first faults of each kind of look: one cause makes many."""
+    shown = []
+    for name, *_ in LOOKS:
+        of_look = [fault for fault in found if fault.startswith(f"{name}: ")]
+        shown += of_look[:5] + ([f"{name}: and {len(of_look) - 5} more"] if len(of_look) > 5 else [])
+    return shown
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pages", nargs="+", type=Path)
+    parser.add_argument("--pictures", type=Path, help="folder for screenshots: light, dark, narrow, print")
+    arguments = parser.parse_args()
+    if arguments.pictures:
+        arguments.pictures.mkdir(parents=True, exist_ok=True)
+    found = []
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        for page in arguments.pages:
+            found += [f"{page.name}: {fault}" for fault in shortened(faults(browser, page.resolve(), arguments.pictures))]
+        browser.close()
+    print("\n".join(found) or f"{len(arguments.pages)} page(s): no fault")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
