@@ -1,0 +1,38 @@
+//! What a probing costs when MuJoCo plays the mechanics: approach, contact, some three steps, retreat, each settled.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::path::Path;
+
+use calibench::measure::PlannedPose;
+use calibench_sim::plant::PlantKind;
+use calibench_sim::random::Streams;
+use calibench_sim::run::Plans;
+use calibench_sim::scenario::load_scenario;
+use calibench_sim::session::{Session, session_s};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+
+fn probing(c: &mut Criterion) {
+    let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    let mut group = c.benchmark_group("a campaign of 80 probings");
+    group.sample_size(10);
+    for (name, file) in
+        [("closed forms", "table8.toml"), ("MuJoCo", "table8.toml"), ("MuJoCo with friction", "mujoco-friction.toml")]
+    {
+        let plant = if name == "closed forms" { PlantKind::Analytic } else { PlantKind::Mujoco };
+        let scenario = load_scenario(&scenarios.join(file)).unwrap().with_plant(plant);
+        let plans = Plans::new(&scenario, 1).unwrap();
+        let poses: Vec<PlannedPose> = plans.plan.probings.iter().filter(|p| !p.reserve).take(80).cloned().collect();
+        let session_s = session_s(&scenario, &poses, 0);
+        let campaign = || {
+            let session = Session::begin(&scenario, Streams { seed: 1, trial: 0 }, session_s).unwrap();
+            session.probe(&poses, &mut ()).probings.len()
+        };
+        assert_eq!(campaign(), poses.len());
+        group.throughput(Throughput::Elements(poses.len() as u64));
+        group.bench_function(name, |b| b.iter(campaign));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, probing);
+criterion_main!(benches);
