@@ -27,8 +27,10 @@ fn probing(c: &mut Criterion) {
             let session = Session::begin(&scenario, Streams { seed: 1, trial: 0 }, session_s).unwrap();
             session.probe(&poses, &mut ()).probings.len()
         };
-        assert_eq!(campaign(), poses.len());
-        group.throughput(Throughput::Elements(poses.len() as u64));
+        // What runs into a joint limit is tried again.
+        let probings = campaign();
+        assert!(probings >= poses.len());
+        group.throughput(Throughput::Elements(probings as u64));
         group.bench_function(name, |b| b.iter(campaign));
     }
     group.finish();

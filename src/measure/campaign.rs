@@ -16,16 +16,17 @@ pub struct CampaignSettings {
     pub attempts: usize,
     /// Skipped poses in a row after which the campaign stops. 5: one ball out of its place gives one in four, a bumped artifact all.
     pub skipped_in_a_row: usize,
-    /// Joint motion that sets a joint's side of approach, rad. 20 arcsec: the last few micrometres of a centring, which lost motion
-    /// swallows, do not count.
+    /// Joint motion that sets a joint's side of approach, rad. 50 arcsec: a gear changes sides over some multiples of what it loses, and
+    /// the last tens of micrometres of a centring do not take it there.
     pub joint_motion: f64,
-    /// Plunger motion that sets a plunger's side of approach, m. 0.5 um: the hysteresis of an indicator.
+    /// Plunger motion that sets a plunger's side of approach, m. 15 um: a smaller correction takes back what the joints lost on arrival, so
+    /// that its sign is the sign of the noise, and whatever follows that sign would seem to explain it.
     pub plunger_motion: f64,
 }
 
 impl Default for CampaignSettings {
     fn default() -> Self {
-        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 20.0 * ARCSEC, plunger_motion: 0.5 * UM }
+        CampaignSettings { attempts: 2, skipped_in_a_row: 5, joint_motion: 50.0 * ARCSEC, plunger_motion: 15.0 * UM }
     }
 }
 

@@ -240,8 +240,6 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
     const FILES: &[&str] = &[
-        "cell.png",
-        "gauge.png",
         "result.json",
         "trical",
         "tracker",
@@ -251,6 +249,8 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         "iterations.csv",
         "probings.csv",
         super::report::FILE,
+        "cell.png",
+        "gauge.png",
     ];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
