@@ -9,6 +9,7 @@ use calibench::identify::{Model, write_model, write_model_like};
 use calibench::measure::Dataset;
 use calibench::report::{objection_sentence, parameter_rows, rung_table, step_json, symptom_sentence};
 
+use super::progress::Waiting;
 use super::{Failure, Outcome, blame_data, check_datasets, model_for, named, print, print_json, read_datasets, warn_of_poses};
 
 #[derive(clap::Args)]
@@ -46,6 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let poses = WorkspacePoses::of(&named);
     let ground = ProvingGround { poses: &poses.q, checks: &checks };
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let waiting = Waiting::new("fitting");
     let before = rung(&named, &model, ground).map_err(blame)?;
     let wrong = |why: String| format!("effect '{}': {why}", arguments.effect);
     let after = match effect {
@@ -68,6 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             Rung { added: vec![name], ..rung }
         }
     };
+    drop(waiting);
     let objections = after.objections(&before);
     let refused = objections.iter().any(calibench::assess::Objection::refuses);
     let accepted = !refused || arguments.force;

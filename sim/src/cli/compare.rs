@@ -7,6 +7,7 @@ use calibench::identify::{Calibration, IdentifyError, Use, read_calibration};
 use calibench::measure::Dataset;
 use calibench::report::{Outlook, comparison_json, comparison_text, extrapolation_sentence, write_comparison_plots};
 
+use super::progress::Waiting;
 use super::{Failure, Outcome, blame_data, named, outlook, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
@@ -44,14 +45,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (_, true) => Use::Validation,
         _ => Use::Fit,
     };
+    let waiting = Waiting::new("comparing");
     let comparison = Comparison::of(&calibration, &named(&datasets), which)
         .map_err(|e| blame_data(&arguments.datasets, &datasets, None, &e))?;
     let beyond =
         Extrapolation::of_samples(&calibration.joint_ranges, &calibration.model, &named(&datasets), |s| which.takes(s));
     if let Some(warning) = extrapolation_sentence(&beyond) {
-        eprintln!("{warning}");
+        waiting.say(&warning);
     }
     let outlook = of_fitted_rows(&calibration, &named(&datasets));
+    drop(waiting);
     if let Some(folder) = &arguments.plots {
         write_comparison_plots(&comparison, outlook.as_ref().ok(), folder)?;
     }

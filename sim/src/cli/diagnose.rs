@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
     bar.begin("predicting the error over the workspace");
     let outlook = outlook(&named, &examination, &diagnosis.relevance, &WorkspacePoses::of(&named)).map_err(blame)?;
-    bar.clear();
+    drop(bar);
     if let Some(warning) = outlook.as_ref().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
         eprintln!("{warning}");
     }

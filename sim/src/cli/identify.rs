@@ -6,6 +6,7 @@ use calibench::identify::{Calibration, identify, write_calibration};
 use calibench::report::{calibration_json, parameter_table, unresolved_sentences};
 use calibench::units::MM;
 
+use super::progress::Waiting;
 use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
@@ -28,7 +29,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let waiting = Waiting::new("fitting");
     let calibration = identify(&named(&datasets), &model).map_err(blame)?;
+    drop(waiting);
     if let Some(path) = &arguments.output {
         write_calibration(&calibration, path)?;
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use calibench::import::{Holdout, ImportOptions, import};
 use calibench::measure::{SampleSet, write_dataset};
 
+use super::progress::Waiting;
 use super::{Failure, Outcome, print, seed};
 
 #[derive(clap::Args)]
@@ -42,7 +43,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
     let (files, sets) = sets(arguments)?;
     let options = ImportOptions { holdout, map: arguments.map.clone(), sets };
+    let waiting = Waiting::new("reading");
     let (dataset, report) = import(&arguments.format, &files, &options)?;
+    drop(waiting);
     write_dataset(&dataset, &arguments.output)?;
     print(&report.to_string())?;
     let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();

@@ -7,8 +7,8 @@ use calibench::identify::{write_model, write_model_like};
 use calibench::report::{
     advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence, top_sentences,
 };
-use indicatif::ProgressBar;
 
+use super::progress::Waiting;
 use super::{
     Failure, Outcome, blame_data, check_datasets, model_for, named, print, print_json, read_datasets, recommended,
     warn_of_poses,
@@ -44,11 +44,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);
     let ground = ProvingGround { poses: &poses.q, checks: &checks };
-    let spinner = ProgressBar::new_spinner();
-    spinner.enable_steady_tick(std::time::Duration::from_millis(100));
-    spinner.set_message("diagnosing");
-    let climbed = ladder(&named, &model, ground, &mut |climb| narrate(&spinner, &climb));
-    spinner.finish_and_clear();
+    let waiting = Waiting::new("diagnosing");
+    let climbed = ladder(&named, &model, ground, &mut |climb| narrate(&waiting, &climb));
+    drop(waiting);
     let climbed = climbed.map_err(|e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
     let (recommended_rung, _) = climbed.recommended();
     let chosen = match (arguments.whole, &climbed.whole) {
@@ -94,18 +92,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// One line a rung, and one a step refused, on standard error.
-fn narrate(spinner: &ProgressBar, climb: &Climb<'_>) {
-    let say = |line: String| spinner.suspend(|| eprintln!("{line}"));
+fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
+    let say = |line: String| waiting.say(&line);
     match climb {
-        Climb::Trying(effect) => spinner.set_message(format!("trying {effect}")),
+        Climb::Trying(effect) => waiting.now(format!("trying {effect}")),
         Climb::Refused(effect, objections) => {
             say(format!("  not {effect}: {}", objections.first().map(objection_sentence).unwrap_or_default()));
         }
         Climb::Reached(rung) => {
             say(rung_sentence(rung));
             rung.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
-            spinner.set_message("looking for the next step");
+            waiting.now("looking for the next step");
         }
-        Climb::WholeLibrary => spinner.set_message("fitting the whole library"),
+        Climb::WholeLibrary => waiting.now("fitting the whole library"),
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibench::measure::{Dataset, PlannedPose, Sample, SampleSet, Witness, read_plan, write_dataset};
 
-use super::progress::CampaignBar;
+use super::progress::{CampaignBar, Waiting};
 use super::{Failure, Outcome, print, seed};
 use crate::planning::{PlanError, plan, plan_tracker, wanted};
 use crate::plant::PlantKind;
@@ -37,6 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let cell = scenario.dataset();
+    let waiting = Waiting::new("planning");
     let poses = match &arguments.plan {
         Some(path) => read_plan(path, &cell)?,
         None => plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probings,
@@ -47,9 +48,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         Vec::new()
     };
+    drop(waiting);
     let mut bar = CampaignBar::new(wanted(&poses));
     let measured = measure(&scenario, Streams { seed, trial: 0 }, &poses, &points, &mut bar);
-    bar.clear();
+    drop(bar);
     let samples = measured.map_err(|e| scenario.blame(&e))?;
     let probed = samples.len() - points.len();
     let dataset = Dataset { contact_force: World::nominal_contact_force(&scenario), samples, ..cell };

@@ -10,6 +10,7 @@ use calibench::measure::{Dataset, interleave, write_plan};
 use calibench::report::{next_json, next_sentences, next_table};
 use calibench::units::{DEG, MM};
 
+use super::progress::Waiting;
 use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets, seed};
 use crate::planning::layout;
 use crate::scenario::load_scenario;
@@ -50,11 +51,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => (CellLayout::of_dataset(first), first.robot_reference.clone()),
     };
     let named = named(&datasets);
+    let waiting = Waiting::new("diagnosing");
     let examination = Examination::new(&named, &model).map_err(blame)?;
     let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
+    waiting.now("designing");
     let poses = workspace_poses(first, WORKSPACE_POSES);
     let proposal =
         propose(&named, &examination, &diagnosis, &diagnosis.relevance, &layout, &poses, arguments.seed).map_err(blame)?;
+    drop(waiting);
     let written = match &arguments.output {
         Some(path) => write(path, &proposal, &reference)?,
         None => Vec::new(),

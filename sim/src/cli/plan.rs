@@ -6,6 +6,7 @@ use calibench::assess::Detectability;
 use calibench::measure::write_plan;
 use calibench::report::{detectability_json, detectability_text};
 
+use super::progress::Waiting;
 use super::{Failure, Outcome, print, print_json, seed};
 use crate::planning::{Chosen, as_drawn, plan, shown};
 use crate::scenario::load_scenario;
@@ -28,7 +29,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let scenario = load_scenario(&arguments.scenario)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
+    let waiting = Waiting::new("planning");
     let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
+    drop(waiting);
     if let Some(path) = &arguments.output {
         write_plan(path, &plan.probings, &scenario.dataset())?;
     }

@@ -3,64 +3,102 @@
 use calibench::measure::{Iteration, PlannedPose, Probing, Progress, Sample, Witness};
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar over the stages of a computation.
-pub struct Stages(ProgressBar);
+/// A bar that goes away with the work, however that ends.
+struct Bar(ProgressBar);
 
-impl Stages {
-    /// A bar over that many stages.
-    pub fn new(stages: u64) -> Self {
-        let bar = ProgressBar::new(stages);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {elapsed} {msg}") {
+impl Bar {
+    fn new(length: Option<u64>, template: &str) -> Self {
+        let bar = length.map_or_else(ProgressBar::new_spinner, ProgressBar::new);
+        if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
         bar.enable_steady_tick(std::time::Duration::from_millis(100));
-        Stages(bar)
+        Bar(bar)
     }
+}
 
-    /// The next stage begins.
-    pub fn begin(&self, stage: &'static str) {
-        self.0.set_message(stage);
-        self.0.inc(1);
-    }
-
-    /// Takes the bar away.
-    pub fn clear(&self) {
+impl Drop for Bar {
+    fn drop(&mut self) {
         self.0.finish_and_clear();
     }
 }
 
-/// A bar for a campaign, with the time that the cell still needs.
-pub struct CampaignBar(ProgressBar);
+/// That something is going on whose end cannot be foretold, and what.
+pub struct Waiting(Bar);
+
+impl Waiting {
+    /// Waiting for that.
+    pub fn new(what: impl Into<String>) -> Self {
+        let bar = Bar::new(None, "{spinner} {elapsed} {msg}");
+        bar.0.set_message(what.into());
+        Waiting(bar)
+    }
+
+    /// For something else now.
+    pub fn now(&self, what: impl Into<String>) {
+        self.0.0.set_message(what.into());
+    }
+
+    /// Prints a line that stays, on standard error.
+    pub fn say(&self, line: &str) {
+        self.0.0.suspend(|| eprintln!("{line}"));
+    }
+}
+
+/// A bar over the stages of a computation.
+pub struct Stages(Bar);
+
+impl Stages {
+    /// A bar over that many stages.
+    pub fn new(stages: u64) -> Self {
+        Stages(Bar::new(Some(stages), "{bar:30} {elapsed} {msg}"))
+    }
+
+    /// The next stage begins.
+    pub fn begin(&self, stage: &'static str) {
+        self.0.0.set_message(stage);
+        self.0.0.inc(1);
+    }
+}
+
+/// A bar over trials, with the time that they still need.
+pub struct Trials(Bar);
+
+impl Trials {
+    /// A bar over that many trials.
+    pub fn new(trials: usize) -> Self {
+        Trials(Bar::new(Some(trials as u64), "{bar:30} {pos}/{len} trials  {eta} left"))
+    }
+
+    /// One more is done.
+    pub fn done(&self) {
+        self.0.0.inc(1);
+    }
+}
+
+/// A bar for a campaign, with the time that it still needs here and in the cell.
+pub struct CampaignBar(Bar);
 
 impl CampaignBar {
     /// A bar over that many probings.
     pub fn new(probings: usize) -> Self {
-        let bar = ProgressBar::new(probings as u64);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} probings  {msg}") {
-            bar.set_style(style);
-        }
-        CampaignBar(bar)
-    }
-
-    /// Takes the bar away.
-    pub fn clear(&self) {
-        self.0.finish_and_clear();
+        CampaignBar(Bar::new(Some(probings as u64), "{bar:30} {pos}/{len} probings  {eta} left  {msg}"))
     }
 }
 
 impl Witness for CampaignBar {
     fn probing_started(&mut self, pose: &PlannedPose, attempt: usize, progress: &Progress) {
         let again = if attempt > 1 { format!(", try {attempt}") } else { String::new() };
-        self.0.set_message(format!("{}{again}  {:.0} min of cell time to go", pose.id, progress.remaining_s / 60.0));
+        self.0.0.set_message(format!("{}{again}  {:.0} min of cell time to go", pose.id, progress.remaining_s / 60.0));
     }
 
     fn iteration(&mut self, _: &PlannedPose, _: &Iteration) {}
 
     fn probing_finished(&mut self, _: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
         if sample.is_some() {
-            self.0.inc(1);
+            self.0.0.inc(1);
         } else if let Err(failure) = &probing.outcome {
-            self.0.println(format!("probing failed: {failure}"));
+            self.0.0.println(format!("probing failed: {failure}"));
         }
     }
 }

@@ -8,6 +8,7 @@ use calibench::measure::read_dataset;
 use calibench::report::{CampaignRecord, Page, PageSubject, Recommended, page_html};
 use serde_json::Value;
 
+use super::progress::Waiting;
 use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets, recommended};
 
 /// What a report is called where nobody says otherwise.
@@ -37,6 +38,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let folder = arguments.folders.first().filter(|f| arguments.folders.len() == 1 && f.join(RESULT).is_file());
+    let waiting = Waiting::new("diagnosing");
     let page = match folder {
         Some(_) if arguments.model.is_some() => {
             return Err("--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead".into());
@@ -44,6 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Some(run) => of_run(run, arguments.ladder)?,
         None => of_datasets(arguments)?,
     };
+    drop(waiting);
     if arguments.json {
         print_json(&page.document)?;
         return Ok(Outcome::Done);

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::identify::story;
 use super::plan::chosen_sentence;
-use super::progress::CampaignBar;
+use super::progress::{CampaignBar, Waiting};
 use super::{Failure, Outcome, print, print_json, seed};
 #[cfg(feature = "mujoco")]
 use crate::blame::with_reasons;
@@ -48,10 +48,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenario = load_scenario(&arguments.scenario)?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
+    let waiting = Waiting::new("planning");
     let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
+    drop(waiting);
     let mut bar = CampaignBar::new(plans.plan.wanted());
     let result = procedure(&scenario, plans, Streams { seed, trial: 0 }, &mut bar);
-    bar.clear();
+    drop(bar);
     let run = result.map_err(|e| scenario.blame(&e))?;
     let checks = run.checks(&scenario);
     let document = document(&scenario, &run, &checks);
@@ -60,6 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         if arguments.render {
             render(&scenario, &run, folder);
         }
+        let _waiting = Waiting::new("writing the report");
         super::report::write_report_of(folder)?;
     }
     if arguments.json {

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use calibench::files::write_whole;
 use calibench::report::plain_table;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
+use super::progress::Trials;
 use super::suite_tables::suite_text;
 use super::{Failure, Outcome, print, print_json, seed};
 use crate::run::Plans;
@@ -49,9 +49,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
     let mut all: Vec<_> = cases(&scenario, spec).into_iter().step_by(arguments.every.max(1)).collect();
     all.truncate(arguments.trials.unwrap_or(usize::MAX));
-    let bar = bar(all.len());
-    let outcomes = run_cases(&scenario, &plans, &all, seed, &|| bar.inc(1))?;
-    bar.finish_and_clear();
+    let bar = Trials::new(all.len());
+    let outcomes = run_cases(&scenario, &plans, &all, seed, &|| bar.done())?;
+    drop(bar);
     if let Some(path) = &arguments.output {
         let mut table = csv::Writer::from_writer(Vec::new());
         outcomes.iter().try_for_each(|o| table.serialize(o))?;
@@ -66,18 +66,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-fn bar(trials: usize) -> ProgressBar {
-    let bar = ProgressBar::new(trials as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} trials  {eta} left") {
-        bar.set_style(style);
-    }
-    bar
-}
-
 fn compare_designs(scenario: &Scenario, seed: u64, trials: usize, arguments: &Arguments) -> Result<Outcome, Failure> {
-    let bar = bar(trials);
-    let rows = designs(scenario, seed, trials, &|| bar.inc(1))?;
-    bar.finish_and_clear();
+    let bar = Trials::new(trials);
+    let rows = designs(scenario, seed, trials, &|| bar.done())?;
+    drop(bar);
     if arguments.json {
         print_json(&json!({"format": "calibench-designs/1", "scenario": scenario.name, "seed": seed, "rows": rows}))?;
         return Ok(Outcome::Done);
