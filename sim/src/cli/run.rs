@@ -250,6 +250,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         "tracker.toml",
         "iterations.csv",
         "probings.csv",
+        "scene.toml",
         super::report::FILE,
     ];
     replace_folder(folder, "run", FILES, |inside| {
@@ -259,6 +260,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         write_calibration(&run.trical.calibration, &inside.join("trical.toml"))?;
         write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
         run.campaign.write(inside, &run.plan.probings, &scenario.ball_ids())?;
+        scenario.scene().write(&inside.join("scene.toml"))?;
         write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())
     })
 }
