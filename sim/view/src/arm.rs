@@ -8,7 +8,7 @@ use rerun::{Capsules3D, FillMode, RecordingStream};
 
 use crate::ViewError;
 use crate::journal::Stop;
-use crate::paint::{self, faint};
+use crate::paint::{self, solid};
 use crate::scene::{Looks, body, entity, single, transform};
 use crate::subject::Subject;
 
@@ -61,15 +61,15 @@ pub fn stands(subject: &Subject) -> Result<Vec<Stand>, IdentifyError> {
 
 /// Draws the bodies of both arms, each in its link's frame.
 pub fn bodies(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
-    let ghost = Looks { colour: faint(paint::DRAWN, 90), fill: FillMode::MajorWireframe };
+    let ghost = Looks { colour: solid(paint::DRAWN), fill: FillMode::TransparentFillMajorWireframe };
     for (arm, looks) in [("identified", Looks::solid(paint::ARM)), ("drawn", ghost)] {
-        for solid in &subject.dataset.robot.solids {
-            body(rec, &link(arm, solid.frame), solid, looks)?;
+        for part in &subject.dataset.robot.solids {
+            body(rec, &link(arm, part.frame), part, looks)?;
         }
     }
     let last = subject.dataset.robot.joints();
-    for solid in subject.scene.iter().flat_map(|s| &s.carried) {
-        body(rec, &link("identified", last), solid, Looks::solid(paint::GAUGE))?;
+    for part in subject.scene.iter().flat_map(|s| &s.carried) {
+        body(rec, &link("identified", last), part, Looks::solid(paint::GAUGE))?;
     }
     Ok(())
 }
@@ -99,7 +99,7 @@ pub fn show(rec: &RecordingStream, subject: &Subject, stand: &Stand, exaggerate:
 fn sticks(rec: &RecordingStream, arm: &str, frames: &[Pose]) -> Result<(), ViewError> {
     let origins: Vec<[f32; 3]> = frames.iter().map(|f| single(&f.translation.vector)).collect();
     let pairs = || origins.windows(2).filter(|pair| pair[0] != pair[1]);
-    let colour = if arm == "drawn" { faint(paint::DRAWN, 90) } else { paint::solid(paint::ARM) };
+    let colour = if arm == "drawn" { solid(paint::DRAWN) } else { solid(paint::ARM) };
     let sticks = Capsules3D::from_endpoints_and_radii(pairs().map(|p| p[0]), pairs().map(|p| p[1]), pairs().map(|_| LINE));
     rec.log(format!("world/arm {arm}/links"), &sticks.with_colors([colour]))?;
     Ok(())

@@ -54,17 +54,17 @@ impl Layout {
             let side = column([(words, 0.4), (steps, 0.6)]);
             return Layout(row([(cell, 0.55), (side, 0.45)]));
         }
-        let left = column([(cell, 0.64), (row([(words, 0.5), (Part::View(readings()), 0.5)]), 0.36)]);
+        let left = column([(cell, 0.62), (row([(words, 0.62), (Part::View(readings()), 0.38)]), 0.38)]);
         let [gauge, falling, path, balls] = [
-            View::new("3D", "The gauge, in its own axes", "/world/tool")
+            View::new("3D", "The gauge", "/world/tool")
                 .with_contents(["/world/tool/**", "/world/balls/**"])
-                .with("EyeControls3D", eye(&Vector3::new(-0.075, -0.095, -0.045), &Vector3::new(0.004, 0.004, 0.006)))
+                .with("EyeControls3D", eye(&Vector3::new(0.045, -0.095, 0.05), &Vector3::new(0.012, 0.008, 0.012)))
                 .with("Background", ground())
                 .with("LineGrid3D", no_grid()),
-            chart("Readings of this probing", "/centring/readings", centring::READINGS),
-            chart("Path of the ball in the gauge", "/centring/path", centring::PATH),
+            chart("Its three readings", "/centring/readings", centring::READINGS),
+            chart("Path in the gauge", "/centring/path", centring::PATH),
             chart(
-                "Every ball: the largest reading falls into the band",
+                "Every ball: its largest reading falls into the band of 3 um",
                 "/centring/balls",
                 centring::balls(subject.dataset.balls.len()),
             ),
@@ -111,19 +111,36 @@ fn eye(position: &Vector3<f64>, target: &Vector3<f64>) -> EyeControls3D {
     EyeControls3D::new().with_position(single(position)).with_look_target(single(target)).with_eye_up([0.0, 0.0, 1.0])
 }
 
+/// Where it was measured, and from where to look at it.
+struct Outlook {
+    base: Vector3<f64>,
+    /// The middle of what was measured, and how far it reaches, m.
+    middle: Vector3<f64>,
+    extent: f64,
+    /// Level, from the robot to there and to the right of that.
+    out: Vector3<f64>,
+    side: Vector3<f64>,
+}
+
+impl Outlook {
+    fn of(subject: &Subject) -> Self {
+        let (base, targets) = (Vector3::from(subject.dataset.base.xyz), subject.targets());
+        let sum: Vector3<f64> = targets.iter().sum();
+        let middle = if targets.is_empty() { base } else { sum / targets.len() as f64 };
+        let extent = targets.iter().map(|t| (t - middle).norm()).fold(0.15, f64::max);
+        let out = Vector3::new(middle.x - base.x, middle.y - base.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        Outlook { base, middle, extent, side: out.cross(&Vector3::z()), out }
+    }
+}
+
 /// The cell, seen from beyond the balls and to their right, with the arm behind them.
 fn cell(subject: &Subject) -> View {
-    let base = Vector3::from(subject.dataset.base.xyz);
-    let balls = &subject.dataset.balls;
+    let Outlook { base, middle, out, side, .. } = Outlook::of(subject);
     let reach: f64 = subject.dataset.robot.links.iter().map(|l| l.mdh.a.abs() + l.mdh.d.abs()).sum();
-    let middle = balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / balls.len().max(1) as f64;
-    let middle = if balls.is_empty() { base } else { middle };
-    let target = (base + middle) / 2.0 + Vector3::z() * 0.25 * reach;
-    let out = Vector3::new(middle.x - base.x, middle.y - base.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-    let side = out.cross(&Vector3::z());
-    let position = target + (out * 0.9 + side * 1.1 + Vector3::z() * 0.55) * reach;
-    View::new("3D", "The cell: grey as identified, purple as drawn (exaggerated)", "/world")
-        .with_contents(["/world/**", "- /world/residuals/**", "- /world/tracker points/**"])
+    let target = (base + middle) / 2.0 + Vector3::z() * 0.16 * reach;
+    let position = target + (out * 0.5 + side * 0.74 + Vector3::z() * 0.4) * reach;
+    View::new("3D", "The cell", "/world")
+        .with_contents(["/world/**", "- /world/residuals/**"])
         .with("EyeControls3D", eye(&position, &target))
         .with("Background", ground())
         .with("LineGrid3D", no_grid())
@@ -131,19 +148,12 @@ fn cell(subject: &Subject) -> View {
 
 /// The arrows of every step; where there are more than two, the first beside tabs of the others.
 fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
-    let balls = &subject.dataset.balls;
-    let middle = balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / balls.len().max(1) as f64;
-    let extent = balls.iter().map(|b| (b.position - middle).norm()).fold(0.15, f64::max);
+    let Outlook { middle, extent, out, side, .. } = Outlook::of(subject);
+    let position = middle + (out - side * 0.2 + Vector3::z() * 0.4) * (1.6 * extent);
     let view = |step: &Shown| {
-        let view = View::new("3D", &step.title, "/world")
-            .with_contents([format!("{}/**", step.path), "/world/balls/**".into()])
-            .with("Background", ground())
-            .with("LineGrid3D", no_grid());
-        Part::View(if balls.is_empty() {
-            view
-        } else {
-            view.with("EyeControls3D", eye(&(middle + Vector3::new(1.0, 0.9, 0.5) * (1.6 * extent)), &middle))
-        })
+        let contents = [format!("{}/**", step.path), "/world/residuals/targets".into(), "/world/residuals/names".into()];
+        let view = View::new("3D", &step.title, "/world").with_contents(contents).with("Background", ground());
+        Part::View(view.with("LineGrid3D", no_grid()).with("EyeControls3D", eye(&position, &middle)))
     };
     match steps {
         [first, others @ ..] if !others.is_empty() => {
@@ -151,13 +161,13 @@ fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
             row([(view(first), 0.5), (Part::Container(ContainerKind::Tabs, tabs), 0.5)])
         }
         [only] => view(only),
-        _ => Part::View(View::new("3D", "Residuals", "/world").with_contents(["/world/balls/**"])),
+        _ => Part::View(View::new("3D", "Residuals", "/world").with_contents(["/world/residuals/**"])),
     }
 }
 
 /// The readings over the whole campaign, where they are about zero.
 fn readings() -> View {
-    View::new("TimeSeries", "Readings within 12 um of zero; the band is +-3 um", "/readings")
+    View::new("TimeSeries", "Readings, um", "/readings")
         .with("ScalarAxis", ScalarAxis::new().with_range(Range1D::from([-12.0, 12.0])))
         .with("PlotLegend", PlotLegend::new().with_visible(false))
 }
@@ -171,6 +181,8 @@ fn chart(title: &str, origin: &str, [x, y]: [[f64; 2]; 2]) -> View {
 pub fn send(rec: &RecordingStream, layout: &Layout) -> Result<(), ViewError> {
     let (blueprint, storage) =
         RecordingStreamBuilder::new("calibench").recording_id("calibench-story").default_enabled(true).blueprint().memory()?;
+    blueprint.set_log_time_enabled(false);
+    blueprint.set_log_tick_enabled(false);
     blueprint.set_time_sequence("blueprint", 0);
     let mut counted = 0;
     let root = place(&blueprint, &layout.0, &mut counted)?;

@@ -35,9 +35,8 @@ impl Default for Wishes {
 /// # Errors
 /// When the data do not go together, the recorder fails, or the file cannot be written.
 pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), ViewError> {
-    let blame = |source| ViewError::Identify { folder: subject.folder.clone(), source };
-    let stands = arm::stands(subject).map_err(blame)?;
-    let steps = steps(subject, wishes.ladder).map_err(blame)?;
+    let stands = arm::stands(subject).map_err(|e| subject.blame(e))?;
+    let steps = steps(subject, wishes.ladder).map_err(|e| subject.blame(e))?;
     let fail = |e: std::io::Error| {
         FileError::whole(output, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
     };
@@ -84,7 +83,7 @@ fn recorder() -> RecordingStreamBuilder {
 fn play(rec: &RecordingStream, subject: &Subject, stands: &[Stand], wishes: &Wishes) -> Result<(), ViewError> {
     let charts = Charts::new(subject);
     let journal = &subject.journal;
-    let with_gauge = !subject.dataset.balls.is_empty();
+    let with_gauge = subject.has_gauge();
     scene::standing(rec, subject)?;
     arm::bodies(rec, subject)?;
     if with_gauge {

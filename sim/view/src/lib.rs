@@ -6,6 +6,7 @@
 mod arm;
 mod blueprint;
 mod centring;
+mod chart;
 mod decades;
 mod failure;
 mod film;

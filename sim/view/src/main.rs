@@ -44,11 +44,11 @@ fn main() -> ExitCode {
 
 fn make(arguments: &Arguments) -> Result<(), ViewError> {
     let subject = Subject::read(&arguments.folder)?;
+    let output = arguments.output.clone().unwrap_or_else(|| arguments.folder.join("run.rrd"));
+    record(&subject, &Wishes { exaggerate: arguments.exaggerate, ladder: arguments.ladder }, &output)?;
     if !subject.left_out.is_empty() {
         eprintln!("calibench-view: left out: {}", subject.left_out.join("; "));
     }
-    let output = arguments.output.clone().unwrap_or_else(|| arguments.folder.join("run.rrd"));
-    record(&subject, &Wishes { exaggerate: arguments.exaggerate, ladder: arguments.ladder }, &output)?;
     println!("Written to {}", output.display());
     Ok(())
 }

@@ -25,9 +25,9 @@ pub const CELL: [u8; 3] = rgb(74, 80, 90);
 /// Balls.
 pub const BALL: [u8; 3] = rgb(226, 228, 232);
 /// Frames of charts.
-pub const GRID: [u8; 3] = rgb(110, 116, 126);
+pub const GRID: [u8; 3] = rgb(150, 156, 166);
 /// The band in which a ball counts as centred.
-pub const BAND: [u8; 3] = rgb(40, 92, 80);
+pub const BAND: [u8; 3] = rgb(24, 62, 54);
 /// Behind charts and scenes.
 pub const GROUND: [u8; 3] = rgb(18, 21, 26);
 
@@ -36,7 +36,8 @@ pub fn solid([r, g, b]: [u8; 3]) -> Color {
     Color::from_rgb(r, g, b)
 }
 
-/// See-through; 255 is opaque.
-pub fn faint([r, g, b]: [u8; 3], opacity: u8) -> Color {
-    Color::from_unmultiplied_rgba(r, g, b, opacity)
+/// So much of it, the rest background: lines of the viewer are never see-through.
+pub fn dim(colour: [u8; 3], share: f32) -> Color {
+    let [r, g, b] = [0, 1, 2].map(|k| (share * f32::from(colour[k]) + (1.0 - share) * f32::from(GROUND[k])) as u8);
+    Color::from_rgb(r, g, b)
 }

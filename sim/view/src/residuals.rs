@@ -1,7 +1,7 @@
 //! Residual arrows, before and after every step by which the error falls.
 
 use calibench::units::MM;
-use rerun::{Arrows3D, RecordingStream, Scalars};
+use rerun::{Arrows3D, Points3D, RecordingStream};
 
 use crate::ViewError;
 use crate::paint::{self, solid};
@@ -9,7 +9,10 @@ use crate::scene::single;
 use crate::steps::{Left, Residual};
 
 /// Length of the longest arrow of a step, m: a third of what lies between two balls.
-const LONGEST: f64 = 0.12;
+const LONGEST: f64 = 0.15;
+
+/// Radius of the dot that stands for a ball or point, m: a whole ball would hide what is left after a step.
+const TARGET: f32 = 0.002;
 
 /// One step as it is shown.
 pub struct Shown {
@@ -21,13 +24,16 @@ pub struct Shown {
 
 /// Draws the arrows of every step, and says how.
 pub fn arrows(rec: &RecordingStream, steps: &[Left]) -> Result<Vec<Shown>, ViewError> {
+    let mut targets: Vec<[f32; 3]> = steps.iter().take(1).flat_map(|left| &left.residuals).map(|r| single(&r.at)).collect();
+    targets.dedup();
+    let targets = Points3D::new(targets).with_radii([TARGET]).with_colors([solid(paint::BALL)]);
+    rec.log_static("world/residuals/targets", &targets)?;
     let mut shown = Vec::new();
     for (k, pair) in steps.windows(2).enumerate() {
         let [before, after] = pair else { continue };
         let scale = round(LONGEST / before.longest().max(f64::MIN_POSITIVE));
         let path = format!("world/residuals/step {}", k + 1);
-        for (name, left, colour, radius) in [("before", before, paint::BEFORE, 0.0006), ("after", after, paint::AFTER, 0.0012)]
-        {
+        for (name, left, colour, radius) in [("before", before, paint::BEFORE, 0.0015), ("after", after, paint::AFTER, 0.004)] {
             let arrow = |r: &Residual| single(&(r.residual * scale));
             let arrows = Arrows3D::from_vectors(left.residuals.iter().map(arrow))
                 .with_origins(left.residuals.iter().map(|r| single(&r.at)))
@@ -35,21 +41,9 @@ pub fn arrows(rec: &RecordingStream, steps: &[Left]) -> Result<Vec<Shown>, ViewE
                 .with_colors([solid(colour)]);
             rec.log_static(format!("{path}/{name}"), &arrows)?;
         }
-        let title = format!(
-            "residuals x{scale:.0}: {} {:.3} mm (orange), {} {:.3} mm (blue)",
-            before.name,
-            before.rms / MM,
-            after.name,
-            after.rms / MM
-        );
+        let title = format!("{}: {:.3} to {:.3} mm (x{scale:.0})", after.name, before.rms / MM, after.rms / MM);
         shown.push(Shown { path, title });
     }
-    rec.reset_time();
-    for (k, left) in steps.iter().enumerate() {
-        rec.set_time_sequence("rung", k as i64);
-        rec.log("residual/rms um", &Scalars::single(left.rms / calibench::units::UM))?;
-    }
-    rec.reset_time();
     Ok(shown)
 }
 

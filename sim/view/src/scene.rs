@@ -1,16 +1,17 @@
 //! Bodies as the viewer draws them, and what stands in the cell.
 
-use calibench::measure::{Measured, SampleSet};
+use calibench::identify::Use;
+use calibench::measure::Measured;
 use calibench::robot::{Pose, Shape, Solid};
 use nalgebra::{UnitQuaternion, Vector3};
-use rerun::{Boxes3D, Capsules3D, Ellipsoids3D, FillMode, Points3D, Quaternion, RecordingStream, Transform3D};
+use rerun::{Boxes3D, Capsules3D, Ellipsoids3D, FillMode, Points3D, Quaternion, Radius, RecordingStream, Transform3D};
 
 use crate::ViewError;
 use crate::paint::{self, solid};
 use crate::subject::Subject;
 
-/// Radius of a drawn tracker point, m: to be seen from across the cell, and no size of anything.
-const POINT_RADIUS: f32 = 0.004;
+/// Radius of a tracker point, in points of the screen.
+const POINT: f32 = 1.5;
 
 /// A point or vector as the viewer stores it: single precision, 0.06 um at 1 m.
 pub fn single(v: &Vector3<f64>) -> [f32; 3] {
@@ -72,26 +73,51 @@ pub fn standing(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewErro
         body(rec, "world/cell", solid, Looks::solid(paint::CELL))?;
     }
     let radius = calibench::cell::TriCal::PAPER.datum_radius;
-    for ball in subject.dataset.balls.iter() {
+    let balls = &subject.dataset.balls;
+    for ball in balls {
         let sphere = Ellipsoids3D::from_centers_and_radii([single(&ball.position)], [radius as f32]);
-        let sphere = sphere.with_colors([solid(paint::BALL)]).with_fill_mode(FillMode::Solid).with_labels([ball.id.as_str()]);
+        let sphere = sphere.with_colors([solid(paint::BALL)]).with_fill_mode(FillMode::Solid);
         rec.log_static(format!("world/balls/{}", entity(&ball.id)), &sphere)?;
     }
-    let sets = [("fitted", SampleSet::Fit, paint::AFTER), ("validation", SampleSet::Validation, paint::BEFORE)];
-    for (name, set, colour) in sets {
-        let datasets = std::iter::once(&subject.dataset).chain(&subject.validation);
-        let points: Vec<[f32; 3]> = datasets
-            .flat_map(|d| &d.samples)
-            .filter(|s| s.set == set)
-            .filter_map(|s| match &s.measured {
-                Measured::Point(point) => Some(single(point)),
+    names(rec, subject, "world/names of balls", 0.04)?;
+    // Clear of the arrows.
+    names(rec, subject, "world/residuals/names", 0.1)?;
+    points(rec, subject)
+}
+
+/// Draws the points that the tracker measured: those that were fitted, and those that judge, the brighter the more is left there.
+fn points(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
+    let datasets = || {
+        std::iter::once((subject.name.as_str(), &subject.dataset)).chain(subject.validation.as_ref().map(|d| ("validation", d)))
+    };
+    for (name, which) in [("fitted", Use::Fit), ("validation", Use::Validation)] {
+        let mut seen: Vec<(Vector3<f64>, f64)> = Vec::new();
+        for (dataset, d) in datasets() {
+            let taken: Vec<&Measured> = d.samples.iter().filter(|s| which.takes(s)).map(|s| &s.measured).collect();
+            if !taken.iter().any(|m| matches!(m, Measured::Point(_))) {
+                continue;
+            }
+            let left = subject.calibration.predict(&[(dataset, d)], which).map_err(|e| subject.blame(e))?.residuals;
+            seen.extend(taken.iter().zip(&left).filter_map(|(measured, left)| match measured {
+                Measured::Point(point) => Some((*point, left.norm())),
                 Measured::Ball { .. } | Measured::Distance { .. } => None,
-            })
-            .collect();
-        if !points.is_empty() {
-            let points = Points3D::new(points).with_radii([POINT_RADIUS]).with_colors([solid(colour)]);
-            rec.log_static(format!("world/tracker points/{name}"), &points)?;
+            }));
+        }
+        let most = seen.iter().map(|(_, left)| *left).fold(f64::MIN_POSITIVE, f64::max);
+        if !seen.is_empty() {
+            let colours = seen.iter().map(|(_, left)| paint::dim(paint::BEFORE, 0.2 + 0.8 * (left / most) as f32));
+            let points = Points3D::new(seen.iter().map(|(point, _)| single(point))).with_colors(colours);
+            rec.log_static(format!("world/tracker points/{name}"), &points.with_radii([Radius::new_ui_points(POINT)]))?;
         }
     }
+    Ok(())
+}
+
+/// Writes the names of the balls, so far (m) above them.
+fn names(rec: &RecordingStream, subject: &Subject, path: &str, above: f64) -> Result<(), ViewError> {
+    let balls = &subject.dataset.balls;
+    let places = balls.iter().map(|b| single(&(b.position + Vector3::z() * above)));
+    let names = Points3D::new(places).with_radii([0.0]).with_colors([solid(paint::BALL)]);
+    rec.log_static(path, &names.with_labels(balls.iter().map(|b| format!("ball {}", b.id))).with_show_labels(true))?;
     Ok(())
 }

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, read_text};
-use calibench::identify::{Calibration, Model, identify, read_calibration};
-use calibench::measure::{Dataset, Measured, SampleSet, read_dataset};
+use calibench::identify::{Calibration, IdentifyError, Model, identify, read_calibration};
+use calibench::measure::{Dataset, Measured, Sample, SampleSet, read_dataset};
 use calibench::robot::Surroundings;
+use nalgebra::Vector3;
 use serde_json::Value;
 
 use crate::ViewError;
@@ -128,10 +129,24 @@ impl Subject {
         Ok(self)
     }
 
-    /// The ball of a stop's try, by its place.
-    pub fn ball_of(&self, stop: &Stop) -> Option<usize> {
-        let name = &self.journal.tries[stop.probing].ball;
-        self.dataset.balls.iter().position(|b| b.id == *name)
+    /// Where it was measured, world, m: the balls, or, where there are none, the points that were fitted.
+    pub fn targets(&self) -> Vec<Vector3<f64>> {
+        let balls: Vec<_> = self.dataset.balls.iter().map(|b| b.position).collect();
+        let point = |sample: &Sample| match &sample.measured {
+            Measured::Point(point) => Some(*point),
+            Measured::Ball { .. } | Measured::Distance { .. } => None,
+        };
+        if balls.is_empty() { self.dataset.samples.iter().filter_map(point).collect() } else { balls }
+    }
+
+    /// Whether the indicators of a gauge were read.
+    pub fn has_gauge(&self) -> bool {
+        self.journal.stops.iter().any(|stop| stop.reading.is_some())
+    }
+
+    /// Puts the failure of an identification at the folder.
+    pub fn blame(&self, source: IdentifyError) -> ViewError {
+        ViewError::Identify { folder: self.folder.clone(), source }
     }
 }
 
