@@ -46,7 +46,7 @@ impl Surroundings {
         let document: Document = parse_toml(path, &text)?;
         if document.format != SCENE_FORMAT {
             let remedy = format!("this version reads '{SCENE_FORMAT}'");
-            return Err(field_error(path, &text, "format", &format!("is '{}'", document.format), &remedy));
+            return Err(field_error(path, &text, "format", format!("is '{}'", document.format), &remedy));
         }
         let solids = |bodies: &[Body], table: &str| {
             let solid = |(k, body): (usize, &Body)| {

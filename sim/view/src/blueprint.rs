@@ -180,7 +180,7 @@ fn chart(title: &str, origin: &str, [x, y]: [[f64; 2]; 2]) -> View {
 /// Sends the layout as the blueprint that the recording opens with: paused on the first probing, the ball centred.
 pub fn send(rec: &RecordingStream, layout: &Layout) -> Result<(), ViewError> {
     let (blueprint, storage) =
-        RecordingStreamBuilder::new("calibench").recording_id("calibench-story").default_enabled(true).blueprint().memory()?;
+        RecordingStreamBuilder::new("calibench").recording_id("calibench-story").enabled(true).blueprint().memory()?;
     blueprint.set_log_time_enabled(false);
     blueprint.set_log_tick_enabled(false);
     blueprint.set_time_sequence("blueprint", 0);

@@ -73,7 +73,7 @@ fn recorder() -> RecordingStreamBuilder {
     RecordingStreamBuilder::new("calibench")
         .recording_id("calibench-run")
         .send_properties(false)
-        .default_enabled(true)
+        .enabled(true)
         .batcher_config(ChunkBatcherConfig::NEVER)
 }
 
@@ -94,9 +94,10 @@ fn play(rec: &RecordingStream, subject: &Subject, stands: &[Stand], wishes: &Wis
     }
     rec.flush_blocking()?;
     let show = |k: usize| {
-        arm::show(rec, subject, &stands[k], wishes.exaggerate)?;
+        let Some(stand) = stands.get(k) else { return Ok(()) };
+        arm::show(rec, subject, stand, wishes.exaggerate)?;
         if with_gauge {
-            gauge::show(rec, &stands[k].tool, journal.stops[k].reading.as_ref())?;
+            gauge::show(rec, &stand.tool, journal.stops[k].reading.as_ref())?;
         }
         if subject.is_campaign { charts.show(rec, k) } else { Ok(()) }
     };

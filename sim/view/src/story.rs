@@ -25,7 +25,7 @@ pub fn story(subject: &Subject, steps: &[Left], wishes: &Wishes) -> String {
         );
     }
     story += &format!(
-        "1. **Grey** is the arm as identified, **purple** as drawn, {:.0} times as far off as it is.\n",
+        "1. **Grey** is the arm as identified, **purple** as drawn, {} times as far off as it is.\n",
         wishes.exaggerate
     );
     story += "1. **Arrows**: what is left where it was measured, **orange before a step, blue after it**. Rms ";

@@ -50,7 +50,10 @@ fn viewer() -> Option<PathBuf> {
     let pythons = venvs.flat_map(|venv| fs::read_dir(venv.join("lib")).into_iter().flatten().flatten());
     let found = pythons.map(|p| p.path().join("site-packages/rerun_sdk/rerun_cli/rerun")).find(|p| p.is_file());
     if found.is_none() {
-        assert!(std::env::var_os("CALIBENCH_REQUIRE_ALL").is_none(), "there is no rerun; docs/replay.md says how to install it");
+        assert!(
+            std::env::var_os("CALIBENCH_REQUIRE_ALL").is_none(),
+            "there is no rerun; docs/replay.md says how to install it"
+        );
         println!("skipped: there is no rerun viewer; docs/replay.md says how to install it");
     }
     found
