@@ -40,8 +40,9 @@ pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), V
     let fail = |e: std::io::Error| {
         FileError::whole(output, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
     };
-    if output.is_dir() {
-        return Err(FileError::whole(output, "is a folder", "name a file").into());
+    // What takes the place of a folder or a device would leave none behind.
+    if output.exists() && !output.is_file() {
+        return Err(FileError::whole(output, "is not a file", "name a file").into());
     }
     let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(fail)?;

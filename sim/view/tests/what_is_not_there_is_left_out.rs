@@ -92,5 +92,5 @@ fn a_wrong_file_is_named_and_the_old_recording_stays() {
     assert!(why.contains("scene.toml:3") && why.contains("plate"), "{why}");
     assert_eq!(fs::read_to_string(&output).unwrap(), "old");
     fs::remove_file(folder.path().join("scene.toml")).unwrap();
-    assert!(refused(folder.path(), folder.path()).contains("is a folder"));
+    assert!(refused(folder.path(), folder.path()).contains("is not a file"));
 }
