@@ -164,6 +164,14 @@ impl Scenario {
         self.bodies.with_artifact()
     }
 
+    /// What one sees around the arm: the same without the balls, which a dataset has.
+    pub fn scene(&self) -> Surroundings {
+        let Surroundings { mut fixed, carried } = self.surroundings();
+        let balls: Vec<String> = self.ball_ids().iter().map(|id| ball_body(id)).collect();
+        fixed.retain(|body| !balls.contains(&body.name));
+        Surroundings { fixed, carried }
+    }
+
     /// What is left when the artifact has been taken away.
     pub fn surroundings_without_artifact(&self) -> Surroundings {
         self.bodies.without_artifact()

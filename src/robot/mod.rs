@@ -10,6 +10,7 @@ mod panda;
 mod rel_tool;
 mod rigid_fit;
 mod robot_file;
+mod scene_file;
 mod sites;
 pub mod solids;
 mod spherical_wrist;

@@ -17,6 +17,7 @@ mod study;
 mod suite_tables;
 mod validate;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -84,9 +85,14 @@ enum Verb {
     Robots(catalogue::Arguments),
 }
 
-/// Runs the program.
+/// Runs the program with the arguments that it was started with.
 pub fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    main_with(std::env::args_os())
+}
+
+/// Runs the program with these arguments, of which the first is its name.
+pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(e) => {
             // Help and version are not mistakes.

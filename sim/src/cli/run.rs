@@ -251,6 +251,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         "tracker.toml",
         "iterations.csv",
         "probings.csv",
+        "scene.toml",
         super::report::FILE,
         "cell.png",
         "gauge.png",
@@ -262,6 +263,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         write_calibration(&run.trical.calibration, &inside.join("trical.toml"))?;
         write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
         run.campaign.write(inside, &run.plan.probings, &scenario.ball_ids())?;
+        scenario.scene().write(&inside.join("scene.toml"))?;
         write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())
     })
 }

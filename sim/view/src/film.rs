@@ -1,0 +1,123 @@
+//! The recording: everything that moves, stop by stop, on the timelines `iteration`, `probing` and `time`.
+
+use std::fs::File;
+use std::path::Path;
+
+use calibench::files::FileError;
+use rerun::log::ChunkBatcherConfig;
+use rerun::{MediaType, RecordingStream, RecordingStreamBuilder, TextDocument};
+
+use crate::arm::{self, Stand};
+use crate::blueprint::{Layout, send};
+use crate::centring::Charts;
+use crate::steps::steps;
+use crate::subject::Subject;
+use crate::{ViewError, gauge, residuals, scene, story};
+
+/// What is asked of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wishes {
+    /// How many times larger than it is the difference between drawn and identified arm is shown.
+    pub exaggerate: f64,
+    /// Climb the ladder of missing effects.
+    pub ladder: bool,
+}
+
+impl Default for Wishes {
+    /// 30: an uncalibrated arm is millimetres off, which is then the width of a link. No ladder.
+    fn default() -> Self {
+        Wishes { exaggerate: 30.0, ladder: false }
+    }
+}
+
+/// Writes the recording of a calibration; the file appears whole or not at all.
+///
+/// # Errors
+/// When the data do not go together, the recorder fails, or the file cannot be written.
+pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), ViewError> {
+    let stands = arm::stands(subject).map_err(|e| subject.blame(e))?;
+    let steps = steps(subject, wishes.ladder).map_err(|e| subject.blame(e))?;
+    let fail = |e: std::io::Error| {
+        FileError::whole(output, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
+    };
+    // What takes the place of a folder or a device would leave none behind.
+    if output.exists() && !output.is_file() {
+        return Err(FileError::whole(output, "is not a file", "name a file").into());
+    }
+    let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(fail)?;
+    let unfinished = tempfile::Builder::new().prefix(".calibench-view.").suffix(".rrd").tempfile_in(folder).map_err(fail)?;
+    {
+        let rec = recorder().save(unfinished.path())?;
+        rec.set_log_time_enabled(false);
+        rec.set_log_tick_enabled(false);
+        let shown = residuals::arrows(&rec, &steps)?;
+        send(&rec, &Layout::of(subject, &shown))?;
+        rec.log_static(
+            "story",
+            &TextDocument::new(story::story(subject, &steps, wishes)).with_media_type(MediaType::markdown()),
+        )?;
+        play(&rec, subject, &stands, wishes)?;
+    }
+    File::open(unfinished.path()).and_then(|f| f.sync_all()).map_err(fail)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        std::fs::set_permissions(unfinished.path(), std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
+    }
+    unfinished.persist(output).map_err(|e| fail(e.error))?;
+    Ok(())
+}
+
+/// A recorder that writes the same content for the same subject: named, no clock, chunks cut by the entity and not by the moment.
+fn recorder() -> RecordingStreamBuilder {
+    RecordingStreamBuilder::new("calibench")
+        .recording_id("calibench-run")
+        .send_properties(false)
+        .enabled(true)
+        .batcher_config(ChunkBatcherConfig::NEVER)
+}
+
+/// Everything that moves. On `probing` there is one picture a try, settled on the ball.
+///
+/// What is recorded is flushed part by part: what one entity has in several parts keeps their order, and two recordings are alike.
+fn play(rec: &RecordingStream, subject: &Subject, stands: &[Stand], wishes: &Wishes) -> Result<(), ViewError> {
+    let charts = Charts::new(subject);
+    let journal = &subject.journal;
+    let with_gauge = subject.has_gauge();
+    scene::standing(rec, subject)?;
+    arm::bodies(rec, subject)?;
+    if with_gauge {
+        gauge::plungers(rec)?;
+    }
+    if subject.is_campaign {
+        charts.frames(rec)?;
+    }
+    rec.flush_blocking()?;
+    let show = |k: usize| {
+        let Some(stand) = stands.get(k) else { return Ok(()) };
+        arm::show(rec, subject, stand, wishes.exaggerate)?;
+        if with_gauge {
+            gauge::show(rec, &stand.tool, journal.stops[k].reading.as_ref())?;
+        }
+        if subject.is_campaign { charts.show(rec, k) } else { Ok(()) }
+    };
+    for (k, stop) in journal.stops.iter().enumerate() {
+        rec.set_time_sequence("iteration", k as i64 + 1);
+        match stop.time_s {
+            Some(time) => rec.set_duration_secs("time", time),
+            None => rec.disable_timeline("time"),
+        }
+        show(k)?;
+    }
+    rec.flush_blocking()?;
+    rec.reset_time();
+    for probing in 0..journal.tries.len() {
+        if let Some(k) = journal.settled(probing) {
+            rec.set_time_sequence("probing", probing as i64 + 1);
+            show(k)?;
+        }
+    }
+    rec.flush_blocking()?;
+    Ok(())
+}

@@ -1,0 +1,59 @@
+//! The TriCal: three plungers in their channels.
+
+use calibench::cell::TriCal;
+use calibench::robot::Pose;
+use calibench::units::MM;
+use nalgebra::Vector3;
+use rerun::{Arrows3D, Cylinders3D, FillMode, Quaternion, RecordingStream, Transform3D};
+
+use crate::ViewError;
+use crate::paint::{self, solid};
+use crate::scene::{single, transform};
+
+/// Of the drawn plungers, m: tip and spindle of an ordinary indicator; only the tip's radius matters to the measurement.
+const TIP: f64 = 3.0 * MM;
+const SPINDLE: f64 = 36.0 * MM;
+const SPINDLE_RADIUS: f64 = 2.25 * MM;
+
+/// Draws what does not change in the gauge.
+pub fn plungers(rec: &RecordingStream) -> Result<(), ViewError> {
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    // A cylinder lies along z, and is to lie along the channel.
+    let along = [
+        Quaternion::from_xyzw([0.0, std::f32::consts::FRAC_1_SQRT_2, 0.0, std::f32::consts::FRAC_1_SQRT_2]),
+        Quaternion::from_xyzw([-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2]),
+        Quaternion::IDENTITY,
+    ];
+    for k in 0..3 {
+        let centres = [axes[k] * (TIP / 2.0), axes[k] * (TIP + SPINDLE / 2.0)];
+        let plunger = Cylinders3D::from_lengths_and_radii(
+            [TIP as f32, SPINDLE as f32],
+            [TriCal::PAPER.tip_radius as f32, SPINDLE_RADIUS as f32],
+        )
+        .with_centers(centres.map(|c| single(&c)))
+        .with_quaternions([along[k]; 2])
+        .with_colors([solid(paint::AXES[k])])
+        .with_fill_mode(FillMode::Solid);
+        rec.log_static(plunger_path(k), &plunger)?;
+    }
+    let length = 20.0 * MM;
+    let arrows = Arrows3D::from_vectors(axes.map(|a| single(&(a * length)))).with_colors(paint::AXES.map(solid));
+    rec.log_static("world/tool/axes", &arrows.with_radii([0.0005]))?;
+    Ok(())
+}
+
+fn plunger_path(k: usize) -> String {
+    format!("world/tool/plunger {}", k + 1)
+}
+
+/// Moves the gauge to a stop: the tip of each plunger touches the ball where the indicator says, or is free.
+pub fn show(rec: &RecordingStream, world_from_tool: &Pose, reading: Option<&Vector3<f64>>) -> Result<(), ViewError> {
+    let trical = TriCal::PAPER;
+    rec.log("world/tool", &transform(world_from_tool))?;
+    for k in 0..3 {
+        let reading = reading.map_or(trical.free_reading(), |r| r[k]);
+        let tip = Vector3::ith(k, reading + trical.datum_radius);
+        rec.log(plunger_path(k), &Transform3D::from_translation(single(&tip)))?;
+    }
+    Ok(())
+}

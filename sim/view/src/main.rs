@@ -1,0 +1,54 @@
+//! The program `calibench-view`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use calibench_view::{Subject, ViewError, Wishes, record};
+use clap::Parser;
+
+/// Makes a recording of a calibration, for the rerun viewer
+#[derive(Parser)]
+#[command(name = "calibench-view", version)]
+struct Arguments {
+    /// The folder that `calibench run --out` wrote; or a dataset folder
+    #[arg(value_name = "RUN|DATASET")]
+    folder: PathBuf,
+    /// Where to write the recording; the default is run.rrd, in the folder
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// How many times larger than it is the difference between the arm as drawn and the arm as identified is shown
+    #[arg(long, default_value_t = Wishes::default().exaggerate, value_parser = factor)]
+    exaggerate: f64,
+    /// Climb the ladder of missing effects, and show the residuals before and after each of its rungs; takes seconds
+    #[arg(long)]
+    ladder: bool,
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if factor.is_finite() && factor > 0.0 => Ok(factor),
+        _ => Err("give a positive number".into()),
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match make(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("calibench-view: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn make(arguments: &Arguments) -> Result<(), ViewError> {
+    let subject = Subject::read(&arguments.folder)?;
+    let output = arguments.output.clone().unwrap_or_else(|| arguments.folder.join("run.rrd"));
+    record(&subject, &Wishes { exaggerate: arguments.exaggerate, ladder: arguments.ladder }, &output)?;
+    if !subject.left_out.is_empty() {
+        eprintln!("calibench-view: left out: {}", subject.left_out.join("; "));
+    }
+    println!("Written to {}", output.display());
+    Ok(())
+}

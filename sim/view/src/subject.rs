@@ -1,0 +1,171 @@
+//! What is replayed: the files of a run folder, or of a dataset folder alone.
+
+use std::path::{Path, PathBuf};
+
+use calibench::files::{FileError, read_text};
+use calibench::identify::{Calibration, IdentifyError, Model, identify, read_calibration};
+use calibench::measure::{Dataset, Measured, Sample, SampleSet, read_dataset};
+use calibench::robot::Surroundings;
+use nalgebra::Vector3;
+use serde_json::Value;
+
+use crate::ViewError;
+use crate::journal::{Journal, Stop, Try};
+
+/// What makes a folder a run.
+const RESULT: &str = "result.json";
+
+/// The dataset of a run that is replayed.
+const TRICAL: &str = "trical";
+
+/// A calibration to be replayed.
+pub struct Subject {
+    /// The folder.
+    pub folder: PathBuf,
+    /// The scenario, or the folder's name.
+    pub title: String,
+    /// What the scenario asks.
+    pub question: Option<String>,
+    /// How the calibration calls the dataset.
+    pub name: String,
+    /// What was fitted.
+    pub dataset: Dataset,
+    /// Points at poses that were not fitted.
+    pub validation: Option<Dataset>,
+    /// The identified robot.
+    pub calibration: Calibration,
+    /// What stands around.
+    pub scene: Option<Surroundings>,
+    /// Every stop of the arm; of a dataset alone one a sample.
+    pub journal: Journal,
+    /// Whether the journal is that of a campaign.
+    pub is_campaign: bool,
+    /// What the folder does not hold, and what is not shown therefore.
+    pub left_out: Vec<String>,
+}
+
+impl Subject {
+    /// Reads a run folder, or a dataset folder.
+    ///
+    /// # Errors
+    /// When the folder is neither, a file is wrong, or a dataset does not determine its robot.
+    pub fn read(folder: &Path) -> Result<Self, ViewError> {
+        if folder.join(RESULT).is_file() {
+            Subject::of_run(folder)
+        } else if folder.join("dataset.toml").is_file() {
+            Subject::of_dataset(folder)
+        } else {
+            Err(ViewError::NothingToReplay(folder.to_owned()))
+        }
+    }
+
+    fn of_run(folder: &Path) -> Result<Self, ViewError> {
+        let path = folder.join(RESULT);
+        let wrong = |problem: String| FileError::whole(&path, problem, "give the file as `calibench run` wrote it");
+        let result: Value = serde_json::from_str(&read_text(&path)?).map_err(|e| wrong(format!("is no JSON: {e}")))?;
+        if result["format"] != "calibench-run/1" {
+            return Err(wrong(format!("has the format {}, not \"calibench-run/1\"", result["format"])).into());
+        }
+        let text = |key: &str| result[key].as_str().map(str::to_owned);
+        let dataset = read_dataset(&folder.join(TRICAL))?;
+        let calibration = read_calibration(&folder.join("trical.toml"))?;
+        let validation = folder.join("validation");
+        let validation = validation.is_dir().then(|| read_dataset(&validation)).transpose()?;
+        let subject = Subject {
+            title: text("scenario").unwrap_or_else(|| "run".into()),
+            question: text("question").filter(|q| !q.is_empty()),
+            validation,
+            ..Subject::of(folder, TRICAL.into(), dataset, calibration)
+        };
+        subject.with_cell()
+    }
+
+    fn of_dataset(folder: &Path) -> Result<Self, ViewError> {
+        let dataset = read_dataset(folder)?;
+        let name = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+        let name = name.file_name().map_or_else(|| "dataset".into(), |n| n.to_string_lossy().into_owned());
+        let calibration = identify(&[(&name, &dataset)], &Model::default_for(&dataset))
+            .map_err(|source| ViewError::Identify { folder: folder.to_owned(), source })?;
+        Subject::of(folder, name, dataset, calibration).with_cell()
+    }
+
+    fn of(folder: &Path, name: String, dataset: Dataset, calibration: Calibration) -> Self {
+        Subject {
+            folder: folder.to_owned(),
+            title: name.clone(),
+            question: None,
+            name,
+            dataset,
+            validation: None,
+            calibration,
+            scene: None,
+            journal: Journal::default(),
+            is_campaign: false,
+            left_out: Vec::new(),
+        }
+    }
+
+    /// Takes in what else the folder tells of the cell.
+    fn with_cell(mut self) -> Result<Self, ViewError> {
+        let scene = self.folder.join("scene.toml");
+        if scene.is_file() {
+            self.scene = Some(Surroundings::read(&scene)?);
+        } else {
+            self.left_out.push("table and gauge body (no scene.toml)".into());
+        }
+        if self.dataset.robot.solids.is_empty() {
+            self.left_out.push("bodies of the arm (its robot file has no [[solid]]): it is drawn as lines".into());
+        }
+        match Journal::read(&self.folder, self.dataset.robot.joints())? {
+            Some(journal) => (self.journal, self.is_campaign) = (journal, true),
+            None => {
+                self.journal = one_stop_a_sample(&self.dataset);
+                self.left_out.push("the centring (no iterations.csv and probings.csv): one stop a sample".into());
+            }
+        }
+        if self.validation.is_none() && !self.dataset.samples.iter().any(|s| s.set == SampleSet::Validation) {
+            self.left_out.push("validation points (none there)".into());
+        }
+        Ok(self)
+    }
+
+    /// Where it was measured, world, m: the balls, or, where there are none, the points that were fitted.
+    pub fn targets(&self) -> Vec<Vector3<f64>> {
+        let balls: Vec<_> = self.dataset.balls.iter().map(|b| b.position).collect();
+        let point = |sample: &Sample| match &sample.measured {
+            Measured::Point(point) => Some(*point),
+            Measured::Ball { .. } | Measured::Distance { .. } => None,
+        };
+        if balls.is_empty() { self.dataset.samples.iter().filter_map(point).collect() } else { balls }
+    }
+
+    /// Whether the indicators of a gauge were read.
+    pub fn has_gauge(&self) -> bool {
+        self.journal.stops.iter().any(|stop| stop.reading.is_some())
+    }
+
+    /// Puts the failure of an identification at the folder.
+    pub fn blame(&self, source: IdentifyError) -> ViewError {
+        ViewError::Identify { folder: self.folder.clone(), source }
+    }
+}
+
+/// The journal that a dataset is: every sample a try with one stop.
+fn one_stop_a_sample(dataset: &Dataset) -> Journal {
+    let mut journal = Journal::default();
+    for (probing, sample) in dataset.samples.iter().enumerate() {
+        let (ball, reading) = match &sample.measured {
+            Measured::Ball { ball, reading } => (dataset.balls[*ball].id.clone(), *reading),
+            Measured::Point(_) | Measured::Distance { .. } => (String::new(), None),
+        };
+        journal.tries.push(Try { id: sample.id.clone(), ball, outcome: "measured".into() });
+        journal.stops.push(Stop {
+            probing,
+            on_ball: reading.is_some(),
+            time_s: sample.time_s,
+            joints: sample.q.clone(),
+            reading,
+        });
+    }
+    journal
+}
