@@ -16,6 +16,7 @@ mod run;
 mod study;
 mod suite_tables;
 mod validate;
+mod workbench;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -76,6 +77,8 @@ enum Verb {
     Compare(compare::Arguments),
     /// One HTML page: what is wrong in words, then in pictures
     Report(report::Arguments),
+    /// The same page live, on the loopback address: add effects, undo, write one's own, save
+    Workbench(workbench::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -110,6 +113,7 @@ pub fn main() -> ExitCode {
         Verb::Study(a) => study::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Report(a) => report::run(a),
+        Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),
