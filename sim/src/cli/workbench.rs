@@ -1,9 +1,10 @@
 //! `workbench DATASET...|RUN`: the report's page, live on the loopback address.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use super::report::{blame_opened, open, run_folder};
-use super::{Failure, Outcome, print};
+use super::{Failure, Outcome};
 use crate::workbench::{Bench, Place, Server};
 
 #[derive(clap::Args)]
@@ -33,7 +34,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let place = Place::new(save_to.clone().unwrap_or_else(default), model.clone());
     let bench = Bench::new(opened, place).map_err(|(opened, e)| blame_opened(&opened, folders, model.as_deref(), &e))?;
     let server = Server::new(bench, *port).map_err(|e| format!("port {port} of the loopback address: {e}; name another with --port"))?;
-    print(&server.url())?;
-    server.run()?;
+    server.run(|url| {
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{url}").and_then(|()| out.flush())
+    })?;
     Ok(Outcome::Done)
 }

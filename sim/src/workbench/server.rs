@@ -8,7 +8,7 @@ use std::time::Instant;
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{DefaultBodyLimit, Request, State};
-use axum::http::header::{self, HeaderName, HeaderValue};
+use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
 use axum::http::{Response, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::routing::{get, post};
@@ -55,25 +55,22 @@ impl Server {
         Ok(Server { listener, desk: Arc::new(Desk { gate, bench: Mutex::new(bench), writing: Mutex::new(()) }) })
     }
 
-    /// The page's address, token included.
-    pub fn url(&self) -> String {
-        self.desk.gate.url()
-    }
-
-    /// Answers until it is interrupted.
+    /// Answers until it is interrupted; `announce` is told the page's address once an interruption would be heard.
     ///
     /// # Errors
-    /// When the system gives no threads or no signals, or takes the socket away.
-    pub fn run(self) -> io::Result<()> {
+    /// When the system gives no threads or no signals, or takes the socket away; that of `announce`.
+    pub fn run(self, announce: impl FnOnce(&str) -> io::Result<()>) -> io::Result<()> {
         let Server { listener, desk } = self;
         listener.set_nonblocking(true)?;
         let runtime = runtime::Builder::new_multi_thread().worker_threads(WORKERS).enable_io().build()?;
         let routes = routes(desk.clone());
         let result = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener)?;
+            let interrupted = interrupted()?;
+            announce(&desk.gate.url())?;
             tokio::select! {
                 served = axum::serve(listener, routes) => served,
-                told = interrupted() => told,
+                () = interrupted => Ok(()),
             }
         });
         // A fit that still runs is of no use to anybody; a file is finished.
@@ -83,18 +80,23 @@ impl Server {
     }
 }
 
-/// Ends when the user, or the system, wants the program to end.
-async fn interrupted() -> io::Result<()> {
-    #[cfg(unix)]
-    {
-        let mut terminate = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+/// Ends when the user, or the system, wants the program to end; listens to them from the call on.
+#[cfg(unix)]
+fn interrupted() -> io::Result<impl Future<Output = ()>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
+    Ok(async move {
         tokio::select! {
-            told = tokio::signal::ctrl_c() => told,
-            _ = terminate.recv() => Ok(()),
+            _ = interrupt.recv() => (),
+            _ = terminate.recv() => (),
         }
-    }
-    #[cfg(not(unix))]
-    tokio::signal::ctrl_c().await
+    })
+}
+
+#[cfg(not(unix))]
+fn interrupted() -> io::Result<impl Future<Output = ()>> {
+    // Without a way to be interrupted it ends with the console.
+    Ok(async { drop(tokio::signal::ctrl_c().await) })
 }
 
 fn routes(desk: Arc<Desk>) -> Router {
@@ -153,9 +155,16 @@ impl Own {
 #[serde(deny_unknown_fields)]
 struct Nothing {}
 
+/// Whether a request says that it is longer than anything that is asked here: it need not be waited for.
+fn is_too_long(headers: &HeaderMap) -> bool {
+    let said = headers.get(header::CONTENT_LENGTH).and_then(|l| l.to_str().ok()).and_then(|l| l.parse::<u64>().ok());
+    said.is_some_and(|length| length > LONGEST_BODY as u64)
+}
+
 /// Turns strangers away, and tells the browser what an answer may not be used for.
 async fn guard(State(desk): State<Arc<Desk>>, request: Request, next: Next) -> Answer {
     let mut answer = match desk.gate.judge(request.method(), request.uri(), request.headers()) {
+        Ok(()) if is_too_long(request.headers()) => problem(StatusCode::PAYLOAD_TOO_LARGE, None, "that is too long"),
         Ok(()) => next.run(request).await,
         Err(Turned(status, because)) => problem(status, None, because),
     };

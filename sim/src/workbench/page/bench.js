@@ -191,9 +191,10 @@ function mark(effect) {
 async function show({ live, document: told }) {
   bench.turn += 1;
   const { turn } = bench;
+  document.body.dataset.settled = "0";
   bench.live = live;
   bench.report = told;
-  for (const host of [by_id("stairs")]) for (let i = drawn.length - 1; i >= 0; i -= 1) if (host.contains(drawn[i].host)) drawn.splice(i, 1)[0].chart?.dispose();
+  for (let i = drawn.length - 1; i >= 0; i -= 1) if (by_id("stairs").contains(drawn[i].host)) drawn.splice(i, 1)[0].chart?.dispose();
   by_id("opened").textContent = live.datasets.filter((d) => d.chosen).map((d) => d.name).join(", ");
   by_id("now").replaceChildren(...now());
   by_id("stairs").replaceChildren(...stairs());
@@ -217,7 +218,7 @@ async function show({ live, document: told }) {
   } catch (error) {
     if (turn === bench.turn) say(error.message, true);
   }
-  document.body.dataset.views = turn;
+  if (turn === bench.turn) document.body.dataset.settled = "1";
 }
 
 // What `next` proposes.
@@ -261,6 +262,7 @@ by_id("choice").addEventListener("submit", (event) => {
   act("Fitting …", "choose", { datasets }, ({ took_ms }) => `Begun anew in ${seconds(took_ms)}.`, (error) => { by_id("datasets-error").textContent = error.message; });
 });
 
+set_busy(true);
 ask("document").then(
   (told) => { show(told); set_busy(false); say(`Fitted. ${told.live.effects.join(" + ")}`); },
   (error) => say(error.message, true),
