@@ -83,11 +83,11 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     assert_eq!(bench.ask("POST", "/api/undo", &[], "{}").status, 422);
 
     // A step that `add` refuses is refused, and taken all the same when that is wanted.
-    let verb = printed(&at, &["add", "payload_mass", "trical", "--json"]);
+    let verb = printed(&at, &["add", "harmonic1:5", "trical", "--json"]);
     assert_eq!(verb["accepted"], false, "the example of a step that does not help");
-    let refused = untimed(bench.act("add", &json!({"effect": "payload_mass"})));
+    let refused = untimed(bench.act("add", &json!({"effect": "harmonic1:5"})));
     assert_eq!(refused, json!({"step": verb}));
-    let forced = bench.act("add", &json!({"effect": "payload_mass", "force": true}));
+    let forced = bench.act("add", &json!({"effect": "harmonic1:5", "force": true}));
     assert_eq!(forced["step"]["after"], verb["after"]);
     bench.act("undo", &json!({}));
 

@@ -77,12 +77,7 @@ impl Page {
     ///
     /// # Errors
     /// When the rows to judge on cannot be predicted.
-    pub fn of(
-        subject: &PageSubject<'_>,
-        standing: &Standing,
-        ladder: Value,
-        views: &Views,
-    ) -> Result<Self, IdentifyError> {
+    pub fn of(subject: &PageSubject<'_>, standing: &Standing, ladder: Value, views: &Views) -> Result<Self, IdentifyError> {
         let mut document = standing.json(subject, ladder)?;
         if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), views.json(standing)) {
             whole.extend(part);

@@ -21,6 +21,9 @@ from playwright.sync_api import sync_playwright
 
 from report_in_a_browser import AXE, CHROMIUM, FLAGS, OVERLAPS
 
+# Charts that are to be seen, and have nothing in them.
+EMPTY = "[...document.querySelectorAll('.chart')].filter(c => c.clientWidth && !c.querySelector('svg path')).map(c => c.getAttribute('aria-label'))"
+
 # An action on 12,000 samples, unoptimised, on a busy machine, ms.
 PATIENCE = 180_000
 
@@ -48,13 +51,17 @@ def settled(page):
     """Waits until the last action was answered and every sample looked at."""
     # By selectors: the page's policy forbids the scripts of text that other waits are made of.
     page.wait_for_selector("body[aria-busy='false'][data-settled='1']", timeout=PATIENCE)
-    page.wait_for_timeout(150)
+    for _ in range(100):
+        page.wait_for_timeout(150)
+        if not page.evaluate(EMPTY):
+            return
 
 
 def looked_at(page, name, pictures, found, axe=True):
     """What is wrong with the page as it stands: texts upon each other, too wide, or hard to read by ear."""
     if page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"):
         found.append(f"{name}: the page is wider than the window")
+    found += [f"{name}: nothing is drawn of: {label}" for label in page.evaluate(EMPTY)[:5]]
     found += [f"{name}: {what}" for what in page.evaluate(OVERLAPS)[:5]]
     if pictures:
         page.screenshot(path=pictures / f"workbench-{name}.png", full_page=True)

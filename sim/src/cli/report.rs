@@ -83,9 +83,10 @@ pub(super) fn run_folder(folders: &[PathBuf]) -> Option<&Path> {
 /// Reads a run, or datasets.
 pub(super) fn open(folders: &[PathBuf], model: Option<&Path>) -> Result<Opened, Failure> {
     match run_folder(folders) {
-        Some(_) if model.is_some() => {
-            Err("--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead".into())
-        }
+        Some(_) if model.is_some() => Err(
+            "--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead"
+                .into(),
+        ),
         Some(run) => open_run(run),
         None => open_datasets(folders, model),
     }

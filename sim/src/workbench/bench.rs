@@ -4,9 +4,7 @@ use calibench::assess::{CellLayout, Examination, Objection, WORKSPACE_POSES, pro
 use calibench::files::FileError;
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
-use calibench::report::{
-    Page, PageSubject, Recommended, Standing, Views, next_json, objection_sentence, rung_json, step_json,
-};
+use calibench::report::{Page, PageSubject, Recommended, Standing, Views, next_json, objection_sentence, rung_json, step_json};
 use serde_json::{Value, json};
 use thiserror::Error;
 
@@ -128,16 +126,20 @@ impl Bench {
         let steps = &self.hunt().steps;
         let rungs: Vec<Value> = steps.iter().map(|s| rung_json(&s.standing.rung)).collect();
         let objections: Vec<String> = self.here().objections.iter().map(objection_sentence).collect();
-        let step = (steps.len() > 1).then(|| json!({"effect": self.here().standing.rung.added.join(" + "), "objections": objections}));
+        let step =
+            (steps.len() > 1).then(|| json!({"effect": self.here().standing.rung.added.join(" + "), "objections": objections}));
         json!({"rungs": rungs, "complete": true, "step": step})
     }
 
     /// What stands beside the document: the data that can be chosen, the model, and what can be done.
     fn live(&self) -> Value {
         let hunt = self.hunt();
-        let datasets = self.opened.datasets.iter().enumerate().map(|(k, (name, d))| {
-            json!({"name": name, "samples": d.samples.len(), "chosen": hunt.chosen.contains(&k)})
-        });
+        let datasets = self
+            .opened
+            .datasets
+            .iter()
+            .enumerate()
+            .map(|(k, (name, d))| json!({"name": name, "samples": d.samples.len(), "chosen": hunt.chosen.contains(&k)}));
         let joints = self.here().standing.rung.calibration.robot.joints();
         let each = |from: usize, site: &'static str| (from..from + joints).map(move |j| format!("{site}:{j}"));
         let sites: Vec<String> = each(1, "theta").chain(each(1, "d")).chain(each(0, "alpha")).chain(each(0, "a")).collect();
@@ -164,7 +166,7 @@ impl Bench {
     fn look(&mut self, effect: Option<&str>) -> Result<Option<usize>, Refusal> {
         let looked = self.subject(|subject| {
             let here = self.here();
-                let fresh = if here.views.is_none() { Some(Views::new(subject, &here.standing)?) } else { None };
+            let fresh = if here.views.is_none() { Some(Views::new(subject, &here.standing)?) } else { None };
             Ok::<_, IdentifyError>(fresh)
         })?;
         let last = self.hunts.len() - 1;

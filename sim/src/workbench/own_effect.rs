@@ -58,7 +58,9 @@ pub(super) fn parse(draft: &Draft, model: &Model, dataset: &Dataset) -> Result<O
                 _ => "expressions",
             };
             let line = e.key.strip_prefix("terms[").and_then(|rest| rest.split_once(']')?.0.parse::<usize>().ok());
-            let line = line.filter(|_| field == "expressions" && lines.len() > 1).map_or(String::new(), |k| format!("line {}, ", k + 1));
+            let line = line
+                .filter(|_| field == "expressions" && lines.len() > 1)
+                .map_or(String::new(), |k| format!("line {}, ", k + 1));
             Err(Refusal::field(field, format!("{line}{}; {}", e.problem, e.remedy)))
         }
     }

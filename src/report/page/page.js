@@ -21,8 +21,8 @@ function render(report, ids = Object.keys(sections())) {
   document.getElementById("verdict").replaceChildren(...verdict(report).flat().filter(Boolean));
   for (const part of parts) {
     for (const unfolded of part.querySelectorAll("details")) unfolded.addEventListener("toggle", () => unfolded.open && draw(unfolded));
+    draw(part);
   }
-  draw();
   document.body.dataset.ready = "1";
 }
 

@@ -11,9 +11,7 @@ use crate::identify::{Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, SampleSet};
 use crate::report::meaning::meaning;
 use crate::report::workspace::extrapolation_sentence;
-use crate::report::{
-    Outlook, calibration_json, diagnosis_json, symptom_sentence, unresolved_sentences, validation_json,
-};
+use crate::report::{Outlook, calibration_json, diagnosis_json, symptom_sentence, unresolved_sentences, validation_json};
 use crate::units::{DEG, MM};
 
 /// A model on the data of a page, and the poses on which it is judged.

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::candidate::curve_id;
 use super::PageSubject;
+use super::candidate::curve_id;
 use super::standing::judge;
 use crate::assess::{ProvingGround, Rung, Verdict, add, ladder as climb, rung};
 use crate::identify::IdentifyError;

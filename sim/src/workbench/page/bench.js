@@ -29,6 +29,8 @@ function say(text, failed = false) {
   status.replaceChildren(...sentence(text));
 }
 
+const unbroken = (part) => percent(part).replaceAll(" ", "\u00a0");
+
 const seconds = (ms) => (ms < 1000 ? `${ms} ms` : `${(ms / 1000).toFixed(1)} s`);
 
 function set_busy(busy) {
@@ -106,7 +108,8 @@ function now() {
   const tile = (name, of, beside) => {
     const [value, from] = [of(last), before && of(before)];
     if (!Number.isFinite(value)) return null;
-    const moved = Number.isFinite(from) && from > 0 ? `${signed(fixed(100 * (value / from - 1), 1))} % by the last step` : beside;
+    const percents = Number.isFinite(from) && from > 0 ? 100 * (value / from - 1) : null;
+    const moved = percents === null ? beside : Math.abs(percents) < 0.05 ? "unchanged by the last step" : `${signed(fixed(percents, 1))} % by the last step`;
     return element("div", {}, element("dt", {}, name), element("dd", {},
       element("div", { class: "value" }, Number.isFinite(from) ? element("span", { class: "from" }, `${millimetres(from)} → `) : null, `${millimetres(value)} mm`), element("div", { class: "beside" }, moved)));
   };
@@ -114,8 +117,8 @@ function now() {
   return [
     tile("Residual of the fit, rms", (r) => r.fit_rms_mm, `${bench.report.figures.samples} samples`),
     tile("Cross-validated, rms", (r) => r.cv_rms_mm, "blocks that were not fitted"),
-    tile("Measured on poses not fitted, mean", (r) => r.validation?.mean_mm, "rows kept for validation") ?? tile("Predicted over the workspace, mean", expected, "no rows are kept for validation"),
-    tile("Floor: what noise alone would leave", (r) => r.noise_mm, bench.report.figures.noise_stated ? "as stated" : "as the best explanation leaves it"),
+    tile("Measured on other poses, mean", (r) => r.validation?.mean_mm, "rows kept for validation") ?? tile("Predicted over the workspace", expected, "mean; no rows are kept for validation"),
+    tile("Floor: noise alone", (r) => r.noise_mm, bench.report.figures.noise_stated ? "as stated" : "as the best explanation leaves it"),
   ].filter(Boolean);
 }
 
@@ -129,7 +132,7 @@ function stairs() {
     ["measured", (r) => r.validation?.mean_mm, "measured", "rect"], ["predicted", (r) => r.workspace?.mean_mm, "predicted", "diamond"], ["floor", (r) => r.noise_mm, "noise", "none"],
   ].filter(([, of]) => rungs.some((r) => Number.isFinite(of(r))));
   const label = "The error by step: " + lines.map(([name, of]) => `${name} ${rungs.map((r) => millimetres(of(r))).join(", ")} mm`).join("; ");
-  return [element("figure", {}, chart(label, 230, (theme, width) => ({
+  return [element("figure", {}, chart(label, 210, (theme, width) => ({
     grid: { left: 62, right: 24, top: 34, bottom: 34, outerBoundsMode: "none" },
     legend: { top: 0, left: 56, itemWidth: 16, itemHeight: 9, textStyle: { color: theme.ink, fontSize: 12 }, selectedMode: false },
     tooltip: tooltip(theme, ({ seriesName, dataIndex, value }) => `${names[dataIndex]}\n${seriesName}: ${millimetres(value)} mm`),
@@ -147,7 +150,7 @@ function candidates() {
   const { diagnosis, meanings } = bench.report;
   return bench.live.candidates.slice(0, 8).map((effect) => {
     const found = diagnosis.findings.find((f) => f.in_model === effect);
-    const said = found ? `${meanings[effect]?.what ?? ""}; probability ${percent(found.probability)}, explains ${percent(found.explains)}` : "the curve that this joint’s error follows, whatever its shape";
+    const said = found ? `${meanings[effect]?.what ?? ""}; probability ${unbroken(found.probability)}, explains ${unbroken(found.explains)}` : "the curve that this joint’s error follows, whatever its shape";
     const button = element("button", { type: "button", "aria-label": `Add ${effect}` }, "Add");
     button.addEventListener("click", () => add(effect));
     const row = element("li", { "data-effect": effect }, element("div", {}, element("code", {}, effect), element("div", { class: "quiet" }, said)), button);
@@ -208,6 +211,7 @@ async function show({ live, document: told }) {
     return element("label", {}, box, `${d.name} (${d.samples} samples)`);
   }));
   by_id("sites").replaceChildren(...live.sites.map((site) => element("option", { value: site })));
+  draw(by_id("stairs"));
   render(told);
   try {
     const views = await ask("views");
