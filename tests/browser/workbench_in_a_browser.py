@@ -51,6 +51,11 @@ def settled(page):
     """Waits until the last action was answered and every sample looked at."""
     # By selectors: the page's policy forbids the scripts of text that other waits are made of.
     page.wait_for_selector("body[aria-busy='false'][data-settled='1']", timeout=PATIENCE)
+    painted(page)
+
+
+def painted(page):
+    """Waits until every chart that is to be seen has something in it: a busy machine takes its time."""
     for _ in range(100):
         page.wait_for_timeout(150)
         if not page.evaluate(EMPTY):
@@ -64,9 +69,12 @@ def looked_at(page, name, pictures, found, axe=True):
     found += [f"{name}: nothing is drawn of: {label}" for label in page.evaluate(EMPTY)[:5]]
     found += [f"{name}: {what}" for what in page.evaluate(OVERLAPS)[:5]]
     if pictures:
-        page.screenshot(path=pictures / f"workbench-{name}.png", full_page=True)
         page.evaluate("scrollTo(0, 0)")
         page.screenshot(path=pictures / f"workbench-{name}-first.png")
+        page.locator("#bench").screenshot(path=pictures / f"workbench-{name}-bench.png")
+        painted(page)
+        page.screenshot(path=pictures / f"workbench-{name}.png", full_page=True)
+        painted(page)
     if axe:
         result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
         for violation in result["violations"]:
@@ -190,6 +198,7 @@ def drive(play, program, dataset, keep, pictures, url, effect):
         page.set_viewport_size({"width": width, "height": 900})
         page.emulate_media(color_scheme=light)
         page.wait_for_timeout(400)
+        painted(page)
         looked_at(page, name, pictures, found)
     browser.close()
     return found, took

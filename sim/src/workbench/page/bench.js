@@ -117,7 +117,7 @@ function now() {
   return [
     tile("Residual of the fit, rms", (r) => r.fit_rms_mm, `${bench.report.figures.samples} samples`),
     tile("Cross-validated, rms", (r) => r.cv_rms_mm, "blocks that were not fitted"),
-    tile("Measured on other poses, mean", (r) => r.validation?.mean_mm, "rows kept for validation") ?? tile("Predicted over the workspace", expected, "mean; no rows are kept for validation"),
+    tile("Measured on other poses, rms", (r) => r.validation?.rms_mm, "rows kept for validation") ?? tile("Predicted over the workspace", expected, "mean; no rows are kept for validation"),
     tile("Floor: noise alone", (r) => r.noise_mm, bench.report.figures.noise_stated ? "as stated" : "as the best explanation leaves it"),
   ].filter(Boolean);
 }
@@ -129,7 +129,7 @@ function stairs() {
   const names = rungs.map((r, k) => (k ? `+ ${r.added.join(" + ")}` : "to begin with"));
   const lines = [
     ["fit", (r) => r.fit_rms_mm, "residual", "circle"], ["cross-validated", (r) => r.cv_rms_mm, "other", "triangle"],
-    ["measured", (r) => r.validation?.mean_mm, "measured", "rect"], ["predicted", (r) => r.workspace?.mean_mm, "predicted", "diamond"], ["floor", (r) => r.noise_mm, "noise", "none"],
+    ["measured on other poses", (r) => r.validation?.rms_mm, "measured", "rect"], ["predicted, mean", (r) => r.workspace?.mean_mm, "predicted", "diamond"], ["floor", (r) => r.noise_mm, "noise", "none"],
   ].filter(([, of]) => rungs.some((r) => Number.isFinite(of(r))));
   const label = "The error by step: " + lines.map(([name, of]) => `${name} ${rungs.map((r) => millimetres(of(r))).join(", ")} mm`).join("; ");
   return [element("figure", {}, chart(label, 210, (theme, width) => ({
