@@ -14,6 +14,7 @@ pub mod hidden;
 mod mismatch;
 #[cfg(feature = "mujoco")]
 pub mod mujoco;
+pub mod opened;
 pub mod planning;
 pub mod plant;
 pub mod plunger;
@@ -23,6 +24,8 @@ pub mod scenario;
 pub mod score;
 pub mod session;
 pub mod side;
+pub mod step;
 pub mod suite;
 pub mod tracker;
+pub mod workbench;
 pub mod world;

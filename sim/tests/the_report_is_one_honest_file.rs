@@ -118,6 +118,48 @@ fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
     assert_eq!((samples.len(), &report["telling"]["kind"]), (80, &"phase".into()));
 }
 
+/// One grey pixel (ISO/IEC 15948).
+const PIXEL: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01\0\0\0\x01\x08\0\0\0\0\x3a\x7e\x9b\x55\
+    \0\0\0\nIDATx\xda\x63\x68\0\0\0\x82\0\x81\xda\x45\x08\x3b\0\0\0\0IEND\xaeB`\x82";
+
+#[test]
+fn the_cell_as_it_was_drawn_is_in_the_page_itself_and_the_model_of_the_run_beside_it() {
+    let folder = run();
+    let at = folder.path().join("run");
+    let without = document(&fs::read_to_string(at.join("report.html")).unwrap());
+    assert_eq!(without["pictures"], serde_json::json!([]));
+
+    fs::write(at.join("cell.png"), PIXEL).unwrap();
+    fs::write(at.join("gauge.png"), PIXEL).unwrap();
+    calibench(folder.path(), &["report", "run"]);
+    let page = fs::read_to_string(at.join("report.html")).unwrap();
+    let pictures = document(&page)["pictures"].as_array().unwrap().clone();
+    assert_eq!(pictures.len(), 2);
+    for picture in &pictures {
+        // The first six bytes of the signature, in base 64 (RFC 4648).
+        assert!(picture["data"].as_str().unwrap().starts_with("data:image/png;base64,iVBORw0K"), "{picture}");
+        assert!(picture["shows"].as_str().unwrap().len() > 20, "who does not see it is told what it shows");
+    }
+    assert!(page.contains("img-src data:") && !outside_scripts(&page).0.contains("<img"));
+
+    // What is no picture is not taken in.
+    fs::write(at.join("gauge.png"), "<svg onload=alert(1)>").unwrap();
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder.path()).args(["report", "run"]).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said.contains("gauge.png") && said.contains("is no PNG picture"), "{said}");
+
+    // The run's model stands beside it.
+    let report = json(folder.path(), &["diagnose", "run/trical", "--model", "run/model.toml", "--json"]);
+    assert_eq!(report["fitted"], without["diagnosis"]["fitted"]);
+
+    // A run is replaced by another one.
+    let again = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/gear-ripple.toml");
+    calibench(folder.path(), &["run", again.to_str().unwrap(), "--out", "run"]);
+    assert!(!at.join("gauge.png").exists());
+}
+
 #[test]
 fn hostile_names_stay_text() {
     const HOSTILE: &str = "</script><img src=x onerror=alert(1)>&<!--";

@@ -49,7 +49,7 @@ def faults(browser, page_file, pictures):
         page = context.new_page()
         page.on("console", lambda m: m.type in ("error", "warning") and found.append(f"{name}: console says: {m.text}"))
         page.on("pageerror", lambda e: found.append(f"{name}: error: {e}"))
-        page.on("request", lambda r: r.url != page_file.as_uri() and found.append(f"{name}: asks for {r.url}"))
+        page.on("request", lambda r: r.url == page_file.as_uri() or r.url.startswith("data:") or found.append(f"{name}: asks for {r.url}"))
         page.on("dialog", lambda d: (found.append(f"{name}: a name in the data runs: {d.message}"), d.dismiss()))
         page.goto(page_file.as_uri())
         page.wait_for_selector("body[data-ready='1']", timeout=20_000)
@@ -57,7 +57,7 @@ def faults(browser, page_file, pictures):
         page.wait_for_timeout(300)
         if page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"):
             found.append(f"{name}: the page is wider than {width} px")
-        if page.query_selector("img, iframe, object, embed, link"):
+        if page.query_selector("img:not([src^='data:image/png;base64,']), iframe, object, embed, link"):
             found.append(f"{name}: a name in the data became markup")
         empty = page.evaluate("[...document.querySelectorAll('.chart')].filter(c => c.clientWidth && !c.querySelector('svg path')).map(c => c.getAttribute('aria-label'))")
         found += [f"{name}: nothing is drawn of: {label}" for label in empty]

@@ -16,6 +16,7 @@ mod run;
 mod study;
 mod suite_tables;
 mod validate;
+mod workbench;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -77,6 +78,8 @@ enum Verb {
     Compare(compare::Arguments),
     /// One HTML page: what is wrong in words, then in pictures
     Report(report::Arguments),
+    /// The same page live, on the loopback address: add effects, undo, write one's own, save
+    Workbench(workbench::Arguments),
     /// Turn other people's data into a dataset
     Import(import::Arguments),
     /// The catalogue of what can be wrong with an arm
@@ -116,6 +119,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Study(a) => study::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Report(a) => report::run(a),
+        Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => catalogue::robots(a),

@@ -3,16 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, read_text, write_whole};
-use calibench::identify::{Model, read_calibration};
+use calibench::identify::{IdentifyError, Model, read_calibration};
 use calibench::measure::read_dataset;
-use calibench::report::{CampaignRecord, Page, PageSubject, Recommended, page_html};
+use calibench::report::{CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
 use serde_json::Value;
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets, recommended};
+use super::{Blamed, Failure, Outcome, blame_data, model_for, print, print_json, read_datasets, recommended};
+use crate::opened::Opened;
 
 /// What a report is called where nobody says otherwise.
 pub const FILE: &str = "report.html";
+
+/// The model with which a run was calibrated, in its folder.
+pub const MODEL: &str = "model.toml";
 
 /// What makes a folder a run.
 const RESULT: &str = "result.json";
@@ -37,21 +41,16 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let folder = arguments.folders.first().filter(|f| arguments.folders.len() == 1 && f.join(RESULT).is_file());
+    let model = arguments.model.as_deref();
+    let opened = open(&arguments.folders, model)?;
     let waiting = Waiting::new("diagnosing");
-    let page = match folder {
-        Some(_) if arguments.model.is_some() => {
-            return Err("--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead".into());
-        }
-        Some(run) => of_run(run, arguments.ladder)?,
-        None => of_datasets(arguments)?,
-    };
+    let page = page(&opened, &arguments.folders, model, arguments.ladder)?;
     drop(waiting);
     if arguments.json {
         print_json(&page.document)?;
         return Ok(Outcome::Done);
     }
-    let default = || folder.map_or_else(|| PathBuf::from(FILE), |run| run.join(FILE));
+    let default = || run_folder(&arguments.folders).map_or_else(|| PathBuf::from(FILE), |run| run.join(FILE));
     let path = arguments.output.clone().unwrap_or_else(default);
     write_whole(&path, page_html(&page.document).as_bytes())?;
     let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
@@ -61,57 +60,81 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Writes the report of a run into its folder.
 pub fn write_report_of(run: &Path) -> Result<(), Failure> {
-    let page = of_run(run, false)?;
+    let page = page(&open_run(run)?, &[run.to_owned()], None, false)?;
     Ok(write_whole(&run.join(FILE), page_html(&page.document).as_bytes())?)
 }
 
+fn page(opened: &Opened, folders: &[PathBuf], model: Option<&Path>, climb: bool) -> Result<Page, Failure> {
+    let all: Vec<usize> = (0..opened.datasets.len()).collect();
+    let page = opened.subject(&all, &opened.model, &opened.commands, |s| Page::new(&PageSubject { climb, ..s.clone() }));
+    page.map_err(|e| blame_opened(opened, folders, model, &e).into())
+}
+
+/// Puts the failure of an identification at the folder that was opened, or at the model.
+pub(super) fn blame_opened(opened: &Opened, folders: &[PathBuf], model: Option<&Path>, error: &IdentifyError) -> Blamed {
+    match run_folder(folders) {
+        Some(run) => blame_data(&[run.join("trical")], &[], None, error),
+        None => blame_data(folders, &opened.datasets, model, error),
+    }
+}
+
+/// The run among what was named, if it is one.
+pub(super) fn run_folder(folders: &[PathBuf]) -> Option<&Path> {
+    folders.first().map(PathBuf::as_path).filter(|f| folders.len() == 1 && f.join(RESULT).is_file())
+}
+
+/// Reads a run, or datasets.
+pub(super) fn open(folders: &[PathBuf], model: Option<&Path>) -> Result<Opened, Failure> {
+    match run_folder(folders) {
+        Some(_) if model.is_some() => Err(
+            "--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead"
+                .into(),
+        ),
+        Some(run) => open_run(run),
+        None => open_datasets(folders, model),
+    }
+}
+
 /// The TriCal's data of a run, judged on the run's validation poses; told from files alone.
-fn of_run(run: &Path, climb: bool) -> Result<Page, Failure> {
+fn open_run(run: &Path) -> Result<Opened, Failure> {
     let result = read_result(&run.join(RESULT))?;
     let [dataset, validation] = [read_dataset(&run.join("trical"))?, read_dataset(&run.join("validation"))?];
     let calibration = read_calibration(&run.join("trical.toml"))?;
     let text = |key: &str| result[key].as_str().map(str::to_owned);
     // What the other verbs take by themselves needs no file.
     let ordinary = calibration.model == Model::default_for(&dataset);
-    let [model, commands_from] = if ordinary {
-        ["", "the folder of the run"]
-    } else {
-        [" --model MODEL.toml", "the folder of the run, with the model of the scenario in MODEL.toml"]
-    };
-    let subject = PageSubject {
+    Ok(Opened {
         title: text("scenario").unwrap_or_else(|| "run".into()),
         question: text("question"),
-        datasets: &[("trical", &dataset)],
-        judged: &[("validation", &validation)],
-        model: &calibration.model,
-        commands: Recommended { datasets: "trical".into(), model: model.into() },
-        commands_from: commands_from.into(),
-        climb,
+        datasets: vec![("trical".into(), dataset)],
+        judged: Some(("validation".into(), validation)),
+        model: calibration.model,
+        commands: Recommended {
+            datasets: "trical".into(),
+            model: if ordinary { String::new() } else { format!(" --model {MODEL}") },
+        },
+        commands_from: "the folder of the run".into(),
         campaign: CampaignRecord::read(run)?,
+        pictures: CellPicture::read(run)?,
         run: result,
-    };
-    let path = run.join("trical");
-    Page::new(&subject).map_err(|e| blame_data(&[path], &[], None, &e).into())
+    })
 }
 
-fn of_datasets(arguments: &Arguments) -> Result<Page, Failure> {
-    let folders = &arguments.folders;
+fn open_datasets(folders: &[PathBuf], model: Option<&Path>) -> Result<Opened, Failure> {
     let datasets = read_datasets(folders)?;
-    let model = model_for(arguments.model.as_deref(), &datasets)?;
     let names: Vec<&str> = datasets.iter().map(|(name, _)| name.as_str()).collect();
-    let subject = PageSubject {
+    Ok(Opened {
         title: names.join(", "),
         question: None,
-        datasets: &named(&datasets),
-        judged: &named(&datasets),
-        model: &model,
-        commands: recommended(folders, arguments.model.as_deref()),
+        model: model_for(model, &datasets)?,
+        judged: None,
+        commands: recommended(folders, model),
         commands_from: String::new(),
-        climb: arguments.ladder,
         campaign: None,
+        pictures: Vec::new(),
         run: Value::Null,
-    };
-    Page::new(&subject).map_err(|e| blame_data(folders, &datasets, arguments.model.as_deref(), &e).into())
+        datasets,
+    })
 }
 
 fn read_result(path: &Path) -> Result<Value, FileError> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, replace_folder, write_whole};
-use calibench::identify::write_calibration;
+use calibench::identify::{write_calibration, write_model};
 use calibench::measure::{Phase, write_dataset};
 use calibench::report::{calibration_json, histogram, plain_table, validation_json, validation_row, validation_table};
 use calibench::units::{MM, UM};
@@ -242,6 +242,7 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
 
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
+    // The first is the mark of such a folder.
     const FILES: &[&str] = &[
         "result.json",
         "trical",
@@ -252,6 +253,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         "iterations.csv",
         "probings.csv",
         "scene.toml",
+        super::report::MODEL,
         super::report::FILE,
         "cell.png",
         "gauge.png",
@@ -262,6 +264,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         write_dataset(&run.validation, &inside.join("validation"))?;
         write_calibration(&run.trical.calibration, &inside.join("trical.toml"))?;
         write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
+        write_model(&run.trical.calibration.model, &inside.join(super::report::MODEL))?;
         run.campaign.write(inside, &run.plan.probings, &scenario.ball_ids())?;
         scenario.scene().write(&inside.join("scene.toml"))?;
         write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())

@@ -12,7 +12,7 @@ use crate::report::meaning::{meaning, what};
 use crate::units::{DEG, MM, UM, URAD};
 
 /// Candidates that are shown with their curves.
-const MOST: usize = 4;
+pub(super) const MOST: usize = 4;
 
 /// A candidate fitted.
 pub(super) struct Candidate {
@@ -34,46 +34,47 @@ pub(super) struct Candidate {
     pub phase: Option<(usize, u32, Vec<f64>)>,
 }
 
-impl Candidate {
-    /// The best findings; before them, where no effect of the catalogue explains what is left, the best curve.
-    ///
-    /// # Errors
-    /// When the data do not determine the model. A candidate that they do not determine is left out.
-    pub fn all(
-        datasets: &[(&str, &Dataset)],
-        model: &Model,
-        diagnosis: &Diagnosis,
-        before: &Residuals,
-        comparison: &Comparison,
-    ) -> Result<Vec<Self>, IdentifyError> {
+/// A candidate that a diagnosis names, not yet fitted.
+pub(super) struct Offered {
+    /// The id under which a model takes it.
+    pub effect: String,
+    /// The model with it.
+    wider: Model,
+    /// Joint, counted from 0, and periods per turn of what repeats with the angle of a joint.
+    period: Option<(usize, u32)>,
+}
+
+impl Offered {
+    /// The findings, best first; before them, where no effect of the catalogue explains what is left, the best curve.
+    pub fn all(model: &Model, diagnosis: &Diagnosis) -> Vec<Self> {
         let unexplained = diagnosis.verdict == Verdict::Unexplained;
         let curve = diagnosis.heat_map.curve.as_ref().filter(|_| unexplained && !diagnosis.heat_map.credible().is_empty());
-        let curve = curve.map(|c| (curve_id(c), c.added_to(model), None));
-        let findings = diagnosis.findings.iter().map(|f| {
-            let id = f.hypothesis.in_model.clone();
-            let wider = model.with(&id);
-            (id, wider, period(f))
-        });
-        let all = curve.into_iter().chain(findings).take(MOST);
-        let fitted = all.map(|(effect, wider, period)| {
-            let candidate = Candidate::of(effect, datasets, &wider, before, comparison);
-            candidate.map(|c| Candidate { phase: period.and_then(|(joint, order)| phase(before, joint, order)), ..c })
-        });
-        Ok(fitted.filter_map(Result::ok).collect())
+        let curve = curve.map(|c| Offered { effect: curve_id(c), wider: c.added_to(model), period: None });
+        let finding = |f: &Finding| {
+            let effect = f.hypothesis.in_model.clone();
+            Offered { wider: model.with(&effect), effect, period: period(f) }
+        };
+        curve.into_iter().chain(diagnosis.findings.iter().map(finding)).collect()
     }
+}
 
-    fn of(
-        effect: String,
+impl Candidate {
+    /// Fits it.
+    ///
+    /// # Errors
+    /// When the data do not determine it.
+    pub fn of(
+        offered: Offered,
         datasets: &[(&str, &Dataset)],
-        wider: &Model,
         before: &Residuals,
         comparison: &Comparison,
     ) -> Result<Self, IdentifyError> {
-        let mut problem = Problem::new(datasets, wider, Use::Fit)?;
+        let Offered { effect, wider, period } = offered;
+        let mut problem = Problem::new(datasets, &wider, Use::Fit)?;
         let fitted = fit(&mut problem)?;
         let after = problem.residuals(&fitted.values);
         let takes: Vec<Vector3<f64>> = before.points.iter().zip(&after).map(|(p, r)| p.residual - r).collect();
-        let with = Comparison::of(&Calibration::of(datasets, wider, &problem, &fitted), datasets, Use::Fit)?;
+        let with = Comparison::of(&Calibration::of(datasets, &wider, &problem, &fitted), datasets, Use::Fit)?;
         let of_view = |curve: &crate::assess::JointCurve| {
             let same = with.joints.iter().find(|c| c.joint == curve.joint && c.against == curve.against)?;
             (same.bins.len() == curve.bins.len())
@@ -87,7 +88,7 @@ impl Candidate {
             takes,
             shown: before.shown.clone(),
             rms_after: fitted.rms,
-            phase: None,
+            phase: period.and_then(|(joint, order)| phase(before, joint, order)),
         })
     }
 

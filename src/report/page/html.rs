@@ -14,13 +14,53 @@ const SCRIPT: &str = concat!(
 const CHARTS: &str = include_str!("echarts/echarts.min.js");
 const NOTICE: &str = include_str!("echarts/NOTICE");
 
+/// What a report's browser may do: draw itself.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
+
 /// The page of a report.
 ///
 /// Whatever the document holds stays text: `<`, `>` and `&` are written as escapes of JSON, so that no name in it can end the element in
 /// which it stands, and the script makes no markup of any.
 pub fn page_html(document: &Value) -> String {
     let data = document.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026");
-    let parts = [("STYLE", STYLE), ("NOTICE", NOTICE), ("DATA", &data), ("CHARTS", CHARTS), ("SCRIPT", SCRIPT)];
+    laid_out(&data, &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: "" })
+}
+
+/// The same page without a document, kept by a program that hands it documents: what it has beyond a report.
+pub struct LivePage<'a> {
+    /// The content security policy.
+    pub policy: &'a str,
+    /// What marks the scripts that the policy allows; empty where it allows all that are in the page.
+    pub nonce: &'a str,
+    /// Further style.
+    pub style: &'a str,
+    /// What stands before the verdict.
+    pub markup: &'a str,
+    /// Further script, which calls `render(document)`.
+    pub script: &'a str,
+}
+
+impl LivePage<'_> {
+    /// The page.
+    pub fn html(&self) -> String {
+        laid_out("null", self)
+    }
+}
+
+fn laid_out(data: &str, live: &LivePage<'_>) -> String {
+    let nonce = if live.nonce.is_empty() { String::new() } else { format!(" nonce=\"{}\"", live.nonce) };
+    let parts = [
+        ("POLICY", live.policy),
+        ("STYLE", STYLE),
+        ("LIVE_STYLE", live.style),
+        ("LIVE", live.markup),
+        ("NONCE", &nonce),
+        ("NOTICE", NOTICE),
+        ("DATA", data),
+        ("CHARTS", CHARTS),
+        ("SCRIPT", SCRIPT),
+        ("LIVE_SCRIPT", live.script),
+    ];
     let mut out = String::with_capacity(PAGE.len() + parts.iter().map(|(_, text)| text.len()).sum::<usize>());
     // Read from left to right: what is put in is not looked through again.
     let mut rest = PAGE;

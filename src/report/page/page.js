@@ -3,19 +3,26 @@
 
 const AXES = ["x", "y", "z"];
 
-function render(report) {
-  drawn.length = 0;
+const sections = () => ({ told, telling, ladder, accuracy, workspace, ranking, residuals, parameters, cell, centring, provenance });
+
+// `ids` names the sections that have changed.
+function render(report, ids = Object.keys(sections())) {
+  const parts = ids.map((id) => document.getElementById(id));
+  // Their charts are gone with their hosts.
+  for (let i = drawn.length - 1; i >= 0; i -= 1) if (parts.some((part) => part.contains(drawn[i].host))) drawn.splice(i, 1)[0].chart?.dispose();
   document.title = `${report.title}: ${report.verdict.headline}`;
-  for (const [id, fill] of Object.entries({ told, telling, ladder, accuracy, workspace, ranking, residuals, parameters, centring, provenance })) {
-    const section = document.getElementById(id);
+  for (const [k, id] of ids.entries()) {
+    const [section, fill] = [parts[k], sections()[id]];
     section.replaceChildren(section.querySelector("h2"));
     const filled = fill(report);
     section.hidden = filled === null;
     if (filled) section.append(...filled.flat().filter(Boolean));
   }
   document.getElementById("verdict").replaceChildren(...verdict(report).flat().filter(Boolean));
-  for (const unfolded of document.querySelectorAll("details")) unfolded.addEventListener("toggle", () => unfolded.open && draw(unfolded));
-  draw();
+  for (const part of parts) {
+    for (const unfolded of part.querySelectorAll("details")) unfolded.addEventListener("toggle", () => unfolded.open && draw(unfolded));
+    draw(part);
+  }
   document.body.dataset.ready = "1";
 }
 
@@ -81,7 +88,11 @@ function key(...kinds) {
   return element("ul", { class: "key" }, kinds.map(([kind, text]) => element("li", {}, mark(kind), text)));
 }
 
+// Where samples are looked at only after all else has been said.
+const awaited = () => [element("p", { class: "quiet" }, "Looking at every sample …")];
+
 function telling(report) {
+  if (!report.telling) return awaited();
   const { telling: it, residuals: { samples, angles_urad, views }, candidates, figures, diagnosis } = report;
   const ids = samples.map((s) => s.id);
   const candidate = it.candidate === null ? null : candidates[it.candidate];

@@ -62,6 +62,7 @@ function time_panels(report, candidate) {
 }
 
 function residuals(report) {
+  if (!report.residuals) return awaited();
   const { residuals: { views, balls, samples, of }, candidates, comparison, telling: first } = report;
   const panels = element("div");
   const of_kind = (kind) => views.filter((v) => v.against.startsWith(kind)).sort((a, b) => a.joint - b.joint);
@@ -85,7 +86,7 @@ function residuals(report) {
   };
   const option = (c, k) => {
     const input = element("input", { type: "radio", name: "candidate", value: k });
-    input.checked = k === 0;
+    input.checked = k === (first.candidate ?? 0);
     input.addEventListener("change", () => { fill(k); draw(panels); });
     return element("label", {}, input, element("code", {}, c.effect));
   };

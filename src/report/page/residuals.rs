@@ -1,7 +1,7 @@
 //! Every sample as the fitted arm stands in it: what is left over, what that would be as an angle of each joint, and under which
 //! circumstances.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 use serde_json::{Value, json};
@@ -35,7 +35,7 @@ pub(super) struct Point {
     /// Where the TCP goes when each joint turns, m/rad.
     pub levers: Vec<Vector3<f64>>,
     /// The shortest lever of each joint with which its angle is read off, m/rad.
-    pub shortest: Rc<[f64]>,
+    pub shortest: Arc<[f64]>,
     /// Every variable that a joint is drawn against, SI.
     pub variables: Vec<(JointVariable, Option<f64>)>,
 }
@@ -75,7 +75,7 @@ impl Residuals {
         let joints = problem.robot().joints();
         let seen = SeenSample::all(&problem, &fitted.values, &rows, datasets);
         let longest = |j: usize| seen.iter().map(|s| s.joint_columns[j].norm()).fold(0.0, f64::max);
-        let shortest: Rc<[f64]> = (0..joints).map(|j| (SHORTEST_LEVER * longest(j)).max(LEAST_LEVER)).collect();
+        let shortest: Arc<[f64]> = (0..joints).map(|j| (SHORTEST_LEVER * longest(j)).max(LEAST_LEVER)).collect();
         let point = |s: &SeenSample<'_>| Point {
             id: s.sample.id.clone(),
             setup: s.setup,

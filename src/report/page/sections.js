@@ -175,6 +175,12 @@ function range_chart(ranges) {
   }));
 }
 
+function cell(report) {
+  if (!report.pictures?.length) return null;
+  const picture = ({ data, shows }) => element("figure", {}, element("img", { src: data, alt: shows }), element("figcaption", {}, shows));
+  return [element("div", { class: "pair" }, report.pictures.map(picture))];
+}
+
 function centring(report) {
   const { campaign } = report;
   if (!campaign?.length) return null;
@@ -239,4 +245,6 @@ new ResizeObserver(([{ contentRect }]) => {
   width = contentRect.width;
 }).observe(document.body);
 
-render(JSON.parse(document.getElementById("data").textContent));
+// A page that a program keeps begins without one.
+const given = JSON.parse(document.getElementById("data").textContent);
+if (given) render(given);

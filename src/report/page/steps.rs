@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::PageSubject;
 use super::candidate::curve_id;
-use super::{PageSubject, judge};
+use super::standing::judge;
 use crate::assess::{ProvingGround, Rung, Verdict, add, ladder as climb, rung};
 use crate::identify::IdentifyError;
 use crate::report::{ladder_json, objection_sentence, rung_json};

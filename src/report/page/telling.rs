@@ -19,24 +19,24 @@ const WORTH_A_VIEW: f64 = 0.25;
 /// * `agreement`: where they show little, what is left against what the candidate takes;
 /// * `samples`: a sample that disagrees with all others, or the length of every residual where there is nothing to tell.
 pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate], comparison: &Comparison) -> Value {
-    if d.verdict == Verdict::NothingLeft {
-        return json!({"kind": "samples", "candidate": null});
+    let nothing = d.verdict == Verdict::NothingLeft;
+    let Some(first) = candidates.first().filter(|_| !nothing) else { return json!({"kind": "samples", "candidate": null}) };
+    if d.verdict == Verdict::Unexplained && !first.effect.starts_with("curve:") {
+        return json!({"kind": "contributions", "candidate": null});
     }
-    let Some(first) = candidates.first() else { return json!({"kind": "samples", "candidate": null}) };
-    if d.verdict == Verdict::Unexplained {
-        let curve = d.heat_map.curve.as_ref().filter(|c| first.effect == curve_id(c));
-        return match curve {
-            Some(curve) => {
-                let (unit, si) = curve.variable.unit();
-                let value = |&i: &usize| Some(points.points[i].value(curve.variable)? / si);
-                let values: Option<Vec<f64>> = points.shown.iter().map(value).collect();
-                json!({"kind": "curve", "candidate": 0, "joint": curve.joint + 1, "against": curve.variable.name(), "unit": unit,
-                    "x": values.map(shorts), "at": shorts(curve.at.iter().map(|x| x / si)),
-                    "mean_urad": shorts(curve.mean.iter().map(|x| x / URAD)),
-                    "sigma_urad": shorts(curve.sigma.iter().map(|x| x / URAD))})
-            }
-            None => json!({"kind": "contributions", "candidate": null}),
-        };
+    telling_of(d, points, first, comparison)
+}
+
+/// The same of one candidate, which is taken to be the first.
+pub(super) fn telling_of(d: &Diagnosis, points: &Residuals, first: &Candidate, comparison: &Comparison) -> Value {
+    if let Some(curve) = d.heat_map.curve.as_ref().filter(|c| first.effect == curve_id(c)) {
+        let (unit, si) = curve.variable.unit();
+        let value = |&i: &usize| Some(points.points[i].value(curve.variable)? / si);
+        let values: Option<Vec<f64>> = points.shown.iter().map(value).collect();
+        return json!({"kind": "curve", "candidate": 0, "joint": curve.joint + 1, "against": curve.variable.name(), "unit": unit,
+            "x": values.map(shorts), "at": shorts(curve.at.iter().map(|x| x / si)),
+            "mean_urad": shorts(curve.mean.iter().map(|x| x / URAD)),
+            "sigma_urad": shorts(curve.sigma.iter().map(|x| x / URAD))});
     }
     if let Some(sample) = first.effect.strip_prefix("outlier:") {
         return json!({"kind": "samples", "candidate": 0, "sample": sample});

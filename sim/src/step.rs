@@ -1,0 +1,127 @@
+//! One step of a hunt: an effect, by the name that a user gives it, added to a fitted model.
+
+use calibench::assess::{Curve, Examination, ProvingGround, Rung, Variable, add, place, rung};
+use calibench::effects::{self, CATALOGUE, EffectError, Subject};
+use calibench::files::nearest_name;
+use calibench::identify::{IdentifyError, Model};
+use calibench::measure::Dataset;
+use thiserror::Error;
+
+/// Why a step cannot be taken.
+#[derive(Debug, Error)]
+pub enum StepError {
+    /// There is no such effect, or it has no place in these data.
+    #[error("{0}")]
+    Effect(String),
+    /// These data do not determine it.
+    #[error(transparent)]
+    Data(IdentifyError),
+    /// The model before it, or a curve that it gets, does not go with these data.
+    #[error(transparent)]
+    Model(IdentifyError),
+}
+
+/// What is to be added.
+pub enum Wanted {
+    /// An effect, which may still lack its place.
+    Effect(String),
+    /// The curve of a cell of the heat map, joint counted from 0.
+    Curve {
+        /// The joint.
+        joint: usize,
+        /// What its error follows.
+        variable: Variable,
+    },
+}
+
+impl Wanted {
+    /// What an id means: an effect as `effects` lists it, one without its place, or `curve:J:VARIABLE`.
+    ///
+    /// # Errors
+    /// When there is no such effect for this robot, or the model holds it already.
+    pub fn parse(id: &str, model: &Model, dataset: &Dataset) -> Result<Self, StepError> {
+        let wrong = |why: String| StepError::Effect(why);
+        let joints = dataset.robot.joints();
+        if let Some(rest) = id.strip_prefix("curve:") {
+            let (joint, variable) = rest.split_once(':').unwrap_or((rest, ""));
+            let joint = joint.parse::<usize>().ok().filter(|j| (1..=joints).contains(j));
+            return match (joint, Variable::parse(variable, joints)) {
+                (Some(joint), Some(variable)) => Ok(Wanted::Curve { joint: joint - 1, variable }),
+                _ => Err(wrong(format!(
+                    "effect '{id}' is no curve; write curve:J:VARIABLE with a joint from 1 to {joints} and one of q1 ... q{joints}, q2+q3, tau1 ... tau{joints}, time_s"
+                ))),
+            };
+        }
+        if model.effects.iter().any(|e| e == id) {
+            return Err(wrong(format!("effect '{id}' is in the model already")));
+        }
+        let balls = dataset.ball_ids();
+        let subject = Subject { own: &model.own, ..Subject::new(&dataset.robot, &balls) };
+        let unplaced = unplaced(&subject);
+        if !unplaced.iter().any(|u| u == id) {
+            effects::build(id, &subject).map_err(|e| wrong(explained(&e, id, &subject, &unplaced)))?;
+        }
+        Ok(Wanted::Effect(id.to_owned()))
+    }
+
+    /// Adds it to the model of `before`, refits and judges; what has no place yet takes the one that fits best.
+    ///
+    /// # Errors
+    /// When the effect has no place in these data, or they do not determine it.
+    pub fn take(&self, datasets: &[(&str, &Dataset)], before: &Rung, ground: ProvingGround<'_>) -> Result<Rung, StepError> {
+        let model = &before.model;
+        match self {
+            Wanted::Effect(id) => {
+                let wrong = |why: String| StepError::Effect(format!("effect '{id}': {why}"));
+                // Most ids say their place, and need no look at the data to find it.
+                let subject_balls = datasets[0].1.ball_ids();
+                let subject = Subject { own: &model.own, ..Subject::new(&datasets[0].1.robot, &subject_balls) };
+                let placed = if unplaced(&subject).iter().any(|u| u == id) {
+                    let examination = Examination::new(datasets, model).map_err(StepError::Model)?;
+                    place(&examination, id).map_err(|e| wrong(e.to_string()))?
+                } else {
+                    id.clone()
+                };
+                add(datasets, before, &[placed], ground).map_err(StepError::Data)
+            }
+            Wanted::Curve { joint, variable } => {
+                let wrong = |why: String| StepError::Effect(format!("effect 'curve:{}:{}': {why}", joint + 1, variable.name()));
+                let examination = Examination::new(datasets, model).map_err(StepError::Model)?;
+                let curve = Curve::of(&examination, *joint, *variable).map_err(|e| wrong(e.to_string()))?;
+                let curve =
+                    curve.ok_or_else(|| wrong(format!("{} does not vary in these data, or is not known", variable.name())))?;
+                let name = curve.effect_name();
+                if model.effects.contains(&name) {
+                    return Err(wrong(format!("the model holds it already, as '{name}'")));
+                }
+                let rung = rung(datasets, &curve.added_to(model), ground).map_err(StepError::Model)?;
+                Ok(Rung { added: vec![name], ..rung })
+            }
+        }
+    }
+}
+
+/// Ids that lack the place which a scan finds.
+fn unplaced(subject: &Subject<'_>) -> Vec<String> {
+    let scanned = CATALOGUE.iter().flat_map(|f| f.scanned(subject, ""));
+    scanned.map(|id| id.trim_end_matches(':').to_owned()).collect()
+}
+
+/// Why there is no such effect, with the id that may be meant.
+fn explained(error: &EffectError, id: &str, subject: &Subject<'_>, unplaced: &[String]) -> String {
+    let all = effects::ids(subject);
+    let families = CATALOGUE.iter().map(|f| f.id);
+    let known = all.iter().chain(unplaced).map(String::as_str).chain(families);
+    let nearest = nearest_name(id, known).or_else(|| {
+        let family = id.split(':').next().unwrap_or_default();
+        nearest_name(family, CATALOGUE.iter().map(|f| f.id))
+    });
+    if let EffectError::Argument { .. } = error {
+        let form = effects::family(id).map(|f| format!("; write `{}{}`", f.id, f.arguments));
+        return format!("{error}{}", form.unwrap_or_default());
+    }
+    match nearest {
+        Some(near) if near != id => format!("{error}; did you mean `{near}`?"),
+        _ => error.to_string(),
+    }
+}

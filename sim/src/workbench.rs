@@ -1,0 +1,15 @@
+//! The workbench: the report's page, live on the loopback address.
+//!
+//! What the user does is kept here, not in the browser: a page that is loaded again shows the same. Every number is that of the library
+//! calls that the verbs make.
+
+mod bench;
+mod gate;
+mod own_effect;
+mod saving;
+mod server;
+
+pub use self::bench::{Bench, Refusal};
+pub use self::own_effect::Draft;
+pub use self::saving::{Place, Saved};
+pub use self::server::Server;

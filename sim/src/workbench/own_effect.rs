@@ -1,0 +1,67 @@
+//! An effect of the user's own, as the form of the page holds it.
+
+use calibench::effects::{OwnEffect, OwnTerm, Subject};
+use calibench::files::name_remedy;
+use calibench::identify::Model;
+use calibench::measure::Dataset;
+use calibench::units::Unit;
+
+use super::bench::Refusal;
+
+/// Longest expression, characters; a line of them is a hundred.
+const LONGEST: usize = 2000;
+
+/// The form: expressions a line each, all at one site, each with a coefficient of its own.
+pub struct Draft {
+    /// Its name.
+    pub name: String,
+    /// Unit of the coefficients.
+    pub unit: String,
+    /// What it moves, such as `theta:3`.
+    pub site: String,
+    /// One expression a line, in `q1` ..., `tau1` ...
+    pub expressions: String,
+}
+
+/// The effect, checked by the parser of model files.
+///
+/// # Errors
+/// The first mistake, at its field.
+pub(super) fn parse(draft: &Draft, model: &Model, dataset: &Dataset) -> Result<OwnEffect, Refusal> {
+    if draft.expressions.len() > LONGEST {
+        return Err(Refusal::field("expressions", format!("is longer than {LONGEST} characters; write it into a model file")));
+    }
+    let unit = Unit::from_symbol(&draft.unit.trim().replace('*', "·")).ok_or_else(|| {
+        let known = Unit::ALL.map(|u| u.symbol);
+        Refusal::field("unit", format!("'{}' is no unit known here; {}", draft.unit, name_remedy(&draft.unit, &known)))
+    })?;
+    let name = draft.name.trim();
+    if model.effects.iter().any(|e| e == name) || model.own.iter().any(|e| e.name == name) {
+        return Err(Refusal::field("name", format!("the model has an effect '{name}' already; give this one another name")));
+    }
+    let lines: Vec<&str> = draft.expressions.lines().map(str::trim).filter(|l| !l.is_empty()).collect();
+    if lines.is_empty() {
+        return Err(Refusal::field("expressions", "is empty; write an expression, such as `sin(17*q3)`"));
+    }
+    let term = |basis: &&str| OwnTerm { site: draft.site.trim().into(), basis: (*basis).into(), group: None };
+    let effect =
+        OwnEffect { name: name.into(), unit, plausible: OwnEffect::usual_size(unit), terms: lines.iter().map(term).collect() };
+    let balls = dataset.ball_ids();
+    let subject = Subject { own: &model.own, ..Subject::new(&dataset.robot, &balls) };
+    match effect.build(&subject) {
+        Ok(_) => Ok(effect),
+        Err(e) => {
+            // `terms[2].basis`: the third line.
+            let field = match e.key.rsplit('.').next().unwrap_or_default() {
+                "name" => "name",
+                "site" => "site",
+                _ => "expressions",
+            };
+            let line = e.key.strip_prefix("terms[").and_then(|rest| rest.split_once(']')?.0.parse::<usize>().ok());
+            let line = line
+                .filter(|_| field == "expressions" && lines.len() > 1)
+                .map_or(String::new(), |k| format!("line {}, ", k + 1));
+            Err(Refusal::field(field, format!("{line}{}; {}", e.problem, e.remedy)))
+        }
+    }
+}

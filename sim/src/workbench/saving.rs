@@ -1,0 +1,64 @@
+//! Where a workbench writes: one folder, two names.
+
+use std::path::{Path, PathBuf};
+
+use calibench::files::{FileError, write_whole};
+use calibench::identify::{Model, write_model, write_model_like};
+use calibench::report::page_html;
+use serde_json::{Value, json};
+
+/// The folder that a workbench may write into, and the model file whose layout it keeps.
+pub struct Place {
+    folder: PathBuf,
+    like: Option<PathBuf>,
+}
+
+/// A file that was written.
+pub struct Saved(PathBuf);
+
+impl Saved {
+    /// Its name, for the page.
+    pub fn json(&self) -> Value {
+        json!({"saved": self.0.display().to_string()})
+    }
+}
+
+impl Place {
+    /// `folder`, which is made when something is first written; models are laid out as the file `like`.
+    pub fn new(folder: PathBuf, like: Option<PathBuf>) -> Self {
+        Place { folder, like }
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The model's file.
+    pub fn model(&self) -> PathBuf {
+        self.folder.join("model.toml")
+    }
+
+    /// Writes the model, whole.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn save_model(&self, model: &Model) -> Result<Saved, FileError> {
+        let path = self.model();
+        match &self.like {
+            Some(like) => write_model_like(model, like, &path)?,
+            None => write_model(model, &path)?,
+        }
+        Ok(Saved(path))
+    }
+
+    /// Writes the page, whole.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn save_report(&self, document: &Value) -> Result<Saved, FileError> {
+        let path = self.folder.join("report.html");
+        write_whole(&path, page_html(document).as_bytes())?;
+        Ok(Saved(path))
+    }
+}

@@ -1,0 +1,267 @@
+//! The server: what is asked for, by which address, and what is answered. The types of the web stay in here and in the gate.
+
+use std::io;
+use std::net::{Ipv4Addr, TcpListener};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use axum::Router;
+use axum::body::{Body, Bytes};
+use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
+use axum::http::{Response, StatusCode};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::routing::{get, post};
+use calibench::report::LivePage;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use tokio::runtime;
+
+use super::bench::{Bench, Refusal};
+use super::gate::{Gate, Turned, random_hex};
+use super::own_effect::Draft;
+
+/// Longest body, bytes: an expression and the names of some datasets.
+const LONGEST_BODY: usize = 64 << 10;
+
+/// Worker threads of the server itself; what computes runs beside them.
+const WORKERS: usize = 1;
+
+/// A workbench that listens, and answers once it is told to.
+pub struct Server {
+    listener: TcpListener,
+    desk: Arc<Desk>,
+}
+
+/// What every answer is made from.
+struct Desk {
+    gate: Gate,
+    bench: Mutex<Bench>,
+    /// Held while a file is written, so that none is left half written at the end.
+    writing: Mutex<()>,
+}
+
+type Answer = Response<Body>;
+
+impl Server {
+    /// Listens on the loopback address, and there alone; port 0 takes a free one.
+    ///
+    /// # Errors
+    /// When the port is taken.
+    pub fn new(bench: Bench, port: u16) -> io::Result<Self> {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+        let gate = Gate::new(listener.local_addr()?.port()).map_err(io::Error::other)?;
+        Ok(Server { listener, desk: Arc::new(Desk { gate, bench: Mutex::new(bench), writing: Mutex::new(()) }) })
+    }
+
+    /// Answers until it is interrupted; `announce` is told the page's address once an interruption would be heard.
+    ///
+    /// # Errors
+    /// When the system gives no threads or no signals, or takes the socket away; that of `announce`.
+    pub fn run(self, announce: impl FnOnce(&str) -> io::Result<()>) -> io::Result<()> {
+        let Server { listener, desk } = self;
+        listener.set_nonblocking(true)?;
+        let runtime = runtime::Builder::new_multi_thread().worker_threads(WORKERS).enable_io().build()?;
+        let routes = routes(desk.clone());
+        let result = runtime.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(listener)?;
+            let interrupted = interrupted()?;
+            announce(&desk.gate.url())?;
+            tokio::select! {
+                served = axum::serve(listener, routes) => served,
+                () = interrupted => Ok(()),
+            }
+        });
+        // A fit that still runs is of no use to anybody; a file is finished.
+        let _writing = desk.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        runtime.shutdown_background();
+        result
+    }
+}
+
+/// Ends when the user, or the system, wants the program to end; listens to them from the call on.
+#[cfg(unix)]
+fn interrupted() -> io::Result<impl Future<Output = ()>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
+    Ok(async move {
+        tokio::select! {
+            _ = interrupt.recv() => (),
+            _ = terminate.recv() => (),
+        }
+    })
+}
+
+#[cfg(not(unix))]
+fn interrupted() -> io::Result<impl Future<Output = ()>> {
+    // Without a way to be interrupted it ends with the console.
+    Ok(async { drop(tokio::signal::ctrl_c().await) })
+}
+
+fn routes(desk: Arc<Desk>) -> Router {
+    Router::new()
+        .route("/", get(shell))
+        .route("/api/document", get(|State(desk)| of_bench(desk, |bench| bench.document())))
+        .route("/api/views", get(|State(desk)| of_bench(desk, Bench::views)))
+        .route("/api/candidate", post(|desk, body| act(desk, body, |bench, of: Named| bench.candidate(&of.effect))))
+        .route("/api/choose", post(|desk, body| act(desk, body, |bench, of: Chosen| bench.choose(&of.datasets))))
+        .route("/api/add", post(|desk, body| act(desk, body, |bench, of: Named| bench.add(&of.effect, of.force))))
+        .route("/api/own", post(|desk, body| act(desk, body, |bench, of: Own| bench.own(&of.draft(), of.force))))
+        .route("/api/undo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.undo())))
+        .route("/api/next", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.next())))
+        .route("/api/save-model", post(|desk, body| write(desk, body, |bench| bench.save_model())))
+        .route("/api/save-report", post(|desk, body| write(desk, body, Bench::save_report)))
+        .fallback(|| async { problem(StatusCode::NOT_FOUND, None, "there is nothing at this address") })
+        .method_not_allowed_fallback(|| async { problem(StatusCode::METHOD_NOT_ALLOWED, None, "this address is not for that") })
+        .layer(DefaultBodyLimit::max(LONGEST_BODY))
+        .layer(from_fn_with_state(desk.clone(), guard))
+        .with_state(desk)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Named {
+    effect: String,
+    #[serde(default)]
+    force: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Chosen {
+    datasets: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Own {
+    name: String,
+    unit: String,
+    site: String,
+    expressions: String,
+    #[serde(default)]
+    force: bool,
+}
+
+impl Own {
+    fn draft(&self) -> Draft {
+        let Own { name, unit, site, expressions, .. } = self;
+        Draft { name: name.clone(), unit: unit.clone(), site: site.clone(), expressions: expressions.clone() }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Nothing {}
+
+/// Whether a request says that it is longer than anything that is asked here: it need not be waited for.
+fn is_too_long(headers: &HeaderMap) -> bool {
+    let said = headers.get(header::CONTENT_LENGTH).and_then(|l| l.to_str().ok()).and_then(|l| l.parse::<u64>().ok());
+    said.is_some_and(|length| length > LONGEST_BODY as u64)
+}
+
+/// Turns strangers away, and tells the browser what an answer may not be used for.
+async fn guard(State(desk): State<Arc<Desk>>, request: Request, next: Next) -> Answer {
+    let mut answer = match desk.gate.judge(request.method(), request.uri(), request.headers()) {
+        Ok(()) if is_too_long(request.headers()) => problem(StatusCode::PAYLOAD_TOO_LARGE, None, "that is too long"),
+        Ok(()) => next.run(request).await,
+        Err(Turned(status, because)) => problem(status, None, because),
+    };
+    let always: [(HeaderName, &'static str); 5] = [
+        (header::CACHE_CONTROL, "no-store"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    ];
+    for (name, value) in always {
+        answer.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    answer
+}
+
+/// The page, without any data: it asks for them with its token.
+async fn shell() -> Answer {
+    let Ok(nonce) = random_hex() else {
+        return problem(StatusCode::INTERNAL_SERVER_ERROR, None, "the system gives no random numbers");
+    };
+    let policy = format!(
+        "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; base-uri 'none'; form-action 'none'"
+    );
+    let page = LivePage {
+        policy: &policy,
+        nonce: &nonce,
+        style: include_str!("page/bench.css"),
+        markup: include_str!("page/bench.html"),
+        script: include_str!("page/bench.js"),
+    };
+    let answer = Response::builder()
+        .header(header::CONTENT_TYPE, "text/html; charset=utf-8")
+        .header(header::CONTENT_SECURITY_POLICY, format!("{policy}; frame-ancestors 'none'"))
+        .body(Body::from(page.html()));
+    answer.unwrap_or_else(|_| problem(StatusCode::INTERNAL_SERVER_ERROR, None, "the page cannot be sent"))
+}
+
+/// Does something with the bench, beside the threads that listen.
+async fn of_bench(desk: Arc<Desk>, act: impl FnOnce(&mut Bench) -> Result<Value, Refusal> + Send + 'static) -> Answer {
+    let done = tokio::task::spawn_blocking(move || {
+        let began = Instant::now();
+        let result = act(&mut desk.bench());
+        (result, began.elapsed())
+    });
+    match done.await {
+        Ok((Ok(mut value), took)) => {
+            value["took_ms"] = json!(took.as_millis() as u64);
+            sent(StatusCode::OK, &value)
+        }
+        Ok((Err(Refusal::Field { field, message }), _)) => problem(StatusCode::UNPROCESSABLE_ENTITY, Some(field), &message),
+        Ok((Err(refusal), _)) => problem(StatusCode::UNPROCESSABLE_ENTITY, None, &refusal.to_string()),
+        Err(_) => problem(StatusCode::INTERNAL_SERVER_ERROR, None, "this cannot be computed; the bench is as it was before"),
+    }
+}
+
+/// The same with what a request holds.
+async fn act<T: DeserializeOwned + Send + 'static>(
+    State(desk): State<Arc<Desk>>,
+    body: Bytes,
+    act: impl FnOnce(&mut Bench, T) -> Result<Value, Refusal> + Send + 'static,
+) -> Answer {
+    match serde_json::from_slice::<T>(&body) {
+        Ok(wanted) => of_bench(desk, move |bench| act(bench, wanted)).await,
+        Err(e) => problem(StatusCode::BAD_REQUEST, None, &format!("this is not what is asked here: {e}")),
+    }
+}
+
+/// The same of what writes a file.
+async fn write(
+    desk: State<Arc<Desk>>,
+    body: Bytes,
+    save: impl FnOnce(&mut Bench) -> Result<super::saving::Saved, Refusal> + Send + 'static,
+) -> Answer {
+    let lock = desk.0.clone();
+    act(desk, body, move |bench, _: Nothing| {
+        let _writing = lock.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        save(bench).map(|saved| saved.json())
+    })
+    .await
+}
+
+impl Desk {
+    /// The bench; an action that failed half way has changed nothing that is shown.
+    fn bench(&self) -> MutexGuard<'_, Bench> {
+        self.bench.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn sent(status: StatusCode, value: &Value) -> Answer {
+    let mut answer = Response::new(Body::from(value.to_string()));
+    *answer.status_mut() = status;
+    answer.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    answer
+}
+
+/// What is wrong, and with which field of the page.
+fn problem(status: StatusCode, field: Option<&str>, because: &str) -> Answer {
+    sent(status, &json!({"error": because, "field": field}))
+}

@@ -1,0 +1,234 @@
+"""The workbench in a browser, on real measurements: what a user does, in order, with the real program behind it.
+
+    python -m venv .venv && .venv/bin/pip install -r tests/browser/requirements.txt
+    npm ci --prefix tests/browser
+    .venv/bin/python tests/browser/workbench_in_a_browser.py target/release/calibench DATASET [--pictures FOLDER] [--effect EFFECT]
+
+Reads the verdict, adds the first finding, sees the error fall to what the command line prints, takes it back, slips in an expression, writes
+it right, loads the page again, saves. Ends with 1 and says why when something is not as it should be. Prints how long the actions took.
+"""
+
+import argparse
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from report_in_a_browser import AXE, CHROMIUM, FLAGS, OVERLAPS
+
+# Charts that are to be seen, and have nothing in them.
+EMPTY = "[...document.querySelectorAll('.chart')].filter(c => c.clientWidth && !c.querySelector('svg path')).map(c => c.getAttribute('aria-label'))"
+
+# An action on 12,000 samples, unoptimised, on a busy machine, ms.
+PATIENCE = 180_000
+
+
+class Faults(list):
+    def unless(self, holds, words):
+        if not holds:
+            self.append(words)
+
+
+def printed(program, *arguments):
+    """What a verb prints, as JSON; 1 is a step that is refused."""
+    done = subprocess.run([program, *arguments, "--json"], capture_output=True, text=True)
+    if done.returncode not in (0, 1):
+        raise SystemExit(f"{arguments}: {done.stderr}")
+    return json.loads(done.stdout)
+
+
+def shown(mm):
+    """A length as the page prints it."""
+    return f"{mm:.4f}" if abs(mm) < 0.1 else f"{mm:.3f}"
+
+
+def settled(page):
+    """Waits until the last action was answered and every sample looked at."""
+    # By selectors: the page's policy forbids the scripts of text that other waits are made of.
+    page.wait_for_selector("body[aria-busy='false'][data-settled='1']", timeout=PATIENCE)
+    painted(page)
+
+
+def painted(page):
+    """Waits until every chart that is to be seen has something in it: a busy machine takes its time."""
+    for _ in range(100):
+        page.wait_for_timeout(150)
+        if not page.evaluate(EMPTY):
+            return
+
+
+def looked_at(page, name, pictures, found, axe=True):
+    """What is wrong with the page as it stands: texts upon each other, too wide, or hard to read by ear."""
+    if page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"):
+        found.append(f"{name}: the page is wider than the window")
+    found += [f"{name}: nothing is drawn of: {label}" for label in page.evaluate(EMPTY)[:5]]
+    found += [f"{name}: {what}" for what in page.evaluate(OVERLAPS)[:5]]
+    if pictures:
+        page.evaluate("scrollTo(0, 0)")
+        page.screenshot(path=pictures / f"workbench-{name}-first.png")
+        page.locator("#bench").screenshot(path=pictures / f"workbench-{name}-bench.png")
+        painted(page)
+        page.screenshot(path=pictures / f"workbench-{name}.png", full_page=True)
+        painted(page)
+    if axe:
+        result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+        for violation in result["violations"]:
+            weight = violation["impact"] or "minor"
+            where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
+            line = f"{name}: {weight}: {violation['id']}: {violation['help']} ({where})"
+            found.append(line) if weight in ("serious", "critical") else print(line)
+
+
+def drive(play, program, dataset, keep, pictures, url, effect):
+    found, took = Faults(), []
+    browser = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, color_scheme="light")
+    page = context.new_page()
+    own = url.split("/?")[0] + "/"
+    expected_refusals = []
+
+    def heard(message):
+        # A mistake of the user is answered with 422, which the browser writes down by itself.
+        if message.type in ("error", "warning") and not (expected_refusals and "422" in message.text):
+            found.append(f"console says: {message.text}")
+
+    page.on("console", heard)
+    page.on("pageerror", lambda e: found.append(f"error: {e}"))
+    page.on("request", lambda r: r.url.startswith((own, "data:")) or found.append(f"asks for {r.url}"))
+
+    def timed(name, act):
+        began = time.monotonic()
+        act()
+        page.wait_for_selector("body[aria-busy='false']", timeout=PATIENCE)
+        took.append((name, time.monotonic() - began))
+        settled(page)
+
+    def tile(k):
+        return page.locator("#now .value").nth(k).inner_text()
+
+    # The verdict.
+    began = time.monotonic()
+    page.goto(url)
+    page.wait_for_selector("#bench:not([hidden])", timeout=PATIENCE)
+    took.append(("open", time.monotonic() - began))
+    settled(page)
+    took.append(("open, with every sample", time.monotonic() - began))
+    # A test's own script; the page's policy is for what the page itself would load.
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    diagnosis = printed(program, "diagnose", str(dataset))
+    first = page.locator("#candidates li").first.get_attribute("data-effect")
+    headline = page.locator("h1").inner_text()
+    if diagnosis["verdict"] == "identified":
+        found.unless(diagnosis["findings"][0]["in_model"] in headline, f"the verdict reads '{headline}'")
+        found.unless(first == diagnosis["findings"][0]["in_model"], f"the first candidate is {first}")
+    found.unless(shown(diagnosis["rms_mm"]) in tile(0), f"the fit leaves {tile(0)}, diagnose prints {diagnosis['rms_mm']}")
+    looked_at(page, "opened", pictures, found)
+
+    # A candidate's curve.
+    second = page.locator("#candidates li").nth(1)
+    second.hover()
+    name = second.get_attribute("data-effect")
+    page.wait_for_selector(f"#candidates li.shown[data-effect='{name}']", timeout=PATIENCE)
+    found.unless(name in page.locator("#telling").inner_text(), f"the picture does not show {name}")
+    if pictures:
+        page.screenshot(path=pictures / "workbench-hovered.png")
+
+    # A step down.
+    step = printed(program, "add", effect or first, str(dataset))
+    if effect:
+        page.fill("#effect", effect)
+        timed("add", lambda: page.click("#other button"))
+    else:
+        timed("add", lambda: page.locator("#candidates li").first.get_by_role("button").click())
+    found.unless(step["accepted"], f"{effect or first} is refused by add")
+    for k, key in enumerate(["fit_rms_mm", "cv_rms_mm"]):
+        before, after = shown(step["before"][key]), shown(step["after"][key])
+        found.unless(tile(k).split() == [before, "→", after, "mm"], f"{key}: the page shows {tile(k)}, add prints {before} and {after}")
+    found.unless(step["after"]["fit_rms_mm"] < step["before"]["fit_rms_mm"], "the error does not fall")
+    looked_at(page, "added", pictures, found)
+
+    # Loaded again.
+    page.reload()
+    settled(page)
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    found.unless(shown(step["after"]["fit_rms_mm"]) in tile(0), f"loaded again, the page shows {tile(0)}")
+
+    # Taken back.
+    timed("undo", lambda: page.click("#undo"))
+    found.unless(tile(0) == f"{shown(step['before']['fit_rms_mm'])} mm", f"taken back, the page shows {tile(0)}")
+    found.unless(page.is_disabled("#undo"), "there is still something to undo")
+
+    # An expression with a slip, then without.
+    page.click("#own-effect summary")
+    page.fill("#site", "theta:2")
+    page.fill("#expressions", "sin(17*q2)\ncos(17*q9)")
+    expected_refusals.append(1)
+    timed("slip", lambda: page.click("#own button"))
+    expected_refusals.clear()
+    told = page.locator("#expressions-error").inner_text()
+    found.unless("line 2" in told and "q9" in told, f"of the slip is told: '{told}'")
+    found.unless(page.get_attribute("#expressions", "aria-invalid") == "true", "the field is not marked")
+    found.unless(page.evaluate("document.activeElement.id") == "expressions", "the field is not where one types")
+    looked_at(page, "slip", pictures, found)
+    page.fill("#expressions", "sin(17*q2)\ncos(17*q2)")
+    timed("own expression", lambda: page.click("#own button"))
+    if page.is_visible("#refused"):
+        looked_at(page, "refused", pictures, found)
+        timed("own expression, all the same", lambda: page.click("#refused button"))
+    found.unless("+ ripple" in page.locator("#stairs .chart").get_attribute("aria-label") or "ripple" in page.locator("#ladder").inner_text(), "the expression is no step")
+
+    # Saved where it may be.
+    timed("save model", lambda: page.click("#save-model"))
+    timed("save report", lambda: page.click("#save-report"))
+    found.unless("ripple" in (keep / "model.toml").read_text(encoding="utf-8"), "the model that was saved does not hold the expression")
+    found.unless((keep / "report.html").stat().st_size > 1_000_000, "the report that was saved is no page")
+
+    # The next experiment.
+    timed("next experiment", lambda: page.click("#next"))
+    found.unless(page.is_visible("#proposal li"), f"nothing is proposed: {page.locator('#status').inner_text()}")
+    looked_at(page, "next", pictures, found)
+
+    # In other lights.
+    for name, width, light in [("dark", 1280, "dark"), ("narrow", 390, "light")]:
+        page.set_viewport_size({"width": width, "height": 900})
+        page.emulate_media(color_scheme=light)
+        page.wait_for_timeout(400)
+        painted(page)
+        looked_at(page, name, pictures, found)
+    browser.close()
+    return found, took
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", type=Path)
+    parser.add_argument("dataset", type=Path)
+    parser.add_argument("--effect", help="effect to add in place of the first candidate")
+    parser.add_argument("--pictures", type=Path, help="folder for screenshots")
+    arguments = parser.parse_args()
+    if arguments.pictures:
+        arguments.pictures.mkdir(parents=True, exist_ok=True)
+    program = str(arguments.program.resolve())
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as play:
+        keep = Path(folder) / "kept"
+        command = [program, "workbench", str(arguments.dataset), "--save-to", str(keep)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bench:
+            try:
+                url = bench.stdout.readline().strip()
+                found, took = drive(play, program, arguments.dataset, keep, arguments.pictures, url, arguments.effect)
+            finally:
+                bench.send_signal(signal.SIGINT)
+            if bench.wait(10) != 0:
+                found.append("it does not end when it is interrupted")
+    print("\n".join(f"{name}: {seconds:.2f} s" for name, seconds in took))
+    print("\n".join(found) or "no fault")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
