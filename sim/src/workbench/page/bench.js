@@ -63,7 +63,7 @@ function at_field(form, fallback) {
     say(error.message, true);
     if (!field) return;
     field.setAttribute("aria-invalid", "true");
-    by_id(`${field.id}-error`).textContent = error.message;
+    by_id(`${field.id}-error`).replaceChildren(...sentence(error.message));
     field.focus();
   };
 }
