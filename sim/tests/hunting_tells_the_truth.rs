@@ -34,14 +34,14 @@ const RIPPLE: [(&str, &[Shown]); 5] = [
     (
         "ripple: add",
         &[(
-            "add harmonic:3:202 runs/ripple/trical -o runs/ripple/model.toml",
+            "add harmonic:3:202 runs/ripple/trical -o runs/ripple-model.toml",
             &[RUNGS[0], RUNGS[1], RUNGS[2], RUNGS[3], "│ parameter", "│ harmonic"],
         )],
     ),
     (
         "ripple: prove",
         &[
-            ("identify runs/ripple/trical --model runs/ripple/model.toml -o runs/ripple/after.toml", &[]),
+            ("identify runs/ripple/trical --model runs/ripple-model.toml -o runs/ripple/after.toml", &[]),
             ("validate runs/ripple/trical.toml runs/ripple/validation", &["│ position error", "│ 500"]),
             ("validate runs/ripple/after.toml runs/ripple/validation", &["│ position error", "│ 500"]),
             ("ladder runs/ripple/trical", &[RUNGS[0], RUNGS[1], RUNGS[2], "The ladder", "Use"]),
