@@ -11,7 +11,7 @@ use serde_json::Value;
 const HOW_TO_REFRESH: &str = "refresh with `CALIBENCH_WRITE_README=1 cargo test --test readme_is_true`";
 
 /// Folders that are no part of the repository.
-const NOT_OURS: [&str; 4] = [".git", "target", "runs", ".venv"];
+const NOT_OURS: [&str; 5] = [".git", "target", "runs", ".venv", ".venv-view"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace is there")
