@@ -76,7 +76,7 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
-/// Writes a file whole: to a temporary name in the same folder, synced, then renamed.
+/// Writes a file whole: to a temporary name in the same folder, synced, then renamed. A device or a pipe is written to as it is.
 ///
 /// # Errors
 /// When the folder cannot be written.
@@ -84,6 +84,14 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
     let fail = |e: std::io::Error| {
         FileError::whole(path, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
     };
+    // A device or a pipe is written to; a file put in its place would take it from everybody.
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        return std::fs::OpenOptions::new()
+            .write(true)
+            .open(path)
+            .and_then(|mut device| device.write_all(content))
+            .map_err(fail);
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(fail)?;
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
@@ -134,5 +142,28 @@ fn unit_slip(given: &str, known: &str) -> Option<UnitSlip> {
         Some(UnitSlip::Missing)
     } else {
         (given.rsplit_once('_')?.0 == stem && given != known).then_some(UnitSlip::Another)
+    }
+}
+
+#[cfg(all(test, unix))]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::os::unix::fs::FileTypeExt;
+
+    use super::*;
+
+    /// `-o /dev/null`, by a user who may, once put a file in the place of the device.
+    #[test]
+    fn a_pipe_is_written_to_and_stays_a_pipe() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read(pipe).unwrap()
+        });
+        write_whole(&pipe, b"whole").unwrap();
+        assert_eq!(reader.join().unwrap(), b"whole");
+        assert!(std::fs::metadata(&pipe).unwrap().file_type().is_fifo());
     }
 }

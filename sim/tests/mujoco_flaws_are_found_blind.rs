@@ -155,14 +155,16 @@ mod with_mujoco {
                     let all: Vec<f64> = trials.iter().filter_map(of).collect();
                     all.iter().sum::<f64>() / all.len() as f64
                 };
+                // Where none of them is visible enough there is nothing to say.
+                let or_dash = |value: f64| if value.is_nan() { "-".to_owned() } else { format!("{value:.4}") };
                 println!(
-                    "{:30} {size:6} {:8.2} {:3}/{SEEDS} {:7.4} {:7.4} {:12.2}",
+                    "{:30} {size:6} {:8.2} {:3}/{SEEDS} {:7.4} {:>7} {:>12}",
                     flaw.name,
                     mean(&|t| Some(t.visible)),
                     trials.iter().filter(|t| t.named).count(),
                     mean(&|t| Some(t.before)),
-                    mean(&|t| t.after.map(|[after, _]| after)),
-                    mean(&|t| t.after.map(|[_, ratio]| ratio)),
+                    or_dash(mean(&|t| t.after.map(|[after, _]| after))),
+                    or_dash(mean(&|t| t.after.map(|[_, ratio]| ratio))),
                 );
                 seen.extend(trials.iter().filter_map(|t| t.after.map(|[_, ratio]| (t.named, ratio))));
             }
