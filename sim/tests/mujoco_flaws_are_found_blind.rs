@@ -57,7 +57,7 @@ mod with_mujoco {
         },
         Flaw {
             name: "friction, lost motion urad",
-            sizes: [30.0, 80.0, 180.0],
+            sizes: [30.0, 80.0, 240.0],
             truth: |size, seed| {
                 let joint = [2, 3, 4, 5][seed as usize % 4];
                 // Compliances of Table 8, urad/(N·m).
