@@ -6,7 +6,7 @@ use calibench::units::URAD;
 
 use nalgebra::Vector3;
 
-use super::mjcf::{HARDEST, IMPEDANCE, RATE, STEP_S, Xml, element, hardest_ref, joint_name, numbers, write_inertial};
+use super::element::{HARDEST, IMPEDANCE, RATE, STEP_S, Xml, element, hardest_ref, joint_name, numbers, write_inertial};
 use crate::scenario::{Bearing, Friction, MujocoToml, Stiffening};
 
 /// What is wrong with the mechanism.

@@ -11,15 +11,12 @@ use calibench::units::MM;
 use nalgebra::{Rotation3, Translation3, UnitQuaternion, Vector3};
 use quick_xml::Writer;
 
+use super::element::{HARDEST, RATE, STEP_S, Xml, element, hardest_ref, joint_name, numbers, write_inertial};
 use super::flaws::MujocoFlaws;
 use super::scenery::Scenery;
 use crate::contact::{DISK_RADIUS, MASTER_RADIUS};
 use crate::plunger::{Mechanism, PresentedBall};
 
-/// Time between two evaluations, s. It has no meaning but to bring the cell to rest.
-pub const STEP_S: f64 = 8e-3;
-/// Rate at which a gear and its rotor come to rest, rad/s: some 20 steps a time constant would be smooth, 3 are enough.
-pub const RATE: f64 = 43.0;
 /// Damping over critical damping.
 const DAMPING_RATIO: f64 = 1.0;
 /// Stiffness of a gear that is said to have no compliance, N·m/rad: 1 N at 1 m turns it by 1e-9 rad.
@@ -27,15 +24,8 @@ const RIGID: f64 = 1e9;
 /// Inertia of a plunger (as an armature, without weight) over what drives it, kg/N, and the speed at which that moves it, m/s.
 const PLUNGER_INERTIA: f64 = 1.0;
 const PLUNGER_SPEED: f64 = 0.04;
-/// Mass and inertia of what has none, kg and kg·m²: MuJoCo wants some of both for whatever moves.
-const NEXT_TO_NOTHING: f64 = 1e-12;
 /// Thickness of the disks, m, as thin as those of the analytic plant.
 const DISK_THICKNESS: f64 = 2.0 * MM;
-/// Contact and limits as hard as MuJoCo allows: the time constant is twice the step, the impedance its largest.
-pub const HARDEST: &str = "0.9999 0.9999 0.001 0.5 2";
-/// That impedance.
-pub const IMPEDANCE: f64 = 0.9999;
-
 /// A cell as it truly is.
 pub struct Machine {
     /// Name of the model.
@@ -61,21 +51,6 @@ pub struct Machine {
     /// What is only looked at.
     pub scenery: Scenery,
 }
-
-/// Where the document is written.
-pub type Xml = Writer<Vec<u8>>;
-
-/// Writes an element; a float in an attribute is written with all its digits.
-macro_rules! element {
-    ($xml:expr, $name:literal, { $($key:literal = $value:expr),* $(,)? }) => {
-        $xml.create_element($name)$(.with_attribute(($key, $value.to_string().as_str())))*.write_empty()
-    };
-    ($xml:expr, $name:literal, { $($key:literal = $value:expr),* $(,)? }, $inside:expr) => {
-        $xml.create_element($name)$(.with_attribute(($key, $value.to_string().as_str())))*.write_inner_content($inside)
-    };
-}
-
-pub(super) use element;
 
 impl Machine {
     /// The document.
@@ -252,11 +227,6 @@ pub const ASIDE: [f64; 3] = [0.0, 0.0, 50.0];
 /// A plunger without a spring would not follow its ball, N.
 const LEAST_DRIVE: f64 = 1e-3;
 
-/// Name of the hinge of joint `i` (from 0).
-pub fn joint_name(i: usize) -> String {
-    format!("joint{}", i + 1)
-}
-
 /// Where the body of a link stands on the one before, its joint at zero: `Rx(alpha) Tx(a) Ry(beta) Tz(d) Rz(theta)`.
 fn before_hinge(mdh: &MdhLink) -> Pose {
     let rx = Rotation3::from_axis_angle(&Vector3::x_axis(), mdh.alpha);
@@ -266,21 +236,6 @@ fn before_hinge(mdh: &MdhLink) -> Pose {
     Pose::from_parts(Translation3::from(at), rx * ry * rz)
 }
 
-/// Mass (kg) and its centre (m) of a body.
-pub fn write_inertial(xml: &mut Xml, mass: f64, com: &Vector3<f64>) -> io::Result<()> {
-    // At rest a moment of inertia does nothing; that of a small ball keeps the arm's own motion to rest slow and smooth.
-    let inertia = (mass * 1e-4).max(NEXT_TO_NOTHING);
-    element!(xml, "inertial", {
-        "mass" = mass.max(NEXT_TO_NOTHING), "pos" = numbers(com.as_slice()), "diaginertia" = numbers(&[inertia; 3])
-    })?;
-    Ok(())
-}
-
-/// The shortest time constant that a step allows, critically damped.
-pub fn hardest_ref() -> String {
-    numbers(&[2.0 * STEP_S, 1.0])
-}
-
 fn position(pose: &Pose) -> String {
     numbers(pose.translation.vector.as_slice())
 }
@@ -288,9 +243,4 @@ fn position(pose: &Pose) -> String {
 fn quaternion(pose: &Pose) -> String {
     let q = UnitQuaternion::from_rotation_matrix(&pose.rotation);
     numbers(&[q.w, q.i, q.j, q.k])
-}
-
-/// Numbers with all their digits.
-pub fn numbers(values: &[f64]) -> String {
-    values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 use calibench::files::{FileError, write_whole};
 use thiserror::Error;
 
-use super::plant::{MujocoPlant, machine};
+use super::machine::machine;
+use super::plant::MujocoPlant;
 use super::scenery::Camera;
 use crate::gauge::Gauge;
 use crate::plant::{BallForm, Parts, Plant, PlantError, Stand};

@@ -1,21 +1,15 @@
 //! The mechanics of a cell, played by MuJoCo: it is let come to rest, step by step.
 
-use calibench::effects::{self, Kind, Situation};
-use calibench::measure::Dataset;
-use calibench::robot::{FramePose, Loads, MdhEntry, Payload, Pose, Posture, Site, SiteIndex};
+use calibench::robot::{Payload, Pose};
 use nalgebra::{Point3, Vector3};
 
+use super::element::{RATE, joint_name};
 use super::engine::{Engine, Field, Thing};
 use super::flaws::{MujocoFlaws, play_name};
-use super::mjcf::{ASIDE, Machine, RATE, joint_name, stiffness};
-use super::scenery::Scenery;
+use super::mjcf::{ASIDE, Machine, stiffness};
 use crate::contact::Touch;
-use crate::flaw::TrueEffect;
-use crate::hidden::HiddenToml;
-use crate::plant::{BallForm, OUT_OF_REACH, Parts, Plant, PlantError, Rest, Stand};
+use crate::plant::{BallForm, OUT_OF_REACH, Plant, PlantError, Rest, Stand};
 use crate::plunger::{Mechanism, PresentedBall};
-use crate::random::Streams;
-use crate::scenario::Scenario;
 
 /// Everything rests when what is still to go, at the rate at which all comes to rest, is less than this, m or rad.
 const AT_REST: f64 = 2e-11;
@@ -53,9 +47,6 @@ struct Rubbing {
     joint: usize,
     torque: f64,
 }
-
-/// Effects of the catalogue that are constant numbers of the cell: they are built into the machine.
-const BUILT_IN: [&str; 4] = ["base_frame", "mdh", "tool_frame", "ball"];
 
 impl MujocoPlant {
     /// A plant of this machine.
@@ -270,89 +261,4 @@ impl Plant for MujocoPlant {
     fn remove_artifact(&mut self) {
         self.artifact_is_there = false;
     }
-}
-
-/// The machine that a scenario describes: constant effects of its truth are built in.
-///
-/// # Errors
-/// When the truth holds what is no part of a mechanism.
-pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Machine, PlantError> {
-    let truth = scenario.truth();
-    if truth.keys().hidden != HiddenToml::default() {
-        return Err(PlantError::Unsuited {
-            key: "truth.hidden".into(),
-            problem: "is no part of the mechanism that MuJoCo plays".into(),
-            remedy: "take it out, or run the analytic plant".into(),
-        });
-    }
-    let Parts { nominal, mut robot, mut tool, payload, gauge, .. } = parts.clone();
-    let joints = robot.joints();
-    let compliance = truth.flaws(streams, joints).compliance;
-    let stiffnesses: Vec<f64> = compliance.iter().map(|c| stiffness(*c)).collect();
-    let mut base = nominal.base.to_array();
-    let mut balls = parts.balls.clone();
-    for effect in truth.drawn(streams) {
-        let id = effect.effect.id();
-        let family = effects::family(id).map_or(id, |family| family.id);
-        if ["joint_compliance", "hysteresis"].contains(&family) {
-            continue; // the gears have the one, the controller's joints the other
-        }
-        if !BUILT_IN.contains(&family) {
-            return Err(PlantError::Unsuited {
-                key: format!("truth.effects.{id}"),
-                problem: "is no part of the mechanism that MuJoCo plays".into(),
-                remedy: format!(
-                    "take it out, or run the analytic plant; MuJoCo knows: {}, joint_compliance, hysteresis",
-                    BUILT_IN.join(", ")
-                ),
-            });
-        }
-        let kinds = (0..balls.len()).map(Kind::Ball);
-        constant(&effect, &nominal, None, &mut |site, by| match site {
-            Site::Base(axis) => base[axis as usize] += by,
-            Site::Tool(k) => tool.xyz[k] += by,
-            Site::Mdh(i, entry) => {
-                let mdh = &mut robot.links[i].mdh;
-                *match entry {
-                    MdhEntry::Alpha => &mut mdh.alpha,
-                    MdhEntry::A => &mut mdh.a,
-                    MdhEntry::Beta => &mut mdh.beta,
-                    MdhEntry::Theta => &mut mdh.theta,
-                    MdhEntry::D => &mut mdh.d,
-                } += by;
-            }
-            Site::Flex(..) | Site::Target(_) => {}
-        });
-        for (ball, kind) in balls.iter_mut().zip(kinds) {
-            constant(&effect, &nominal, Some(kind), &mut |site, by| {
-                if let Site::Target(k) = site {
-                    ball.centre[k] += by;
-                }
-            });
-        }
-    }
-    Ok(Machine {
-        name: nominal.robot.name.clone(),
-        gravity: nominal.gravity,
-        base: FramePose::from_array(base),
-        scenery: Scenery::new(&robot.solids, joints, &scenario.surroundings(), &scenario.surroundings_without_artifact()),
-        flaws: MujocoFlaws::new(&truth.keys().mujoco, stiffnesses),
-        robot,
-        compliance,
-        tool,
-        payload,
-        balls,
-        gauge,
-    })
-}
-
-/// What an effect moves whatever the situation.
-fn constant(effect: &TrueEffect, nominal: &Dataset, kind: Option<Kind>, moved: &mut dyn FnMut(Site, f64)) {
-    let robot = &nominal.robot;
-    let joints = robot.joints();
-    let (mut posture, loads, q) = (Posture::new(robot), Loads::new(joints), vec![0.0; joints]);
-    posture.set(robot, &nominal.base, &nominal.tool, &q, &vec![0.0; SiteIndex::new(joints).len()]);
-    let payload = Payload::none();
-    let situation = Situation { kind, ..Situation::at_rest(robot, &q, &posture, &loads, &payload) };
-    effect.effect.terms(&situation, &mut |k, site, weight| moved(site, weight * effect.sizes[k]));
 }

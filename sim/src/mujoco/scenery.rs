@@ -6,7 +6,7 @@ use calibench::robot::{Shape, Solid, Surroundings};
 use calibench::units::MM;
 use nalgebra::Vector3;
 
-use super::mjcf::{Xml, element, numbers};
+use super::element::{Xml, element, numbers};
 
 /// The bodies of a cell, as its planner knows them.
 #[derive(Debug, Clone, Default)]
