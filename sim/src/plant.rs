@@ -202,7 +202,14 @@ impl BallForm {
 }
 
 /// A ball further from the TCP than this touches no plunger, m.
-pub const OUT_OF_REACH: f64 = 0.05;
+const OUT_OF_REACH: f64 = 0.05;
+
+/// The ball within reach of the plungers of a gauge whose TCP is at `tcp` (world, m), by its place.
+pub fn within_reach(balls: &[PresentedBall], tcp: &Vector3<f64>) -> Option<usize> {
+    let distance = |k: &usize| (balls[*k].centre - tcp).norm();
+    let nearest = (0..balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    (distance(&nearest) < OUT_OF_REACH).then_some(nearest)
+}
 
 /// The mechanics of a cell.
 pub trait Plant {
@@ -219,7 +226,10 @@ pub trait Plant {
     fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError>;
 
     /// Puts another payload on the flange.
-    fn mount(&mut self, payload: &Payload);
+    ///
+    /// # Errors
+    /// When it cannot be mounted.
+    fn mount(&mut self, payload: &Payload) -> Result<(), PlantError>;
 
     /// Takes the artifact off the table.
     fn remove_artifact(&mut self);

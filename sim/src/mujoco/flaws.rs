@@ -3,11 +3,10 @@
 use std::io;
 
 use calibench::units::URAD;
-
 use nalgebra::Vector3;
 
 use super::element::{HARDEST, IMPEDANCE, RATE, STEP_S, Xml, element, hardest_ref, joint_name, numbers, write_inertial};
-use crate::scenario::{Bearing, Friction, MujocoToml, Stiffening};
+use crate::scenario::{Bearing, Friction, MujocoToml, Pedestal, Stiffening};
 
 /// What is wrong with the mechanism.
 #[derive(Debug, Clone)]
@@ -32,6 +31,31 @@ pub struct Wheel {
     pub spring: f64,
 }
 
+/// A hinge that gives way.
+pub struct Hinge {
+    /// Its name.
+    pub name: String,
+    axis: [u8; 2],
+    /// N·m/rad.
+    pub stiffness: f64,
+}
+
+impl Hinge {
+    fn new(name: &str, axis: [u8; 2], urad_per_nm: f64) -> Self {
+        Hinge { name: name.into(), axis, stiffness: 1.0 / (urad_per_nm * URAD) }
+    }
+
+    fn write(&self, xml: &mut Xml) -> io::Result<()> {
+        let Hinge { name, axis: [x, y], stiffness } = self;
+        let rotor = (stiffness / (RATE * RATE)).max(STRETCHED_OUT);
+        element!(xml, "joint", {
+            "name" = name, "type" = "hinge", "axis" = format!("{x} {y} 0"), "stiffness" = stiffness, "armature" = rotor,
+            "damping" = 2.0 * (stiffness * rotor).sqrt()
+        })?;
+        Ok(())
+    }
+}
+
 impl MujocoFlaws {
     /// Those of the scenario, in an arm whose gears are so stiff (N·m/rad).
     pub fn new(keys: &MujocoToml, stiffness: Vec<f64>) -> Self {
@@ -52,11 +76,7 @@ impl MujocoFlaws {
 
     /// Whether the spring of a gear is a tendon with a dead band.
     pub fn has_play(&self, joint: usize) -> bool {
-        self.play(joint).is_some()
-    }
-
-    fn play(&self, joint: usize) -> Option<f64> {
-        self.keys.backlash.iter().find(|b| b.joint == joint + 1).map(|b| b.width_urad * URAD)
+        self.plays().iter().any(|(other, _)| *other == joint)
     }
 
     /// Half the width over which the gear of a joint does nothing, rad, by the tendon that is its spring.
@@ -71,32 +91,37 @@ impl MujocoFlaws {
         self.keys.stiffening.iter().find(|s| s.joint == joint + 1).map_or(0.0, cubic)
     }
 
-    /// Names of the hinges that give way, with their stiffness, N·m/rad.
-    pub fn hinges(&self) -> Vec<(String, f64)> {
-        let stiffness = |urad_per_nm: f64| 1.0 / (urad_per_nm * URAD);
-        let pedestal =
-            self.keys.pedestal.iter().flat_map(|p| [("pedestal_x", p.x_urad_per_nm), ("pedestal_y", p.y_urad_per_nm)]);
-        let pedestal = pedestal.map(|(name, given)| (name.to_owned(), stiffness(given)));
-        let bearing = |b: &Bearing| {
-            let (joint, given) = (b.joint, stiffness(b.urad_per_nm));
-            ["x", "y"].map(|axis| (format!("bearing{joint}_{axis}"), given))
+    /// All hinges that give way.
+    pub fn hinges(&self) -> Vec<Hinge> {
+        let hinges = self.pedestal().into_iter().flatten();
+        hinges.chain(self.keys.bearing.iter().flat_map(Self::bearing)).collect()
+    }
+
+    /// Those under the base, about its x and its y axis.
+    fn pedestal(&self) -> Option<[Hinge; 2]> {
+        let pair = |p: &Pedestal| {
+            [Hinge::new("pedestal_x", [1, 0], p.x_urad_per_nm), Hinge::new("pedestal_y", [0, 1], p.y_urad_per_nm)]
         };
-        pedestal.chain(self.keys.bearing.iter().flat_map(bearing)).collect()
+        self.keys.pedestal.as_ref().map(pair)
     }
 
-    /// Two hinges under the base.
+    /// Those across the axis of a joint, at its origin.
+    fn bearing(b: &Bearing) -> [Hinge; 2] {
+        let hinge = |axis: &str, xy: [u8; 2]| Hinge::new(&format!("bearing{}_{axis}", b.joint), xy, b.urad_per_nm);
+        [hinge("x", [1, 0]), hinge("y", [0, 1])]
+    }
+
+    /// Writes the hinges under the base.
     pub fn write_pedestal(&self, xml: &mut Xml) -> io::Result<()> {
-        let Some(pedestal) = &self.keys.pedestal else { return Ok(()) };
+        let Some(hinges) = self.pedestal() else { return Ok(()) };
         write_inertial(xml, 0.0, &Vector3::zeros())?;
-        write_hinge(xml, "pedestal_x", "1 0 0", pedestal.x_urad_per_nm)?;
-        write_hinge(xml, "pedestal_y", "0 1 0", pedestal.y_urad_per_nm)
+        hinges.iter().try_for_each(|hinge| hinge.write(xml))
     }
 
-    /// Two hinges across the axis of joint `i`, at its origin.
+    /// Writes the hinges across the axis of joint `i` (from 0).
     pub fn write_bearing(&self, xml: &mut Xml, i: usize) -> io::Result<()> {
         let Some(bearing) = self.keys.bearing.iter().find(|b| b.joint == i + 1) else { return Ok(()) };
-        write_hinge(xml, &format!("bearing{}_x", i + 1), "1 0 0", bearing.urad_per_nm)?;
-        write_hinge(xml, &format!("bearing{}_y", i + 1), "0 1 0", bearing.urad_per_nm)
+        Self::bearing(bearing).iter().try_for_each(|hinge| hinge.write(xml))
     }
 
     /// All wheels.
@@ -152,13 +177,4 @@ impl MujocoFlaws {
 /// Name of the tendon that is the spring of the gear of joint `i` (from 0), where it has play.
 pub fn play_name(i: usize) -> String {
     format!("gear{}", i + 1)
-}
-
-fn write_hinge(xml: &mut Xml, name: &str, axis: &str, urad_per_nm: f64) -> io::Result<()> {
-    let stiffness = 1.0 / (urad_per_nm * URAD);
-    let rotor = (stiffness / (RATE * RATE)).max(STRETCHED_OUT);
-    element!(xml, "joint", {
-        "name" = name, "type" = "hinge", "axis" = axis, "stiffness" = stiffness, "armature" = rotor, "damping" = 2.0 * (stiffness * rotor).sqrt()
-    })?;
-    Ok(())
 }

@@ -26,6 +26,7 @@ const PLUNGER_INERTIA: f64 = 1.0;
 const PLUNGER_SPEED: f64 = 0.04;
 /// Thickness of the disks, m, as thin as those of the analytic plant.
 const DISK_THICKNESS: f64 = 2.0 * MM;
+
 /// A cell as it truly is.
 pub struct Machine {
     /// Name of the model.

@@ -8,7 +8,7 @@ use super::engine::{Engine, Field, Thing};
 use super::flaws::{MujocoFlaws, play_name};
 use super::mjcf::{ASIDE, Machine, stiffness};
 use crate::contact::Touch;
-use crate::plant::{BallForm, OUT_OF_REACH, Plant, PlantError, Rest, Stand};
+use crate::plant::{BallForm, Plant, PlantError, Rest, Stand, within_reach};
 use crate::plunger::{Mechanism, PresentedBall};
 
 /// Everything rests when what is still to go, at the rate at which all comes to rest, is less than this, m or rad.
@@ -61,7 +61,7 @@ impl MujocoPlant {
             (0..joints).map(|i| Ok((place(&joint_name(i))?, stiffness(machine.compliance[i])))).collect();
         let gears = gears?;
         let hinges: Result<Vec<_>, PlantError> =
-            machine.flaws.hinges().into_iter().map(|(name, stiffness)| Ok((place(&name)?, stiffness))).collect();
+            machine.flaws.hinges().iter().map(|hinge| Ok((place(&hinge.name)?, hinge.stiffness))).collect();
         let wheels: Result<Vec<_>, PlantError> = machine
             .flaws
             .wheels()
@@ -182,9 +182,7 @@ impl MujocoPlant {
 
     /// The ball within reach of the plungers, by its place.
     fn nearest_ball(&self, tcp: &Vector3<f64>) -> Option<usize> {
-        let distance = |k: &usize| (self.balls[*k].centre - tcp).norm();
-        let nearest = (0..self.balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        (self.artifact_is_there && distance(&nearest) < OUT_OF_REACH).then_some(nearest)
+        if self.artifact_is_there { within_reach(&self.balls, tcp) } else { None }
     }
 
     /// What the plungers touch, by how far they are pushed in.
@@ -246,16 +244,11 @@ impl Plant for MujocoPlant {
         Ok(self.touches())
     }
 
-    fn mount(&mut self, payload: &Payload) {
+    fn mount(&mut self, payload: &Payload) -> Result<(), PlantError> {
         let at = self.payload;
-        let changed = self
-            .engine
-            .change(Field::BodyMass, |mass| mass[at] = payload.mass)
-            .and_then(|()| {
-                self.engine.change(Field::BodyIpos, |com| com[3 * at..][..3].copy_from_slice(payload.com.as_slice()))
-            })
-            .and_then(|()| self.engine.masses_changed());
-        debug_assert!(changed.is_ok(), "{changed:?}");
+        self.engine.change(Field::BodyMass, |mass| mass[at] = payload.mass)?;
+        self.engine.change(Field::BodyIpos, |com| com[3 * at..][..3].copy_from_slice(payload.com.as_slice()))?;
+        self.engine.masses_changed()
     }
 
     fn remove_artifact(&mut self) {

@@ -4,7 +4,7 @@ use calibench::effects::Kind;
 use calibench::robot::{Payload, Pose};
 use nalgebra::{Point3, Vector3};
 
-use super::{BallForm, OUT_OF_REACH, Parts, Plant, PlantError, Rest, Stand};
+use super::{BallForm, Parts, Plant, PlantError, Rest, Stand, within_reach};
 use crate::arm::{Arm, Moment};
 use crate::contact::{FREE_READING, Touch};
 use crate::flaw::Flaws;
@@ -56,8 +56,7 @@ impl AnalyticPlant {
             };
             pose = self.arm.settle(stand, &moment);
             let last = near;
-            let tcp = pose.translation.vector;
-            near = self.nearest_ball(&tcp);
+            near = if self.artifact_is_there { within_reach(&self.balls, &pose.translation.vector) } else { None };
             ball = near.map(|k| {
                 let PresentedBall { centre, radius } = self.balls[k];
                 let moved = Point3::from(centre + self.arm.target_moved());
@@ -72,13 +71,6 @@ impl AnalyticPlant {
             }
         }
         (pose, ball)
-    }
-
-    /// The ball within reach of the plungers, by its place.
-    fn nearest_ball(&self, tcp: &Vector3<f64>) -> Option<usize> {
-        let distance = |k: &usize| (self.balls[*k].centre - tcp).norm();
-        let nearest = (0..self.balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        (self.artifact_is_there && distance(&nearest) < OUT_OF_REACH).then_some(nearest)
     }
 }
 
@@ -102,8 +94,9 @@ impl Plant for AnalyticPlant {
         Ok(self.gauge.map(|plunger| plunger.meet(master.as_ref())))
     }
 
-    fn mount(&mut self, payload: &Payload) {
+    fn mount(&mut self, payload: &Payload) -> Result<(), PlantError> {
         self.arm.payload = payload.clone();
+        Ok(())
     }
 
     fn remove_artifact(&mut self) {

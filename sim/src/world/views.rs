@@ -119,9 +119,11 @@ impl SimulatedAttendant {
         let world = &mut *world;
         if payload != world.payload && payload < world.payloads.len() {
             world.payload = payload;
-            world.plant.mount(&world.payloads[payload]);
             world.time_s += REBUILDING_S;
-            world.settle(false);
+            match world.plant.mount(&world.payloads[payload]) {
+                Ok(()) => world.settle(false),
+                Err(error) => world.lost = Some(error.to_string()),
+            }
         }
     }
 
