@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+mod csv_table;
 mod folder;
 mod rows;
 mod toml_document;
 
+pub use csv_table::{CsvRow, CsvTable};
 pub use folder::replace_folder;
 pub(crate) use rows::{Record, Rows};
 pub use toml_document::{field_error, parse_toml};

@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use calibench::files::{FileError, read_text};
+use calibench::files::{CsvTable, FileError};
 use calibench::units::{DEG, UM};
 use nalgebra::Vector3;
+
+/// Where a file is not as it was written.
+const REMEDY: &str = "give the file as `calibench run` wrote it";
 
 /// One try at a ball.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,28 +55,29 @@ impl Journal {
             return Ok(None);
         }
         let mut journal = Journal::default();
-        Table::read(&probings)?.each(&mut |row| {
-            let text = |column: &str| Ok::<_, FileError>(row.text(column)?.to_owned());
-            journal.tries.push(Try { id: text("id")?, ball: text("ball")?, outcome: text("outcome")? });
-            Ok(())
-        })?;
-        Table::read(&iterations)?.each(&mut |row| {
-            let number = row.text("probing")?;
+        for row in CsvTable::read(&probings, &["id", "ball", "outcome"], REMEDY)?.rows() {
+            let text = |column: &str| row.text(column).to_owned();
+            journal.tries.push(Try { id: text("id"), ball: text("ball"), outcome: text("outcome") });
+        }
+        let angles: Vec<String> = (1..=joints).map(|j| format!("q{j}_deg")).collect();
+        let reading = ["r1_um", "r2_um", "r3_um"];
+        let columns: Vec<&str> =
+            ["probing", "phase", "time_s"].into_iter().chain(reading).chain(angles.iter().map(String::as_str)).collect();
+        for row in CsvTable::read(&iterations, &columns, REMEDY)?.rows() {
+            let number = row.text("probing");
             let probing = number.parse::<usize>().ok().filter(|k| (1..=journal.tries.len()).contains(k));
             let probing = probing.ok_or_else(|| row.wrong("probing", format!("'{number}' is no row of probings.csv")))?;
-            let joints = (1..=joints).map(|j| row.number(&format!("q{j}_deg"))).collect::<Result<Option<Vec<f64>>, _>>()?;
+            let joints = angles.iter().map(|column| row.number(column)).collect::<Result<Option<Vec<f64>>, _>>()?;
             // A stop at which not even the joints are known shows nothing.
-            let Some(joints) = joints else { return Ok(()) };
-            let [x, y, z] = [row.number("r1_um")?, row.number("r2_um")?, row.number("r3_um")?];
+            let Some(joints) = joints else { continue };
             journal.stops.push(Stop {
                 probing: probing - 1,
-                on_ball: row.text("phase")? == "centring",
+                on_ball: row.text("phase") == "centring",
                 time_s: row.number("time_s")?,
                 joints: joints.into_iter().map(|q| q * DEG).collect(),
-                reading: x.zip(y).zip(z).map(|((x, y), z)| Vector3::new(x, y, z) * UM),
+                reading: row.three(reading)?.map(|r| Vector3::from(r) * UM),
             });
-            Ok(())
-        })?;
+        }
         Ok(Some(journal))
     }
 
@@ -82,69 +86,6 @@ impl Journal {
         let of_it = |k: &usize| self.stops[*k].probing == probing;
         let last = |on_ball: bool| (0..self.stops.len()).rev().filter(of_it).find(|&k| !on_ball || self.stops[k].on_ball);
         last(true).or_else(|| last(false))
-    }
-}
-
-/// A table as text.
-struct Table<'a> {
-    path: &'a Path,
-    text: String,
-}
-
-/// A row of it.
-struct Row<'a> {
-    path: &'a Path,
-    header: &'a csv::StringRecord,
-    record: csv::StringRecord,
-}
-
-impl<'a> Table<'a> {
-    fn read(path: &'a Path) -> Result<Self, FileError> {
-        Ok(Table { path, text: read_text(path)? })
-    }
-
-    fn each(&self, visit: &mut dyn FnMut(Row<'_>) -> Result<(), FileError>) -> Result<(), FileError> {
-        let fail = |e: csv::Error| FileError {
-            line: e.position().map(|p| p.line() as usize),
-            ..FileError::whole(self.path, e.to_string(), "every row needs the columns of the header")
-        };
-        let mut reader = csv::Reader::from_reader(self.text.as_bytes());
-        let header = reader.headers().map_err(fail)?.clone();
-        for record in reader.records() {
-            visit(Row { path: self.path, header: &header, record: record.map_err(fail)? })?;
-        }
-        Ok(())
-    }
-}
-
-impl Row<'_> {
-    fn text(&self, column: &str) -> Result<&str, FileError> {
-        let place = self.header.iter().position(|h| h == column).ok_or_else(|| FileError {
-            line: Some(1),
-            field: column.into(),
-            ..FileError::whole(self.path, "the column is missing", "give the file as `calibench run` wrote it")
-        })?;
-        Ok(self.record.get(place).unwrap_or_default())
-    }
-
-    /// A finite number, or nothing in an empty field.
-    fn number(&self, column: &str) -> Result<Option<f64>, FileError> {
-        match self.text(column)? {
-            "" => Ok(None),
-            text => match text.parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(Some(value)),
-                _ => Err(self.wrong(column, format!("'{text}' is no finite number"))),
-            },
-        }
-    }
-
-    fn wrong(&self, column: &str, problem: String) -> FileError {
-        let line = self.record.position().map(|p| p.line() as usize);
-        FileError {
-            line,
-            field: column.into(),
-            ..FileError::whole(self.path, problem, "give the file as `calibench run` wrote it")
-        }
     }
 }
 

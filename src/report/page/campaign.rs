@@ -5,7 +5,10 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::short;
-use crate::files::{FileError, read_text};
+use crate::files::{CsvTable, FileError};
+
+/// Where a file is not as it was written.
+const REMEDY: &str = "give the file as `calibench run` wrote it";
 
 /// One try at a ball.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,29 +43,25 @@ impl CampaignRecord {
             return Ok(None);
         }
         let mut centrings = Vec::new();
-        for row in Table::read(&probings)?.rows(["id", "ball", "outcome", "duration_s"])? {
-            let [id, ball, outcome, duration] = &row.fields;
+        for row in CsvTable::read(&probings, &["id", "ball", "outcome", "duration_s"], REMEDY)?.rows() {
             centrings.push(CentringRecord {
-                id: id.clone(),
-                ball: ball.clone(),
-                outcome: outcome.clone(),
-                duration_s: row.number(&probings, "duration_s", duration)?.unwrap_or_default(),
+                id: row.text("id").into(),
+                ball: row.text("ball").into(),
+                outcome: row.text("outcome").into(),
+                duration_s: row.number("duration_s")?.unwrap_or_default(),
                 readings_um: Vec::new(),
             });
         }
-        for row in Table::read(&stops)?.rows(["probing", "phase", "r1_um", "r2_um", "r3_um"])? {
-            let [probing, phase, readings @ ..] = &row.fields;
+        let [x, y, z] = ["r1_um", "r2_um", "r3_um"];
+        for row in CsvTable::read(&stops, &["probing", "phase", x, y, z], REMEDY)?.rows() {
+            let probing = row.text("probing");
             let centring = probing.parse::<usize>().ok().and_then(|k| centrings.get_mut(k.checked_sub(1)?));
-            let centring =
-                centring.ok_or_else(|| row.wrong(&stops, "probing", format!("'{probing}' is no row of probings.csv")))?;
-            if phase != "centring" {
+            let centring = centring.ok_or_else(|| row.wrong("probing", format!("'{probing}' is no row of probings.csv")))?;
+            if row.text("phase") != "centring" {
                 continue;
             }
-            let mut squares = Some(0.0);
-            for (name, text) in ["r1_um", "r2_um", "r3_um"].into_iter().zip(readings) {
-                squares = squares.zip(row.number(&stops, name, text)?).map(|(sum, x): (f64, f64)| sum + x * x);
-            }
-            centring.readings_um.extend(squares.map(f64::sqrt));
+            let length = row.three([x, y, z])?.map(|[x, y, z]| (x * x + y * y + z * z).sqrt());
+            centring.readings_um.extend(length);
         }
         Ok(Some(CampaignRecord { centrings }))
     }
@@ -75,64 +74,6 @@ impl CampaignRecord {
                     "readings_um": super::shorts(c.readings_um.iter().copied())})
             })
             .collect()
-    }
-}
-
-/// A table of a campaign.
-struct Table<'a> {
-    path: &'a Path,
-    text: String,
-}
-
-/// Some columns of a row, and its line.
-struct Row<const N: usize> {
-    line: Option<usize>,
-    fields: [String; N],
-}
-
-impl<'a> Table<'a> {
-    fn read(path: &'a Path) -> Result<Self, FileError> {
-        Ok(Table { path, text: read_text(path)? })
-    }
-
-    fn rows<const N: usize>(&self, columns: [&str; N]) -> Result<Vec<Row<N>>, FileError> {
-        let remedy = "every row needs the columns of the header";
-        let fail = |e: csv::Error| FileError {
-            line: e.position().map(|p| p.line() as usize),
-            ..FileError::whole(self.path, e.to_string(), remedy)
-        };
-        let mut reader = csv::Reader::from_reader(self.text.as_bytes());
-        let header = reader.headers().map_err(fail)?.clone();
-        let mut places = [0; N];
-        for (place, name) in places.iter_mut().zip(columns) {
-            *place = header.iter().position(|h| h == name).ok_or_else(|| FileError {
-                line: Some(1),
-                field: name.into(),
-                ..FileError::whole(self.path, "the column is missing", "give the file as `calibench run` wrote it")
-            })?;
-        }
-        let row = |record: Result<csv::StringRecord, csv::Error>| {
-            let record = record.map_err(fail)?;
-            let line = record.position().map(|p| p.line() as usize);
-            Ok(Row { line, fields: places.map(|k| record.get(k).unwrap_or_default().to_owned()) })
-        };
-        reader.records().map(row).collect()
-    }
-}
-
-impl<const N: usize> Row<N> {
-    fn wrong(&self, path: &Path, field: &str, problem: String) -> FileError {
-        let remedy = "give the file as `calibench run` wrote it";
-        FileError { line: self.line, field: field.into(), ..FileError::whole(path, problem, remedy) }
-    }
-
-    /// A finite number, or nothing in an empty field.
-    fn number(&self, path: &Path, field: &str, text: &str) -> Result<Option<f64>, FileError> {
-        match text.parse::<f64>() {
-            _ if text.is_empty() => Ok(None),
-            Ok(value) if value.is_finite() => Ok(Some(value)),
-            _ => Err(self.wrong(path, field, format!("'{text}' is no finite number"))),
-        }
     }
 }
 

@@ -1,0 +1,95 @@
+//! A small CSV file as this program wrote it, read back by the names of its columns.
+
+use std::path::Path;
+
+use csv::StringRecord;
+
+use super::{FileError, read_text};
+
+/// A table in memory.
+pub struct CsvTable<'a> {
+    path: &'a Path,
+    header: StringRecord,
+    records: Vec<StringRecord>,
+    remedy: &'static str,
+}
+
+/// A row of it.
+#[derive(Clone, Copy)]
+pub struct CsvRow<'t> {
+    table: &'t CsvTable<'t>,
+    record: &'t StringRecord,
+}
+
+impl<'a> CsvTable<'a> {
+    /// Reads a file that needs these columns; `remedy` says which file to give where one is missing.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is no table, or lacks a column.
+    pub fn read(path: &'a Path, columns: &[&str], remedy: &'static str) -> Result<Self, FileError> {
+        let text = read_text(path)?;
+        let fail = |e: csv::Error| FileError {
+            line: e.position().map(|p| p.line() as usize),
+            ..FileError::whole(path, e.to_string(), "every row needs the columns of the header")
+        };
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let header = reader.headers().map_err(fail)?.clone();
+        let records = reader.records().collect::<Result<_, _>>().map_err(fail)?;
+        let table = CsvTable { path, header, records, remedy };
+        match columns.iter().find(|column| !table.has(column)) {
+            Some(missing) => Err(FileError {
+                line: Some(1),
+                field: (*missing).into(),
+                ..FileError::whole(path, "the column is missing", remedy)
+            }),
+            None => Ok(table),
+        }
+    }
+
+    /// Whether it has such a column.
+    pub fn has(&self, column: &str) -> bool {
+        self.header.iter().any(|name| name == column)
+    }
+
+    /// Its rows, in order.
+    pub fn rows(&self) -> impl Iterator<Item = CsvRow<'_>> {
+        self.records.iter().map(|record| CsvRow { table: self, record })
+    }
+}
+
+impl<'t> CsvRow<'t> {
+    /// The field in that column; empty where there is no such column.
+    pub fn text(&self, column: &str) -> &'t str {
+        let place = self.table.header.iter().position(|name| name == column);
+        place.and_then(|place| self.record.get(place)).unwrap_or_default()
+    }
+
+    /// A finite number, or nothing in an empty field.
+    ///
+    /// # Errors
+    /// When the field holds anything else.
+    pub fn number(&self, column: &str) -> Result<Option<f64>, FileError> {
+        match self.text(column) {
+            "" => Ok(None),
+            text => match text.parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(Some(value)),
+                _ => Err(self.wrong(column, format!("'{text}' is no finite number"))),
+            },
+        }
+    }
+
+    /// Three numbers, or nothing where one of them is missing.
+    ///
+    /// # Errors
+    /// As [`CsvRow::number`].
+    pub fn three(&self, columns: [&str; 3]) -> Result<Option<[f64; 3]>, FileError> {
+        let [x, y, z] = [self.number(columns[0])?, self.number(columns[1])?, self.number(columns[2])?];
+        Ok(x.zip(y).zip(z).map(|((x, y), z)| [x, y, z]))
+    }
+
+    /// An error in that field, with the table's remedy.
+    pub fn wrong(&self, column: &str, problem: String) -> FileError {
+        let line = self.record.position().map(|p| p.line() as usize);
+        FileError { line, field: column.into(), ..FileError::whole(self.table.path, problem, self.table.remedy) }
+    }
+}
