@@ -91,12 +91,16 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     assert_eq!(forced["step"]["after"], verb["after"]);
     bench.act("undo", &json!({}));
 
-    // The next experiment.
-    let verb = printed(&at, &["next", "trical", "--json"]);
+    // The next experiment, and its plan.
+    let unasked = bench.ask("POST", "/api/save-plan", &[], "{}");
+    assert!(unasked.status == 422 && unasked.body.contains("ask for the next experiment first"), "{}", unasked.body);
+    let verb = printed(&at, &["next", "trical", "--json", "-o", "next.toml"]);
     let next = bench.act("next", &json!({}));
     for key in ["criterion", "rivals", "now", "actions", "best", "not_offered", "sentences", "cell_known"] {
         assert_eq!(next["next"][key], verb[key], "{key}");
     }
+    bench.act("save-plan", &json!({}));
+    assert_eq!(fs::read_to_string(at.join("kept/plan.toml")).unwrap(), fs::read_to_string(at.join("next.toml")).unwrap());
 }
 
 #[test]

@@ -2,17 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{
-    CellLayout, Examination, Kind, Offer, Proposal, WORKSPACE_POSES, diagnose_examined, propose, workspace_poses,
-};
-use calibench::files::write_whole;
-use calibench::measure::{Dataset, interleave, write_plan};
+use calibench::assess::{CellLayout, Examination, WORKSPACE_POSES, diagnose_examined, propose, workspace_poses};
+use calibench::measure::Dataset;
 use calibench::report::{next_json, next_sentences, next_table};
-use calibench::units::{DEG, MM};
+use calibench::units::MM;
 
 use super::progress::Waiting;
 use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets, seed};
 use crate::planning::layout;
+use crate::proposal_files::write_proposal;
 use crate::scenario::load_scenario;
 
 #[derive(clap::Args)]
@@ -60,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         propose(&named, &examination, &diagnosis, &diagnosis.relevance, &layout, &poses, arguments.seed).map_err(blame)?;
     drop(waiting);
     let written = match &arguments.output {
-        Some(path) => write(path, &proposal, &reference)?,
+        Some(path) => write_proposal(path, &proposal, &reference)?,
         None => Vec::new(),
     };
     if arguments.json {
@@ -103,44 +101,4 @@ fn of_scenario(path: &Path, dataset: &Dataset) -> Result<(CellLayout, String), F
         return Err(scenario.wrong("ball", problem, "name the scenario of the cell in which the data were taken").into());
     }
     Ok((layout(&scenario), cell.robot_reference.clone()))
-}
-
-/// Writes the plan of the best way to probe with the artifact where it stands, and the points of a tracker where they are best of all;
-/// what was written, in words.
-fn write(path: &Path, proposal: &Proposal, reference: &str) -> Result<Vec<String>, Failure> {
-    let mut written = Vec::new();
-    let on_balls = |o: &Offer| o.action.kind.is_probing() && !matches!(o.action.kind, Kind::MovedArtifact { .. });
-    if let Some((offer, step)) = proposal.best(on_balls) {
-        let poses = offer.action.poses(&offer.chosen[..step.count]);
-        let cell = Dataset { robot_reference: reference.into(), ..offer.action.pool.dataset.clone() };
-        // A pose and its repetition from the other side stay together.
-        let ordered = match offer.action.kind {
-            Kind::OtherSide => poses,
-            _ => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
-        };
-        write_plan(path, &ordered, &cell)?;
-        written.push(format!("{} {} planned in {}", step.count, offer.action.words(), path.display()));
-    }
-    if let Some((offer, step)) = proposal.best(|_| true)
-        && offer.action.kind == Kind::Points
-    {
-        let beside = path.with_extension("points.csv");
-        write_whole(&beside, points(offer, step.count).as_bytes())?;
-        written.push(format!("{} {} listed in {}", step.count, offer.action.words(), beside.display()));
-    }
-    Ok(written)
-}
-
-/// Points as rows of `samples.csv`, but for what is yet to be measured.
-fn points(offer: &Offer, count: usize) -> String {
-    let dataset = &offer.action.pool.dataset;
-    let joints: Vec<String> = (1..=dataset.robot.joints()).map(|j| format!("q{j}_deg")).collect();
-    let mut text = format!("id,kind,payload,{}\n", joints.join(","));
-    for (n, &k) in offer.chosen[..count].iter().enumerate() {
-        let Some(sample) = offer.action.candidate(k) else { continue };
-        let payload = dataset.payloads.get(sample.payload).map_or("", |p| p.name.as_str());
-        let q: Vec<String> = sample.q.iter().map(|v| format!("{:.6}", v / DEG)).collect();
-        text.push_str(&format!("n{:02},point,{payload},{}\n", n + 1, q.join(",")));
-    }
-    text
 }

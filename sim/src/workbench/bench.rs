@@ -1,6 +1,6 @@
 //! What the user has opened and done.
 
-use calibench::assess::{CellLayout, Examination, Objection, WORKSPACE_POSES, propose, rung, workspace_poses};
+use calibench::assess::{CellLayout, Examination, Objection, Proposal, WORKSPACE_POSES, propose, rung, workspace_poses};
 use calibench::files::FileError;
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
@@ -53,6 +53,14 @@ struct Step {
     standing: Standing,
     /// Once it was looked at.
     views: Option<Views>,
+    /// What to measure next, once that was asked.
+    proposal: Option<Proposal>,
+}
+
+impl Step {
+    fn new(objections: Vec<Objection>, standing: Standing) -> Self {
+        Step { objections, standing, views: None, proposal: None }
+    }
 }
 
 /// The steps since data were chosen: the model to begin with, and one for every effect that was added.
@@ -65,7 +73,7 @@ struct Hunt {
 impl Hunt {
     fn begun(opened: &Opened, chosen: Vec<usize>) -> Result<Self, IdentifyError> {
         let standing = opened.subject(&chosen, &opened.model, &opened.commands, Standing::new)?;
-        Ok(Hunt { chosen, steps: vec![Step { objections: Vec::new(), standing, views: None }] })
+        Ok(Hunt { chosen, steps: vec![Step::new(Vec::new(), standing)] })
     }
 }
 
@@ -97,6 +105,12 @@ impl Bench {
     fn here(&self) -> &Step {
         let steps = &self.hunt().steps;
         &steps[steps.len() - 1]
+    }
+
+    fn here_mut(&mut self) -> &mut Step {
+        let hunt = self.hunts.len() - 1;
+        let step = self.hunts[hunt].steps.len() - 1;
+        &mut self.hunts[hunt].steps[step]
     }
 
     fn model(&self) -> &Model {
@@ -169,14 +183,12 @@ impl Bench {
             let fresh = if here.views.is_none() { Some(Views::new(subject, &here.standing)?) } else { None };
             Ok::<_, IdentifyError>(fresh)
         })?;
-        let last = self.hunts.len() - 1;
-        let step = self.hunts[last].steps.len() - 1;
-        if let Some(fresh) = looked {
-            self.hunts[last].steps[step].views = Some(fresh);
+        if looked.is_some() {
+            self.here_mut().views = looked;
         }
-        let Some(mut views) = self.hunts[last].steps[step].views.take() else { return Ok(None) };
+        let Some(mut views) = self.here_mut().views.take() else { return Ok(None) };
         let place = self.subject(|subject| views.look_at(subject, &self.here().standing, effect));
-        self.hunts[last].steps[step].views = Some(views);
+        self.here_mut().views = Some(views);
         Ok(place?)
     }
 
@@ -273,7 +285,7 @@ impl Bench {
         }
         let standing = self.subject(|subject| before.stepped(after, subject))?;
         let last = self.hunts.len() - 1;
-        self.hunts[last].steps.push(Step { objections, standing, views: None });
+        self.hunts[last].steps.push(Step::new(objections, standing));
         let mut answer = self.document()?;
         answer["step"] = step;
         Ok(answer)
@@ -307,18 +319,36 @@ impl Bench {
     ///
     /// # Errors
     /// When the data do not determine the model.
-    pub fn next(&self) -> Result<Value, Refusal> {
-        self.with_data(|datasets, here| {
+    pub fn next(&mut self) -> Result<Value, Refusal> {
+        let (proposal, cell_known) = self.with_data(|datasets, here| {
             let examination = Examination::new(datasets, &here.rung.model)?;
             let first = datasets[0].1;
             let poses = workspace_poses(first, WORKSPACE_POSES);
             let diagnosis = &here.rung.diagnosis;
             let layout = CellLayout::of_dataset(first);
             let proposal = propose(datasets, &examination, diagnosis, &diagnosis.relevance, &layout, &poses, NEXT_SEED)?;
-            let mut document = next_json(&proposal);
-            document["cell_known"] = json!(layout.is_known);
-            Ok(json!({"next": document}))
-        })
+            Ok::<_, Refusal>((proposal, layout.is_known))
+        })?;
+        let mut document = next_json(&proposal);
+        document["cell_known"] = json!(cell_known);
+        self.here_mut().proposal = Some(proposal);
+        Ok(json!({"next": document}))
+    }
+
+    /// Writes the poses of the next experiment that was asked for here: `plan.toml`, and beside it the points of a tracker where they
+    /// are best of all.
+    ///
+    /// # Errors
+    /// When the next experiment was not asked for, nothing on offer can be planned, or the folder cannot be written.
+    pub fn save_plan(&mut self) -> Result<Saved, Refusal> {
+        let Some(proposal) = &self.here().proposal else {
+            return Err(Refusal::field("next", "ask for the next experiment first"));
+        };
+        let reference = &self.opened.datasets[self.hunt().chosen[0]].1.robot_reference;
+        match self.place.save_plan(proposal, reference)? {
+            Some(saved) => Ok(saved),
+            None => Err(Refusal::field("next", "nothing on offer can be written as a plan")),
+        }
     }
 
     /// Writes the model to `model.toml`.

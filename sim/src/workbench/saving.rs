@@ -1,11 +1,14 @@
-//! Where a workbench writes: one folder, two names.
+//! Where a workbench writes: one folder, a few names.
 
 use std::path::{Path, PathBuf};
 
+use calibench::assess::Proposal;
 use calibench::files::{FileError, write_whole};
 use calibench::identify::{Model, write_model, write_model_like};
 use calibench::report::page_html;
 use serde_json::{Value, json};
+
+use crate::proposal_files::write_proposal;
 
 /// The folder that a workbench may write into, and the model file whose layout it keeps.
 pub struct Place {
@@ -13,13 +16,13 @@ pub struct Place {
     like: Option<PathBuf>,
 }
 
-/// A file that was written.
-pub struct Saved(PathBuf);
+/// What was written.
+pub struct Saved(String);
 
 impl Saved {
-    /// Its name, for the page.
+    /// The same for the page.
     pub fn json(&self) -> Value {
-        json!({"saved": self.0.display().to_string()})
+        json!({"saved": self.0})
     }
 }
 
@@ -49,7 +52,7 @@ impl Place {
             Some(like) => write_model_like(model, like, &path)?,
             None => write_model(model, &path)?,
         }
-        Ok(Saved(path))
+        Ok(Saved(path.display().to_string()))
     }
 
     /// Writes the page, whole.
@@ -59,6 +62,15 @@ impl Place {
     pub fn save_report(&self, document: &Value) -> Result<Saved, FileError> {
         let path = self.folder.join("report.html");
         write_whole(&path, page_html(document).as_bytes())?;
-        Ok(Saved(path))
+        Ok(Saved(path.display().to_string()))
+    }
+
+    /// Writes the poses that were proposed; `None` where there is nothing that a plan could hold.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn save_plan(&self, proposal: &Proposal, robot: &str) -> Result<Option<Saved>, FileError> {
+        let written = write_proposal(&self.folder.join("plan.toml"), proposal, robot)?;
+        Ok((!written.is_empty()).then(|| Saved(written.join(", "))))
     }
 }

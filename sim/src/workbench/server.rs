@@ -112,6 +112,7 @@ fn routes(desk: Arc<Desk>) -> Router {
         .route("/api/next", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.next())))
         .route("/api/save-model", post(|desk, body| write(desk, body, |bench| bench.save_model())))
         .route("/api/save-report", post(|desk, body| write(desk, body, Bench::save_report)))
+        .route("/api/save-plan", post(|desk, body| write(desk, body, Bench::save_plan)))
         .fallback(|| async { problem(StatusCode::NOT_FOUND, None, "there is nothing at this address") })
         .method_not_allowed_fallback(|| async { problem(StatusCode::METHOD_NOT_ALLOWED, None, "this address is not for that") })
         .layer(DefaultBodyLimit::max(LONGEST_BODY))

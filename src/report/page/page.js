@@ -210,7 +210,7 @@ function ladder(report) {
   }));
   if (as_drawn.errors) {
     const measured = as_drawn.on === "validation";
-    rows.unshift({ name: "as drawn", fit: measured ? null : as_drawn.errors.rms_mm, measured: measured ? as_drawn.errors.mean_mm : null, largest: measured ? as_drawn.errors.max_mm : null });
+    rows.unshift({ name: as_drawn.name, fit: measured ? null : as_drawn.errors.rms_mm, measured: measured ? as_drawn.errors.mean_mm : null, largest: measured ? as_drawn.errors.max_mm : null });
   }
   const kinds = [
     ["fit", "residual of the fit, rms", "circle", "residual"], ["cv", "cross-validated, rms", "triangle", "other"],

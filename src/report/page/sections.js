@@ -6,7 +6,7 @@ function accuracy(report) {
   const of_run = run?.methods ?? [];
   const titles = { trical: "TriCal", tracker: "laser tracker" };
   const rows = [];
-  if (as_drawn.on === "validation" && as_drawn.errors) rows.push({ name: "as drawn", ...as_drawn.errors });
+  if (as_drawn.on === "validation" && as_drawn.errors) rows.push({ name: as_drawn.name, ...as_drawn.errors });
   const methods = of_run.length ? of_run.map((m) => ({ name: `calibrated by ${titles[m.name] ?? m.name}`, paper: run.paper?.[m.name], ...m.validation }))
     : validation ? [{ name: "calibrated", ...validation }] : [];
   if (!methods.length) return null;

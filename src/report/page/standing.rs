@@ -192,17 +192,23 @@ pub(super) fn judge(rung: Rung, judged: &[(&str, &Dataset)]) -> Result<Rung, Ide
     Ok(Rung { validation, ..rung })
 }
 
-/// Position errors of the robot as drawn: on the rows that are judged on, where there are any, else on those of the fit.
+/// Position errors of the robot as drawn: on the rows that are judged on, where there are any, else on those of the fit. Of several
+/// set-ups no drawing says where each stood; their bases are fitted.
 fn drawn(
     calibration: &Calibration,
     datasets: &[(&str, &Dataset)],
     judged: &[(&str, &Dataset)],
 ) -> Result<Value, IdentifyError> {
-    let drawn = calibration.as_drawn();
+    let base_fitted = calibration.setups.len() > 1;
+    let drawn = if base_fitted { calibration.as_drawn().set_up_anew() } else { calibration.as_drawn() };
     let held_out = has_validation(judged);
     let prediction = if held_out { drawn.predict(judged, Use::Validation)? } else { drawn.predict(datasets, Use::Fit)? };
     let errors = Validation::of(&prediction);
-    Ok(json!({"on": if held_out { "validation" } else { "fit" }, "errors": errors.as_ref().map(validation_json)}))
+    Ok(json!({
+        "name": if base_fitted { "as drawn, bases fitted" } else { "as drawn" },
+        "on": if held_out { "validation" } else { "fit" },
+        "errors": errors.as_ref().map(validation_json),
+    }))
 }
 
 /// Where the predicted error was predicted, and, where it was measured as well, the map of what was measured.

@@ -225,6 +225,13 @@ async function show({ live, document: told }) {
   if (turn === bench.turn) document.body.dataset.settled = "1";
 }
 
+// Writes the poses that are proposed.
+function saves_plan() {
+  const button = element("button", { type: "button", id: "save-plan" }, "Save plan.toml");
+  button.addEventListener("click", () => act("Saving …", "save-plan", {}, ({ saved }) => `Saved: ${saved}.`));
+  return button;
+}
+
 // What `next` proposes.
 function proposed({ next, took_ms }) {
   const best = next.best;
@@ -236,7 +243,8 @@ function proposed({ next, took_ms }) {
     element("ul", {}, next.sentences.map((text) => element("li", {}, sentence(text)))),
     rows.length ? unfold("What each would tell", table("Actions", columns, rows)) : null,
     next.not_offered.length ? unfold("Not offered", element("ul", {}, next.not_offered.map((n) => element("li", {}, `${n.action}: ${n.because}`)))) : null,
-    next.cell_known ? null : element("p", { class: "quiet" }, "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven. ", element("code", {}, "calibench next … -o plan.toml"), " writes the poses."),
+    next.cell_known ? null : element("p", { class: "quiet" }, "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven."),
+    best ? saves_plan() : null,
   ].filter(Boolean));
   by_id("proposal").hidden = false;
   by_id("proposal").focus();

@@ -1,0 +1,51 @@
+//! The poses that were proposed as next measurements, in files that a cell takes.
+
+use std::path::Path;
+
+use calibench::assess::{Kind, Offer, Proposal};
+use calibench::files::{FileError, write_whole};
+use calibench::measure::{Dataset, interleave, write_plan};
+use calibench::units::DEG;
+
+/// Writes the plan of the best way to probe with the artifact where it stands, and the points of a tracker where they are best of all;
+/// what was written, in words. `reference` is how the plan names the robot.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_proposal(path: &Path, proposal: &Proposal, reference: &str) -> Result<Vec<String>, FileError> {
+    let mut written = Vec::new();
+    let on_balls = |o: &Offer| o.action.kind.is_probing() && !matches!(o.action.kind, Kind::MovedArtifact { .. });
+    if let Some((offer, step)) = proposal.best(on_balls) {
+        let poses = offer.action.poses(&offer.chosen[..step.count]);
+        let cell = Dataset { robot_reference: reference.into(), ..offer.action.pool.dataset.clone() };
+        // A pose and its repetition from the other side stay together.
+        let ordered = match offer.action.kind {
+            Kind::OtherSide => poses,
+            _ => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
+        };
+        write_plan(path, &ordered, &cell)?;
+        written.push(format!("{} {} planned in {}", step.count, offer.action.words(), path.display()));
+    }
+    if let Some((offer, step)) = proposal.best(|_| true)
+        && offer.action.kind == Kind::Points
+    {
+        let beside = path.with_extension("points.csv");
+        write_whole(&beside, points(offer, step.count).as_bytes())?;
+        written.push(format!("{} {} listed in {}", step.count, offer.action.words(), beside.display()));
+    }
+    Ok(written)
+}
+
+/// Points as rows of `samples.csv`, but for what is yet to be measured.
+fn points(offer: &Offer, count: usize) -> String {
+    let dataset = &offer.action.pool.dataset;
+    let joints: Vec<String> = (1..=dataset.robot.joints()).map(|j| format!("q{j}_deg")).collect();
+    let mut text = format!("id,kind,payload,{}\n", joints.join(","));
+    for (n, &k) in offer.chosen[..count].iter().enumerate() {
+        let Some(sample) = offer.action.candidate(k) else { continue };
+        let payload = dataset.payloads.get(sample.payload).map_or("", |p| p.name.as_str());
+        let q: Vec<String> = sample.q.iter().map(|v| format!("{:.6}", v / DEG)).collect();
+        text.push_str(&format!("n{:02},point,{payload},{}\n", n + 1, q.join(",")));
+    }
+    text
+}
