@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Makes the Python environment of the feature `mujoco`, once: what sim/requirements.txt pins, in .venv or $CALIBENCH_VENV.
+# Makes a Python environment, once: sim/setup.sh [REQUIREMENTS]. What REQUIREMENTS pins, or else sim/requirements.txt (the feature `mujoco`), in
+# $CALIBENCH_VENV, or else .venv.
 # Exit codes: 0 it is ready, 1 it failed, 3 it cannot be had here (no fit Python, no network). Standard error says why, in one line.
 set -euo pipefail
 exec </dev/null
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)"
-requirements="$root/sim/requirements.txt"
+requirements="$(realpath "${1:-$root/sim/requirements.txt}")"
 venv="${CALIBENCH_VENV:-$root/.venv}"
 [[ "$venv" == /* ]] || venv="$PWD/$venv"
 # Empty while the environment is being made; filled last. Where it is, the environment is ours to clear.
@@ -81,7 +82,7 @@ fi
 if [[ ! -e "$stamp" && -n "$(ls -A "$venv" 2>/dev/null)" ]]; then
     failed "$venv is there and was not made by sim/setup.sh: move it away, or name another place by CALIBENCH_VENV"
 fi
-echo "sim/setup.sh: making $venv with $("$python" --version): $(grep -m 1 '^mujoco==' "$root/sim/requirements.in") and what it needs, some 40 MB"
+echo "sim/setup.sh: making $venv with $("$python" --version): $(grep -v '^#' "${requirements%.txt}.in" | head -n 1) and what it needs"
 mkdir -p "$venv"
 : >"$stamp"
 find "$venv/" -mindepth 1 -maxdepth 1 ! -name "$(basename "$stamp")" -exec rm -rf {} +

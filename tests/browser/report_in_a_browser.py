@@ -1,10 +1,8 @@
 """The report opens by itself: no error, no request, nothing serious for those who read it by ear, at any width and in any light.
 
-    python -m venv .venv && .venv/bin/pip install -r tests/browser/requirements.txt
-    npm ci --prefix tests/browser
-    .venv/bin/python tests/browser/report_in_a_browser.py report.html [more.html ...] [--pictures FOLDER]
+    report_in_a_browser.py report.html [more.html ...] [--pictures FOLDER]
 
-Drives Debian's chromium (`apt-get install chromium`; another by CHROMIUM=PATH). Ends with 1 and says why when a page fails.
+What it needs is made by `tests/browser/run`. Drives Debian's chromium (`apt-get install chromium`; another by CHROMIUM=PATH). Ends with 1 and says why when a page fails.
 """
 
 import argparse
@@ -20,6 +18,9 @@ AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"
 
 # How a page is looked at: name, width, light, paper.
 LOOKS = [("light", 1280, "light", "screen"), ("dark", 1280, "dark", "screen"), ("narrow", 390, "light", "screen"), ("print", 794, "light", "print")]
+
+# What is shown of a page in a document, px.
+FIRST_VIEW = 1240
 
 # Texts of one chart that lie upon each other by more than a pixel or two, and texts that stick out of it.
 OVERLAPS = """() => {
@@ -63,6 +64,10 @@ def faults(browser, page_file, pictures):
         found += [f"{name}: nothing is drawn of: {label}" for label in empty]
         found += [f"{name}: {what}" for what in page.evaluate(OVERLAPS)]
         if pictures:
+            if name == "light":
+                page.set_viewport_size({"width": width, "height": FIRST_VIEW})
+                page.wait_for_timeout(300)
+                page.screenshot(path=pictures / f"{page_file.stem}-first.png")
             page.screenshot(path=pictures / f"{page_file.stem}-{name}.png", full_page=True)
         if medium == "print":
             if pictures:
@@ -72,7 +77,7 @@ def faults(browser, page_file, pictures):
             page.wait_for_timeout(300)
             # A test's own script; the page's policy is for what the page itself would load.
             page.evaluate(AXE.read_text(encoding="utf-8"))
-            result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+            result = page.evaluate("axe.run({ exclude: ['.chart svg'] }, { resultTypes: ['violations'] })")
             for violation in result["violations"]:
                 where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
                 weight = violation["impact"] or "minor"

@@ -1,8 +1,8 @@
 """The workbench in a browser, on real measurements: what a user does, in order, with the real program behind it.
 
-    python -m venv .venv && .venv/bin/pip install -r tests/browser/requirements.txt
-    npm ci --prefix tests/browser
-    .venv/bin/python tests/browser/workbench_in_a_browser.py target/release/calibench DATASET [--pictures FOLDER] [--effect EFFECT]
+    workbench_in_a_browser.py PROGRAM DATASET [--pictures FOLDER] [--effect EFFECT]
+
+What it needs is made by `tests/browser/run`.
 
 Reads the verdict, adds the first finding, sees the error fall to what the command line prints, takes it back, slips in an expression, writes
 it right, loads the page again, saves. Ends with 1 and says why when something is not as it should be. Prints how long the actions took.
@@ -76,7 +76,7 @@ def looked_at(page, name, pictures, found, axe=True):
         page.screenshot(path=pictures / f"workbench-{name}.png", full_page=True)
         painted(page)
     if axe:
-        result = page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+        result = page.evaluate("axe.run({ exclude: ['.chart svg'] }, { resultTypes: ['violations'] })")
         for violation in result["violations"]:
             weight = violation["impact"] or "minor"
             where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
@@ -192,6 +192,8 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     timed("next experiment", lambda: page.click("#next"))
     found.unless(page.is_visible("#proposal li"), f"nothing is proposed: {page.locator('#status').inner_text()}")
     looked_at(page, "next", pictures, found)
+    timed("save plan", lambda: page.click("#save-plan"))
+    found.unless(any((keep / name).is_file() for name in ("plan.toml", "plan.points.csv")), "the plan is not saved")
 
     # In other lights.
     for name, width, light in [("dark", 1280, "dark"), ("narrow", 390, "light")]:
