@@ -60,9 +60,7 @@ impl Background {
         let t2 = SIZES[t] * SIZES[t];
         let weight = self.lambda.map(|l| t2 / (1.0 + t2 * l));
         let mut weighted = along.clone();
-        for (mut row, w) in weighted.row_iter_mut().zip(&weight) {
-            row *= *w;
-        }
+        weighted.column_iter_mut().for_each(|mut column| column.component_mul_assign(&weight));
         Seen::new(k - along.tr_mul(&weighted), &(z - weighted.tr_mul(&self.b)))
     }
 

@@ -3,6 +3,7 @@
 //! For every joint and variable, `theta_J += f(v)`, f a Gaussian process of squared-exponential covariance on u in [-1, 1] (the range of v
 //! in the data), as a series of sines on [-1.5, 1.5] (Solin & Särkkä 2020, Eq. 56-58).
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
@@ -176,20 +177,21 @@ impl HeatMap {
         let joints = examination.problem.robot().joints();
         let terms: usize = SCALES.iter().map(|(_, m)| m).sum();
         let samples = examination.circumstances.len();
-        let mut features = DMatrix::zeros(variables.len() * terms, samples);
+        let mut features = DMatrix::zeros(samples, variables.len() * terms);
         for (v, scaled) in variables.iter().enumerate() {
             let mut b = v * terms;
             for (length, count) in SCALES {
                 for m in 0..count {
                     for (i, &u) in scaled.u.iter().enumerate() {
-                        features[(b, i)] = term(m, length, u);
+                        features[(i, b)] = term(m, length, u);
                     }
                     b += 1;
                 }
             }
         }
         let of_joint = |j: usize| {
-            let sweep = Sweep::new(examination, background, sweep::joint(&examination.circumstances, j), features.clone());
+            let sweep =
+                Sweep::new(examination, background, &sweep::joint(&examination.circumstances, j), Cow::Borrowed(&features));
             let of_variable = |(v, scaled): (usize, &Scaled)| {
                 let mut first = v * terms;
                 let mut found = [Vec::new(), Vec::new()];
@@ -301,8 +303,8 @@ fn variables(examination: &Examination) -> Vec<Scaled> {
 fn curve(examination: &Examination, background: &Background, joint: usize, scaled: &Scaled) -> Curve {
     let samples = scaled.u.len();
     let candidates = SCALES.map(|(length, count)| {
-        let features = DMatrix::from_fn(count, samples, |m, i| term(m, length, scaled.u[i]));
-        let sweep = Sweep::new(examination, background, sweep::joint(&examination.circumstances, joint), features);
+        let features = DMatrix::from_fn(samples, count, |i, m| term(m, length, scaled.u[i]));
+        let sweep = Sweep::new(examination, background, &sweep::joint(&examination.circumstances, joint), Cow::Owned(features));
         let block = sweep.block(0, count, AMPLITUDE);
         let seen = Seen::new(block.k.clone(), &block.z);
         let of_size = SIZES.map(|s| (s, seen.ln_evidence(&examination.remainder, &[s])));

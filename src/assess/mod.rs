@@ -33,8 +33,8 @@ pub use hypotheses::{Hypothesis, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
 pub use library::{Candidate, Library, Untestable};
 pub use next::{
-    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Rival, STEPS, Step, actions,
-    propose,
+    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
+    actions, propose,
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};

@@ -8,17 +8,23 @@
 mod action;
 mod designer;
 mod layout;
+mod length;
 mod outlook;
 mod pool;
+mod prospect;
 mod rival;
 mod rivalry;
+mod sighting;
 
 pub use action::{Action, Kind, NotOffered, actions};
 pub use designer::{Criterion, Designer};
 pub use layout::CellLayout;
 pub use outlook::Outlook;
 pub use pool::Pool;
+pub use prospect::Prospect;
 pub use rival::Rival;
+
+use rayon::prelude::*;
 
 use super::diagnosis::Diagnosis;
 use super::examination::Examination;
@@ -98,16 +104,17 @@ pub fn propose(
     };
     let most = STEPS[STEPS.len() - 1];
     let offer = |action: Action| -> Result<Offer, IdentifyError> {
-        let chosen = designer.choose(&action.pool, criterion, most)?;
+        let prospect = designer.before(&action.pool);
+        let chosen = prospect.choose(criterion, most)?;
         let counts: Vec<usize> = STEPS.iter().copied().filter(|&count| count <= chosen.len()).collect();
-        let errors = designer.errors_after(&action.pool, &chosen, &counts)?;
+        let errors = prospect.errors_after(&chosen, &counts)?;
         let step = |(k, &count): (usize, &usize)| -> Result<Step, IdentifyError> {
-            Ok(Step { count, outlook: designer.outlook(&action.pool, &chosen[..count])?, error: errors.get(k).copied() })
+            Ok(Step { count, outlook: prospect.outlook(&chosen[..count])?, error: errors.get(k).copied() })
         };
         let steps = counts.iter().enumerate().map(step).collect::<Result<_, _>>()?;
-        Ok(Offer { action, chosen, steps })
+        Ok(Offer { chosen, steps, action })
     };
-    let offers = actions.into_iter().map(offer).collect::<Result<_, _>>()?;
+    let offers = actions.into_par_iter().map(offer).collect::<Result<_, _>>()?;
     let now = Step { count: 0, outlook: designer.now(), error: designer.error_now() };
     Ok(Proposal { rivals, criterion, now, offers, not_offered })
 }

@@ -1,6 +1,8 @@
 //! Columns that vary with a position: an order, a change point, a length scale. Each is a carrier (how the residual of a sample moves
 //! with a place of the arm) times a feature (a number of the sample), so that thousands cost one product of matrices.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::background::Background;
@@ -10,10 +12,11 @@ use crate::identify::{Circumstance, linalg};
 
 /// Projected columns `carrier_c(i) feature_b(i)`; column `b * carriers + c`.
 pub(super) struct Sweep<'a> {
-    examination: &'a Examination,
-    carriers: Vec<Vec<Vector3<f64>>>,
-    /// Features x samples.
-    features: DMatrix<f64>,
+    /// Inner product of carriers c and d at every sample, at place `c * carriers + d`.
+    among: Vec<DVector<f64>>,
+    carriers: usize,
+    /// Samples x features.
+    features: Cow<'a, DMatrix<f64>>,
     /// Halves of the fitted parameters' products.
     half: DMatrix<f64>,
     /// Products with the candidates' columns, projected, along the background's directions.
@@ -31,16 +34,16 @@ pub(super) struct Block {
 }
 
 impl<'a> Sweep<'a> {
-    /// Columns of these carriers (one vector a sample each) times these features (features x samples).
+    /// Columns of these carriers (one vector a sample each) times these features (samples x features).
     pub fn new(
-        examination: &'a Examination,
+        examination: &Examination,
         background: &Background,
-        carriers: Vec<Vec<Vector3<f64>>>,
-        features: DMatrix<f64>,
+        carriers: &[Vec<Vector3<f64>>],
+        features: Cow<'a, DMatrix<f64>>,
     ) -> Self {
-        let mut products = DMatrix::zeros(examination.rows.nrows(), features.nrows() * carriers.len());
+        let mut products = DMatrix::zeros(examination.rows.nrows(), features.ncols() * carriers.len());
         for (c, carrier) in carriers.iter().enumerate() {
-            let of_carrier = linalg::product_with_transposed(&moved(examination, carrier), &features);
+            let of_carrier = linalg::product(&moved(examination, carrier), &features);
             for (b, column) in of_carrier.column_iter().enumerate() {
                 products.set_column(b * carriers.len() + c, &column);
             }
@@ -49,7 +52,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// The carriers at one sample after the other.
-    pub fn of_each_sample(examination: &'a Examination, background: &Background, carriers: Vec<Vec<Vector3<f64>>>) -> Self {
+    pub fn of_each_sample(examination: &Examination, background: &Background, carriers: &[Vec<Vector3<f64>>]) -> Self {
         let samples = examination.circumstances.len();
         let mut products = DMatrix::zeros(examination.rows.nrows(), samples * carriers.len());
         for (c, carrier) in carriers.iter().enumerate() {
@@ -57,14 +60,14 @@ impl<'a> Sweep<'a> {
                 products.set_column(i * carriers.len() + c, &column);
             }
         }
-        Sweep::of(examination, background, carriers, DMatrix::zeros(0, samples), products)
+        Sweep::of(examination, background, carriers, Cow::Owned(DMatrix::zeros(samples, 0)), products)
     }
 
     fn of(
-        examination: &'a Examination,
+        examination: &Examination,
         background: &Background,
-        carriers: Vec<Vec<Vector3<f64>>>,
-        features: DMatrix<f64>,
+        carriers: &[Vec<Vector3<f64>>],
+        features: Cow<'a, DMatrix<f64>>,
         products: DMatrix<f64>,
     ) -> Self {
         let (m, n) = (examination.fitted.len(), examination.columns.len());
@@ -73,28 +76,29 @@ impl<'a> Sweep<'a> {
         let cross = products.rows(m, n) - linalg::product_of_transposed(&projection.of_columns, &half);
         let z = products.row(m + n).transpose() - half.tr_mul(&projection.of_residual);
         let along = background.along(&cross);
-        Sweep { examination, carriers, features, half, along, z }
+        let circumstances = &examination.circumstances;
+        let product = |c: &[Vector3<f64>], d: &[Vector3<f64>]| {
+            DVector::from_fn(circumstances.len(), |i, _| (0..circumstances[i].height).map(|a| c[i][a] * d[i][a]).sum::<f64>())
+        };
+        let among = carriers.iter().flat_map(|c| carriers.iter().map(move |d| product(c, d))).collect();
+        Sweep { among, carriers: carriers.len(), features, half, along, z }
     }
 
     /// The columns of features `first` ... `first + count` as one candidate, of plausible size `plausible` (SI) each.
     pub fn block(&self, first: usize, count: usize, plausible: f64) -> Block {
-        let carriers = self.carriers.len();
+        let carriers = self.carriers;
         let (from, wide) = (first * carriers, count * carriers);
-        // One row a carrier, feature and axis; a sample is three columns.
-        let features = self.features.rows(first, count);
-        let mut moved = DMatrix::zeros(wide, 3 * features.ncols());
-        for (i, at) in self.examination.circumstances.iter().enumerate() {
-            for axis in 0..at.height {
-                let mut to = moved.column_mut(3 * i + axis);
-                for (b, feature) in features.column(i).iter().enumerate() {
-                    for (c, carrier) in self.carriers.iter().enumerate() {
-                        to[b * carriers + c] = carrier[i][axis] * feature;
-                    }
-                }
+        let features = self.features.columns(first, count).into_owned();
+        let mut own = DMatrix::zeros(wide, wide);
+        for (place, among) in self.among.iter().enumerate() {
+            let mut weighted = features.clone();
+            weighted.column_iter_mut().for_each(|mut column| column.component_mul_assign(among));
+            let products = linalg::product_of_transposed(&features, &weighted);
+            let (c, d) = (place / carriers, place % carriers);
+            for (k, x) in products.iter().enumerate() {
+                own[(k % count * carriers + c, k / count * carriers + d)] = *x;
             }
         }
-        let mut own = DMatrix::zeros(wide, wide);
-        linalg::normal_matrix(&moved, &mut own);
         self.projected(own, from, wide, plausible)
     }
 
@@ -111,10 +115,8 @@ impl<'a> Sweep<'a> {
 
     /// The carriers at sample `i`, of a sweep [over each sample](Sweep::of_each_sample).
     pub fn of_sample(&self, i: usize, plausible: f64) -> Block {
-        let carriers = self.carriers.len();
-        let height = self.examination.circumstances[i].height;
-        let among = |c: usize, d: usize| (0..height).map(|a| self.carriers[c][i][a] * self.carriers[d][i][a]).sum::<f64>();
-        self.projected(DMatrix::from_fn(carriers, carriers, among), i * carriers, carriers, plausible)
+        let among = DMatrix::from_fn(self.carriers, self.carriers, |c, d| self.among[c * self.carriers + d][i]);
+        self.projected(among, i * self.carriers, self.carriers, plausible)
     }
 }
 

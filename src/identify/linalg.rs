@@ -1,6 +1,7 @@
 //! Linear algebra on `nalgebra` matrices: singular values, normal equations, Cholesky, and rank in a given order of columns.
 //!
-//! The only file that names faer. One thread and no allocation in what is called once an iteration, so a fit repeats bit by bit
+//! The only file that names faer. One thread, or as many in an order that is fixed, and no allocation in what is called once an
+//! iteration of a plan of ordinary size, so a fit repeats bit by bit
 //! on one machine whatever else runs; between machines the last bits may differ, as faer follows the processor's vector width.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -9,6 +10,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_inverse;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use thiserror::Error;
 
 /// Why a factorisation gave nothing.
@@ -48,10 +50,31 @@ pub fn singular_values(a: &DMatrix<f64>) -> Result<Vec<f64>, LinalgError> {
     view(a).singular_values().map_err(|_| LinalgError::SvdDidNotConverge { rows: a.nrows(), columns: a.ncols() })
 }
 
+/// Columns that one thread takes at once of a wide matrix. Their number makes the order of the sums, so it is the same everywhere.
+const STRETCH: usize = 4096;
+
 /// Writes `a a^T` (m x m, both triangles) for `a` (m x rows), the transposed Jacobian, into `out`, which must be m x m.
+///
+/// Of thousands of rows each stretch is a task of its own, and their products are added in order: the same sum on any number of threads.
 pub fn normal_matrix(a: &DMatrix<f64>, out: &mut DMatrix<f64>) {
     let m = a.nrows();
-    let a = view(a);
+    if a.ncols() <= STRETCH {
+        lower_product(view(a), out);
+    } else {
+        let stretch = |cells: &[f64]| {
+            let mut product = DMatrix::zeros(m, m);
+            lower_product(MatRef::from_column_major_slice(cells, m, cells.len() / m), &mut product);
+            product
+        };
+        let products: Vec<DMatrix<f64>> = a.as_slice().par_chunks(STRETCH * m.max(1)).map(stretch).collect();
+        out.fill(0.0);
+        products.iter().for_each(|product| *out += product);
+    }
+    out.fill_upper_triangle_with_lower_triangle();
+}
+
+fn lower_product(a: MatRef<'_, f64>, out: &mut DMatrix<f64>) {
+    let m = a.nrows();
     triangular::matmul(
         MatMut::from_column_major_slice_mut(out.as_mut_slice(), m, m),
         BlockStructure::TriangularLower,
@@ -63,7 +86,6 @@ pub fn normal_matrix(a: &DMatrix<f64>, out: &mut DMatrix<f64>) {
         1.0,
         Par::Seq,
     );
-    out.fill_upper_triangle_with_lower_triangle();
 }
 
 /// Eigenvalues (ascending) and eigenvectors (columns) of a symmetric matrix, of which the lower triangle is read.
@@ -78,11 +100,11 @@ pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(DVector<f64>, DMatrix<f64>),
     Ok((DVector::from_fn(n, |k, _| values[k]), DMatrix::from_fn(n, n, |r, c| vectors[(r, c)])))
 }
 
-/// `a b^T` for `a` (m x k) and `b` (n x k).
-pub fn product_with_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(a.nrows(), b.nrows());
-    let to = MatMut::from_column_major_slice_mut(out.as_mut_slice(), a.nrows(), b.nrows());
-    faer::linalg::matmul::matmul(to, Accum::Replace, view(a), view(b).transpose(), 1.0, Par::Seq);
+/// `a b` for `a` (m x k) and `b` (k x n).
+pub fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(a.nrows(), b.ncols());
+    let to = MatMut::from_column_major_slice_mut(out.as_mut_slice(), a.nrows(), b.ncols());
+    faer::linalg::matmul::matmul(to, Accum::Replace, view(a), view(b), 1.0, Par::Seq);
     out
 }
 

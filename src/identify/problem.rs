@@ -14,6 +14,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, Vector3};
+use rayon::prelude::*;
 use thiserror::Error;
 
 use self::assembly::Assembly;
@@ -184,6 +185,9 @@ impl Use {
     }
 }
 
+/// Samples that one thread takes at once: a plan of ordinary size is not worth two.
+const STRETCH: usize = 512;
+
 /// Samples, unknowns, and what joins them.
 pub struct Problem {
     robot: Arc<Robot>,
@@ -198,6 +202,8 @@ pub struct Problem {
     torque_posture: TorquePosture,
     /// Joint and parameter of every joint compliance sought.
     compliances: Vec<(usize, usize)>,
+    /// Compliance of each joint when the arm was last weighed, rad/(N·m).
+    compliance: Vec<f64>,
     /// Whether an effect acts through them.
     acts_through_compliance: bool,
     sample_ids: Vec<String>,
@@ -208,12 +214,11 @@ pub struct Problem {
 struct WeighingRoom {
     work: Workspace,
     loads: Loads,
-    compliance: Vec<f64>,
 }
 
 impl WeighingRoom {
     fn new(robot: &Robot) -> Self {
-        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()), compliance: vec![0.0; robot.joints()] }
+        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()) }
     }
 }
 
@@ -392,13 +397,14 @@ impl Problem {
     /// move nothing.
     fn weigh(&mut self, values: Option<&[f64]>) {
         let drawn = self.torque_posture == TorquePosture::Drawn;
-        let Problem { robot, setups, cells, rows, patterns, parameters, compliances, sample_ids, scale, .. } = self;
-        let WeighingRoom { work, loads, compliance } = scale;
+        let Problem { robot, setups, cells, rows, patterns, parameters, compliances, compliance, sample_ids, scale, .. } = self;
+        let robot: &Robot = robot;
         compliance.fill(0.0);
         for &(joint, p) in compliances.iter() {
             compliance[joint] += values.map_or(parameters[p].spec.prior, |values| values[p]);
         }
-        for (row, sample) in rows.iter_mut().zip(sample_ids) {
+        let weigh = |row: &mut SampleRow, sample: &str, patterns: &[Vec<Moves>], room: &mut WeighingRoom| {
+            let WeighingRoom { work, loads } = room;
             let (setup, cell) = (&setups[row.setup], &cells[row.cell]);
             match values {
                 Some(values) if !drawn => row.deviate(&patterns[row.pattern], values, &mut work.deviations),
@@ -409,12 +415,36 @@ impl Problem {
                 row.state_noise(cell, &work.posture);
             }
             let mut scale = Scale { robot, setup, posture: &work.posture, compliance, sample, loads };
-            if !row.weigh_moves(cell, &mut scale, patterns.get(row.pattern)) {
-                let pattern = row.pattern_of(cell, &mut scale);
-                row.pattern = patterns.iter().position(|p| *p == pattern).unwrap_or_else(|| {
-                    patterns.push(pattern);
-                    patterns.len() - 1
-                });
+            let expected = patterns.get(row.pattern).map_or(&[][..], Vec::as_slice);
+            row.weigh_moves(cell, &mut scale, expected)
+        };
+        let remember = |row: &mut SampleRow, pattern: Vec<Moves>, patterns: &mut Vec<Vec<Moves>>| {
+            row.pattern = patterns.iter().position(|p| *p == pattern).unwrap_or_else(|| {
+                patterns.push(pattern);
+                patterns.len() - 1
+            });
+        };
+        if rows.len() <= STRETCH {
+            for (row, sample) in rows.iter_mut().zip(sample_ids) {
+                if let Some(other) = weigh(row, sample, patterns, scale) {
+                    remember(row, other, patterns);
+                }
+            }
+            return;
+        }
+        // The first row's pattern is mostly that of all.
+        if let Some(other) = weigh(&mut rows[0], &sample_ids[0], patterns, scale) {
+            remember(&mut rows[0], other, patterns);
+        }
+        let others: Vec<Option<Vec<Moves>>> = rows
+            .par_iter_mut()
+            .zip(sample_ids)
+            .with_min_len(STRETCH)
+            .map_init(|| WeighingRoom::new(robot), |room, (row, sample)| weigh(row, sample, patterns, room))
+            .collect();
+        for (row, other) in rows.iter_mut().zip(others) {
+            if let Some(other) = other {
+                remember(row, other, patterns);
             }
         }
     }
@@ -445,22 +475,62 @@ impl Problem {
     /// Evaluates whitened residuals and derivatives of the model side at `values`.
     pub(super) fn linearise(&self, values: &[f64], work: &mut Workspace, near: &mut Linearised) {
         let Linearised { row_of, transposed } = near;
-        let m = transposed.nrows() - 1;
+        let width = transposed.nrows();
         let cells = transposed.as_mut_slice();
         cells.fill(0.0);
-        for row in &self.rows {
+        let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len()) * width);
+        if self.rows.len() <= STRETCH {
+            self.linearise_rows(&self.rows, values, work, row_of, width, of_samples);
+        } else {
+            let mut tasks = Vec::new();
+            for rows in self.rows.chunks(STRETCH) {
+                let height: usize = rows.iter().map(SampleRow::height).sum();
+                let (own, others) = of_samples.split_at_mut(height * width);
+                tasks.push((rows, own));
+                of_samples = others;
+            }
+            let task = |work: &mut Workspace, (rows, own): (&[SampleRow], &mut [f64])| {
+                self.linearise_rows(rows, values, work, row_of, width, own);
+            };
+            tasks.into_par_iter().for_each_init(|| Workspace::new(&self.robot), task);
+        }
+        let m = width - 1;
+        for (row, cells) in self.distances.iter().zip(of_distances.chunks_exact_mut(width)) {
+            row.columns(values, &mut |p, slope| {
+                if let Some(k) = row_of[p] {
+                    cells[k] += slope;
+                }
+            });
+            cells[m] = row.distance - row.between(values).norm();
+            cells.iter_mut().for_each(|x| *x *= row.weight);
+        }
+    }
+
+    /// The same of some rows alone, into their own stretch of memory.
+    fn linearise_rows(
+        &self,
+        rows: &[SampleRow],
+        values: &[f64],
+        work: &mut Workspace,
+        row_of: &[Option<usize>],
+        width: usize,
+        mut cells: &mut [f64],
+    ) {
+        let m = width - 1;
+        for row in rows {
             self.pose(row, values, work);
             let (residual, sight) = self.residual(row, work);
-            let cells = &mut cells[row.first_row * (m + 1)..][..row.height() * (m + 1)];
+            let (own, others) = cells.split_at_mut(row.height() * (m + 1));
+            cells = others;
             let moving = self.patterns[row.pattern].iter().zip(&row.weights);
             let columns = moving.filter_map(|(moves, weight)| Some((row_of[moves.parameter]?, moves.site, *weight)));
             if let Some(sight) = sight {
-                columns.for_each(|(k, site, weight)| cells[k] += weight * sight.dot(&work.posture.column(site)));
-                cells[m] = residual.x;
-                cells.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
+                columns.for_each(|(k, site, weight)| own[k] += weight * sight.dot(&work.posture.column(site)));
+                own[m] = residual.x;
+                own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
                 continue;
             }
-            let (x, yz) = cells.split_at_mut(m + 1);
+            let (x, yz) = own.split_at_mut(m + 1);
             let (y, z) = yz.split_at_mut(m + 1);
             for (k, site, weight) in columns {
                 let column = work.posture.column(site);
@@ -470,16 +540,6 @@ impl Problem {
             }
             (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
             row.whiten(x, y, z);
-        }
-        let first = self.row_count - self.distances.len();
-        for (row, cells) in self.distances.iter().zip(cells[first * (m + 1)..].chunks_exact_mut(m + 1)) {
-            row.columns(values, &mut |p, slope| {
-                if let Some(k) = row_of[p] {
-                    cells[k] += slope;
-                }
-            });
-            cells[m] = row.distance - row.between(values).norm();
-            cells.iter_mut().for_each(|x| *x *= row.weight);
         }
     }
 

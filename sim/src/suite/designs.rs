@@ -148,18 +148,19 @@ fn followed(
     let mut ways = vec![("none", "as it is", 0, now)];
     for (name, samples) in [("balls", &probings), ("balls and points", &everywhere)] {
         let pool = Pool { dataset: Dataset { samples: samples.clone(), ..first.clone() }, artifact_moved: false };
+        let prospect = designer.before(&pool);
         let criteria = [
             ("designed", Criterion::Discrimination),
             ("D-optimal", Criterion::Determination),
             ("random", Criterion::Random(streams.trial)),
         ];
         for (criterion, how) in criteria {
-            let chosen = designer.choose(&pool, how, BATCHES[1])?;
+            let chosen = prospect.choose(how, BATCHES[1])?;
             for count in BATCHES {
                 let taken = &chosen[..count.min(chosen.len())];
                 let more = taken.iter().map(|&k| samples[k].clone());
                 let together = Dataset { samples: first.samples.iter().cloned().chain(more).collect(), ..first.clone() };
-                let expected = designer.outlook(&pool, taken)?.map_or(0.0, |o| o.resolved);
+                let expected = prospect.outlook(taken)?.map_or(0.0, |o| o.resolved);
                 ways.push((name, criterion, count, Judged { expected, ..judge(&together, &scenario.model, id)? }));
             }
         }

@@ -3,14 +3,15 @@
 use nalgebra::{Unit, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::layout::CellLayout;
 use super::pool::Pool;
 use crate::assess::examination::Examination;
 use crate::measure::Candidate as Probing;
 use crate::measure::{
-    Dataset, FreePosesRequest, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample, SampleSet, feasible_pool,
-    free_poses,
+    Ball, Dataset, FreePosesRequest, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample, SampleSet,
+    feasible_pool, free_poses,
 };
 use crate::robot::{Payload, RelTool, world_from_tool};
 use crate::units::{MM, UM};
@@ -153,11 +154,12 @@ pub fn actions(
         Err(not) => not_offered.push(not),
     };
     if !dataset.balls.is_empty() {
+        let as_it_stands = bench.probings(layout, &Vector3::zeros());
         for payload in 0..dataset.payloads.len().max(1) {
-            take(bench.balls(payload));
+            take(bench.balls(payload, &as_it_stands));
         }
         if dataset.payloads.len() == 1 {
-            take(bench.lighter());
+            take(bench.lighter(&as_it_stands));
         }
         if needs_sides {
             take(bench.other_side());
@@ -243,16 +245,14 @@ impl<'a> Bench<'a> {
 
     /// Postures that probe the balls, each with the far end of its approach.
     fn probings(&self, layout: &CellLayout, shift: &Vector3<f64>) -> Result<Vec<Probing>, PoolError> {
-        let mut found = Vec::new();
-        let mut refused = None;
-        for (b, ball) in self.cell.balls.iter().enumerate() {
+        let of_ball = |(b, ball): (usize, &Ball)| {
             let probed = ProbedBall {
                 id: ball.id.clone(),
                 centre: ball.position + shift,
                 outward: layout.outward.get(b).copied().unwrap_or(Vector3::z_axis()),
                 body: layout.bodies.get(b).cloned(),
             };
-            let pool = feasible_pool(&PoolRequest {
+            feasible_pool(&PoolRequest {
                 robot: &self.cell.robot,
                 base: &self.cell.base,
                 tool: &self.cell.tool,
@@ -264,7 +264,12 @@ impl<'a> Bench<'a> {
                 margins: layout.margins,
                 count_per_ball: (BALL_POSES / self.cell.balls.len().max(1)).max(4),
                 seed: self.seed.wrapping_add(b as u64),
-            });
+            })
+        };
+        let pools: Vec<_> = self.cell.balls.par_iter().enumerate().map(of_ball).collect();
+        let mut found = Vec::new();
+        let mut refused = None;
+        for (b, pool) in pools.into_iter().enumerate() {
             match pool {
                 Ok(pool) => found.extend(pool.into_iter().map(|c| Probing { ball: b, ..c })),
                 Err(e) => refused = Some(e),
@@ -285,13 +290,12 @@ impl<'a> Bench<'a> {
         self.action(kind, times, probings.iter().enumerate().map(candidate).collect())
     }
 
-    fn balls(&self, payload: usize) -> Result<Action, NotOffered> {
+    fn balls(&self, payload: usize, probings: &Result<Vec<Probing>, PoolError>) -> Result<Action, NotOffered> {
         let name = self.dataset.payloads.get(payload).map_or("none".into(), |p| p.name.clone());
-        let probings = self
-            .probings(self.layout, &Vector3::zeros())
-            .map_err(|e| NotOffered { what: format!("poses with payload '{name}'"), because: e.to_string() })?;
+        let refused = |e: &PoolError| NotOffered { what: format!("poses with payload '{name}'"), because: e.to_string() };
+        let probings = probings.as_ref().map_err(refused)?;
         let setup = if self.last_payload() == payload { 0.0 } else { OTHER_PAYLOAD };
-        Ok(self.on_balls(Kind::Balls { payload: name, known: true }, [setup, CENTRING], payload, &probings))
+        Ok(self.on_balls(Kind::Balls { payload: name, known: true }, [setup, CENTRING], payload, probings))
     }
 
     /// The payload that the flange carries now.
@@ -300,19 +304,18 @@ impl<'a> Bench<'a> {
     }
 
     /// The load disks taken off: 1.3 kg, as the TriCal weighs without them (paper, section 3), a fifth as far out.
-    fn lighter(&self) -> Result<Action, NotOffered> {
+    fn lighter(&self, probings: &Result<Vec<Probing>, PoolError>) -> Result<Action, NotOffered> {
         let present = &self.dataset.payloads[0];
         let what = "poses with a lighter payload";
         if present.mass <= 1.3 {
             return Err(NotOffered { what: what.into(), because: "the payload is light already".into() });
         }
-        let probings = self
-            .probings(self.layout, &Vector3::zeros())
-            .map_err(|e| NotOffered { what: what.into(), because: e.to_string() })?;
+        let refused = |e: &PoolError| NotOffered { what: what.into(), because: e.to_string() };
+        let probings = probings.as_ref().map_err(refused)?;
         let mut bench = Bench { cell: self.cell.clone(), session: self.session.clone(), ..*self };
         let name = "1.3 kg".to_owned();
         bench.cell.payloads.push(Payload { name: name.clone(), mass: 1.3, com: present.com / 5.0 });
-        Ok(bench.on_balls(Kind::Balls { payload: name, known: false }, [OTHER_PAYLOAD, CENTRING], 1, &probings))
+        Ok(bench.on_balls(Kind::Balls { payload: name, known: false }, [OTHER_PAYLOAD, CENTRING], 1, probings))
     }
 
     /// Samples on balls that were made, as candidates.

@@ -1,23 +1,19 @@
-//! Which measurements of a pool tell rivals apart, or lower the predicted error, most.
+//! What is known of a robot when it comes to which measurements tell rivals apart, or lower the predicted error, most.
 
 use nalgebra::DMatrix;
 use rand::SeedableRng;
-use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::outlook::{Outlook, WorkspaceOutlook};
+use super::outlook::{Outlook, WorkspaceErrors};
 use super::pool::Pool;
+use super::prospect::Prospect;
 use super::rival::{Rival, State};
-use super::rivalry::{Determination, Rivalry};
 use crate::assess::examination::Examination;
 use crate::assess::library::Candidate;
 use crate::assess::relevance::Relevance;
 use crate::assess::workspace::{self, SEED};
-use crate::identify::IdentifyError;
+use crate::identify::{IdentifyError, linalg};
 use crate::measure::Dataset;
-
-/// Measurements after the artifact was moved that first determine where it stands now.
-const SEED_POSES: usize = 4;
 
 /// By what measurements are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,25 +30,25 @@ pub enum Criterion {
 
 /// Chooses measurements for an examined robot.
 pub struct Designer<'a> {
-    examination: &'a Examination,
+    pub(super) examination: &'a Examination,
     /// The same fit with the rivals beside it.
-    close: Examination,
-    weights: Vec<f64>,
-    states: Vec<State>,
+    pub(super) close: Examination,
+    pub(super) weights: Vec<f64>,
+    pub(super) states: Vec<State>,
     /// Of the fitted model alone.
-    fitted: State,
+    pub(super) fitted: State,
     /// One-sigma of the whitened residuals.
-    sigma: f64,
-    workspace: Option<Workspace>,
+    pub(super) sigma: f64,
+    pub(super) workspace: Option<Workspace>,
 }
 
-/// Errors over the workspace, as far as the data leave them open.
-struct Workspace {
+/// The error predicted over the workspace.
+pub(super) struct Workspace {
     /// Root of the covariance of fitted parameters and candidates.
-    root: DMatrix<f64>,
-    /// Fields over the workspace times the root.
-    errors: DMatrix<f64>,
-    sigma: f64,
+    pub root: DMatrix<f64>,
+    /// Of the root's unit numbers.
+    pub errors: WorkspaceErrors,
+    pub sigma: f64,
 }
 
 impl<'a> Designer<'a> {
@@ -99,7 +95,11 @@ impl<'a> Designer<'a> {
         root.view_mut((0, 0), (m, m)).copy_from(&of_fit);
         root.view_mut((0, m), (m, n)).copy_from(&-(absorbed * &relevance.root));
         root.view_mut((m, m), (n, n)).copy_from(&relevance.root);
-        self.workspace = Some(Workspace { errors: fields * &root, root, sigma: relevance.noise.sqrt() });
+        self.workspace = Some(Workspace {
+            errors: WorkspaceErrors::new(linalg::product(&fields, &root)),
+            root,
+            sigma: relevance.noise.sqrt(),
+        });
         Ok(self)
     }
 
@@ -116,105 +116,11 @@ impl<'a> Designer<'a> {
     /// Error expected over the workspace as things stand, the whole library fitted, mean, m; `None` when no workspace was named.
     pub fn error_now(&self) -> Option<f64> {
         let workspace = self.workspace.as_ref()?;
-        Some(WorkspaceOutlook::new(&DMatrix::zeros(0, workspace.root.ncols()), &workspace.errors).mean())
+        Some(workspace.errors.mean_after([].iter()))
     }
 
-    fn states_for(&self, pool: &Pool) -> (Vec<State>, State) {
-        let first = self.close.rows.nrows();
-        let with = |state: &State| state.with_nuisance(first, pool.nuisance());
-        (self.states.iter().map(with).collect(), with(&self.fitted))
-    }
-
-    /// `count` measurements of a pool by a criterion, in the order in which they are chosen, each with regard to those before; fewer
-    /// where the pool has no more, or the criterion nothing to go by.
-    ///
-    /// After the artifact was moved the first four determine where it stands; else a designer that looks one step ahead would never pay
-    /// for them.
-    ///
-    /// # Errors
-    /// When the pool cannot be laid out.
-    pub fn choose(&self, pool: &Pool, criterion: Criterion, count: usize) -> Result<Vec<usize>, IdentifyError> {
-        let count = count.min(pool.len());
-        if let Criterion::Random(seed) = criterion {
-            let mut all: Vec<usize> = (0..pool.len()).collect();
-            all.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-            all.truncate(count);
-            return Ok(all);
-        }
-        let columns = pool.columns(&self.close, self.sigma)?;
-        let (states, fitted) = self.states_for(pool);
-        let mut determination = Determination::new(&fitted, &columns);
-        let seeds = if pool.artifact_moved { SEED_POSES.min(count) } else { 0 };
-        let mut chosen = Vec::with_capacity(count);
-        let by = |choose: &mut dyn FnMut(&[usize]) -> Option<usize>, chosen: &mut Vec<usize>, wanted: usize| {
-            while chosen.len() < wanted {
-                let Some(next) = choose(chosen) else { break };
-                chosen.push(next);
-            }
-        };
-        by(&mut |chosen| determination.choose(chosen), &mut chosen, seeds);
-        match criterion {
-            Criterion::Discrimination => {
-                let mut rivalry = Rivalry::new(&states, &self.weights, &columns);
-                chosen.iter().for_each(|&seed| rivalry.take(seed));
-                by(&mut |chosen| rivalry.choose(chosen), &mut chosen, count);
-            }
-            Criterion::Accuracy => {
-                if let Some(mut outlook) = self.workspace_outlook(pool)? {
-                    chosen.iter().for_each(|&seed| outlook.take(seed));
-                    by(&mut |chosen| outlook.choose(chosen), &mut chosen, count);
-                }
-            }
-            _ => by(&mut |chosen| determination.choose(chosen), &mut chosen, count),
-        }
-        Ok(chosen)
-    }
-
-    /// How well the effect will be named after those measurements of a pool; `None` without two rivals.
-    ///
-    /// # Errors
-    /// When the pool cannot be laid out.
-    pub fn outlook(&self, pool: &Pool, chosen: &[usize]) -> Result<Option<Outlook>, IdentifyError> {
-        if !self.has_rivals() {
-            return Ok(None);
-        }
-        let columns = pool.columns(&self.close, self.sigma)?;
-        let places: Vec<usize> = chosen.iter().flat_map(|&k| 3 * k..3 * k + 3).collect();
-        let (states, _) = self.states_for(pool);
-        Ok(Some(Outlook::after(&states, &self.weights, &columns.select_columns(&places), SEED)?))
-    }
-
-    /// Errors expected over the workspace after so many of those measurements, the whole library fitted, mean, m; none when no workspace
-    /// was named.
-    ///
-    /// # Errors
-    /// When the pool cannot be laid out.
-    pub fn errors_after(&self, pool: &Pool, chosen: &[usize], steps: &[usize]) -> Result<Vec<f64>, IdentifyError> {
-        let Some(mut outlook) = self.workspace_outlook(pool)? else { return Ok(Vec::new()) };
-        let mut errors = Vec::with_capacity(steps.len());
-        for (k, &candidate) in chosen.iter().enumerate() {
-            outlook.take(candidate);
-            if steps.contains(&(k + 1)) {
-                errors.push(outlook.mean());
-            }
-        }
-        Ok(errors)
-    }
-
-    fn workspace_outlook(&self, pool: &Pool) -> Result<Option<WorkspaceOutlook>, IdentifyError> {
-        let Some(Workspace { root, errors, sigma }) = &self.workspace else { return Ok(None) };
-        let columns = pool.columns(self.examination, *sigma)?;
-        let known = root.nrows();
-        let mut seen = columns.rows(0, known).tr_mul(root);
-        let mut errors = errors.clone();
-        let nuisance = pool.nuisance();
-        seen = seen.resize_horizontally(known + nuisance.len(), 0.0);
-        errors = errors.resize_horizontally(known + nuisance.len(), 0.0);
-        for (k, size) in nuisance.iter().enumerate() {
-            for i in 0..seen.nrows() {
-                seen[(i, known + k)] = columns[(known + 1 + k, i)] * size;
-            }
-        }
-        Ok(Some(WorkspaceOutlook::new(&seen, &errors)))
+    /// A pool to choose from.
+    pub fn before<'b>(&'b self, pool: &'b Pool) -> Prospect<'b> {
+        Prospect::new(self, pool)
     }
 }

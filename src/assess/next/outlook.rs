@@ -6,8 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::length::expected_length;
 use super::rival::State;
-use super::rivalry::first_largest;
+use super::sighting::{Sighting, best_free, blocks};
 use crate::identify::{FitError, linalg};
 
 /// Draws of the data under each rival; the chances below are known to 2 %.
@@ -34,11 +35,15 @@ struct Forecast {
 }
 
 impl Forecast {
-    /// Logarithm of the likelihood of each column of data, but for what is the same for all rivals.
-    fn log_likelihoods(&self, data: &DMatrix<f64>) -> Vec<f64> {
-        let mut off = data.clone();
-        off.column_iter_mut().for_each(|mut y| y -= &self.mean);
-        self.factor.l_dirty().solve_lower_triangular_mut(&mut off);
+    /// Logarithm of the likelihood of data that another drew from unit `normal` numbers, each column, but for what is the same for all.
+    fn log_likelihoods(&self, of_truth: &Forecast, normal: &DMatrix<f64>) -> Vec<f64> {
+        // L_b^-1 (L_a n + m_a - m_b): the draws turned at once, in place of every datum's solution.
+        let mut turned = of_truth.factor.l();
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut turned);
+        let mut apart = &of_truth.mean - &self.mean;
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut apart);
+        let mut off = linalg::product(&turned, normal);
+        off.column_iter_mut().for_each(|mut y| y += &apart);
         off.column_iter().map(|y| -0.5 * y.norm_squared() - self.log_root).collect()
     }
 }
@@ -67,13 +72,11 @@ impl Outlook {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let normal = DMatrix::<f64>::from_fn(size, DRAWS, |_, _| StandardNormal.sample(&mut random));
         let of_truth = |a: usize| {
-            let mut data = sides[a].factor.l() * &normal;
-            data.column_iter_mut().for_each(|mut y| y += &sides[a].mean);
-            let all: Vec<Vec<f64>> = sides.iter().map(|side| side.log_likelihoods(&data)).collect();
+            let all: Vec<Vec<f64>> = sides.iter().map(|side| side.log_likelihoods(&sides[a], &normal)).collect();
             let mut outlook = Outlook { truth: 0.0, resolved: 0.0 };
             for draw in 0..DRAWS {
                 let log: Vec<f64> = all.iter().zip(weights).map(|(l, w)| l[draw] + w.ln()).collect();
-                let largest = first_largest(&log).map_or(0.0, |k| log[k]);
+                let largest = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                 let own = (log[a] - largest).exp() / log.iter().map(|l| (l - largest).exp()).sum::<f64>();
                 outlook.truth += own / DRAWS as f64;
                 outlook.resolved += if own >= RESOLVED { 1.0 / DRAWS as f64 } else { 0.0 };
@@ -86,112 +89,117 @@ impl Outlook {
     }
 }
 
+/// Errors over the workspace, as far as the data leave them open: those of independent unit normal numbers.
+pub(super) struct WorkspaceErrors {
+    /// Errors x numbers, three rows a pose, m.
+    fields: DMatrix<f64>,
+    /// `V^T V` of these: what each number weighs in the sum of squares over the workspace.
+    weights: DMatrix<f64>,
+    /// Covariance at each pose, m².
+    covariances: Vec<Matrix3<f64>>,
+}
+
+impl WorkspaceErrors {
+    pub fn new(fields: DMatrix<f64>) -> Self {
+        let transposed = fields.transpose();
+        let mut weights = DMatrix::zeros(fields.ncols(), fields.ncols());
+        linalg::normal_matrix(&transposed, &mut weights);
+        WorkspaceErrors { weights, covariances: blocks(&transposed, &transposed).collect(), fields }
+    }
+
+    /// Expected length of the error, mean over the workspace, when of the numbers' covariance `u u^T` has been taken for every `u` of
+    /// `gains` (of which these numbers are the first), m.
+    pub fn mean_after<'g>(&self, gains: impl ExactSizeIterator<Item = &'g DMatrix<f64>>) -> f64 {
+        let mut all = DMatrix::zeros(self.fields.ncols(), 3 * gains.len());
+        for (k, gain) in gains.enumerate() {
+            all.columns_mut(3 * k, 3).copy_from(&gain.rows(0, self.fields.ncols()));
+        }
+        let seen = linalg::product(&self.fields, &all);
+        let left = |(p, covariance): (usize, &Matrix3<f64>)| {
+            let seen = seen.fixed_rows::<3>(3 * p);
+            expected_length(&(covariance - seen * seen.transpose()))
+        };
+        self.covariances.iter().enumerate().map(left).sum::<f64>() / self.covariances.len().max(1) as f64
+    }
+}
+
 /// How wrong the robot will still be over the workspace when the whole library is fitted to the data, and what lowers that most
 /// (I-optimality: least `tr(V P V^T)`).
 ///
-/// Kept in the space of measurements, as a Gaussian field is: covariances of the candidates among themselves, with the errors over the
-/// workspace, and of those at each pose.
-pub(super) struct WorkspaceOutlook {
-    /// Candidates with themselves, 3N x 3N.
-    own: DMatrix<f64>,
-    /// Candidates with the errors over the workspace, 3N x 3W.
-    with_errors: DMatrix<f64>,
-    /// Error at each pose, m².
-    errors: Vec<Matrix3<f64>>,
+/// Numbers beyond those of the workspace's errors, as where a moved artifact stands, move the candidates alone.
+pub(super) struct WorkspaceOutlook<'a> {
+    errors: &'a WorkspaceErrors,
+    sighting: Sighting,
+    choice: Option<Choice>,
 }
 
-impl WorkspaceOutlook {
-    /// Of a pool's columns and the fields over the workspace, both times a root of the covariance: candidates x numbers, errors x numbers.
-    pub fn new(candidates: &DMatrix<f64>, errors: &DMatrix<f64>) -> Self {
-        let mut own = DMatrix::zeros(candidates.nrows(), candidates.nrows());
-        linalg::normal_matrix(candidates, &mut own);
-        let block = |p: usize| {
-            let rows = errors.rows(3 * p, 3);
-            Matrix3::from_fn(|r, c| rows.row(r).dot(&rows.row(c)))
-        };
-        WorkspaceOutlook {
-            own,
-            with_errors: linalg::product_with_transposed(candidates, errors),
-            errors: (0..errors.nrows() / 3).map(block).collect(),
-        }
+/// What is kept of the candidates as long as one is to be chosen.
+struct Choice {
+    /// `A = V^T V`, of all numbers.
+    weights: DMatrix<f64>,
+    /// `X P A P X^T` of each candidate: its covariance with the errors, squared.
+    worth: Vec<Matrix3<f64>>,
+}
+
+impl<'a> WorkspaceOutlook<'a> {
+    /// Of a pool's columns times a root of the covariance: numbers x 3 candidates.
+    pub fn new(errors: &'a WorkspaceErrors, candidates: DMatrix<f64>) -> Self {
+        WorkspaceOutlook { errors, sighting: Sighting::of_unit(candidates), choice: None }
     }
 
-    fn precision(&self, candidate: usize) -> Matrix3<f64> {
-        let spread = Matrix3::identity() + self.own.fixed_view::<3, 3>(3 * candidate, 3 * candidate);
-        spread.cholesky().map_or_else(Matrix3::zeros, |c| c.inverse())
+    /// The same, to choose from.
+    pub fn to_choose(errors: &'a WorkspaceErrors, candidates: DMatrix<f64>) -> Self {
+        let numbers = candidates.nrows();
+        let weights = errors.weights.clone().resize(numbers, numbers, 0.0);
+        let weighed = linalg::product_of_transposed(&weights, &candidates);
+        let worth = blocks(&candidates, &weighed).collect();
+        WorkspaceOutlook { choice: Some(Choice { weights, worth }), ..WorkspaceOutlook::new(errors, candidates) }
     }
 
-    /// By how much a candidate lowers the sum of squares over the workspace.
-    fn gain(&self, candidate: usize) -> f64 {
-        let with = self.with_errors.rows(3 * candidate, 3);
-        (self.precision(candidate) * with).iter().zip(with.iter()).map(|(a, b)| a * b).sum()
+    /// By how much a candidate lowers the sum of squares over the workspace: `tr((I + X P X^T)^-1 X P A P X^T)`.
+    fn gain(&self, worth: &Matrix3<f64>, candidate: usize) -> f64 {
+        self.sighting.precision(candidate).dot(worth)
     }
 
     /// Takes the candidate that lowers it most among those not taken; `None` when all are.
     pub fn choose(&mut self, taken: &[usize]) -> Option<usize> {
-        let free: Vec<usize> = (0..self.own.nrows() / 3).filter(|i| !taken.contains(i)).collect();
-        let gains: Vec<f64> = free.par_iter().map(|&i| self.gain(i)).collect();
-        let best = free[first_largest(&gains)?];
+        let Choice { worth, .. } = self.choice.as_ref()?;
+        let best = best_free(worth.len(), taken, |i| self.gain(&worth[i], i))?;
         self.take(best);
         Some(best)
     }
 
     /// Learns from a candidate.
+    ///
+    /// `(P - u u^T) A (P - u u^T) = P A P - w u^T - u w^T` with `w = P A u - u (u^T A u) / 2`.
     pub fn take(&mut self, candidate: usize) {
-        let precision = self.precision(candidate);
-        let with_own = self.own.columns(3 * candidate, 3).into_owned();
-        let with_errors = self.with_errors.rows(3 * candidate, 3).into_owned();
-        let weighted = &with_own * precision;
-        self.own.gemm(-1.0, &weighted, &with_own.transpose(), 1.0);
-        self.with_errors.gemm(-1.0, &weighted, &with_errors, 1.0);
-        for (p, error) in self.errors.iter_mut().enumerate() {
-            let with = with_errors.fixed_view::<3, 3>(0, 3 * p);
-            *error -= with.transpose() * precision * with;
+        let (gain, _) = self.sighting.gain(candidate);
+        let Some(Choice { weights, worth }) = &mut self.choice else {
+            self.sighting.learn(gain, None);
+            return;
+        };
+        let weighed = linalg::product(weights, &gain);
+        let mut turned = weighed.clone();
+        for earlier in self.sighting.gains() {
+            turned.gemm(-1.0, earlier, &earlier.tr_mul(&weighed), 1.0);
+        }
+        turned.gemm(-0.5, &gain, &gain.tr_mul(&weighed), 1.0);
+        let lesson = self.sighting.learn(gain, Some(turned));
+        for (i, worth) in worth.iter_mut().enumerate() {
+            let cross = lesson.seen(i, 1) * lesson.seen(i, 0).transpose();
+            *worth -= cross + cross.transpose();
         }
     }
 
     /// Expected length of the error, mean over the workspace, m.
     pub fn mean(&self) -> f64 {
-        self.errors.iter().map(expected_length).sum::<f64>() / self.errors.len().max(1) as f64
+        self.errors.mean_after(self.sighting.gains())
     }
-}
-
-/// Expected length of a normal vector of mean zero: `1/(2 sqrt(pi)) integral (1 - det(1 + 2 t S)^(-1/2)) t^(-3/2) dt`, from
-/// `sqrt(x) = 1/(2 sqrt(pi)) integral (1 - exp(-x t)) t^(-3/2) dt`.
-fn expected_length(covariance: &Matrix3<f64>) -> f64 {
-    let scale = covariance.trace();
-    if scale <= 0.0 {
-        return 0.0;
-    }
-    let unit = covariance / scale;
-    // Second invariant, sum of the principal minors; the first is 1. det(I + 2 t S) - 1 must not be lost to rounding at small t.
-    let minor = |a: usize, b: usize| unit[(a, a)] * unit[(b, b)] - unit[(a, b)] * unit[(b, a)];
-    let second = (minor(0, 1) + minor(1, 2) + minor(0, 2)).max(0.0);
-    let third = unit.determinant().max(0.0);
-    // Trapezoid in u = ln t; the integrand falls off as exp(-|u|/2), so that 1e-10 is left beyond the ends.
-    const STEP: f64 = 0.25;
-    let at = |k: i32| {
-        let u = STEP * f64::from(k);
-        let x = 2.0 * u.exp();
-        let grown = x + x * x * second + x * x * x * third;
-        -(-0.5 * grown.ln_1p()).exp_m1() * (-0.5 * u).exp()
-    };
-    let sum: f64 = (-180..=180).map(at).sum();
-    scale.sqrt() * sum * STEP / (2.0 * std::f64::consts::PI.sqrt())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lengths_of_normal_vectors() {
-        let one = Matrix3::from_diagonal(&[1.0, 0.0, 0.0].into());
-        let three = Matrix3::identity() * 4.0;
-        let pi = std::f64::consts::PI;
-        assert!((expected_length(&one) - (2.0 / pi).sqrt()).abs() < 1e-8);
-        assert!((expected_length(&three) - 2.0 * (8.0 / pi).sqrt()).abs() < 1e-8);
-    }
 
     fn state(row: usize, mean: f64) -> State {
         State { rows: vec![row], mean: DVector::from_element(1, mean), covariance: DMatrix::zeros(1, 1) }
@@ -214,15 +222,22 @@ mod tests {
     /// One number of variance 4 that moves candidate and workspace alike: measured with variance 1, 0.8 is left.
     #[test]
     fn what_is_measured_is_no_longer_wrong() {
-        let mut candidates = DMatrix::zeros(6, 2);
-        (candidates[(0, 0)], candidates[(4, 1)]) = (2.0, 1.0);
-        let mut errors = DMatrix::zeros(3, 2);
-        errors[(1, 0)] = 2.0;
-        let mut outlook = WorkspaceOutlook::new(&candidates, &errors);
-        assert!((outlook.mean() - 2.0 * (2.0 / std::f64::consts::PI).sqrt()).abs() < 1e-7);
+        let mut candidates = DMatrix::zeros(2, 6);
+        (candidates[(0, 0)], candidates[(1, 4)]) = (2.0, 1.0);
+        let mut fields = DMatrix::zeros(3, 2);
+        fields[(1, 0)] = 2.0;
+        let errors = WorkspaceErrors::new(fields);
+        let length = |variance: f64| (2.0 * variance / std::f64::consts::PI).sqrt();
+        let mut outlook = WorkspaceOutlook::to_choose(&errors, candidates);
+        let worth_of = |o: &WorkspaceOutlook<'_>| o.gain(&o.choice.as_ref().unwrap().worth[0], 0);
+        assert!((outlook.mean() - length(4.0)).abs() < 1e-14);
+        // It lowers 4 to 0.8.
+        assert!((worth_of(&outlook) - 3.2).abs() < 1e-14);
         assert_eq!(outlook.choose(&[]), Some(0));
-        assert!((outlook.errors[0][(1, 1)] - 0.8).abs() < 1e-14);
+        assert!((outlook.mean() - length(0.8)).abs() < 1e-14);
+        // Once more it would lower 0.8 to 0.8 / (0.8 + 1).
+        assert!((worth_of(&outlook) - (0.8 - 0.8 / 1.8)).abs() < 1e-14);
         assert_eq!(outlook.choose(&[0]), Some(1));
-        assert!((outlook.errors[0][(1, 1)] - 0.8).abs() < 1e-14);
+        assert!((outlook.mean() - length(0.8)).abs() < 1e-14);
     }
 }

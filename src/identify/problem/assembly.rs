@@ -215,6 +215,13 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
+    /// Lets each session last as long as another.
+    pub(super) fn last_as_long_as(&mut self, others: &[Setup]) {
+        for (own, other) in self.setups.iter_mut().zip(others) {
+            own.duration_s = other.duration_s;
+        }
+    }
+
     /// The problem of all samples.
     pub(super) fn problem(self) -> Result<Problem, ProblemError> {
         let Assembly { datasets, robot, which, model, torque_posture, setups, setup_of, balls, parameters, effects } = self;
@@ -223,7 +230,7 @@ impl<'a> Assembly<'a> {
         let shared = datasets.iter().zip(balls).zip(effects);
         let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, model.measured_torques)).collect();
         let compliances = compliances(&parameters, robot.joints());
-        let scale = WeighingRoom::new(&robot);
+        let (scale, compliance) = (WeighingRoom::new(&robot), vec![0.0; robot.joints()]);
         let mut problem = Problem {
             robot,
             which,
@@ -236,6 +243,7 @@ impl<'a> Assembly<'a> {
             row_count: 0,
             torque_posture,
             compliances,
+            compliance,
             acts_through_compliance: false,
             sample_ids: Vec::new(),
             scale,

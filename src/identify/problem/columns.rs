@@ -2,7 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::{Knowledge, Parameter, Problem, Workspace};
+use super::assembly::Assembly;
+use super::{Knowledge, Parameter, Problem, ProblemError, Use, Workspace};
+use crate::identify::Model;
+use crate::measure::Dataset;
 use crate::robot::{Loads, MdhEntry, Site};
 
 /// Under which circumstances a sample was taken, and how its whitened residual moves with the places that a scan varies.
@@ -29,12 +32,20 @@ pub(crate) struct Circumstance {
 }
 
 impl Problem {
-    /// Lets each session last as long as that of `other`: a share of it then means the same in both.
-    pub(crate) fn last_as_long_as(&mut self, other: &Problem) {
-        for (own, other) in self.setups.iter_mut().zip(&other.setups) {
-            own.duration_s = other.duration_s;
-        }
-        self.weigh(None);
+    /// Lays out samples as [`Problem::new`] does, each session lasting as long as that of `other`: a share of it then means the same in
+    /// both.
+    ///
+    /// # Errors
+    /// As [`Problem::new`].
+    pub(crate) fn as_long_as(
+        other: &Problem,
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        which: Use,
+    ) -> Result<Self, ProblemError> {
+        let mut assembly = Assembly::new(datasets, model, which)?;
+        assembly.last_as_long_as(&other.setups);
+        assembly.problem()
     }
 
     /// Circumstances of every sample, the arm standing as `values` say.

@@ -235,29 +235,26 @@ impl SampleRow {
         }
     }
 
-    /// Finds how much of each parameter moves the TCP in the situation of this sample, the arm standing as in `weighed`; whether it is
-    /// the parameters of `pattern` at its sites.
-    pub fn weigh_moves(&mut self, cell: &Cell, scale: &mut Scale<'_>, pattern: Option<&Vec<Moves>>) -> bool {
-        let mut expected = pattern.map_or(&[][..], Vec::as_slice).iter();
-        let mut same = true;
+    /// Finds how much of each parameter moves the TCP in the situation of this sample, the arm standing as in `weighed`; what moves it,
+    /// where that is other than `pattern`.
+    pub fn weigh_moves(&mut self, cell: &Cell, scale: &mut Scale<'_>, pattern: &[Moves]) -> Option<Vec<Moves>> {
+        let sites = SiteIndex::new(scale.robot.joints());
+        let mut other: Option<Vec<Moves>> = None;
         let mut weights = std::mem::take(&mut self.weights);
         weights.clear();
         self.moves(cell, scale, &mut |parameter, site, weight| {
-            same &= expected.next().is_some_and(|moves| moves.parameter == parameter && moves.site == site);
+            let same = |moves: &Moves| moves.parameter == parameter && moves.site == site;
+            if other.is_some() || !pattern.get(weights.len()).is_some_and(same) {
+                let so_far = || pattern[..weights.len()].to_vec();
+                other.get_or_insert_with(so_far).push(Moves { parameter, site, place: sites.of(site) });
+            }
             weights.push(weight);
         });
+        if other.is_none() && weights.len() < pattern.len() {
+            other = Some(pattern[..weights.len()].to_vec());
+        }
         self.weights = weights;
-        same && expected.next().is_none()
-    }
-
-    /// What moves the TCP in the situation of this sample.
-    pub fn pattern_of(&self, cell: &Cell, scale: &mut Scale<'_>) -> Vec<Moves> {
-        let sites = SiteIndex::new(scale.robot.joints());
-        let mut pattern = Vec::new();
-        self.moves(cell, scale, &mut |parameter, site, _| {
-            pattern.push(Moves { parameter, site, place: sites.of(site) });
-        });
-        pattern
+        other
     }
 
     /// The loads on the arm of this sample, standing as in `posture`: gravity, the plungers' springs, or torques as measured.
