@@ -56,15 +56,15 @@ impl Layout {
         }
         let left = column([(cell, 0.62), (row([(words, 0.62), (Part::View(readings()), 0.38)]), 0.38)]);
         let [gauge, falling, path, balls] = [
-            View::new("3D", "The gauge", "/world/tool")
+            View::new("3D", "The gauge on the ball", "/world/tool")
                 .with_contents(["/world/tool/**", "/world/balls/**"])
                 .with("EyeControls3D", eye(&Vector3::new(0.045, -0.095, 0.05), &Vector3::new(0.012, 0.008, 0.012)))
                 .with("Background", ground())
                 .with("LineGrid3D", no_grid()),
-            chart("Its three readings", "/centring/readings", centring::READINGS),
+            chart("Its readings: every line is ten times nearer", "/centring/readings", centring::READINGS),
             chart("Path in the gauge", "/centring/path", centring::PATH),
             chart(
-                "Every ball: its largest reading falls into the band of 3 um",
+                "Every ball: the largest reading of each try falls into the band of 3 um",
                 "/centring/balls",
                 centring::balls(subject.dataset.balls.len()),
             ),
@@ -167,7 +167,7 @@ fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
 
 /// The readings over the whole campaign, where they are about zero.
 fn readings() -> View {
-    View::new("TimeSeries", "Readings, um", "/readings")
+    View::new("TimeSeries", "Readings over the session, um", "/readings")
         .with("ScalarAxis", ScalarAxis::new().with_range(Range1D::from([-12.0, 12.0])))
         .with("PlotLegend", PlotLegend::new().with_visible(false))
 }

@@ -4,7 +4,7 @@ use calibench::cell::TriCal;
 use calibench::robot::Pose;
 use calibench::units::MM;
 use nalgebra::Vector3;
-use rerun::{Arrows3D, Cylinders3D, FillMode, Quaternion, RecordingStream, Transform3D};
+use rerun::{Arrows3D, Cylinders3D, FillMode, Points3D, Quaternion, RecordingStream, Transform3D};
 
 use crate::ViewError;
 use crate::paint::{self, solid};
@@ -35,6 +35,9 @@ pub fn plungers(rec: &RecordingStream) -> Result<(), ViewError> {
         .with_colors([solid(paint::AXES[k])])
         .with_fill_mode(FillMode::Solid);
         rec.log_static(plunger_path(k), &plunger)?;
+        let number = Points3D::new([single(&(axes[k] * (TIP + SPINDLE)))]).with_radii([0.0]).with_colors([solid(paint::AXES[k])]);
+        let number = number.with_labels([(k + 1).to_string()]).with_show_labels(true);
+        rec.log_static(format!("{}/number", plunger_path(k)), &number)?;
     }
     let length = 20.0 * MM;
     let arrows = Arrows3D::from_vectors(axes.map(|a| single(&(a * length)))).with_colors(paint::AXES.map(solid));
