@@ -16,7 +16,7 @@ use crate::subject::Subject;
 /// Radius of the line that stands for a link without bodies, m.
 const LINE: f64 = 0.015;
 
-/// How far off a model's tool is shown where it is most off, m: beside the other arm, and not far from it.
+/// How far off a model's arm is shown where it is most off, m: beside the other arm, and not far from it.
 const BESIDE: f64 = 0.2;
 
 /// An arm at rest.
@@ -26,6 +26,14 @@ pub struct Arm {
     pub frames: Vec<Pose>,
     /// `world_from_tool`.
     pub tool: Pose,
+}
+
+impl Arm {
+    /// Largest distance between frames of this arm and of another, m.
+    fn off(&self, other: &Arm) -> f64 {
+        let far = |(a, b): (&Pose, &Pose)| (a.translation.vector - b.translation.vector).norm();
+        self.frames.iter().zip(&other.frames).map(far).fold(far((&self.tool, &other.tool)), f64::max)
+    }
 }
 
 /// The arm at one stop.
@@ -80,8 +88,7 @@ impl Arms {
     pub fn of(subject: &Subject, exaggerate: Option<f64>) -> Result<Self, IdentifyError> {
         let stands = stands(subject)?;
         let ghost = |name, title, (colour, colour_name), of: fn(&Stand) -> &Arm| {
-            let off = |stand: &Stand| (of(stand).tool.translation.vector - stand.best().tool.translation.vector).norm();
-            let most = stands.iter().map(off).fold(0.0, f64::max);
+            let most = stands.iter().map(|stand| stand.best().off(of(stand))).fold(0.0, f64::max);
             Ghost { name, title, factor: exaggerate.unwrap_or_else(|| magnification(most, BESIDE)), colour, colour_name, of }
         };
         let mut ghosts = vec![ghost("drawn", "as drawn", (paint::DRAWN, "purple"), |stand| &stand.drawn)];

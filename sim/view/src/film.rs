@@ -47,7 +47,7 @@ pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), V
         rec.set_log_time_enabled(false);
         rec.set_log_tick_enabled(false);
         let shown = residuals::arrows(&rec, &steps)?;
-        send(&rec, &Layout::of(subject, &shown))?;
+        send(&rec, &Layout::of(subject, &arms, &shown))?;
         rec.log_static(
             "story",
             &TextDocument::new(story::story(subject, &arms, &steps, judgement.as_ref())).with_media_type(MediaType::markdown()),

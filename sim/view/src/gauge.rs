@@ -15,6 +15,9 @@ const TIP: f64 = 3.0 * MM;
 const SPINDLE: f64 = 36.0 * MM;
 const SPINDLE_RADIUS: f64 = 2.25 * MM;
 
+/// Entity of the plungers' numbers: where the gauge is small they would be in the way.
+pub const NUMBERS: &str = "world/tool/numbers";
+
 /// Draws what does not change in the gauge.
 pub fn plungers(rec: &RecordingStream) -> Result<(), ViewError> {
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -35,10 +38,10 @@ pub fn plungers(rec: &RecordingStream) -> Result<(), ViewError> {
         .with_colors([solid(paint::AXES[k])])
         .with_fill_mode(FillMode::Solid);
         rec.log_static(plunger_path(k), &plunger)?;
-        let number = Points3D::new([single(&(axes[k] * (TIP + SPINDLE)))]).with_radii([0.0]).with_colors([solid(paint::AXES[k])]);
-        let number = number.with_labels([(k + 1).to_string()]).with_show_labels(true);
-        rec.log_static(format!("{}/number", plunger_path(k)), &number)?;
     }
+    let ends = axes.map(|axis| single(&(axis * (TriCal::PAPER.datum_radius + TIP + SPINDLE))));
+    let numbers = Points3D::new(ends).with_radii([0.0]).with_colors(paint::AXES.map(solid));
+    rec.log_static(NUMBERS, &numbers.with_labels(["1", "2", "3"]).with_show_labels(true))?;
     let length = 20.0 * MM;
     let arrows = Arrows3D::from_vectors(axes.map(|a| single(&(a * length)))).with_colors(paint::AXES.map(solid));
     rec.log_static("world/tool/axes", &arrows.with_radii([0.0005]))?;
