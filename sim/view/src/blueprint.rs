@@ -66,7 +66,7 @@ impl Layout {
             chart("Its readings: every line is ten times nearer", "/centring/readings", centring::READINGS),
             chart("Path in the gauge", "/centring/path", centring::PATH),
             chart(
-                "Every ball: the largest reading of each try falls into the band of 3 um",
+                "Every ball: the largest reading of each try, and the band of 3 um",
                 "/centring/balls",
                 centring::balls(subject.dataset.balls.len()),
             ),
