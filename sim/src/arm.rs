@@ -73,6 +73,11 @@ impl Arm {
         self.posture.world_from_tool(&self.tool)
     }
 
+    /// `world_from_frame` of the base and of every link, the base first (N + 1), as they settled last.
+    pub fn frames(&self) -> Vec<Pose> {
+        (0..=self.robot.joints()).map(|k| self.posture.frame(k).pose()).collect()
+    }
+
     /// How far the ball, or the point as measured, stands from its place, world, m; at the moment for which the arm settled last.
     pub fn target_moved(&self) -> Vector3<f64> {
         let sites = SiteIndex::new(self.robot.joints());

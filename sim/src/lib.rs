@@ -28,5 +28,6 @@ pub mod side;
 pub mod step;
 pub mod suite;
 pub mod tracker;
+pub mod true_arm;
 pub mod workbench;
 pub mod world;

@@ -219,6 +219,9 @@ pub trait Plant {
     /// When it does not.
     fn settle(&mut self, stand: &Stand<'_>, form: &mut BallForm) -> Result<Rest, PlantError>;
 
+    /// True `world_from_frame` of the base and of every link as they came to rest last, the base first (N + 1).
+    fn frames(&self) -> Vec<Pose>;
+
     /// Puts a ball of that radius (m) into the socket, or takes it out; what the plungers touch then.
     ///
     /// # Errors

@@ -13,6 +13,7 @@ use crate::scenario::{Expectation, Quantity, Scenario};
 use crate::score::Score;
 use crate::session::{Session, SessionError, session_s};
 use crate::tracker::{SimulatedTracker, TrackerError};
+use crate::true_arm::TrueArm;
 use crate::world::World;
 
 /// Why the procedure did not come to its end.
@@ -64,6 +65,8 @@ pub struct Run {
     pub mastering: Mastering,
     /// The campaign, iteration by iteration.
     pub campaign: CampaignRecord,
+    /// Where the true arm stood meanwhile.
+    pub true_arm: TrueArm,
     /// The TriCal's dataset, calibration and validation.
     pub trical: Method,
     /// The same by the tracker.
@@ -178,7 +181,9 @@ fn measured(
 /// When a stage cannot be completed.
 pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dyn Witness) -> Result<Run, RunError> {
     let session = Session::begin(scenario, streams, plans.session_s(scenario))?;
+    session.note_true_arm();
     let (measured, tracker) = measured(&session, scenario, &plans, witness)?;
+    let true_arm = session.true_arm();
     let Measurements { mastering, campaign, fit, validation, .. } = measured;
     let points = session.points(&tracker, &plans.tracker.identification, "i", SampleSet::Fit)?;
     let tracker_data = Dataset { samples: points.samples, ..scenario.dataset() };
@@ -194,7 +199,7 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     let tracker = method("tracker", tracker_data, &model, Score::of_tracker)?;
     let before = judge(&trical.calibration.as_drawn(), &validation)?;
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
-    Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, trical, tracker, validation, before })
+    Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, true_arm, trical, tracker, validation, before })
 }
 
 fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, RunError> {

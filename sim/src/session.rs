@@ -15,6 +15,7 @@ use crate::plant::PlantError;
 use crate::random::Streams;
 use crate::scenario::Scenario;
 use crate::tracker::{SimulatedTracker, TrackerError};
+use crate::true_arm::TrueArm;
 use crate::world::{HANDLING_S, READING_S, REBUILDING_S, SharedWorld, World};
 
 /// Why a session does not begin.
@@ -62,6 +63,16 @@ impl<'a> Session<'a> {
     /// How the mastering went.
     pub fn mastering(&self) -> &Mastering {
         &self.mastering
+    }
+
+    /// From now on notes where the true arm stands.
+    pub fn note_true_arm(&self) {
+        self.world.note_true_arm();
+    }
+
+    /// Where the true arm stood since it is noted; it is noted no more.
+    pub fn true_arm(&self) -> TrueArm {
+        self.world.true_arm()
     }
 
     /// Probes the balls of the plan: with the payload that it names first, then with the next.

@@ -16,6 +16,7 @@ use crate::plant::{BallForm, Parts, Plant, PlantError, Rest, Stand, plant};
 use crate::plunger::{PlungerSpec, PresentedBall};
 use crate::random::Streams;
 use crate::scenario::Scenario;
+use crate::true_arm::{TrueArm, TruePosture};
 
 pub use views::{SharedWorld, SimulatedAttendant, SimulatedIndicator, SimulatedRobot};
 
@@ -49,6 +50,8 @@ pub struct World {
     time_s: f64,
     pose: Pose,
     target_moved: Vector3<f64>,
+    /// Noted from when somebody wants to know.
+    true_arm: Option<TrueArm>,
     motion: ChaCha8Rng,
     master: ChaCha8Rng,
 }
@@ -84,6 +87,7 @@ impl World {
             time_s: 0.0,
             pose: Pose::identity(),
             target_moved: Vector3::zeros(),
+            true_arm: None,
             motion: streams.stream("motion"),
             master: streams.stream("master ball"),
         };
@@ -126,8 +130,15 @@ impl World {
                 let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
                 self.plunger_motion.rest_at(at.as_slice());
                 self.gauge.rest(touches);
+                self.note_posture();
             }
             Err(error) => self.lost = Some(error.to_string()),
+        }
+    }
+
+    fn note_posture(&mut self) {
+        if let Some(true_arm) = &mut self.true_arm {
+            true_arm.rests(self.time_s, TruePosture { frames: self.plant.frames(), tool: self.pose });
         }
     }
 

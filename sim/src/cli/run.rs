@@ -23,6 +23,9 @@ use crate::scenario::{Scenario, load_scenario};
 /// The paper's Table 9, mm: mean, maximum, standard deviation.
 const PAPER: [(&str, [f64; 3]); 2] = [("trical", [0.326, 0.624, 0.107]), ("tracker", [0.231, 0.539, 0.087])];
 
+/// Where the simulated arm truly stood, for the replay: nothing that calibrates or judges reads it.
+const TRUE_ARM: &str = "true_arm.csv";
+
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Scenario file
@@ -252,6 +255,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         "tracker.toml",
         "iterations.csv",
         "probings.csv",
+        TRUE_ARM,
         "scene.toml",
         super::report::MODEL,
         super::report::FILE,
@@ -266,6 +270,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
         write_model(&run.trical.calibration.model, &inside.join(super::report::MODEL))?;
         run.campaign.write(inside, &run.plan.probings, &scenario.ball_ids())?;
+        run.true_arm.write(&run.campaign, &inside.join(TRUE_ARM))?;
         scenario.scene().write(&inside.join("scene.toml"))?;
         write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())
     })

@@ -28,6 +28,8 @@ pub struct Engine {
     gravity_and_motion: Numbers,
     site_at: Numbers,
     site_turned: Numbers,
+    body_at: Numbers,
+    body_turned: Numbers,
     mocap_at: Numbers,
 }
 
@@ -108,6 +110,8 @@ impl Engine {
                     gravity_and_motion: numbers("qfrc_bias")?,
                     site_at: numbers("site_xpos")?,
                     site_turned: numbers("site_xmat")?,
+                    body_at: numbers("xpos")?,
+                    body_turned: numbers("xmat")?,
                     mocap_at: numbers("mocap_pos")?,
                     model: model.unbind(),
                     data: data.unbind(),
@@ -204,9 +208,12 @@ impl Engine {
 
     /// `world_from_site` of the first site at the last evaluation.
     pub fn site(&self) -> Pose {
-        let at = with(&self.site_at, |at| Vector3::new(at[0], at[1], at[2]));
-        let turned = with(&self.site_turned, |m| Matrix3::from_row_slice(&m[..9]));
-        Pose::from_parts(Translation3::from(at), Rotation3::from_matrix_unchecked(turned))
+        pose(&self.site_at, &self.site_turned, 0)
+    }
+
+    /// `world_from_body` of a body at the last evaluation.
+    pub fn body(&self, place: usize) -> Pose {
+        pose(&self.body_at, &self.body_turned, place)
     }
 
     /// A picture, as rows of red, green and blue bytes.
@@ -250,6 +257,13 @@ fn with<T>(numbers: &Numbers, use_them: impl FnOnce(&mut [f64]) -> T) -> T {
             Err(_) => unreachable!("MuJoCo's arrays are contiguous"),
         }
     })
+}
+
+/// The pose of the thing at that place.
+fn pose(at: &Numbers, turned: &Numbers, place: usize) -> Pose {
+    let at = with(at, |at| Vector3::from_row_slice(&at[3 * place..][..3]));
+    let turned = with(turned, |m| Matrix3::from_row_slice(&m[9 * place..][..9]));
+    Pose::from_parts(Translation3::from(at), Rotation3::from_matrix_unchecked(turned))
 }
 
 fn failed(error: PyErr) -> PlantError {

@@ -38,6 +38,8 @@ pub struct MujocoPlant {
     plays: Vec<(usize, usize, f64)>,
     master: usize,
     payload: usize,
+    /// Base and links.
+    bodies: Vec<usize>,
     motors: Vec<f64>,
 }
 
@@ -74,6 +76,8 @@ impl MujocoPlant {
             .into_iter()
             .map(|(joint, half)| Ok((engine.place(Thing::Tendon, &play_name(joint))?, joint, half)))
             .collect();
+        let names = std::iter::once("base".into()).chain((1..=joints).map(|k| format!("link{k}")));
+        let bodies: Result<Vec<_>, PlantError> = names.map(|name: String| engine.place(Thing::Body, &name)).collect();
         Ok(MujocoPlant {
             flaws: machine.flaws.clone(),
             gauge: machine.gauge,
@@ -86,6 +90,7 @@ impl MujocoPlant {
             plays: plays?,
             master: engine.place(Thing::Geom, "master")?,
             payload: engine.place(Thing::Body, "payload")?,
+            bodies: bodies?,
             motors: vec![0.0; joints],
             engine,
         })
@@ -228,6 +233,10 @@ impl Plant for MujocoPlant {
             PresentedBall { centre: world_from_tool.inverse_transform_point(&Point3::from(centre)).coords, radius }
         });
         Ok(Rest { world_from_tool, ball, touches: self.touches(), target_moved: Vector3::zeros() })
+    }
+
+    fn frames(&self) -> Vec<Pose> {
+        self.bodies.iter().map(|&body| self.engine.body(body)).collect()
     }
 
     fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError> {

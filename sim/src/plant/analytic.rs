@@ -89,6 +89,10 @@ impl Plant for AnalyticPlant {
         Ok(Rest { world_from_tool, ball, touches, target_moved: self.arm.target_moved() })
     }
 
+    fn frames(&self) -> Vec<Pose> {
+        self.arm.frames()
+    }
+
     fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError> {
         let master = master_radius.map(|radius| PresentedBall { centre: Vector3::zeros(), radius });
         Ok(self.gauge.map(|plunger| plunger.meet(master.as_ref())))

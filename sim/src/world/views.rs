@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use crate::contact::MASTER_RADIUS;
 use crate::random::normal;
+use crate::true_arm::TrueArm;
 
 use super::{HANDLING_S, READING_S, REBUILDING_S, World};
 
@@ -45,6 +46,18 @@ impl SharedWorld {
     /// The TCP in the world that the tracker's nests carry, m.
     pub fn point(&self) -> Vector3<f64> {
         self.0.borrow().point()
+    }
+
+    /// From now on notes where the true arm stands.
+    pub fn note_true_arm(&self) {
+        let mut world = self.0.borrow_mut();
+        world.true_arm = Some(TrueArm::default());
+        world.note_posture();
+    }
+
+    /// Where the true arm stood since it is noted; it is noted no more. Empty where it never was.
+    pub fn true_arm(&self) -> TrueArm {
+        self.0.borrow_mut().true_arm.take().unwrap_or_default()
     }
 
     /// Tells the cell the name of the sample that is being taken.

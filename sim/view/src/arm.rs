@@ -1,38 +1,144 @@
-//! The arm, twice: as identified, solid; and as drawn, see-through, the difference between the two exaggerated.
+//! The arm at a stop: as it stands, solid; and see-through, as its models have it, the difference exaggerated.
 
 use calibench::identify::{IdentifyError, Use};
 use calibench::measure::{Dataset, Sample};
-use calibench::robot::{Pose, Posture, SiteIndex};
-use nalgebra::{Rotation3, Translation3};
-use rerun::{Capsules3D, FillMode, RecordingStream};
+use calibench::robot::{Pose, Posture, Robot, Shape, SiteIndex, Solid};
+use nalgebra::{Rotation3, Translation3, Vector3};
+use rerun::{FillMode, Points3D, RecordingStream};
 
 use crate::ViewError;
 use crate::journal::Stop;
+use crate::magnification::magnification;
 use crate::paint::{self, solid};
-use crate::scene::{Looks, body, entity, single, transform};
+use crate::scene::{Looks, body, entity, transform};
 use crate::subject::Subject;
 
 /// Radius of the line that stands for a link without bodies, m.
-const LINE: f32 = 0.015;
+const LINE: f64 = 0.015;
 
-/// The arm at one stop: its frames in the world, the base first.
-pub struct Stand {
-    /// By the identified model.
-    pub identified: Vec<Pose>,
-    /// By the drawing, at the same joints.
-    pub drawn: Vec<Pose>,
-    /// `world_from_tool` by the identified model.
+/// How far off a model's arm is shown where it is most off, m: beside the other arm, and not far from it.
+const BESIDE: f64 = 0.2;
+
+/// An arm at rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arm {
+    /// `world_from_frame` of the base and of every link, the base first (N + 1).
+    pub frames: Vec<Pose>,
+    /// `world_from_tool`.
     pub tool: Pose,
 }
 
-/// The arm at every stop.
-///
-/// What the model wants to know of a stop besides its joints (payload, side of approach, temperature) is that of the sample of its try,
-/// or, where that gave none, of another.
-///
-/// # Errors
-/// When the stops do not go with the calibration.
-pub fn stands(subject: &Subject) -> Result<Vec<Stand>, IdentifyError> {
+impl Arm {
+    /// Largest distance between frames of this arm and of another, m.
+    fn off(&self, other: &Arm) -> f64 {
+        let far = |(a, b): (&Pose, &Pose)| (a.translation.vector - b.translation.vector).norm();
+        self.frames.iter().zip(&other.frames).map(far).fold(far((&self.tool, &other.tool)), f64::max)
+    }
+}
+
+/// The arm at one stop.
+pub struct Stand {
+    /// As it truly stood; only a simulated cell knows.
+    pub truth: Option<Arm>,
+    /// By the identified model.
+    pub identified: Arm,
+    /// By the drawing, at the same joints.
+    pub drawn: Arm,
+}
+
+impl Stand {
+    /// Where it stands, as well as it is known.
+    pub fn best(&self) -> &Arm {
+        self.truth.as_ref().unwrap_or(&self.identified)
+    }
+}
+
+/// A model's arm beside the one that stands.
+pub struct Ghost {
+    /// In the path of its entities.
+    name: &'static str,
+    /// What a reader is told.
+    pub title: &'static str,
+    /// How many times farther off than it is.
+    pub factor: f64,
+    colour: [u8; 3],
+    /// That colour in a word.
+    pub colour_name: &'static str,
+    of: fn(&Stand) -> &Arm,
+}
+
+/// The arms of a recording.
+pub struct Arms {
+    /// The arm at every stop.
+    pub stands: Vec<Stand>,
+    /// See-through: as drawn, and, where the truth is known, as identified.
+    pub ghosts: Vec<Ghost>,
+    /// In the path of the arm that stands.
+    name: &'static str,
+}
+
+impl Arms {
+    /// The arm at every stop; the models as many times farther off as is wished, or else so that the difference can be seen.
+    ///
+    /// What the model wants to know of a stop besides its joints (payload, side of approach, temperature) is that of the sample of its
+    /// try, or, where that gave none, of another.
+    ///
+    /// # Errors
+    /// When the stops do not go with the calibration.
+    pub fn of(subject: &Subject, exaggerate: Option<f64>) -> Result<Self, IdentifyError> {
+        let stands = stands(subject)?;
+        let ghost = |name, title, (colour, colour_name), of: fn(&Stand) -> &Arm| {
+            let most = stands.iter().map(|stand| stand.best().off(of(stand))).fold(0.0, f64::max);
+            Ghost { name, title, factor: exaggerate.unwrap_or_else(|| magnification(most, BESIDE)), colour, colour_name, of }
+        };
+        let mut ghosts = vec![ghost("drawn", "as drawn", (paint::DRAWN, "purple"), |stand| &stand.drawn)];
+        let simulated = stands.iter().any(|stand| stand.truth.is_some());
+        if simulated {
+            ghosts.push(ghost("identified", "as identified", (paint::AFTER, "sky blue"), |stand| &stand.identified));
+        }
+        Ok(Arms { stands, ghosts, name: if simulated { "true" } else { "identified" } })
+    }
+
+    /// Draws the bodies of all arms, each in its link's frame.
+    pub fn bodies(&self, rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
+        let robot = &subject.dataset.robot;
+        let lines = lines(robot);
+        let parts = if robot.solids.is_empty() { &lines } else { &robot.solids };
+        let last = robot.joints();
+        for part in parts {
+            body(rec, &link(self.name, part.frame), part, Looks::solid(paint::ARM))?;
+            for ghost in &self.ghosts {
+                let looks = Looks { colour: solid(ghost.colour), fill: FillMode::TransparentFillMajorWireframe };
+                body(rec, &link(ghost.name, part.frame), part, looks)?;
+            }
+        }
+        for part in subject.scene.iter().flat_map(|s| &s.carried) {
+            body(rec, &link(self.name, last), part, Looks::solid(paint::GAUGE))?;
+        }
+        for ghost in &self.ghosts {
+            let words = Points3D::new([[0.0; 3]]).with_radii([0.0]).with_colors([solid(ghost.colour)]);
+            let words = words.with_labels([format!("{}, x{}", ghost.title, ghost.factor)]).with_show_labels(true);
+            rec.log_static(format!("{}/name", link(ghost.name, last)), &words)?;
+        }
+        Ok(())
+    }
+
+    /// Moves all arms to a stop.
+    pub fn show(&self, rec: &RecordingStream, stand: &Stand) -> Result<(), ViewError> {
+        let best = &stand.best().frames;
+        for (k, frame) in best.iter().enumerate() {
+            rec.log(link(self.name, k), &transform(frame))?;
+        }
+        for ghost in &self.ghosts {
+            for (k, (from, to)) in best.iter().zip(&(ghost.of)(stand).frames).enumerate() {
+                rec.log(link(ghost.name, k), &transform(&exaggerated(from, to, ghost.factor)))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn stands(subject: &Subject) -> Result<Vec<Stand>, IdentifyError> {
     let Subject { dataset, calibration, journal, .. } = subject;
     let Some(any) = dataset.samples.first() else { return Ok(Vec::new()) };
     let like = |stop: &Stop| {
@@ -46,63 +152,32 @@ pub fn stands(subject: &Subject) -> Result<Vec<Stand>, IdentifyError> {
     let mut stands = Vec::with_capacity(stops.samples.len());
     let mut drawn = Posture::new(&dataset.robot);
     let none = vec![0.0; SiteIndex::new(dataset.robot.joints()).len()];
+    let arm = |posture: &Posture| Arm {
+        frames: (0..=dataset.robot.joints()).map(|k| posture.frame(k).pose()).collect(),
+        tool: posture.world_from_tool(&dataset.tool),
+    };
     applied.problem.for_each_sample(&values, &mut |posed| {
-        let sample = &stops.samples[posed.place];
+        let (stop, sample) = (&journal.stops[posed.place], &stops.samples[posed.place]);
         drawn.set(&dataset.robot, &dataset.base, &dataset.tool, &sample.q, &none);
-        let frames = |posture: &Posture| (0..=dataset.robot.joints()).map(|k| posture.frame(k).pose()).collect();
-        stands.push(Stand {
-            identified: frames(posed.posture),
-            drawn: frames(&drawn),
-            tool: posed.posture.world_from_tool(&dataset.tool),
-        });
+        let truth = subject.true_arm.as_ref().map(|rows| rows[stop.row].clone());
+        stands.push(Stand { truth, identified: arm(posed.posture), drawn: arm(&drawn) });
     });
     Ok(stands)
 }
 
-/// Draws the bodies of both arms, each in its link's frame.
-pub fn bodies(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
-    let ghost = Looks { colour: solid(paint::DRAWN), fill: FillMode::TransparentFillMajorWireframe };
-    for (arm, looks) in [("identified", Looks::solid(paint::ARM)), ("drawn", ghost)] {
-        for part in &subject.dataset.robot.solids {
-            body(rec, &link(arm, part.frame), part, looks)?;
-        }
-    }
-    let last = subject.dataset.robot.joints();
-    for part in subject.scene.iter().flat_map(|s| &s.carried) {
-        body(rec, &link("identified", last), part, Looks::solid(paint::GAUGE))?;
-    }
-    Ok(())
+/// A line along every link, for an arm of which no bodies are known.
+fn lines(robot: &Robot) -> Vec<Solid> {
+    let next = |k: usize| robot.links[k].mdh.transform(0.0).translation.vector;
+    let line = |frame: usize| {
+        let shape = Shape::Capsule { ends: [Vector3::zeros(), next(frame)], radius: LINE };
+        Solid { name: "line".into(), frame, shape }
+    };
+    (0..robot.joints()).filter(|&k| next(k) != Vector3::zeros()).map(line).collect()
 }
 
 fn link(arm: &str, frame: usize) -> String {
     let name = if frame == 0 { "base".into() } else { format!("link {frame}") };
     format!("world/arm {arm}/{}", entity(&name))
-}
-
-/// Moves both arms to a stop, the drawn one `exaggerate` times as far off the identified one as it is.
-pub fn show(rec: &RecordingStream, subject: &Subject, stand: &Stand, exaggerate: f64) -> Result<(), ViewError> {
-    let ghost: Vec<Pose> =
-        stand.identified.iter().zip(&stand.drawn).map(|(from, to)| exaggerated(from, to, exaggerate)).collect();
-    for (arm, frames) in [("identified", &stand.identified), ("drawn", &ghost)] {
-        if subject.dataset.robot.solids.is_empty() {
-            sticks(rec, arm, frames)?;
-        } else {
-            for (k, frame) in frames.iter().enumerate() {
-                rec.log(link(arm, k), &transform(frame))?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Lines from frame to frame, where bodies are not known.
-fn sticks(rec: &RecordingStream, arm: &str, frames: &[Pose]) -> Result<(), ViewError> {
-    let origins: Vec<[f32; 3]> = frames.iter().map(|f| single(&f.translation.vector)).collect();
-    let pairs = || origins.windows(2).filter(|pair| pair[0] != pair[1]);
-    let colour = if arm == "drawn" { solid(paint::DRAWN) } else { solid(paint::ARM) };
-    let sticks = Capsules3D::from_endpoints_and_radii(pairs().map(|p| p[0]), pairs().map(|p| p[1]), pairs().map(|_| LINE));
-    rec.log(format!("world/arm {arm}/links"), &sticks.with_colors([colour]))?;
-    Ok(())
 }
 
 /// A frame moved on, beyond `to`, to `factor` times its displacement from `from`; turned likewise.

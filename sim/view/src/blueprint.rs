@@ -17,7 +17,9 @@ use rerun::external::re_sdk_types::datatypes::{Range2D, Uuid};
 use rerun::{AsComponents, RecordingStream, RecordingStreamBuilder};
 
 use crate::ViewError;
+use crate::arm::Arms;
 use crate::centring;
+use crate::gauge::NUMBERS;
 use crate::paint::{self, solid};
 use crate::residuals::Shown;
 use crate::scene::single;
@@ -45,9 +47,9 @@ struct View {
 pub struct Layout(Part);
 
 impl Layout {
-    /// The screen for a subject whose residuals are shown so.
-    pub fn of(subject: &Subject, residuals: &[Shown]) -> Self {
-        let cell = Part::View(cell(subject));
+    /// The screen for a subject whose arms and residuals are shown so.
+    pub fn of(subject: &Subject, arms: &Arms, residuals: &[Shown]) -> Self {
+        let cell = Part::View(cell(subject, arms));
         let words = Part::View(View::new("TextDocument", "The story", "/story"));
         let steps = arrows(subject, residuals);
         if !subject.is_campaign {
@@ -56,15 +58,15 @@ impl Layout {
         }
         let left = column([(cell, 0.62), (row([(words, 0.62), (Part::View(readings()), 0.38)]), 0.38)]);
         let [gauge, falling, path, balls] = [
-            View::new("3D", "The gauge", "/world/tool")
+            View::new("3D", "The gauge on the ball", "/world/tool")
                 .with_contents(["/world/tool/**", "/world/balls/**"])
                 .with("EyeControls3D", eye(&Vector3::new(0.045, -0.095, 0.05), &Vector3::new(0.012, 0.008, 0.012)))
                 .with("Background", ground())
                 .with("LineGrid3D", no_grid()),
-            chart("Its three readings", "/centring/readings", centring::READINGS),
+            chart("Its readings: every line is ten times nearer", "/centring/readings", centring::READINGS),
             chart("Path in the gauge", "/centring/path", centring::PATH),
             chart(
-                "Every ball: its largest reading falls into the band of 3 um",
+                "Every ball: the largest reading of each try, and the band of 3 um",
                 "/centring/balls",
                 centring::balls(subject.dataset.balls.len()),
             ),
@@ -111,44 +113,49 @@ fn eye(position: &Vector3<f64>, target: &Vector3<f64>) -> EyeControls3D {
     EyeControls3D::new().with_position(single(position)).with_look_target(single(target)).with_eye_up([0.0, 0.0, 1.0])
 }
 
-/// Where it was measured, and from where to look at it.
+/// From where to look at things.
 struct Outlook {
-    base: Vector3<f64>,
-    /// The middle of what was measured, and how far it reaches, m.
+    /// The middle of them, and how far they reach from there, m.
     middle: Vector3<f64>,
     extent: f64,
-    /// Level, from the robot to there and to the right of that.
+    /// Level, from the robot to where it was measured, and to the right of that.
     out: Vector3<f64>,
     side: Vector3<f64>,
 }
 
 impl Outlook {
-    fn of(subject: &Subject) -> Self {
+    /// On these points (m) of the cell.
+    fn on(points: &[Vector3<f64>], subject: &Subject) -> Self {
         let (base, targets) = (Vector3::from(subject.dataset.base.xyz), subject.targets());
-        let sum: Vector3<f64> = targets.iter().sum();
-        let middle = if targets.is_empty() { base } else { sum / targets.len() as f64 };
-        let extent = targets.iter().map(|t| (t - middle).norm()).fold(0.15, f64::max);
-        let out = Vector3::new(middle.x - base.x, middle.y - base.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-        Outlook { base, middle, extent, side: out.cross(&Vector3::z()), out }
+        let out = targets.iter().map(|target| target - base).sum::<Vector3<f64>>();
+        let out = Vector3::new(out.x, out.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
+        let corner = |pick: fn(f64, f64) -> f64| points.iter().copied().reduce(|a, b| a.zip_map(&b, pick)).unwrap_or(base);
+        let middle = (corner(f64::min) + corner(f64::max)) / 2.0;
+        let extent = points.iter().map(|point| (point - middle).norm()).fold(0.15, f64::max);
+        Outlook { middle, extent, side: out.cross(&Vector3::z()), out }
     }
 }
 
+/// How far bodies reach beyond the frames that carry them, m.
+const BODIES: f64 = 0.15;
+
 /// The cell, seen from beyond the balls and to their right, with the arm behind them.
-fn cell(subject: &Subject) -> View {
-    let Outlook { base, middle, out, side, .. } = Outlook::of(subject);
-    let reach: f64 = subject.dataset.robot.links.iter().map(|l| l.mdh.a.abs() + l.mdh.d.abs()).sum();
-    let target = (base + middle) / 2.0 + Vector3::z() * 0.16 * reach;
-    let position = target + (out * 0.5 + side * 0.74 + Vector3::z() * 0.4) * reach;
+fn cell(subject: &Subject, arms: &Arms) -> View {
+    let opening = subject.journal.settled(0).and_then(|k| arms.stands.get(k));
+    let arm = opening.iter().flat_map(|stand| &stand.best().frames).map(|frame| frame.translation.vector);
+    let points: Vec<Vector3<f64>> = arm.chain(subject.targets()).collect();
+    let Outlook { middle, extent, out, side } = Outlook::on(&points, subject);
+    let position = middle + (out * 0.56 + side * 0.64 + Vector3::z() * 0.52) * (2.0 * (extent + BODIES));
     View::new("3D", "The cell", "/world")
-        .with_contents(["/world/**", "- /world/residuals/**"])
-        .with("EyeControls3D", eye(&position, &target))
+        .with_contents(["/world/**".into(), "- /world/residuals/**".into(), format!("- /{NUMBERS}")])
+        .with("EyeControls3D", eye(&position, &middle))
         .with("Background", ground())
         .with("LineGrid3D", no_grid())
 }
 
 /// The arrows of every step; where there are more than two, the first beside tabs of the others.
 fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
-    let Outlook { middle, extent, out, side, .. } = Outlook::of(subject);
+    let Outlook { middle, extent, out, side } = Outlook::on(&subject.targets(), subject);
     let position = middle + (out - side * 0.2 + Vector3::z() * 0.4) * (1.6 * extent);
     let view = |step: &Shown| {
         let contents = [format!("{}/**", step.path), "/world/residuals/targets".into(), "/world/residuals/names".into()];
@@ -167,7 +174,7 @@ fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
 
 /// The readings over the whole campaign, where they are about zero.
 fn readings() -> View {
-    View::new("TimeSeries", "Readings, um", "/readings")
+    View::new("TimeSeries", "Readings over the session, um", "/readings")
         .with("ScalarAxis", ScalarAxis::new().with_range(Range1D::from([-12.0, 12.0])))
         .with("PlotLegend", PlotLegend::new().with_visible(false))
 }

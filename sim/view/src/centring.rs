@@ -99,7 +99,7 @@ impl<'a> Charts<'a> {
 
     /// Moves the charts to a stop: its try so far, bright.
     pub fn show(&self, rec: &RecordingStream, stop: usize) -> Result<(), ViewError> {
-        let Journal { tries, stops } = &self.subject.journal;
+        let Journal { tries, stops, .. } = &self.subject.journal;
         let here = &stops[stop];
         let first = stops[..=stop].iter().rposition(|s| s.probing != here.probing).map_or(0, |k| k + 1);
         let so_far: Vec<Vector3<f64>> = stops[first..=stop].iter().filter(|s| s.on_ball).filter_map(|s| s.reading).collect();

@@ -7,27 +7,21 @@ use calibench::files::FileError;
 use rerun::log::ChunkBatcherConfig;
 use rerun::{MediaType, RecordingStream, RecordingStreamBuilder, TextDocument};
 
-use crate::arm::{self, Stand};
+use crate::arm::Arms;
 use crate::blueprint::{Layout, send};
 use crate::centring::Charts;
+use crate::judgement::Judgement;
 use crate::steps::steps;
 use crate::subject::Subject;
 use crate::{ViewError, gauge, residuals, scene, story};
 
 /// What is asked of a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wishes {
-    /// How many times larger than it is the difference between drawn and identified arm is shown.
-    pub exaggerate: f64,
+    /// How many times farther off than it is a model's arm is shown; where not said, so that the difference can be seen.
+    pub exaggerate: Option<f64>,
     /// Climb the ladder of missing effects.
     pub ladder: bool,
-}
-
-impl Default for Wishes {
-    /// 30: an uncalibrated arm is millimetres off, which is then the width of a link. No ladder.
-    fn default() -> Self {
-        Wishes { exaggerate: 30.0, ladder: false }
-    }
 }
 
 /// Writes the recording of a calibration; the file appears whole or not at all.
@@ -35,8 +29,9 @@ impl Default for Wishes {
 /// # Errors
 /// When the data do not go together, the recorder fails, or the file cannot be written.
 pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), ViewError> {
-    let stands = arm::stands(subject).map_err(|e| subject.blame(e))?;
+    let arms = Arms::of(subject, wishes.exaggerate).map_err(|e| subject.blame(e))?;
     let steps = steps(subject, wishes.ladder).map_err(|e| subject.blame(e))?;
+    let judgement = Judgement::of(subject).map_err(|e| subject.blame(e))?;
     let fail = |e: std::io::Error| {
         FileError::whole(output, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
     };
@@ -52,12 +47,12 @@ pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), V
         rec.set_log_time_enabled(false);
         rec.set_log_tick_enabled(false);
         let shown = residuals::arrows(&rec, &steps)?;
-        send(&rec, &Layout::of(subject, &shown))?;
+        send(&rec, &Layout::of(subject, &arms, &shown))?;
         rec.log_static(
             "story",
-            &TextDocument::new(story::story(subject, &steps, wishes)).with_media_type(MediaType::markdown()),
+            &TextDocument::new(story::story(subject, &arms, &steps, judgement.as_ref())).with_media_type(MediaType::markdown()),
         )?;
-        play(&rec, subject, &stands, wishes)?;
+        play(&rec, subject, &arms)?;
     }
     File::open(unfinished.path()).and_then(|f| f.sync_all()).map_err(fail)?;
     #[cfg(unix)]
@@ -81,12 +76,12 @@ fn recorder() -> RecordingStreamBuilder {
 /// Everything that moves. On `probing` there is one picture a try, settled on the ball.
 ///
 /// What is recorded is flushed part by part: what one entity has in several parts keeps their order, and two recordings are alike.
-fn play(rec: &RecordingStream, subject: &Subject, stands: &[Stand], wishes: &Wishes) -> Result<(), ViewError> {
+fn play(rec: &RecordingStream, subject: &Subject, arms: &Arms) -> Result<(), ViewError> {
     let charts = Charts::new(subject);
     let journal = &subject.journal;
     let with_gauge = subject.has_gauge();
     scene::standing(rec, subject)?;
-    arm::bodies(rec, subject)?;
+    arms.bodies(rec, subject)?;
     if with_gauge {
         gauge::plungers(rec)?;
     }
@@ -95,10 +90,10 @@ fn play(rec: &RecordingStream, subject: &Subject, stands: &[Stand], wishes: &Wis
     }
     rec.flush_blocking()?;
     let show = |k: usize| {
-        let Some(stand) = stands.get(k) else { return Ok(()) };
-        arm::show(rec, subject, stand, wishes.exaggerate)?;
+        let Some(stand) = arms.stands.get(k) else { return Ok(()) };
+        arms.show(rec, stand)?;
         if with_gauge {
-            gauge::show(rec, &stand.tool, journal.stops[k].reading.as_ref())?;
+            gauge::show(rec, &stand.best().tool, journal.stops[k].reading.as_ref())?;
         }
         if subject.is_campaign { charts.show(rec, k) } else { Ok(()) }
     };

@@ -4,7 +4,7 @@ use calibench::cell::TriCal;
 use calibench::robot::Pose;
 use calibench::units::MM;
 use nalgebra::Vector3;
-use rerun::{Arrows3D, Cylinders3D, FillMode, Quaternion, RecordingStream, Transform3D};
+use rerun::{Arrows3D, Cylinders3D, FillMode, Points3D, Quaternion, RecordingStream, Transform3D};
 
 use crate::ViewError;
 use crate::paint::{self, solid};
@@ -14,6 +14,9 @@ use crate::scene::{single, transform};
 const TIP: f64 = 3.0 * MM;
 const SPINDLE: f64 = 36.0 * MM;
 const SPINDLE_RADIUS: f64 = 2.25 * MM;
+
+/// Entity of the plungers' numbers: where the gauge is small they would be in the way.
+pub const NUMBERS: &str = "world/tool/numbers";
 
 /// Draws what does not change in the gauge.
 pub fn plungers(rec: &RecordingStream) -> Result<(), ViewError> {
@@ -36,6 +39,9 @@ pub fn plungers(rec: &RecordingStream) -> Result<(), ViewError> {
         .with_fill_mode(FillMode::Solid);
         rec.log_static(plunger_path(k), &plunger)?;
     }
+    let ends = axes.map(|axis| single(&(axis * (TriCal::PAPER.datum_radius + TIP + SPINDLE))));
+    let numbers = Points3D::new(ends).with_radii([0.0]).with_colors(paint::AXES.map(solid));
+    rec.log_static(NUMBERS, &numbers.with_labels(["1", "2", "3"]).with_show_labels(true))?;
     let length = 20.0 * MM;
     let arrows = Arrows3D::from_vectors(axes.map(|a| single(&(a * length)))).with_colors(paint::AXES.map(solid));
     rec.log_static("world/tool/axes", &arrows.with_radii([0.0005]))?;

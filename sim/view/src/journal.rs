@@ -1,5 +1,6 @@
 //! The journal of a campaign: every stop of the arm, from `probings.csv` and `iterations.csv`.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use calibench::files::{CsvTable, FileError};
@@ -23,6 +24,8 @@ pub struct Try {
 /// One stop of the arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
+    /// Its row of `iterations.csv`, counted from 0.
+    pub row: usize,
     /// The try that it belongs to, by place.
     pub probing: usize,
     /// On the ball, not before it or back from it.
@@ -42,13 +45,15 @@ pub struct Journal {
     pub tries: Vec<Try>,
     /// Its stops.
     pub stops: Vec<Stop>,
+    /// Rows of `iterations.csv`: stops at which the joints are not known are among them.
+    pub rows: usize,
 }
 
 impl Journal {
     /// Reads the journal of an arm of so many joints; `None` where the folder has none.
     ///
     /// # Errors
-    /// When a column is missing, a value is no number, or a row belongs to no probing.
+    /// When a column is missing, a value is no number, a row belongs to no probing, or a probing has no row.
     pub fn read(folder: &Path, joints: usize) -> Result<Option<Self>, FileError> {
         let [probings, iterations] = ["probings.csv", "iterations.csv"].map(|name| folder.join(name));
         if !probings.is_file() || !iterations.is_file() {
@@ -59,18 +64,22 @@ impl Journal {
             let text = |column: &str| row.text(column).to_owned();
             journal.tries.push(Try { id: text("id"), ball: text("ball"), outcome: text("outcome") });
         }
+        let mut seen = BTreeSet::new();
         let angles: Vec<String> = (1..=joints).map(|j| format!("q{j}_deg")).collect();
         let reading = ["r1_um", "r2_um", "r3_um"];
         let columns: Vec<&str> =
             ["probing", "phase", "time_s"].into_iter().chain(reading).chain(angles.iter().map(String::as_str)).collect();
         for row in CsvTable::read(&iterations, &columns, REMEDY)?.rows() {
+            journal.rows += 1;
             let number = row.text("probing");
             let probing = number.parse::<usize>().ok().filter(|k| (1..=journal.tries.len()).contains(k));
             let probing = probing.ok_or_else(|| row.wrong("probing", format!("'{number}' is no row of probings.csv")))?;
+            seen.insert(probing - 1);
             let joints = angles.iter().map(|column| row.number(column)).collect::<Result<Option<Vec<f64>>, _>>()?;
             // A stop at which not even the joints are known shows nothing.
             let Some(joints) = joints else { continue };
             journal.stops.push(Stop {
+                row: journal.rows - 1,
                 probing: probing - 1,
                 on_ball: row.text("phase") == "centring",
                 time_s: row.number("time_s")?,
@@ -78,7 +87,13 @@ impl Journal {
                 reading: row.three(reading)?.map(|r| Vector3::from(r) * UM),
             });
         }
-        Ok(Some(journal))
+        match (0..journal.tries.len()).find(|probing| !seen.contains(probing)) {
+            Some(missing) => {
+                let problem = format!("has no row of probing {}, which probings.csv names", missing + 1);
+                Err(FileError::whole(&iterations, problem, REMEDY))
+            }
+            None => Ok(Some(journal)),
+        }
     }
 
     /// The stop at which a try is shown when only tries are counted: the last on the ball, else the last of all.
@@ -117,5 +132,13 @@ mod tests {
     fn a_stop_of_no_probing_is_an_error_with_its_line() {
         let error = journal("id,ball,outcome\np1,A,centred\n", "2,approach,1,10,20,,,\n").unwrap_err().to_string();
         assert!(error.contains("iterations.csv:2: probing: '2' is no row"), "{error}");
+    }
+
+    #[test]
+    fn a_journal_that_breaks_off_is_an_error() {
+        let probings = "id,ball,outcome\np1,A,centred\np2,A,centred\n";
+        let error = journal(probings, "1,approach,1,10,20,,,\n").unwrap_err().to_string();
+        assert!(error.contains("iterations.csv: has no row of probing 2"), "{error}");
+        assert!(journal(probings, "1,approach,1,10,20,,,\n2,appro").unwrap_err().to_string().contains("iterations.csv:3"));
     }
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use calibench::files::one_line;
 use calibench_view::{Subject, ViewError, Wishes, record};
 use clap::Parser;
 
@@ -16,9 +17,9 @@ struct Arguments {
     /// Where to write the recording; the default is run.rrd, in the folder
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// How many times larger than it is the difference between the arm as drawn and the arm as identified is shown
-    #[arg(long, default_value_t = Wishes::default().exaggerate, value_parser = factor)]
-    exaggerate: f64,
+    /// How many times farther off than it is a model's arm is shown; the default is chosen so that the difference can be seen
+    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    exaggerate: Option<f64>,
     /// Climb the ladder of missing effects, and show the residuals before and after each of its rungs; takes seconds
     #[arg(long)]
     ladder: bool,
@@ -49,6 +50,6 @@ fn make(arguments: &Arguments) -> Result<(), ViewError> {
     if !subject.left_out.is_empty() {
         eprintln!("calibench-view: left out: {}", subject.left_out.join("; "));
     }
-    println!("Written to {}", output.display());
+    println!("Written to {}", one_line(&output.display().to_string()));
     Ok(())
 }

@@ -10,13 +10,13 @@ const fn rgb(r: u8, g: u8, b: u8) -> [u8; 3] {
 pub const AXES: [[u8; 3]; 3] = [rgb(213, 94, 0), rgb(0, 158, 115), rgb(0, 114, 178)];
 /// Before a step: orange.
 pub const BEFORE: [u8; 3] = rgb(230, 159, 0);
-/// After it: sky blue.
+/// After it, and the arm as identified: sky blue.
 pub const AFTER: [u8; 3] = rgb(86, 180, 233);
 /// The arm as drawn: reddish purple.
 pub const DRAWN: [u8; 3] = rgb(204, 121, 167);
 /// What is looked at now: yellow.
 pub const NOW: [u8; 3] = rgb(240, 228, 66);
-/// The arm as identified.
+/// The arm that stands.
 pub const ARM: [u8; 3] = rgb(196, 200, 206);
 /// Gauge body.
 pub const GAUGE: [u8; 3] = rgb(120, 124, 130);

@@ -1,12 +1,13 @@
-//! Residual arrows, before and after every step by which the error falls.
+//! Residual arrows, before and after every step by which the error falls, and in the end.
 
 use calibench::units::MM;
 use rerun::{Arrows3D, Points3D, RecordingStream};
 
 use crate::ViewError;
+use crate::magnification::magnification;
 use crate::paint::{self, solid};
 use crate::scene::single;
-use crate::steps::{Left, Residual};
+use crate::steps::{Left, Residual, Steps};
 
 /// Length of the longest arrow of a step, m: a third of what lies between two balls.
 const LONGEST: f64 = 0.15;
@@ -14,53 +15,48 @@ const LONGEST: f64 = 0.15;
 /// Radius of the dot that stands for a ball or point, m: a whole ball would hide what is left after a step.
 const TARGET: f32 = 0.002;
 
+/// Radii of arrows, m: what is after a step is short at the scale of what was before, and must be seen beside it.
+const FINE: f32 = 0.0015;
+const BOLD: f32 = 0.004;
+
 /// One step as it is shown.
 pub struct Shown {
-    /// Entity that holds its two sets of arrows.
+    /// Entity that holds its arrows.
     pub path: String,
     /// What a reader is told: the models, the fall of the error, the magnification.
     pub title: String,
 }
 
-/// Draws the arrows of every step, and says how.
-pub fn arrows(rec: &RecordingStream, steps: &[Left]) -> Result<Vec<Shown>, ViewError> {
-    let mut targets: Vec<[f32; 3]> = steps.iter().take(1).flat_map(|left| &left.residuals).map(|r| single(&r.at)).collect();
+/// Draws the arrows of every step, and what the last rung leaves once more, as large as that can be seen; says how.
+pub fn arrows(rec: &RecordingStream, steps: &Steps) -> Result<Vec<Shown>, ViewError> {
+    let mut targets: Vec<[f32; 3]> =
+        steps.rungs.iter().take(1).flat_map(|left| &left.residuals).map(|r| single(&r.at)).collect();
     targets.dedup();
     let targets = Points3D::new(targets).with_radii([TARGET]).with_colors([solid(paint::BALL)]);
     rec.log_static("world/residuals/targets", &targets)?;
     let mut shown = Vec::new();
-    for (k, pair) in steps.windows(2).enumerate() {
-        let [before, after] = pair else { continue };
-        let scale = round(LONGEST / before.longest().max(f64::MIN_POSITIVE));
+    for (k, (before, after)) in steps.pairs().enumerate() {
+        let scale = magnification(before.longest(), LONGEST);
         let path = format!("world/residuals/step {}", k + 1);
-        for (name, left, colour, radius) in [("before", before, paint::BEFORE, 0.0015), ("after", after, paint::AFTER, 0.004)] {
-            let arrow = |r: &Residual| single(&(r.residual * scale));
-            let arrows = Arrows3D::from_vectors(left.residuals.iter().map(arrow))
-                .with_origins(left.residuals.iter().map(|r| single(&r.at)))
-                .with_radii([radius as f32])
-                .with_colors([solid(colour)]);
-            rec.log_static(format!("{path}/{name}"), &arrows)?;
-        }
-        let title = format!("{}: {:.3} to {:.3} mm (x{scale:.0})", after.name, before.rms / MM, after.rms / MM);
+        draw(rec, &format!("{path}/before"), before, scale, paint::BEFORE, FINE)?;
+        draw(rec, &format!("{path}/after"), after, scale, paint::AFTER, BOLD)?;
+        let title = format!("{}: {:.3} to {:.3} mm (arrows x{scale})", after.name, before.rms / MM, after.rms / MM);
         shown.push(Shown { path, title });
+    }
+    if let Some(last) = steps.rungs.last() {
+        let (path, scale) = ("world/residuals/left".to_owned(), magnification(last.longest(), LONGEST));
+        draw(rec, &path, last, scale, paint::AFTER, FINE)?;
+        shown.push(Shown { path, title: format!("What is left: {:.4} mm (arrows x{scale})", last.rms / MM) });
     }
     Ok(shown)
 }
 
-/// Rounded down to one leading digit of 1, 2 or 5.
-fn round(scale: f64) -> f64 {
-    let ten = 10f64.powf(scale.log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|lead| lead * ten).find(|&x| x <= scale).unwrap_or(ten)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn magnifications_are_round() {
-        // Powers of ten are rounded.
-        let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
-        near(super::round(23.4), 20.0);
-        near(super::round(1999.0), 1000.0);
-        near(super::round(0.7), 0.5);
-    }
+fn draw(rec: &RecordingStream, path: &str, left: &Left, scale: f64, colour: [u8; 3], radius: f32) -> Result<(), ViewError> {
+    let arrow = |r: &Residual| single(&(r.residual * scale));
+    let arrows = Arrows3D::from_vectors(left.residuals.iter().map(arrow))
+        .with_origins(left.residuals.iter().map(|r| single(&r.at)))
+        .with_radii([radius])
+        .with_colors([solid(colour)]);
+    rec.log_static(path, &arrows)?;
+    Ok(())
 }

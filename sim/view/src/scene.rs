@@ -80,8 +80,7 @@ pub fn standing(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewErro
         rec.log_static(format!("world/balls/{}", entity(&ball.id)), &sphere)?;
     }
     names(rec, subject, "world/names of balls", 0.04)?;
-    // Clear of the arrows.
-    names(rec, subject, "world/residuals/names", 0.1)?;
+    names(rec, subject, "world/residuals/names", 0.04)?;
     points(rec, subject)
 }
 

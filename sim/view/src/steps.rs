@@ -25,21 +25,44 @@ pub struct Left {
     pub rms: f64,
 }
 
-/// What is left by the arm as drawn, by the calibration, and, where `climb`, by every rung of the ladder above it.
+/// What every model leaves.
+pub struct Steps {
+    /// By the arm as drawn, by the calibration, and by every rung of the ladder above it.
+    pub rungs: Vec<Left>,
+    /// By the whole library of effects, fitted at once to what the calibration leaves.
+    pub whole: Option<Left>,
+}
+
+impl Steps {
+    /// Before and after every step: each rung after the one below it, the whole library after the calibration.
+    pub fn pairs(&self) -> impl Iterator<Item = (&Left, &Left)> {
+        let whole = self.rungs.get(1).zip(self.whole.as_ref());
+        self.rungs.iter().zip(self.rungs.iter().skip(1)).chain(whole)
+    }
+}
+
+/// The steps of a calibration; where `climb`, up the ladder too.
 ///
 /// # Errors
 /// When the data do not go with the model or do not determine it.
-pub fn steps(subject: &Subject, climb: bool) -> Result<Vec<Left>, IdentifyError> {
+pub fn steps(subject: &Subject, climb: bool) -> Result<Steps, IdentifyError> {
     let (calibration, dataset) = (&subject.calibration, &subject.dataset);
     let named = [(subject.name.as_str(), dataset)];
     let left = |name: String, of: &Calibration| Left::new(name, of, &named);
-    let mut steps = vec![left("as drawn".into(), &calibration.as_drawn())?, left("calibrated".into(), calibration)?];
+    let rungs = vec![left("as drawn".into(), &calibration.as_drawn())?, left("calibrated".into(), calibration)?];
+    let mut steps = Steps { rungs, whole: None };
     if climb {
         let poses = WorkspacePoses::of(&named);
         let ground = ProvingGround { poses: &poses.q, checks: &[] };
-        for rung in ladder(&named, &calibration.model, ground, &mut |_| {})?.rungs.iter().skip(1) {
-            steps.push(left(format!("+ {}", rung.added.join(", ")), &rung.calibration)?);
+        let ladder = ladder(&named, &calibration.model, ground, &mut |_| {})?;
+        for rung in ladder.rungs.iter().skip(1) {
+            steps.rungs.push(left(format!("+ {}", rung.added.join(", ")), &rung.calibration)?);
         }
+        let whole = ladder
+            .whole
+            .as_ref()
+            .map(|whole| left(format!("whole library, {} effects", whole.added.len()), &whole.calibration));
+        steps.whole = whole.transpose()?;
     }
     Ok(steps)
 }

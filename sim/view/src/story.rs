@@ -2,41 +2,58 @@
 
 use calibench::units::MM;
 
-use crate::film::Wishes;
-use crate::steps::Left;
+use crate::arm::Arms;
+use crate::judgement::Judgement;
+use crate::steps::{Left, Steps};
 use crate::subject::Subject;
 
 /// The story, in Markdown.
-pub fn story(subject: &Subject, steps: &[Left], wishes: &Wishes) -> String {
+pub fn story(subject: &Subject, arms: &Arms, steps: &Steps, judgement: Option<&Judgement>) -> String {
     let mut story = format!("# {}\n\n", subject.title);
     if let Some(question) = &subject.question {
         story += &format!("*{question}*\n\n");
     }
-    let journal = &subject.journal;
-    if subject.is_campaign {
-        let centred = journal.tries.iter().filter(|t| t.outcome == "centred").count();
-        let on_ball = journal.stops.iter().filter(|s| s.on_ball && s.reading.is_some()).count();
+    if let Some(Judgement { before, after }) = judgement {
+        let of = |value: f64| format!("{:.3}", value / MM);
         story += &format!(
-            "1. **The robot centres the gauge** on {} balls: {centred} of {} probings, {:.1} readings each. Every line of the charts is \
-             ten times nearer; within 3 um (green) a ball is centred.\n",
-            subject.dataset.balls.len(),
-            journal.tries.len(),
-            on_ball as f64 / journal.tries.len().max(1) as f64
+            "On {} poses that were not fitted the error falls from **{} to {} mm** in the mean, at most from {} to {} mm. Dots in the \
+             cell are these points, the brighter the more is wrong there.\n\n",
+            after.samples,
+            of(before.mean),
+            of(after.mean),
+            of(before.max),
+            of(after.max)
         );
     }
-    story += &format!(
-        "1. **Grey** is the arm as identified, **purple** as drawn, {} times as far off as it is.\n",
-        wishes.exaggerate
-    );
-    story += "1. **Arrows**: what is left where it was measured, **orange before a step, blue after it**. Rms ";
-    let falls: Vec<String> = steps.iter().map(|s| format!("{} {:.4} mm", s.name, s.rms / MM)).collect();
-    story += &format!("{}.\n\n", falls.join(", "));
-    if subject.validation.is_some() {
-        story += "Dots are the tracker's points that judge the calibration, the brighter the more is wrong there. ";
+    story += &centring(subject);
+    story +=
+        &format!("1. **Grey** is the arm {}", if subject.true_arm.is_some() { "as it truly stands" } else { "as identified" });
+    for ghost in &arms.ghosts {
+        story += &format!("; **{}** {}, x{} as far off", ghost.colour_name, ghost.title, ghost.factor);
     }
+    story += ".\n1. **Arrows**: what is left where it was measured, **orange before a step, blue after it**. Rms ";
+    let fall = |left: &Left| format!("{} {:.4} mm", left.name, left.rms / MM);
+    let falls: Vec<String> = steps.rungs.iter().chain(&steps.whole).map(fall).collect();
+    story += &format!("{}.\n\n", falls.join(", "));
     story += "Play `probing` for one pose after the other, `iteration` for every stop, `time`, where it was noted, at the pace of the cell.\n";
     if !subject.left_out.is_empty() {
         story += &format!("\nLeft out: {}.\n", subject.left_out.join("; "));
     }
     story
+}
+
+fn centring(subject: &Subject) -> String {
+    if !subject.is_campaign {
+        return String::new();
+    }
+    let journal = &subject.journal;
+    let centred = journal.tries.iter().filter(|t| t.outcome == "centred").count();
+    let on_ball = journal.stops.iter().filter(|s| s.on_ball && s.reading.is_some()).count();
+    format!(
+        "1. **The robot centres the gauge** on {} balls: {centred} of {} probings, {:.1} readings each. Every line of the charts is \
+         ten times nearer; within 3 um (green) a ball is centred.\n",
+        subject.dataset.balls.len(),
+        journal.tries.len(),
+        on_ball as f64 / journal.tries.len().max(1) as f64
+    )
 }

@@ -9,8 +9,9 @@ use calibench::robot::Surroundings;
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use crate::ViewError;
+use crate::arm::Arm;
 use crate::journal::{Journal, Stop, Try};
+use crate::{ViewError, truth};
 
 /// What makes a folder a run.
 const RESULT: &str = "result.json";
@@ -40,6 +41,8 @@ pub struct Subject {
     pub journal: Journal,
     /// Whether the journal is that of a campaign.
     pub is_campaign: bool,
+    /// Of a simulated cell where the arm truly stood, by the rows of the journal.
+    pub true_arm: Option<Vec<Arm>>,
     /// What the folder does not hold, and what is not shown therefore.
     pub left_out: Vec<String>,
 }
@@ -101,6 +104,7 @@ impl Subject {
             scene: None,
             journal: Journal::default(),
             is_campaign: false,
+            true_arm: None,
             left_out: Vec::new(),
         }
     }
@@ -117,13 +121,16 @@ impl Subject {
             self.left_out.push("bodies of the arm (its robot file has no [[solid]]): it is drawn as lines".into());
         }
         match Journal::read(&self.folder, self.dataset.robot.joints())? {
-            Some(journal) => (self.journal, self.is_campaign) = (journal, true),
+            Some(journal) => {
+                self.true_arm = truth::read(&self.folder, self.dataset.robot.joints(), journal.rows)?;
+                (self.journal, self.is_campaign) = (journal, true);
+            }
             None => {
                 self.journal = one_stop_a_sample(&self.dataset);
                 self.left_out.push("the centring (no iterations.csv and probings.csv): one stop a sample".into());
             }
         }
-        if self.validation.is_none() && !self.dataset.samples.iter().any(|s| s.set == SampleSet::Validation) {
+        if !self.has_judging_points() {
             self.left_out.push("validation points (none there)".into());
         }
         Ok(self)
@@ -137,6 +144,11 @@ impl Subject {
             Measured::Ball { .. } | Measured::Distance { .. } => None,
         };
         if balls.is_empty() { self.dataset.samples.iter().filter_map(point).collect() } else { balls }
+    }
+
+    /// Whether there are points that were not fitted.
+    pub fn has_judging_points(&self) -> bool {
+        self.validation.is_some() || self.dataset.samples.iter().any(|s| s.set == SampleSet::Validation)
     }
 
     /// Whether the indicators of a gauge were read.
@@ -160,6 +172,7 @@ fn one_stop_a_sample(dataset: &Dataset) -> Journal {
         };
         journal.tries.push(Try { id: sample.id.clone(), ball, outcome: "measured".into() });
         journal.stops.push(Stop {
+            row: probing,
             probing,
             on_ball: reading.is_some(),
             time_s: sample.time_s,

@@ -75,29 +75,59 @@ fn a_recording_is_small_and_soon_made() {
     assert!(size < LARGEST && took < LONGEST_S, "{size} bytes in {took} s");
 }
 
+/// Rows of every piece of an entity, fewest first, by the lines that the viewer prints of a recording:
+/// `Chunk(ID) with 414 rows (80 KiB) - ENTITY - data columns: [...]`.
+fn rows(printed: &str, entity: &str) -> Vec<usize> {
+    let named = format!(" - {entity} - ");
+    let pieces = printed.lines().filter(|line| line.contains(&named));
+    let count = |line: &str| {
+        let (_, after) = line.split_once(") with ")?;
+        let digits: String = after.split_once(" rows")?.0.chars().filter(char::is_ascii_digit).collect();
+        digits.parse().ok()
+    };
+    let mut rows: Vec<usize> = pieces.map(|line| count(line).unwrap_or_else(|| panic!("no rows: {line}"))).collect();
+    rows.sort_unstable();
+    rows
+}
+
+/// Data rows of a table of the run.
+fn data_rows(path: &Path) -> usize {
+    read_text(path).unwrap().lines().count() - 1
+}
+
 #[test]
-fn the_viewer_finds_everything_that_moves() {
+fn the_viewer_finds_everything_that_moves_at_every_stop() {
     let Some(viewer) = viewer() else { return };
     let recording = run().join("whole.rrd");
     record(&run().join("run"), &recording);
     let verified = rrd(&viewer, "verify", &[&recording]);
     assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stderr));
-    let stats = String::from_utf8(rrd(&viewer, "stats", &[&recording]).stdout).unwrap();
-    let stops = read_text(&run().join("run/iterations.csv")).unwrap().lines().count() - 1;
-    let moving = [
+    let printed = String::from_utf8(rrd(&viewer, "print", &[&recording]).stdout).unwrap();
+    let [stops, tries] = ["run/iterations.csv", "run/probings.csv"].map(|name| data_rows(&run().join(name)));
+    // One piece on the timelines that count stops, one on that which counts probings.
+    for entity in [
+        r"/world/arm\ true/base",
+        r"/world/arm\ true/link\ 6",
         r"/world/arm\ identified/link\ 6",
         r"/world/arm\ drawn/link\ 6",
         "/world/tool",
         r"/world/tool/plunger\ 1",
         r"/world/tool/plunger\ 2",
         r"/world/tool/plunger\ 3",
-        r"/readings/axis\ 1\ um",
-        r"/readings/band\ \+3\ um",
         "/centring/path/now/line",
         "/centring/balls/now/line",
         r"/centring/readings/now/axis\ 3/line",
-    ];
-    let standing = [
+    ] {
+        let mut found = rows(&printed, entity);
+        // The looks of a plunger, once for all times.
+        found.retain(|&count| count > 1);
+        assert_eq!(found, [tries, stops], "{entity}");
+    }
+    // The same, and what the lines look like.
+    for entity in [r"/readings/axis\ 1\ um", r"/readings/axis\ 2\ um", r"/readings/axis\ 3\ um", r"/readings/band\ \+3\ um"] {
+        assert_eq!(rows(&printed, entity), [1, tries, stops], "{entity}");
+    }
+    for entity in [
         "/story",
         "/world/cell/table",
         r"/world/cell/riser\ 3",
@@ -106,22 +136,39 @@ fn the_viewer_finds_everything_that_moves() {
         r"/world/residuals/step\ 1/before",
         r"/world/residuals/step\ 1/after",
         "/centring/balls/2/all",
-    ];
-    // One piece for every timeline that counts stops, and one that counts probings; scalars have a third, their looks.
-    for (entities, least) in [(&moving[..], 2), (&standing[..], 1)] {
-        for entity in entities {
-            let line =
-                stats.lines().find_map(|l| l.strip_prefix(&format!("{entity}: "))).unwrap_or_else(|| panic!("no {entity}"));
-            assert!(line.parse::<usize>().unwrap() >= least, "{entity}: {line}");
-        }
+    ] {
+        assert_eq!(rows(&printed, entity), [1], "{entity}");
     }
-    // The longest piece has a row for every stop of the arm.
+    let stats = String::from_utf8(rrd(&viewer, "stats", &[&recording]).stdout).unwrap();
     let longest = stats.lines().find_map(|l| l.strip_prefix("num_rows_max = ")).unwrap().replace(' ', "");
-    assert_eq!(longest.parse::<usize>().unwrap(), stops);
+    assert_eq!(longest.parse::<usize>().unwrap(), stops, "something is recorded more often than the arm stops");
     assert!(!stats.lines().any(|l| l.starts_with("log_t")), "the clock of the computer is in the recording");
     for timeline in ["iteration", "probing", "time"] {
         assert!(stats.lines().any(|l| l.starts_with(&format!("{timeline}: "))), "no timeline {timeline}");
     }
+}
+
+#[test]
+fn the_journal_of_a_real_cell_is_replayed_without_its_truth() {
+    let Some(viewer) = viewer() else { return };
+    // What a real session leaves: its samples and its journal; no scene, no result, and nobody knows where the arm truly stood.
+    let session = tempfile::tempdir().unwrap();
+    let run = run().join("run");
+    let dataset = fs::read_dir(run.join("trical")).unwrap().map(|file| file.unwrap().path());
+    for from in dataset.chain(["iterations.csv", "probings.csv"].map(|name| run.join(name))) {
+        fs::copy(&from, session.path().join(from.file_name().unwrap())).unwrap();
+    }
+    let recording = session.path().join("run.rrd");
+    let output = view(&[session.path()]);
+    let left_out = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && left_out.contains("scene.toml"), "{left_out}");
+    assert!(rrd(&viewer, "verify", &[&recording]).status.success());
+    let printed = String::from_utf8(rrd(&viewer, "print", &[&recording]).stdout).unwrap();
+    let [stops, tries] = ["iterations.csv", "probings.csv"].map(|name| data_rows(&session.path().join(name)));
+    for entity in [r"/world/arm\ identified/link\ 6", r"/world/arm\ drawn/link\ 6", "/world/tool", "/centring/path/now/line"] {
+        assert_eq!(rows(&printed, entity), [tries, stops], "{entity}");
+    }
+    assert!(!printed.contains(r"/world/arm\ true"), "a truth that nobody knows is shown");
 }
 
 #[test]
@@ -152,7 +199,11 @@ fn the_ladder_shows_its_rungs() {
     let recording = run().join("ladder.rrd");
     let output = view(&[&run().join("run"), Path::new("--ladder"), Path::new("-o"), &recording]);
     assert!(output.status.success());
-    let stats = String::from_utf8(rrd(&viewer, "stats", &[&recording]).stdout).unwrap();
-    // The ripple that the scenario hides is the second step; there is no third.
-    assert!(stats.contains(r"/world/residuals/step\ 2/after: 1") && !stats.contains(r"/world/residuals/step\ 3"));
+    let printed = String::from_utf8(rrd(&viewer, "print", &[&recording]).stdout).unwrap();
+    // The calibration, the ripple that the scenario hides, and the whole library in its place.
+    for (step, pieces) in [(1, 1), (2, 1), (3, 1), (4, 0)] {
+        for side in ["before", "after"] {
+            assert_eq!(rows(&printed, &format!(r"/world/residuals/step\ {step}/{side}")).len(), pieces, "{step} {side}");
+        }
+    }
 }

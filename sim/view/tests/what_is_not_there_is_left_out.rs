@@ -93,4 +93,62 @@ fn a_wrong_file_is_named_and_the_old_recording_stays() {
     assert_eq!(fs::read_to_string(&output).unwrap(), "old");
     fs::remove_file(folder.path().join("scene.toml")).unwrap();
     assert!(refused(folder.path(), folder.path()).contains("is not a file"));
+    assert!(refused(folder.path(), &output.join("below a file.rrd")).contains("cannot be written"));
+    assert_eq!(fs::read_to_string(&output).unwrap(), "old");
+}
+
+#[test]
+fn a_journal_that_does_not_go_with_its_data_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("dataset.toml", DATASET);
+    write("samples.csv", &points());
+    write("probings.csv", "id,ball,outcome\ns0,A,centred\ns1,A,centred\n");
+    let header = "probing,phase,time_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,r1_um,r2_um,r3_um\n";
+    let first = "1,centring,1,0,0,0,0,0,0,1,1,1\n";
+    let output = folder.path().join("run.rrd");
+    for (cut, problem) in
+        [("", "no row of probing 2"), ("2,centring,2,0,0", "iterations.csv:3"), ("2,centring,2,0,0,0,0,0,0,x,1,1\n", "'x'")]
+    {
+        write("iterations.csv", &format!("{header}{first}{cut}"));
+        let why = refused(folder.path(), &output);
+        assert!(why.contains("iterations.csv") && why.contains(problem), "{why}");
+    }
+    write("iterations.csv", &format!("{header}{first}2,centring,2,0,0,0,0,0,0,1,1,1\n"));
+    let arm = "stop,frame,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n";
+    let frames = |stop: usize, last: &str| {
+        ["0", "1", "2", "3", "4", "5", "6", last].map(|frame| format!("{stop},{frame},0,0,0,0,0,0\n")).concat()
+    };
+    for (rows, problem) in [(frames(1, "tool"), "8 rows"), (frames(1, "tool") + &frames(2, "7"), "true_arm.csv:17: frame: '7'")]
+    {
+        write("true_arm.csv", &format!("{arm}{rows}"));
+        let why = refused(folder.path(), &output);
+        assert!(why.contains("true_arm.csv") && why.contains(problem), "{why}");
+        assert!(!output.exists());
+    }
+    write("true_arm.csv", &format!("{arm}{}{}", frames(1, "tool"), frames(2, "tool")));
+    assert_eq!(view(folder.path(), &output).0, 0);
+}
+
+#[test]
+fn names_that_mean_something_to_the_viewer_or_a_terminal_are_only_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let named = folder.path().join("a\nb\u{1b}[31m");
+    fs::create_dir(&named).unwrap();
+    let balls = r#"
+[[ball]]
+id = "a/../b/** + /world [x]\u0007"
+x_mm = 300.0
+y_mm = 0.0
+z_mm = 100.0
+"#;
+    fs::write(named.join("dataset.toml"), format!("{DATASET}{balls}")).unwrap();
+    fs::write(named.join("samples.csv"), points()).unwrap();
+    let (code, said, left_out) = view(&named, &named.join("run.rrd"));
+    assert_eq!(code, 0, "{left_out}");
+    assert!(
+        [&said, &left_out].iter().all(|text| text.lines().count() == 1 && !text.contains('\u{1b}')),
+        "{said:?} {left_out:?}"
+    );
+    assert!(refused(&named, &named).contains("is not a file"));
 }

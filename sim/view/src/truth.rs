@@ -1,0 +1,51 @@
+//! Where a simulated arm truly stood, from `true_arm.csv`; a real cell has no such file.
+
+use std::path::Path;
+
+use calibench::files::{CsvRow, CsvTable, FileError};
+use calibench::robot::Pose;
+use calibench::units::{DEG, MM};
+use nalgebra::{Rotation3, Translation3, Vector3};
+
+use crate::arm::Arm;
+
+/// Where a file is not as it was written.
+const REMEDY: &str = "give the file as `calibench run` wrote it, or remove it";
+
+/// Reads the true arm of so many joints at every one of so many rows of `iterations.csv`; `None` where the folder does not tell.
+///
+/// # Errors
+/// When the file is wrong, or does not go with `iterations.csv`.
+pub fn read(folder: &Path, joints: usize, stops: usize) -> Result<Option<Vec<Arm>>, FileError> {
+    let path = folder.join("true_arm.csv");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let columns = ["stop", "frame", "x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"];
+    let table = CsvTable::read(&path, &columns, REMEDY)?;
+    let rows: Vec<CsvRow<'_>> = table.rows().collect();
+    let frames: Vec<String> = (0..=joints).map(|k| k.to_string()).chain(["tool".into()]).collect();
+    if rows.len() != stops * frames.len() {
+        let problem = format!("has {} rows, not {} for each of the {stops} of iterations.csv", rows.len(), frames.len());
+        return Err(FileError::whole(&path, problem, REMEDY));
+    }
+    let arm = |(stop, rows): (usize, &[CsvRow<'_>])| {
+        let posed = rows.iter().zip(&frames).map(|(row, frame)| pose(row, stop + 1, frame));
+        let mut frames = posed.collect::<Result<Vec<Pose>, FileError>>()?;
+        let tool = frames.pop().unwrap_or_default();
+        Ok(Arm { frames, tool })
+    };
+    rows.chunks(frames.len()).enumerate().map(arm).collect::<Result<_, _>>().map(Some)
+}
+
+fn pose(row: &CsvRow<'_>, stop: usize, frame: &str) -> Result<Pose, FileError> {
+    for (column, wanted) in [("stop", stop.to_string().as_str()), ("frame", frame)] {
+        if row.text(column) != wanted {
+            return Err(row.wrong(column, format!("'{}' stands where {wanted} is expected", row.text(column))));
+        }
+    }
+    let three = |columns: [&str; 3]| row.three(columns)?.ok_or_else(|| row.wrong(columns[0], "a number is missing".into()));
+    let at = Vector3::from(three(["x_mm", "y_mm", "z_mm"])?) * MM;
+    let turned = Vector3::from(three(["rx_deg", "ry_deg", "rz_deg"])?) * DEG;
+    Ok(Pose::from_parts(Translation3::from(at), Rotation3::new(turned)))
+}
