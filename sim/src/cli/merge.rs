@@ -26,10 +26,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let waiting = Waiting::new("reading");
     let merged = merge(&arguments.shards, arguments.output.as_deref())?;
     let tables: Vec<&Path> = merged.shards.iter().map(PathBuf::as_path).collect();
-    arguments.products.make(&tables, &merged.summary, merged.extent)?;
+    let document = study_json(&merged.summary, merged.extent);
+    arguments.products.make(&tables, &document)?;
     drop(waiting);
     if arguments.json {
-        print_json(&study_json(&merged.summary, merged.extent))?;
+        print_json(&document)?;
     } else {
         print(&study_text(&merged.summary, merged.extent))?;
     }

@@ -64,9 +64,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let seconds = begun.elapsed().as_secs_f64();
     drop(bar);
     let tables: Vec<&std::path::Path> = output.iter().map(PathBuf::as_path).collect();
-    products.make(&tables, &summary, extent)?;
+    let mut document = study_json(&summary, extent);
+    document["question"] = json!(study.points[0].scenario.question);
+    products.make(&tables, &document)?;
     if arguments.json {
-        let mut document = study_json(&summary, extent);
         let run_now = (trials - found) * points;
         document["trials_per_second"] = if run_now > 0 { json!(run_now as f64 / seconds) } else { json!(null) };
         print_json(&document)?;

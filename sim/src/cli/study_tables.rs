@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::files::write_whole;
 use calibench::report::plain_rows;
 use serde_json::{Map, Value, json};
 
 use super::Failure;
-use crate::study::{Extent, MethodSummary, PERCENT, Quantile, Share, Spread, Summary, write_parquet};
+use crate::study::{Extent, MethodSummary, PERCENT, Quantile, Share, Spread, Summary, study_page, write_parquet};
 
 /// What else can be made of a table of trials.
 #[derive(clap::Args)]
@@ -14,13 +15,19 @@ pub struct Products {
     /// The table of trials as a Parquet file too
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,
+    /// A page that asks for nothing (HTML): response curves with their bands, and the numbers
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
 }
 
 impl Products {
     /// Makes what was asked for.
-    pub fn make(&self, tables: &[&Path], _summary: &Summary, _extent: Extent) -> Result<(), Failure> {
+    pub fn make(&self, tables: &[&Path], document: &Value) -> Result<(), Failure> {
         if let Some(path) = &self.parquet {
             write_parquet(tables, path)?;
+        }
+        if let Some(path) = &self.report {
+            write_whole(path, study_page(document).as_bytes())?;
         }
         Ok(())
     }
