@@ -156,3 +156,67 @@ fn the_parquet_file_holds_the_rows() {
     }
     assert_eq!(rows, 18);
 }
+
+#[test]
+fn a_diagnosed_study_says_what_every_trial_would_have_been_told() {
+    let folder = study();
+    let told = done(&folder, &["study", "s.toml", "--trials", "2", "--diagnose", "-o", "d.csv", "--json"]);
+    let told: Value = serde_json::from_slice(&told).unwrap();
+    let verdicts = told["points"][0]["methods"][0]["verdicts"].as_object().unwrap();
+    assert_eq!(verdicts.values().filter_map(Value::as_u64).sum::<u64>(), 2, "{verdicts:?}");
+    let text = String::from_utf8(bytes(&folder, "d.csv")).unwrap();
+    assert!(text.lines().next().unwrap().contains(",cell_s,verdict,finding,z_"));
+    // What is asked is part of the study: its rows do not go among others.
+    refused(&folder, &["study", "s.toml", "--trials", "3", "-o", "d.csv"], "holds trials of");
+}
+
+/// A table of 100,000 trials, 100 MB, is gone on with and summed up in a fraction of that: whoever kept the rows would be seen.
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_does_not_grow_with_the_trials() {
+    use std::io::Write;
+
+    const TRIALS: u64 = 100_000;
+    const MOST_MB: u64 = 60;
+    let folder = study();
+    let path = folder.path().join("s.toml");
+    let one_point = fs::read_to_string(&path).unwrap().split("[sweep]").next().unwrap().to_owned();
+    fs::write(&path, one_point).unwrap();
+    done(&folder, &["study", "s.toml", "--trials", "1", "-o", "one.csv"]);
+    let one = String::from_utf8(bytes(&folder, "one.csv")).unwrap();
+    let (header, rows) = one.split_once('\n').unwrap();
+    let mut table = std::io::BufWriter::new(fs::File::create(folder.path().join("many.csv")).unwrap());
+    writeln!(table, "{header}").unwrap();
+    // The sixth number of these errors differs from trial to trial, as it does in a study.
+    for trial in 0..TRIALS {
+        let at = format!(",{trial},1,");
+        write!(table, "{}", rows.replace(",0,1,", &at).replace(",done,0.0", &format!(",done,0.0{:04}", trial % 9999))).unwrap();
+    }
+    table.into_inner().unwrap().sync_all().unwrap();
+    assert!(fs::metadata(folder.path().join("many.csv")).unwrap().len() > 80_000_000);
+    let more = (TRIALS + 1).to_string();
+    for arguments in [
+        vec!["study", "s.toml", "--trials", &more, "-o", "many.csv", "--parquet", "many.parquet"],
+        vec!["merge", "many.csv", "-o", "again.csv"],
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_calibench"))
+            .current_dir(&folder)
+            .args(&arguments)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut peak_kb = 0;
+        let status = loop {
+            let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+            let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse().ok());
+            peak_kb = peak.unwrap_or(0).max(peak_kb);
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        };
+        println!("{}: {} MB at most", arguments[0], peak_kb >> 10);
+        assert!(status.success() && peak_kb > 0 && peak_kb >> 10 < MOST_MB, "{arguments:?}: {peak_kb} kB");
+    }
+    assert!(bytes(&folder, "again.csv") == bytes(&folder, "many.csv"));
+}

@@ -92,7 +92,10 @@ fn sobol_points_fill_the_square_evenly() {
 fn what_a_sweep_cannot_do_is_said_with_its_place() {
     let axis = |rest: &str| format!("[[sweep.axis]]\n{rest}");
     for (sweep, says) in [
-        (axis("key = \"plan.pose_per_ball\"\nvalues = [5]"), ["sweep", "at plan.pose_per_ball = 5", "unknown"].as_slice()),
+        (
+            axis("key = \"plan.pose_per_ball\"\nvalues = [5]"),
+            ["sweep", "at plan.pose_per_ball = 5", "no such key; did you mean"].as_slice(),
+        ),
         (axis("key = \"plan.poses_per_ball\"\nvalues = [5, 0]"), &["at plan.poses_per_ball = 0", "from 1 to"]),
         (axis("key = \"ball[4].x_mm\"\nvalues = [5]"), &["sweep.axis[0]", "nothing at `ball[4].x_mm`"]),
         (axis("key = \"plan..x\"\nvalues = [5]"), &["sweep.axis[0].key", "is no key"]),
@@ -113,8 +116,6 @@ fn what_a_sweep_cannot_do_is_said_with_its_place() {
         ("[sweep]\ndesign = \"sobol\"\n[[sweep.axis]]\nkey = \"plan.starts\"\nvalues = [1]".into(), &["sweep.points", "1 to"]),
         ("[sweep]\naxis = []".into(), &["sweep", "no axis"]),
         (axis("key = \"plan.starts\"\nvalue = [1]"), &["sweep.axis[0].value", "did you mean"]),
-        // No point can be planned.
-        (axis("key = \"plan.cone_deg\"\nvalues = [0.001]"), &["plan.cone_deg"]),
     ] {
         refused(&sweep, says);
     }
@@ -133,4 +134,9 @@ fn a_point_that_cannot_be_planned_is_a_row_and_plans_are_shared_where_they_may_b
     // The plan is what it would have been without the truth that they differ in.
     let alone = calibench_sim::planning::plan(&study.points[1].scenario, study.points[1].scenario.seed).unwrap();
     assert_eq!(format!("{:?}", alone.probings), format!("{:?}", plans[1].unwrap().plan.probings));
+
+    // Where no point can be, the scenario is to blame.
+    let nowhere = self::document("[[sweep.axis]]\nkey = \"plan.cone_deg\"\nvalues = [0.001, 0.002]\n");
+    let error = Study::new(&nowhere, false, &|_, _| {}).err().expect("refused").to_string();
+    assert!(error.contains("cannot be probed") && error.contains("plan.cone_deg"), "{error}");
 }
