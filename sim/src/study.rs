@@ -4,6 +4,7 @@
 //! from stream `k` of the scenario's seed, whatever machine or thread it runs on and whatever ran before it; all points share the streams,
 //! so that two points differ by what was changed and not by luck (common random numbers). Poses are planned once a point.
 
+mod axis;
 mod bands;
 mod distribution;
 mod key;

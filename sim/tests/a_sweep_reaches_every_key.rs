@@ -112,6 +112,7 @@ fn what_a_sweep_cannot_do_is_said_with_its_place() {
             axis("key = \"plan.starts\"\nvalues = [1]\n[[sweep.axis]]\nkey = \"plan.starts\"\nvalues = [2]"),
             &["sweep.axis[1]", "second one"],
         ),
+        (axis("key = \"seed\"\nvalues = [1, 2]"), &["sweep.axis[0]", "as a column of every study", "another `name`"]),
         ("[sweep]\npoints = 3\n[[sweep.axis]]\nkey = \"plan.starts\"\nvalues = [1]".into(), &["sweep.points", "sobol"]),
         ("[sweep]\ndesign = \"sobol\"\n[[sweep.axis]]\nkey = \"plan.starts\"\nvalues = [1]".into(), &["sweep.points", "1 to"]),
         ("[sweep]\naxis = []".into(), &["sweep", "no axis"]),

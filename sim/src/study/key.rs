@@ -127,7 +127,10 @@ impl Key {
         match (last, owner) {
             (Step::Name(name), None) => keys.remove(name).map(drop),
             (Step::Name(name), Some(Value::Table(table))) => table.remove(name).map(drop),
-            (Step::Place(k), Some(Value::Array(list))) if *k < list.len() => Some(drop(list.remove(*k))),
+            (Step::Place(k), Some(Value::Array(list))) if *k < list.len() => {
+                list.remove(*k);
+                Some(())
+            }
             _ => None,
         }
         .ok_or_else(|| self.nothing())

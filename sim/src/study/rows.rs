@@ -30,6 +30,12 @@ pub(super) const ERROR: &str = "z_";
 /// What stands for the outcome of a trial that came to its end.
 pub const DONE: &str = "done";
 
+/// Whether a column is called so in every study, or may be in some.
+pub(super) fn is_of_every_study(name: &str) -> bool {
+    let fixed = BEFORE.iter().chain(&AFTER).chain(&DIAGNOSIS).chain([&CELL_TIME]);
+    name.starts_with(ERROR) || fixed.into_iter().any(|column| *column == name)
+}
+
 /// The columns of one study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {

@@ -114,7 +114,7 @@ impl RowsReader {
             return Err(FileError { line, field: "trial".into(), ..FileError::whole(&self.path, problem, remedy) });
         }
         self.rows += 1;
-        if self.rows % per_trial == 0 {
+        if self.is_whole() {
             self.whole = self.reader.position().byte();
         }
         Ok(Some(&self.record))
