@@ -19,7 +19,7 @@ function along(axis) {
   const distinct = [...new Set(values)].toSorted((a, b) => a - b);
   // A few values are their own ticks.
   const ticks = distinct.length <= 8 ? { customValues: distinct } : {};
-  return low > 0 && high / low > 20 ? { kind: "log", low, high, ticks } : { kind: "value", ticks };
+  return { kind: low > 0 && high / low > 20 ? "log" : "value", low, high, ticks };
 }
 
 // The median with the band that it is known in (thick), and what nine trials of ten gave (thin).
@@ -41,7 +41,7 @@ function bars(theme, name, rows, shift) {
 
 function response(axis, [column, title, divisor]) {
   const scale = along(axis);
-  const labels = (theme) => ({ color: theme.quiet, fontSize: 11, hideOverlap: true, formatter: (v) => digits(v, 3), ...scale.ticks });
+  const labels = (theme) => ({ color: theme.quiet, fontSize: 11, hideOverlap: true, formatter: (v) => (scale.ticks.customValues ? String(v) : digits(v, 3)), ...scale.ticks });
   const place = (p) => (scale.kind === "category" ? scale.labels.indexOf(String(p.at[axis])) : p.at[axis]);
   const rows = (name) => points.flatMap((p, k) => {
     const [median, low, high] = [50, 5, 95].map((q) => quantile(of(p, name), column, q));
@@ -52,22 +52,31 @@ function response(axis, [column, title, divisor]) {
   if (!shown.length) return null;
   // Points that differ in nothing else are joined.
   const joined = (name) => Object.values(Object.groupBy(rows(name), (row) => places(points[row[6]], axis)))
-    .filter((group) => group.length > 1).map((group) => group.toSorted((a, b) => a[0] - b[0]).map((row) => row.slice(0, 2)));
+    .filter((group) => group.length > 1).map((group) => group.toSorted((a, b) => a[0] - b[0]));
+  // Lines are named where one other axis tells them apart, and they are few.
+  const others = axes.filter((a) => a !== axis);
+  const lines_of = shown.map(joined);
+  const named = others.length === 1 && lines_of[0].length > 1 && lines_of[0].length <= 6;
+  const name_of = (group) => String(points[group[0][6]].at[others[0]]);
   const say = ({ seriesName, value }) =>
     `${seriesName}${axes.length ? `\n${places(points[value[6]])}` : ""}\nmedian ${digits(value[1], 4)} (${digits(value[4], 4)} to ${digits(value[5], 4)})\n5 to 95 %: ${digits(value[2], 4)} to ${digits(value[3], 4)}`;
   const option = (theme) => {
-    const y_axis = axis_of(theme, title, 52, { scale: false, min: 0 });
+    const y_axis = axis_of(theme, title, 52, { scale: false, min: 0, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } });
+    const margin = 0.06 * (scale.high - scale.low || 1);
     const x = scale.kind === "category"
-      ? { ...axis_of(theme, axis, 30), type: "category", data: scale.labels, axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: 110, overflow: "break" } }
+      ? { ...axis_of(theme, axis, 38), type: "category", data: scale.labels, axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: 110, overflow: "break", lineHeight: 13 } }
       : axis_of(theme, axis, 27, {
         type: scale.kind, splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } }, axisLabel: labels(theme),
-        ...(scale.kind === "log" ? { min: scale.low / 1.3, max: scale.high * 1.3 } : { boundaryGap: ["6%", "6%"] }),
+        ...(scale.kind === "log" ? { min: scale.low / 1.3, max: scale.high * 1.3 } : { min: scale.low - margin, max: scale.high + margin }),
       });
-    const lines = shown.flatMap((name) => joined(name).map((data) => ({
-      type: "line", data, showSymbol: false, silent: true, z: 2, lineStyle: { color: theme[LOOK[name][2]], width: 1.6, opacity: 0.7 },
+    const lines = shown.flatMap((name, k) => lines_of[k].map((group) => ({
+      type: "line", data: group.map((row) => row.slice(0, 2)), showSymbol: false, silent: true, z: 2,
+      lineStyle: { color: theme[LOOK[name][2]], width: 1.6, opacity: 0.7 },
+      endLabel: { show: named && k === 0, formatter: () => name_of(group), color: theme.quiet, fontSize: 11, lineHeight: 14, distance: 12, width: 130, overflow: "truncate" },
+      labelLayout: { moveOverlap: "shiftY" },
     })));
     return {
-      grid: { left: 74, right: 26, top: 12, bottom: 48, outerBoundsMode: "none" },
+      grid: { left: 74, right: named ? 150 : 26, top: 12, bottom: 58, outerBoundsMode: "none" },
       tooltip: tooltip(theme, say), xAxis: x, yAxis: y_axis,
       series: [...lines, ...shown.map((name, k) => bars(theme, name, rows(name), shown.length > 1 ? 8 * k - 4 : 0))],
     };
@@ -85,9 +94,9 @@ function spread() {
     return median ? [[k, median.value, low.value, high.value, median.low ?? median.value, median.high ?? median.value]] : [];
   });
   const option = (theme) => ({
-    grid: { left: 74, right: 26, top: 12, bottom: 34, outerBoundsMode: "none" },
+    grid: { left: 74, right: 26, top: 12, bottom: 42, outerBoundsMode: "none" },
     tooltip: tooltip(theme, ({ seriesName, value }) => `${seriesName}, ${columns[value[0]][1]}\nmedian ${digits(value[1], 4)} mm (${digits(value[4], 4)} to ${digits(value[5], 4)})\n5 to 95 %: ${digits(value[2], 4)} to ${digits(value[3], 4)}`),
-    xAxis: { ...axis_of(theme, "", 30), type: "category", data: columns.map(([, name]) => name), axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: 80, overflow: "break" } },
+    xAxis: { ...axis_of(theme, "", 30), type: "category", data: columns.map(([, name]) => name), axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: 80, overflow: "break", lineHeight: 13 } },
     yAxis: axis_of(theme, "position error, mm", 52, { scale: false, min: 0 }),
     series: points[0].methods.map((m, k) => bars(theme, m.name, rows(m), 12 * k - 6)),
   });
