@@ -83,9 +83,7 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
 /// # Errors
 /// When the folder cannot be written.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
-    let fail = |e: std::io::Error| {
-        FileError::whole(path, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
-    };
+    let fail = |e: std::io::Error| cannot_be_written(path, &e);
     // A device or a pipe is written to; a file put in its place would take it from everybody.
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
         return std::fs::OpenOptions::new()
@@ -94,17 +92,35 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
             .and_then(|mut device| device.write_all(content))
             .map_err(fail);
     }
+    write_streamed(path, |file| file.write_all(content).map_err(fail))
+}
+
+/// Writes a file whole that is too long to be held at once: what `write` writes appears under its name when all of it is on the disk.
+///
+/// # Errors
+/// What `write` meets, or when the folder cannot be written.
+pub fn write_streamed<T>(
+    path: &Path,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> Result<T, FileError>,
+) -> Result<T, FileError> {
+    let fail = |e: std::io::Error| cannot_be_written(path, &e);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(fail)?;
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(content).and_then(|()| file.as_file().sync_all()).map_err(fail)?;
+    let written = write(&mut file)?;
+    file.as_file().sync_all().map_err(fail)?;
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
     }
     file.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
+    Ok(written)
+}
+
+/// That a file cannot be written, and why.
+pub fn cannot_be_written(path: &Path, error: &dyn std::error::Error) -> FileError {
+    FileError::whole(path, format!("cannot be written: {error}"), "check the folder, its permissions and free space")
 }
 
 /// The known name that `given` most likely meant: the same but for its unit, or a slip of the hand away.

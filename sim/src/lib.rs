@@ -26,6 +26,7 @@ pub mod score;
 pub mod session;
 pub mod side;
 pub mod step;
+pub mod study;
 pub mod suite;
 pub mod tracker;
 pub mod true_arm;

@@ -96,6 +96,7 @@ impl Check {
 }
 
 /// Plans of a scenario: the same for every trial of a seed.
+#[derive(Clone)]
 pub struct Plans {
     /// The probings.
     pub plan: Plan,

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod check;
+mod document;
 mod expect;
 mod keys;
 mod mujoco_truth;
@@ -12,17 +13,19 @@ mod truth_keys;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use calibench::files::{FileError, parse_toml};
+use calibench::files::FileError;
 use calibench::identify::Model;
 use calibench::measure::{Ball, Dataset, Noise};
-use calibench::robot::{FramePose, Payload, Robot, Surroundings, robot};
+use calibench::robot::{FramePose, Payload, Robot, Surroundings};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
 use crate::plant::PlantKind;
+use crate::study::SweepToml;
 use crate::suite::SuiteToml;
 use bodies::Bodies;
 pub use bodies::ball_body;
+pub use document::Document;
 pub use expect::{Expectation, Quantity};
 pub use keys::{CentringToml, Order, PlanToml, ScenarioToml, TrackerToml};
 pub use mujoco_truth::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening};
@@ -56,6 +59,8 @@ pub struct Scenario {
     pub expect: Vec<Expectation>,
     /// Blind trials of the diagnosis.
     pub suite: Option<SuiteToml>,
+    /// The points at which a study is made.
+    pub sweep: Option<SweepToml>,
     cell: Dataset,
     outward: Vec<Unit<Vector3<f64>>>,
     bodies: Bodies,
@@ -68,34 +73,7 @@ pub struct Scenario {
 /// # Errors
 /// One error that names file, line, key and remedy.
 pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
-    let (sources, merged) = Sources::read(path)?;
-    let toml: ScenarioToml = parse_toml(path, &merged.to_string()).map_err(|e| sources.wrong(&e.field, e.problem, e.remedy))?;
-    if toml.format != FORMAT {
-        return Err(sources.wrong("format", format!("is '{}'", toml.format), format!("write format = \"{FORMAT}\"")));
-    }
-    let robot = robot(&toml.robot, &sources.folder())
-        .map_err(|e| if e.path.is_file() { e } else { sources.wrong("robot", e.problem, e.remedy) })?;
-    check::numbers(&merged, &sources)?;
-    check::keys(&toml, robot.joints(), &sources)?;
-    let cell = cell(&toml, robot);
-    let model = check::cell(&cell, &toml, &sources)?;
-    Ok(Scenario {
-        outward: toml.balls.iter().map(|b| Unit::new_normalize(Vector3::from(b.outward))).collect(),
-        bodies: Bodies::of(&toml, cell.robot.joints(), &sources)?,
-        truth: Truth::of(toml.truth, &cell, &sources)?,
-        expect: check::expectations(&toml.expect, &sources)?,
-        suite: toml.suite,
-        name: toml.name,
-        question: toml.question,
-        seed: toml.seed,
-        plant: toml.plant,
-        plan: toml.plan,
-        centring: toml.centring,
-        tracker: toml.tracker,
-        model,
-        cell,
-        sources: Arc::new(sources),
-    })
+    Document::read(path)?.scenario()
 }
 
 /// An empty dataset of the cell: what its owner knows.

@@ -1,6 +1,6 @@
 //! A small part of the blind suite, every so many of its trials: enough to see a diagnosis that has come off its rails.
 //!
-//! The whole suite (`calibench study scenarios/blind-suite.toml`) counts rates of a per cent; of some hundred trials only gross failures show. The bars here are such that
+//! The whole suite (`calibench suite scenarios/blind-suite.toml`) counts rates of a per cent; of some hundred trials only gross failures show. The bars here are such that
 //! a diagnosis as good as the whole suite says fails them once in a thousand runs or less.
 #![allow(clippy::unwrap_used)]
 

@@ -137,6 +137,8 @@ fn accepted() -> Result<Keys, toml::de::Error> {
     value["truth"].as_table_mut().expect("a table").insert("mujoco".into(), Value::Table(mujoco));
     let suite: Table = read("scenarios/blind-suite.toml").parse()?;
     value.insert("suite".into(), suite["suite"].clone());
+    let sweep: Table = "[[axis]]\nname = 'x'\n[[axis.case]]\nlabel = 'y'".parse()?;
+    value.insert("sweep".into(), Value::Table(sweep));
     let mut keys = Keys::new();
     ScenarioToml::deserialize(Noting { table: String::new(), value: Value::Table(value), keys: &mut keys })
         .map_err(|e| toml::de::Error::custom(format!("the cell of the paper cannot be read: {e}")))?;

@@ -9,7 +9,7 @@ use calibench_sim::run::{Plans, run};
 use calibench_sim::scenario::load_scenario;
 
 /// Scenario files: those that say what format they are of; the others are cells that scenarios extend. What a `[suite]` is to show is
-/// said by a study, not by one run.
+/// said by the suite, not by one run.
 fn scenarios() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();

@@ -25,8 +25,10 @@ pub use json::{calibration_json, validation_json};
 pub use ladder::{ladder_json, rung_json, rung_table, step_json};
 pub use ladder_sentences::{advice, objection_sentence, rung_sentence, symptom_sentence, top_sentences};
 pub use next::{detectability_json, detectability_text, next_json, next_sentences, next_table};
-pub use page::{CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageSubject, Standing, Views, page_html};
+pub use page::{
+    CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageSubject, Standing, Views, chart_page_html, page_html,
+};
 pub use tables::{
-    histogram, parameter_rows, parameter_table, plain_table, unresolved_sentences, validation_row, validation_table,
+    histogram, parameter_rows, parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row, validation_table,
 };
 pub use workspace::{Outlook, extrapolation_json, extrapolation_sentence};

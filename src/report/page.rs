@@ -19,7 +19,7 @@ use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
-pub use self::html::{LivePage, page_html};
+pub use self::html::{LivePage, chart_page_html, page_html};
 pub use self::pictures::CellPicture;
 pub use self::standing::Standing;
 pub use self::views::Views;

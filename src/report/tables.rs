@@ -22,7 +22,7 @@ pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> 
 }
 
 /// The same, of as many columns as the header has.
-pub(super) fn plain_rows(header: &[String], rows: &[Vec<String>]) -> String {
+pub fn plain_rows(header: &[String], rows: &[Vec<String>]) -> String {
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     laid_out(&header, rows.iter().map(Vec::as_slice).collect())
 }

@@ -8,12 +8,15 @@ mod identify;
 mod import;
 mod ladder;
 mod measure;
+mod merge;
 mod next;
 mod plan;
 mod progress;
 mod report;
 mod run;
 mod study;
+mod study_tables;
+mod suite;
 mod suite_tables;
 mod validate;
 mod workbench;
@@ -72,8 +75,12 @@ enum Verb {
     Ladder(ladder::Arguments),
     /// Which extra measurements would tell the rivals apart, or lower the predicted error most
     Next(next::Arguments),
-    /// Blind trials of the diagnosis, held against the truth
+    /// The whole procedure again and again, every error drawn anew: how its results spread, at one point or along a sweep
     Study(study::Arguments),
+    /// Put the shards of a study together, and tell what they say
+    Merge(merge::Arguments),
+    /// Blind trials of the diagnosis, held against the truth
+    Suite(suite::Arguments),
     /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
     Compare(compare::Arguments),
     /// One HTML page: what is wrong in words, then in pictures
@@ -117,6 +124,8 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Ladder(a) => ladder::run(a),
         Verb::Next(a) => next::run(a),
         Verb::Study(a) => study::run(a),
+        Verb::Merge(a) => merge::run(a),
+        Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Report(a) => report::run(a),
         Verb::Workbench(a) => workbench::run(a),

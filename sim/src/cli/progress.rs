@@ -70,6 +70,12 @@ impl Trials {
         Trials(Bar::new(Some(trials as u64), "{bar:30} {pos}/{len} trials  {eta} left"))
     }
 
+    /// So many were done before.
+    pub fn begin_at(&self, done: u64) {
+        self.0.0.set_position(done);
+        self.0.0.reset_eta();
+    }
+
     /// One more is done.
     pub fn done(&self) {
         self.0.0.inc(1);

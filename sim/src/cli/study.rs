@@ -1,34 +1,39 @@
-//! `study SCENARIO`: the blind suite of a scenario.
+//! `study SCENARIO`: the whole procedure again and again, every error drawn anew.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
-use calibench::files::write_whole;
-use calibench::report::plain_table;
 use serde_json::json;
+use toml::Value;
 
-use super::progress::Trials;
-use super::suite_tables::suite_text;
+use super::progress::{Trials, Waiting};
+use super::study_tables::{Products, study_json, study_text};
 use super::{Failure, Outcome, print, print_json, seed};
-use crate::run::Plans;
-use crate::scenario::{Scenario, load_scenario};
-use crate::suite::{cases, designs, run as run_cases, tally};
+use crate::plant::PlantKind;
+use crate::scenario::Document;
+use crate::study::{Extent, RowsFile, Study, Summary, run as run_trials};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Scenario file with a [suite]
+    /// Scenario file; with a [sweep] the study is made at each of its points
     scenario: PathBuf,
-    /// Only so many trials
+    /// Trials at each point
     #[arg(long)]
-    trials: Option<usize>,
-    /// Take every n-th trial only: a small suite with a bit of everything
-    #[arg(long, default_value_t = 1)]
-    every: usize,
-    /// Where to write the table of trials (CSV); a file that is there is replaced
+    trials: u64,
+    /// Number of the first trial: shards of any size, on any machine, make the bytes of one run
+    #[arg(long, default_value_t = 0)]
+    first: u64,
+    /// Table of the trials (CSV), a row a trial, point and method; a study that was cut goes on where it stopped
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
-    /// Instead, try so many robots whose diagnosis may be ambiguous, and measure those again as designed, D-optimal and at random
+    #[command(flatten)]
+    products: Products,
+    /// Diagnose every trial too
     #[arg(long)]
-    designs: Option<usize>,
+    diagnose: bool,
+    /// Who plays the mechanics of the cell, in place of the scenario's choice
+    #[arg(long, value_enum)]
+    plant: Option<PlantKind>,
     /// Seed in place of the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
@@ -38,53 +43,54 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let scenario = load_scenario(&arguments.scenario)?;
-    let Some(spec) = &scenario.suite else {
-        return Err(Box::new(scenario.wrong("suite", "is missing", "give a [suite] of blind trials")));
-    };
-    let seed = arguments.seed.unwrap_or(scenario.seed);
-    if let Some(trials) = arguments.designs {
-        return compare_designs(&scenario, seed, trials, arguments);
+    let Arguments { trials, first, output, products, .. } = arguments;
+    let extent = Extent { first: *first, trials: *trials };
+    if *trials == 0 || first.checked_add(*trials).is_none() {
+        return Err("--trials: is out of range; give at least 1".into());
     }
-    let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
-    let mut all: Vec<_> = cases(&scenario, spec).into_iter().step_by(arguments.every.max(1)).collect();
-    all.truncate(arguments.trials.unwrap_or(usize::MAX));
-    let bar = Trials::new(all.len());
-    let outcomes = run_cases(&scenario, &plans, &all, seed, &|| bar.done())?;
+    if products.parquet.is_some() && output.is_none() {
+        return Err("--parquet: is made from the table of trials; name that too, with -o".into());
+    }
+    let study = prepare(arguments)?;
+    let header = csv::Reader::from_reader(&study.columns.header()[..]).headers()?.clone();
+    let mut summary = Summary::new(&header).ok_or("the table has the columns of a study")?;
+    let file = output.as_ref().map(|path| RowsFile::open(path, &study, extent, |row| summary.add(row))).transpose()?;
+    let points = study.points.len() as u64;
+    let bar = Trials::new((trials * points) as usize);
+    let found = file.as_ref().map_or(0, |f| f.found);
+    bar.begin_at(found * points);
+    let begun = Instant::now();
+    run_trials(&study, extent, file, |lines| summary.add_lines(lines), &|| bar.done())?;
+    let seconds = begun.elapsed().as_secs_f64();
     drop(bar);
-    if let Some(path) = &arguments.output {
-        let mut table = csv::Writer::from_writer(Vec::new());
-        outcomes.iter().try_for_each(|o| table.serialize(o))?;
-        write_whole(path, &table.into_inner().map_err(|e| e.into_error())?)?;
-    }
-    let tally = tally(&outcomes);
+    let tables: Vec<&std::path::Path> = output.iter().map(PathBuf::as_path).collect();
+    let mut document = study_json(&summary, extent);
+    document["question"] = json!(study.points[0].scenario.question);
+    products.make(&tables, &document)?;
     if arguments.json {
-        print_json(&json!({"format": "calibench-suite/1", "scenario": scenario.name, "seed": seed, "tally": tally}))?;
+        let run_now = (trials - found) * points;
+        document["trials_per_second"] = if run_now > 0 { json!(run_now as f64 / seconds) } else { json!(null) };
+        print_json(&document)?;
     } else {
-        print(&suite_text(&tally))?;
+        print(&study_text(&summary, extent))?;
     }
     Ok(Outcome::Done)
 }
 
-fn compare_designs(scenario: &Scenario, seed: u64, trials: usize, arguments: &Arguments) -> Result<Outcome, Failure> {
-    let bar = Trials::new(trials);
-    let rows = designs(scenario, seed, trials, &|| bar.done())?;
-    drop(bar);
-    if arguments.json {
-        print_json(&json!({"format": "calibench-designs/1", "scenario": scenario.name, "seed": seed, "rows": rows}))?;
-        return Ok(Outcome::Done);
+/// The study that is asked for, planned.
+fn prepare(arguments: &Arguments) -> Result<Study, Failure> {
+    let mut document = Document::read(&arguments.scenario)?;
+    let change =
+        |document: &mut Document, key: &str, value: Value| -> Result<(), String> { document.set(&key.parse()?, value) };
+    if let Some(seed) = arguments.seed {
+        let seed =
+            i64::try_from(seed).map_err(|_| format!("--seed: a study takes seeds up to {}; give a smaller one", i64::MAX))?;
+        change(&mut document, "seed", Value::Integer(seed))?;
     }
-    let share = |v: f64| format!("{v:.2}");
-    let table: Vec<[String; 7]> = rows
-        .iter()
-        .map(|r| {
-            let more = format!("+{}", r.measurements);
-            [r.pool.into(), r.criterion.into(), more, share(r.truth), share(r.top_right), share(r.resolved), share(r.expected)]
-        })
-        .collect();
-    let cases = rows.first().map_or(0, |r| r.cases);
-    print(&format!("{cases} of {trials} robots were found to miss something, but not surely or not rightly named\n"))?;
-    let header = ["measured more", "chosen", "measurements", "P(truth)", "named first", "resolved", "resolved, as expected"];
-    print(&plain_table(&header, &table))?;
-    Ok(Outcome::Done)
+    if let Some(plant) = arguments.plant {
+        change(&mut document, "plant", Value::String(plant.name().into()))?;
+    }
+    let waiting = Waiting::new("planning");
+    let begun = |point: usize, plans: usize| waiting.now(format!("planning point {}, {plans} plans so far", point + 1));
+    Ok(Study::new(&document, arguments.diagnose, &begun)?)
 }

@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::truth_keys::TruthToml;
 use crate::plant::PlantKind;
+use crate::study::SweepToml;
 use crate::suite::SuiteToml;
 
 /// A scenario as written.
@@ -41,6 +42,7 @@ pub struct ScenarioToml {
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
     pub suite: Option<SuiteToml>,
+    pub sweep: Option<SweepToml>,
 }
 
 /// The base: position, then turns about z, y, x.

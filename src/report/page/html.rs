@@ -3,14 +3,10 @@
 use serde_json::Value;
 
 const PAGE: &str = include_str!("index.html");
+const CHART_PAGE: &str = include_str!("charts.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = concat!(
-    include_str!("elements.js"),
-    include_str!("charts.js"),
-    include_str!("page.js"),
-    include_str!("residuals.js"),
-    include_str!("sections.js")
-);
+const DRAWING: &str = concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("redraw.js"));
+const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("residuals.js"), include_str!("sections.js"));
 const CHARTS: &str = include_str!("echarts/echarts.min.js");
 const NOTICE: &str = include_str!("echarts/NOTICE");
 
@@ -22,8 +18,28 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 /// Whatever the document holds stays text: `<`, `>` and `&` are written as escapes of JSON, so that no name in it can end the element in
 /// which it stands, and the script makes no markup of any.
 pub fn page_html(document: &Value) -> String {
-    let data = document.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026");
-    laid_out(&data, &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: "" })
+    laid_out(&embedded(document), &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: "" })
+}
+
+/// A page of charts in the look of the report, about anything: `script` finds the document in the element `data`, and may use what
+/// `elements.js` and `charts.js` hold; `title` is markup and is not escaped.
+pub fn chart_page_html(title: &str, script: &str, document: &Value) -> String {
+    let data = embedded(document);
+    let parts = [
+        ("POLICY", POLICY),
+        ("TITLE", title),
+        ("STYLE", STYLE),
+        ("NOTICE", NOTICE),
+        ("DATA", &data),
+        ("CHARTS", CHARTS),
+        ("DRAWING", DRAWING),
+        ("SCRIPT", script),
+    ];
+    filled(CHART_PAGE, &parts)
+}
+
+fn embedded(document: &Value) -> String {
+    document.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 
 /// The same page without a document, kept by a program that hands it documents: what it has beyond a report.
@@ -58,12 +74,18 @@ fn laid_out(data: &str, live: &LivePage<'_>) -> String {
         ("NOTICE", NOTICE),
         ("DATA", data),
         ("CHARTS", CHARTS),
+        ("DRAWING", DRAWING),
         ("SCRIPT", SCRIPT),
         ("LIVE_SCRIPT", live.script),
     ];
-    let mut out = String::with_capacity(PAGE.len() + parts.iter().map(|(_, text)| text.len()).sum::<usize>());
+    filled(PAGE, &parts)
+}
+
+/// A template with its parts put in.
+fn filled(template: &str, parts: &[(&str, &str)]) -> String {
+    let mut out = String::with_capacity(template.len() + parts.iter().map(|(_, text)| text.len()).sum::<usize>());
     // Read from left to right: what is put in is not looked through again.
-    let mut rest = PAGE;
+    let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
         out.push_str(before);
         let (name, after) = after.split_once("}}").unwrap_or((after, ""));
@@ -84,7 +106,7 @@ mod tests {
         let hostile = "</script><script>alert(1)</script><!-- {{SCRIPT}}";
         let page = page_html(&json!({"title": hostile, "verdict": {"headline": ""}}));
         assert!(!page.contains("<script>alert") && page.contains("\\u003c/script\\u003e"));
-        for part in [STYLE, SCRIPT, CHARTS] {
+        for part in [STYLE, DRAWING, SCRIPT, CHARTS] {
             assert_eq!(page.matches(part).count(), 1);
             assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
         }

@@ -1,0 +1,148 @@
+//! Monte-Carlo studies: a scenario, at one point or at many, carried out again and again with every error drawn anew.
+//!
+//! A trial is the whole procedure: mastering, probing, identification, validation, by TriCal and by tracker. Trial `k` of a point draws
+//! from stream `k` of the scenario's seed, whatever machine or thread it runs on and whatever ran before it; all points share the streams,
+//! so that two points differ by what was changed and not by luck (common random numbers). Poses are planned once a point.
+
+mod axis;
+mod bands;
+mod distribution;
+mod key;
+mod merge;
+mod page;
+mod parquet;
+mod rows;
+mod rows_file;
+mod run;
+mod summary;
+mod sweep;
+mod trial;
+
+use std::sync::Arc;
+
+use calibench::files::FileError;
+use calibench::identify::{Knowledge, Problem, Use};
+use calibench::measure::{Measured, Sample};
+use sha2::{Digest, Sha256};
+
+pub use bands::{Share, quantile_band};
+pub use distribution::Distribution;
+pub use key::Key;
+pub use merge::{Merged, merge};
+pub use page::study_page;
+pub use parquet::write_parquet;
+pub use rows::Columns;
+pub use rows_file::{RowsFile, RowsReader};
+pub use run::{Extent, run};
+pub use summary::{MethodSummary, PERCENT, PointSummary, Quantile, Spread, Summary};
+pub use sweep::{AxisToml, CaseToml, Design, Scale, SweepPoint, SweepToml, sweep_points};
+pub use trial::METHODS;
+
+use crate::run::Plans;
+use crate::scenario::{Document, Scenario};
+
+/// What decides which poses are planned is all but this.
+const NOT_PLANNED_BY: [&str; 9] = ["name", "question", "plant", "truth", "centring", "expect", "suite", "sweep", "format"];
+
+/// A study that is ready to run.
+pub struct Study {
+    /// Name and fingerprint of all that its numbers depend on: the scenario, its sweep, what is asked, the version of the program.
+    pub id: String,
+    /// Columns of its table.
+    pub columns: Columns,
+    /// Its points, at least one.
+    pub points: Vec<Point>,
+    /// Whether every trial is diagnosed.
+    pub diagnosed: bool,
+}
+
+/// One point of a study.
+pub struct Point {
+    /// The scenario there.
+    pub scenario: Scenario,
+    /// What it is called on each axis.
+    pub at: Vec<String>,
+    /// Its poses, or why there are none.
+    pub plans: Result<Arc<Plans>, String>,
+}
+
+impl Study {
+    /// Reads what a study is of, and plans its points; `begun(point, of)` is told of each. Points that differ in nothing the planning
+    /// looks at share their plan.
+    ///
+    /// # Errors
+    /// When the scenario is not as it must be at some point, or no point can be planned.
+    pub fn new(document: &Document, diagnosed: bool, begun: &dyn Fn(usize, usize)) -> Result<Self, FileError> {
+        let base = document.scenario()?;
+        let (axes, places) = sweep_points(document, base.sweep.as_ref())?;
+        let mut scenarios = Vec::with_capacity(places.len());
+        for place in &places {
+            let scenario = place.document.scenario().map_err(|e| {
+                let at: Vec<String> = axes.iter().zip(&place.at).map(|(axis, value)| format!("{axis} = {value}")).collect();
+                if at.is_empty() {
+                    e
+                } else {
+                    document.wrong("sweep", format!("at {}: {}: {}", at.join(", "), e.field, e.problem), e.remedy)
+                }
+            })?;
+            scenarios.push(scenario);
+        }
+        let mut planned: Vec<(String, Result<Arc<Plans>, String>)> = Vec::new();
+        let mut points: Vec<Point> = Vec::with_capacity(places.len());
+        let mut first_failure = None;
+        for (k, (place, scenario)) in places.into_iter().zip(scenarios).enumerate() {
+            begun(k, planned.len());
+            let of = place.document.text_without(&NOT_PLANNED_BY);
+            let plans = match planned.iter().find(|(other, _)| *other == of) {
+                Some((_, plans)) => plans.clone(),
+                None => {
+                    let plans = Plans::new(&scenario, scenario.seed).map(Arc::new).map_err(|e| {
+                        let blamed = scenario.blame_plan(&e);
+                        let reason = format!("no plan: {}", blamed.problem);
+                        first_failure.get_or_insert(blamed);
+                        reason
+                    });
+                    planned.push((of, plans.clone()));
+                    plans
+                }
+            };
+            points.push(Point { scenario, at: place.at, plans });
+        }
+        // A point of a sweep may be out of reach; where there is none within, the scenario is wrong.
+        if let Some(failure) = first_failure.filter(|_| points.iter().all(|p| p.plans.is_err())) {
+            return Err(failure);
+        }
+        let id = identity(document, &base, diagnosed);
+        let columns = Columns::new(&axes, diagnosed, &parameters(&points));
+        Ok(Study { id, columns, points, diagnosed })
+    }
+}
+
+fn identity(document: &Document, base: &Scenario, diagnosed: bool) -> String {
+    let mut hash = Sha256::new();
+    hash.update(document.text_without(&["question", "expect", "suite"]));
+    hash.update(format!("{:?}", base.robot()));
+    hash.update(format!("{diagnosed} {}", env!("CARGO_PKG_VERSION")));
+    let digits: String = hash.finalize().iter().take(6).map(|byte| format!("{byte:02x}")).collect();
+    format!("{}-{digits}", base.name)
+}
+
+/// Every parameter that some point may estimate, in the order of the models.
+fn parameters(points: &[Point]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for point in points {
+        let Ok(plans) = &point.plans else { continue };
+        let sample =
+            |k: usize, ball: usize, q: &[f64]| Sample::new(k.to_string(), q.to_vec(), Measured::Ball { ball, reading: None });
+        let mut cell = point.scenario.dataset();
+        cell.samples = plans.plan.probings.iter().enumerate().map(|(k, p)| sample(k, p.ball, &p.contact)).collect();
+        // A model that these data cannot be held against fails in every trial, and is told there.
+        let Ok(problem) = Problem::new(&[("plan", &cell)], &point.scenario.model, Use::Fit) else { continue };
+        for parameter in problem.parameters().iter().filter(|p| !matches!(p.knowledge, Knowledge::Stated(_))) {
+            if !names.contains(&parameter.name) {
+                names.push(parameter.name.clone());
+            }
+        }
+    }
+    names
+}

@@ -1,0 +1,159 @@
+//! `[sweep]`: the points at which a study is made.
+
+use calibench::files::FileError;
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use super::axis::Axis;
+use crate::scenario::Document;
+
+/// More points than this are a mistake.
+pub(super) const MOST_POINTS: usize = 10_000;
+
+/// The keys under `[sweep]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct SweepToml {
+    #[serde(default)]
+    pub design: Design,
+    pub points: Option<usize>,
+    #[serde(rename = "axis")]
+    pub axes: Vec<AxisToml>,
+}
+
+/// How the points lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Design {
+    /// Every value of every axis with every value of all others.
+    #[default]
+    Factorial,
+    /// A Sobol sequence, Owen-scrambled: it fills the space evenly with any number of points.
+    Sobol,
+}
+
+/// One thing that changes from point to point.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct AxisToml {
+    pub key: Option<String>,
+    pub name: Option<String>,
+    pub values: Option<Vec<Value>>,
+    pub from: Option<f64>,
+    pub to: Option<f64>,
+    pub steps: Option<usize>,
+    #[serde(default)]
+    pub scale: Scale,
+    #[serde(rename = "case", default)]
+    pub cases: Vec<CaseToml>,
+}
+
+/// How a range is divided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// By equal differences.
+    #[default]
+    Linear,
+    /// By equal ratios.
+    Log,
+}
+
+/// Several keys changed at once.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)]
+pub struct CaseToml {
+    pub label: String,
+    #[serde(default)]
+    pub set: Table,
+    #[serde(default)]
+    pub without: Vec<String>,
+}
+
+/// One point of a sweep.
+#[derive(Debug, Clone)]
+pub struct SweepPoint {
+    /// The scenario there.
+    pub document: Document,
+    /// What it is called on each axis: a number, or a label.
+    pub at: Vec<String>,
+}
+
+/// The axes' names, and every point in order: the last axis changes fastest.
+///
+/// # Errors
+/// One error that names the axis.
+pub fn sweep_points(document: &Document, sweep: Option<&SweepToml>) -> Result<(Vec<String>, Vec<SweepPoint>), FileError> {
+    let Some(sweep) = sweep else {
+        return Ok((Vec::new(), vec![SweepPoint { document: document.clone(), at: Vec::new() }]));
+    };
+    let wrong = |key: &str, problem: String, remedy: &str| Err(document.wrong(key, problem, remedy));
+    if sweep.axes.is_empty() {
+        return wrong("sweep", "has no axis".into(), "give at least one [[sweep.axis]]");
+    }
+    let axes: Vec<Axis> =
+        sweep.axes.iter().enumerate().map(|(k, a)| Axis::of(document, k, a, sweep.design)).collect::<Result<_, _>>()?;
+    for (k, axis) in axes.iter().enumerate() {
+        if axes[..k].iter().any(|other| other.name == axis.name) {
+            return wrong(&format!("sweep.axis[{k}]"), format!("is a second one called '{}'", axis.name), "give it a `name`");
+        }
+    }
+    let places: Vec<Vec<f64>> = match (sweep.design, sweep.points) {
+        (Design::Factorial, None) => {
+            let sizes: Vec<usize> = axes.iter().map(Axis::levels).collect();
+            let count = sizes.iter().try_fold(1_usize, |n, &s| n.checked_mul(s)).unwrap_or(usize::MAX);
+            if count > MOST_POINTS {
+                return wrong(
+                    "sweep",
+                    format!("has {count} points"),
+                    &format!("take at most {MOST_POINTS}, or design = \"sobol\""),
+                );
+            }
+            (0..count).map(|point| factorial(point, &sizes)).collect()
+        }
+        (Design::Factorial, Some(_)) => {
+            return wrong("sweep.points", "is for design = \"sobol\"".into(), "leave it out: the axes say how many there are");
+        }
+        (Design::Sobol, Some(points)) if (1..=MOST_POINTS).contains(&points) => {
+            // Every study of the same axes has the same points, whatever its seed.
+            let number = |p: usize, axis: usize| f64::from(sobol_burley::sample(p as u32, axis as u32, 0));
+            (0..points).map(|p| (0..axes.len()).map(|axis| number(p, axis)).collect()).collect()
+        }
+        (Design::Sobol, _) => {
+            return wrong("sweep.points", "is missing or out of range".into(), &format!("give 1 to {MOST_POINTS} points"));
+        }
+    };
+    let names = axes.iter().map(|a| a.name.clone()).collect();
+    let points = places.iter().map(|place| point(document, &axes, place, sweep.design)).collect::<Result<_, _>>()?;
+    Ok((names, points))
+}
+
+/// The places on the axes (0 to 1) of the point of that number: in the middle of each level's share.
+fn factorial(point: usize, sizes: &[usize]) -> Vec<f64> {
+    let mut rest = point;
+    let mut places: Vec<f64> = sizes
+        .iter()
+        .rev()
+        .map(|&size| {
+            let level = rest % size;
+            rest /= size;
+            (level as f64 + 0.5) / size as f64
+        })
+        .collect();
+    places.reverse();
+    places
+}
+
+fn point(document: &Document, axes: &[Axis], place: &[f64], design: Design) -> Result<SweepPoint, FileError> {
+    let mut point = SweepPoint { document: document.clone(), at: Vec::with_capacity(axes.len()) };
+    for (k, (axis, &place)) in axes.iter().zip(place).enumerate() {
+        let label = axis
+            .apply(place, design, &mut point.document)
+            .map_err(|problem| document.wrong(&format!("sweep.axis[{k}]"), problem, "name a key that the scenario has"))?;
+        point.at.push(label);
+    }
+    Ok(point)
+}
