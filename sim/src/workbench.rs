@@ -6,10 +6,12 @@
 mod bench;
 mod gate;
 mod own_effect;
+mod refusal;
 mod saving;
 mod server;
 
-pub use self::bench::{Bench, Refusal};
+pub use self::bench::Bench;
 pub use self::own_effect::Draft;
+pub use self::refusal::Refusal;
 pub use self::saving::{Place, Saved};
 pub use self::server::Server;

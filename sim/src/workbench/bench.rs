@@ -1,50 +1,23 @@
 //! What the user has opened and done.
 
 use calibench::assess::{CellLayout, Examination, Objection, Proposal, WORKSPACE_POSES, propose, rung, workspace_poses};
-use calibench::files::FileError;
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
 use calibench::report::{Page, PageSubject, Recommended, Standing, Views, next_json, objection_sentence, rung_json, step_json};
 use serde_json::{Value, json};
-use thiserror::Error;
 
 use super::own_effect::{self, Draft};
+use super::refusal::Refusal;
 use super::saving::{Place, Saved};
 use crate::blame::with_reasons;
 use crate::opened::Opened;
-use crate::step::{StepError, Wanted};
+use crate::step::Wanted;
 
 /// Steps and choices that can be undone; each holds a fit of all samples.
 const MOST_STEPS: usize = 100;
 
 /// Seed of the postures that are tried for the next experiment: that of `next` where none is named.
 const NEXT_SEED: u64 = 1;
-
-/// Why something is not done.
-#[derive(Debug, Error)]
-pub enum Refusal {
-    /// What a field of the page holds is wrong.
-    #[error("{message}")]
-    Field {
-        /// The field.
-        field: &'static str,
-        /// What is wrong, and what to do.
-        message: String,
-    },
-    /// Data and model do not go together.
-    #[error("{}", with_reasons(.0))]
-    Data(#[from] IdentifyError),
-    /// It cannot be saved.
-    #[error(transparent)]
-    File(#[from] FileError),
-}
-
-impl Refusal {
-    /// A field is to blame.
-    pub(super) fn field(field: &'static str, message: impl Into<String>) -> Self {
-        Refusal::Field { field, message: message.into() }
-    }
-}
 
 /// One model on the chosen data.
 struct Step {
@@ -319,7 +292,7 @@ impl Bench {
     ///
     /// # Errors
     /// When the data do not determine the model.
-    pub fn next(&mut self) -> Result<Value, Refusal> {
+    pub fn next_experiment(&mut self) -> Result<Value, Refusal> {
         let (proposal, cell_known) = self.with_data(|datasets, here| {
             let examination = Examination::new(datasets, &here.rung.model)?;
             let first = datasets[0].1;
@@ -369,11 +342,5 @@ impl Bench {
         let Some(views) = &here.views else { return Err(Refusal::field("report", "there is nothing to show yet")) };
         let page = self.subject(|subject| Page::of(subject, &here.standing, self.ladder(), views))?;
         Ok(self.place.save_report(&page.document)?)
-    }
-}
-
-impl From<StepError> for Refusal {
-    fn from(error: StepError) -> Self {
-        Refusal::field("effect", with_reasons(&error))
     }
 }

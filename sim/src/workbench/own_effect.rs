@@ -6,7 +6,7 @@ use calibench::identify::Model;
 use calibench::measure::Dataset;
 use calibench::units::Unit;
 
-use super::bench::Refusal;
+use super::refusal::Refusal;
 
 /// Longest expression, characters; a line of them is a hundred.
 const LONGEST: usize = 2000;

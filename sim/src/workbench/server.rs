@@ -18,9 +18,10 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use tokio::runtime;
 
-use super::bench::{Bench, Refusal};
+use super::bench::Bench;
 use super::gate::{Gate, Turned, random_hex};
 use super::own_effect::Draft;
+use super::refusal::Refusal;
 
 /// Longest body, bytes: an expression and the names of some datasets.
 const LONGEST_BODY: usize = 64 << 10;
@@ -109,7 +110,7 @@ fn routes(desk: Arc<Desk>) -> Router {
         .route("/api/add", post(|desk, body| act(desk, body, |bench, of: Named| bench.add(&of.effect, of.force))))
         .route("/api/own", post(|desk, body| act(desk, body, |bench, of: Own| bench.own(&of.draft(), of.force))))
         .route("/api/undo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.undo())))
-        .route("/api/next", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.next())))
+        .route("/api/next", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.next_experiment())))
         .route("/api/save-model", post(|desk, body| write(desk, body, |bench| bench.save_model())))
         .route("/api/save-report", post(|desk, body| write(desk, body, Bench::save_report)))
         .route("/api/save-plan", post(|desk, body| write(desk, body, Bench::save_plan)))

@@ -7,6 +7,7 @@ use nalgebra::{Rotation3, Translation3, Vector3};
 use rerun::{FillMode, Points3D, RecordingStream};
 
 use crate::ViewError;
+use crate::at_rest::Arm;
 use crate::journal::Stop;
 use crate::magnification::magnification;
 use crate::paint::{self, solid};
@@ -18,23 +19,6 @@ const LINE: f64 = 0.015;
 
 /// How far off a model's arm is shown where it is most off, m: beside the other arm, and not far from it.
 const BESIDE: f64 = 0.2;
-
-/// An arm at rest.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Arm {
-    /// `world_from_frame` of the base and of every link, the base first (N + 1).
-    pub frames: Vec<Pose>,
-    /// `world_from_tool`.
-    pub tool: Pose,
-}
-
-impl Arm {
-    /// Largest distance between frames of this arm and of another, m.
-    fn off(&self, other: &Arm) -> f64 {
-        let far = |(a, b): (&Pose, &Pose)| (a.translation.vector - b.translation.vector).norm();
-        self.frames.iter().zip(&other.frames).map(far).fold(far((&self.tool, &other.tool)), f64::max)
-    }
-}
 
 /// The arm at one stop.
 pub struct Stand {

@@ -4,6 +4,7 @@
 //! what a folder lacks is left out; a real one lacks where the arm truly stood.
 
 mod arm;
+mod at_rest;
 mod blueprint;
 mod centring;
 mod chart;

@@ -9,7 +9,7 @@ use calibench::robot::Surroundings;
 use nalgebra::Vector3;
 use serde_json::Value;
 
-use crate::arm::Arm;
+use crate::at_rest::Arm;
 use crate::journal::{Journal, Stop, Try};
 use crate::{ViewError, truth};
 

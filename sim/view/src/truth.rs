@@ -7,7 +7,7 @@ use calibench::robot::Pose;
 use calibench::units::{DEG, MM};
 use nalgebra::{Rotation3, Translation3, Vector3};
 
-use crate::arm::Arm;
+use crate::at_rest::Arm;
 
 /// Where a file is not as it was written.
 const REMEDY: &str = "give the file as `calibench run` wrote it, or remove it";
