@@ -60,11 +60,13 @@ function response(axis, [column, title, divisor]) {
   const name_of = (group) => String(points[group[0][6]].at[others[0]]);
   const say = ({ seriesName, value }) =>
     `${seriesName}${axes.length ? `\n${places(points[value[6]])}` : ""}\nmedian ${digits(value[1], 4)} (${digits(value[4], 4)} to ${digits(value[5], 4)})\n5 to 95 %: ${digits(value[2], 4)} to ${digits(value[3], 4)}`;
-  const option = (theme) => {
+  const option = (theme, width) => {
+    const right = named && width > 600 ? 150 : 26;
+    const label_width = Math.max(30, (width - 74 - right) / (scale.labels?.length ?? 1) - 8);
     const y_axis = axis_of(theme, title, 52, { scale: false, min: 0, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } });
     const margin = 0.06 * (scale.high - scale.low || 1);
     const x = scale.kind === "category"
-      ? { ...axis_of(theme, axis, 38), type: "category", data: scale.labels, axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: 110, overflow: "break", lineHeight: 13 } }
+      ? { ...axis_of(theme, axis, width > 600 ? 38 : 64), type: "category", data: scale.labels, axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: Math.min(130, label_width), overflow: "break", lineHeight: 13 } }
       : axis_of(theme, axis, 27, {
         type: scale.kind, splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } }, axisLabel: labels(theme),
         ...(scale.kind === "log" ? { min: scale.low / 1.3, max: scale.high * 1.3 } : { min: scale.low - margin, max: scale.high + margin }),
@@ -72,11 +74,11 @@ function response(axis, [column, title, divisor]) {
     const lines = shown.flatMap((name, k) => lines_of[k].map((group) => ({
       type: "line", data: group.map((row) => row.slice(0, 2)), showSymbol: false, silent: true, z: 2,
       lineStyle: { color: theme[LOOK[name][2]], width: 1.6, opacity: 0.7 },
-      endLabel: { show: named && k === 0, formatter: () => name_of(group), color: theme.quiet, fontSize: 11, lineHeight: 14, distance: 12, width: 130, overflow: "truncate" },
+      endLabel: { show: named && width > 600 && k === 0, formatter: () => name_of(group), color: theme.quiet, fontSize: 11, lineHeight: 14, distance: 12, width: 130, overflow: "truncate" },
       labelLayout: { moveOverlap: "shiftY" },
     })));
     return {
-      grid: { left: 74, right: named ? 150 : 26, top: 12, bottom: 58, outerBoundsMode: "none" },
+      grid: { left: 74, right, top: 12, bottom: width > 600 ? 58 : 84, outerBoundsMode: "none" },
       tooltip: tooltip(theme, say), xAxis: x, yAxis: y_axis,
       series: [...lines, ...shown.map((name, k) => bars(theme, name, rows(name), shown.length > 1 ? 8 * k - 4 : 0))],
     };
@@ -93,10 +95,10 @@ function spread() {
     const [median, low, high] = [50, 5, 95].map((q) => quantile(method, column, q));
     return median ? [[k, median.value, low.value, high.value, median.low ?? median.value, median.high ?? median.value]] : [];
   });
-  const option = (theme) => ({
+  const option = (theme, width) => ({
     grid: { left: 74, right: 26, top: 12, bottom: 42, outerBoundsMode: "none" },
     tooltip: tooltip(theme, ({ seriesName, value }) => `${seriesName}, ${columns[value[0]][1]}\nmedian ${digits(value[1], 4)} mm (${digits(value[4], 4)} to ${digits(value[5], 4)})\n5 to 95 %: ${digits(value[2], 4)} to ${digits(value[3], 4)}`),
-    xAxis: { ...axis_of(theme, "", 30), type: "category", data: columns.map(([, name]) => name), axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: 80, overflow: "break", lineHeight: 13 } },
+    xAxis: { ...axis_of(theme, "", 30), type: "category", data: columns.map(([, name]) => name), axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: Math.min(110, (width - 100) / columns.length - 6), overflow: "break", lineHeight: 13 } },
     yAxis: axis_of(theme, "position error, mm", 52, { scale: false, min: 0 }),
     series: points[0].methods.map((m, k) => bars(theme, m.name, rows(m), 12 * k - 6)),
   });
