@@ -1,5 +1,6 @@
 //! Which effect is missing: the verdict, the findings, and what they rest on.
 
+use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::cross_validation::{cross_validated, folds};
@@ -255,7 +256,7 @@ fn findings(
     examination: &Examination,
     hypotheses: &[Hypothesis],
     tests: usize,
-    probability: impl Fn(&Hypothesis) -> f64,
+    probability: impl Fn(&Hypothesis) -> f64 + Sync,
 ) -> Result<Vec<Finding>, IdentifyError> {
     let candidates = hypotheses
         .iter()
@@ -296,7 +297,7 @@ fn findings(
             parameters: parameters.collect(),
         }
     };
-    Ok(hypotheses.iter().enumerate().map(finding).collect())
+    Ok(hypotheses.par_iter().enumerate().map(finding).collect())
 }
 
 /// A parameter's name without what the effect's id already says.

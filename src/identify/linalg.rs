@@ -117,7 +117,21 @@ pub fn product_of_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64>
 }
 
 /// The triangle R of `a = Q R`, by Householder reflections; as many rows as `a` has rows or columns, whichever are fewer.
+///
+/// Of a tall matrix the triangle of its stretches' triangles, each a task of its own.
 pub fn triangle(a: DMatrix<f64>) -> DMatrix<f64> {
+    if a.nrows() > STRETCH {
+        let firsts: Vec<usize> = (0..a.nrows()).step_by(STRETCH).collect();
+        let stretch = |&first: &usize| a.rows(first, STRETCH.min(a.nrows() - first)).into_owned().qr().unpack_r();
+        let triangles: Vec<DMatrix<f64>> = firsts.par_iter().map(stretch).collect();
+        let mut stacked = DMatrix::zeros(triangles.iter().map(|r| r.nrows()).sum(), a.ncols());
+        let mut first = 0;
+        for r in &triangles {
+            stacked.rows_mut(first, r.nrows()).copy_from(r);
+            first += r.nrows();
+        }
+        return stacked.qr().unpack_r();
+    }
     // At a few hundred rows nalgebra's reflections, which block nothing and allocate once, are faster than faer's.
     a.qr().unpack_r()
 }

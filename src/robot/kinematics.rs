@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
 
-use super::{Axis6, FramePose, MdhEntry, Pose, Robot, Site, SiteIndex};
+use super::{Axis6, FramePose, MdhEntry, Pose, Robot, Site, SiteIndex, turns};
 
 /// A frame as its three axes and its origin, in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,6 +99,22 @@ struct Line {
     d: f64,
 }
 
+impl Line {
+    /// The frame at the end of this line, of the one where it begins.
+    #[inline(always)]
+    fn next(&self, frame: &Frame) -> Frame {
+        let Line { alpha, a, beta, theta, d } = *self;
+        let y = frame.y * alpha.cos + frame.z * alpha.sin;
+        let mut z = frame.z * alpha.cos - frame.y * alpha.sin;
+        let mut x = frame.x;
+        // Skewed are few lines, and each product here would wait for the one before.
+        if beta.angle != 0.0 {
+            (x, z) = (x * beta.cos - z * beta.sin, x * beta.sin + z * beta.cos);
+        }
+        Frame { x: x * theta.cos + y * theta.sin, y: y * theta.cos - x * theta.sin, z, o: frame.o + frame.x * a + z * d }
+    }
+}
+
 /// The arm in one posture: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
 #[derive(Debug, Clone)]
 pub struct Posture {
@@ -150,37 +166,54 @@ impl Posture {
         self.base.o = Vector3::new(chi[0], chi[1], chi[2]);
         self.flexible = false;
         // All sines first: between their calls the frames below would leave the registers.
-        for (i, ((line, link), q)) in self.lines.iter_mut().zip(&robot.links).zip(q).enumerate() {
-            let dev = &deviations[self.sites.link(i)..][..5];
-            let mdh = &link.mdh;
-            line.alpha.at(mdh.alpha + dev[0]);
-            line.a = mdh.a + dev[1];
-            line.beta.at(mdh.beta + dev[2]);
-            line.theta.at(q + mdh.theta + dev[3]);
-            line.d = mdh.d + dev[4];
+        for (group, lines) in self.lines.chunks_mut(turns::LANES).enumerate() {
+            let mut angles = [0.0; turns::LANES];
+            let first = group * turns::LANES;
+            for (k, (line, angle)) in lines.iter_mut().zip(&mut angles).enumerate() {
+                let i = first + k;
+                let dev = &deviations[self.sites.link(i)..][..5];
+                let mdh = &robot.links[i].mdh;
+                line.alpha.at(mdh.alpha + dev[0]);
+                line.a = mdh.a + dev[1];
+                line.beta.at(mdh.beta + dev[2]);
+                *angle = q[i] + mdh.theta + dev[3];
+                line.d = mdh.d + dev[4];
+            }
+            let (sin, cos) = turns::sin_cos(&angles);
+            for (k, line) in lines.iter_mut().enumerate() {
+                line.theta = Trig { angle: angles[k], sin: sin[k], cos: cos[k] };
+            }
         }
         let mut frame = self.base;
-        self.bend(0, &mut frame, deviations);
-        for i in 0..n {
-            let Line { alpha, a, beta, theta, d } = self.lines[i];
-            let (sa, ca, sb, cb, st, ct) = (alpha.sin, alpha.cos, beta.sin, beta.cos, theta.sin, theta.cos);
-            let y = frame.y * ca + frame.z * sa;
-            let z_twisted = frame.z * ca - frame.y * sa;
-            let x_skewed = frame.x * cb - z_twisted * sb;
-            let z = frame.x * sb + z_twisted * cb;
-            frame = Frame { x: x_skewed * ct + y * st, y: y * ct - x_skewed * st, z, o: frame.o + frame.x * a + z * d };
-            self.bend(i + 1, &mut frame, deviations);
+        if (0..=n).any(|k| self.flexes(k, deviations)) {
+            self.bend(0, &mut frame, deviations);
+            for i in 0..n {
+                frame = self.lines[i].next(&frame);
+                self.bend(i + 1, &mut frame, deviations);
+            }
+        } else {
+            self.rigid[0] = frame;
+            for (line, rigid) in self.lines.iter().zip(&mut self.rigid[1..]) {
+                frame = line.next(&frame);
+                *rigid = frame;
+            }
         }
         let t = &deviations[self.sites.tool()..][..3];
         let offset = Vector3::new(tool.xyz[0] + t[0], tool.xyz[1] + t[1], tool.xyz[2] + t[2]);
         self.tcp = frame.point(&offset);
     }
 
+    /// Whether frame k is displaced.
     #[inline]
+    fn flexes(&self, k: usize, deviations: &[f64]) -> bool {
+        // All bits but the sign's at once: six comparisons would be six branches.
+        deviations[self.sites.flex(k)..][..6].iter().fold(0, |bits, x| bits | x.to_bits()) << 1 != 0
+    }
+
     fn bend(&mut self, k: usize, frame: &mut Frame, deviations: &[f64]) {
         self.rigid[k] = *frame;
         let v = &deviations[self.sites.flex(k)..][..6];
-        let flexes = v.iter().any(|&x| x != 0.0);
+        let flexes = self.flexes(k, deviations);
         if flexes && !self.flexible {
             self.flexible = true;
             self.flexed[..k].copy_from_slice(&self.rigid[..k]);

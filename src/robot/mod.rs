@@ -15,6 +15,7 @@ mod sites;
 pub mod solids;
 mod spherical_wrist;
 mod statics;
+mod turns;
 mod ur10;
 mod ur5;
 

@@ -242,6 +242,7 @@ impl SampleRow {
         let mut other: Option<Vec<Moves>> = None;
         let mut weights = std::mem::take(&mut self.weights);
         weights.clear();
+        weights.reserve(pattern.len());
         self.moves(cell, scale, &mut |parameter, site, weight| {
             let same = |moves: &Moves| moves.parameter == parameter && moves.site == site;
             if other.is_some() || !pattern.get(weights.len()).is_some_and(same) {
