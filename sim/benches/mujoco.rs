@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use calibench::measure::PlannedPose;
-use calibench_sim::plant::PlantKind;
 use calibench_sim::random::Streams;
 use calibench_sim::run::Plans;
+use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::load_scenario;
 use calibench_sim::session::{Session, session_s};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

@@ -26,12 +26,6 @@ pub struct Arm {
     deviations: Vec<f64>,
 }
 
-/// Equilibrium is reached when the TCP moves less than this between two evaluations, m.
-const AT_REST: f64 = 1e-13;
-
-/// Each evaluation shrinks the error by the ratio of deflection to arm length (about 1e-3); the limit is never met in practice.
-const MOST_EVALUATIONS: usize = 40;
-
 /// What meets the arm's tool at one moment.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moment {
@@ -54,31 +48,33 @@ impl Arm {
         Arm { robot, nominal, artifact, tool, payload, flaws, session_s, posture, loads, deviations }
     }
 
-    /// `world_from_tool` with the motors where they stand, at static equilibrium: loads are those of the deflected arm.
-    pub fn settle(&mut self, stand: &Stand<'_>, moment: &Moment) -> Pose {
-        let q = stand.motors;
+    /// Moves the motors (rad, N); nothing has given way yet.
+    pub fn move_motors(&mut self, motors: &[f64]) {
         self.deviations.fill(0.0);
-        let base = self.nominal.base;
-        self.posture.set(&self.robot, &base, &self.tool, q, &self.deviations);
-        let mut tcp = Vector3::repeat(f64::INFINITY);
-        for _ in 0..MOST_EVALUATIONS {
-            if (self.posture.tcp() - tcp).norm() < AT_REST {
-                break;
-            }
-            tcp = self.posture.tcp();
-            self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.nominal.gravity, &moment.force);
-            self.deviate(stand, moment);
-            self.posture.set(&self.robot, &base, &self.tool, q, &self.deviations);
-        }
+        self.posture.set(&self.robot, &self.nominal.base, &self.tool, motors, &self.deviations);
+    }
+
+    /// Lets the arm give way to what weighs on it in its present posture; how far its TCP went, m. Each time shrinks that by the ratio of
+    /// deflection to arm length, about 1e-3, down to the static equilibrium: loads are then those of the deflected arm.
+    pub fn give_way(&mut self, stand: &Stand<'_>, moment: &Moment) -> f64 {
+        let tcp = self.posture.tcp();
+        self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.nominal.gravity, &moment.force);
+        self.deviate(stand, moment);
+        self.posture.set(&self.robot, &self.nominal.base, &self.tool, stand.motors, &self.deviations);
+        (self.posture.tcp() - tcp).norm()
+    }
+
+    /// `world_from_tool` in the present posture.
+    pub fn world_from_tool(&self) -> Pose {
         self.posture.world_from_tool(&self.tool)
     }
 
-    /// `world_from_frame` of the base and of every link, the base first (N + 1), as they settled last.
+    /// `world_from_frame` of the base and of every link, the base first (N + 1), in the present posture.
     pub fn frames(&self) -> Vec<Pose> {
         (0..=self.robot.joints()).map(|k| self.posture.frame(k).pose()).collect()
     }
 
-    /// How far the ball, or the point as measured, stands from its place, world, m; at the moment for which the arm settled last.
+    /// How far the ball, or the point as measured, stands from its place, world, m; at the moment to which the arm gave way last.
     pub fn target_moved(&self) -> Vector3<f64> {
         let sites = SiteIndex::new(self.robot.joints());
         Vector3::from_fn(|k, _| self.deviations[sites.of(Site::Target(k))])

@@ -19,7 +19,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use thiserror::Error;
 
-use crate::scenario::{Order, PlanToml, Scenario, TrackerToml, ball_body};
+use crate::scenario::{Order, PlanToml, Scenario, TRACKER_POOL, TrackerToml, ball_body};
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
@@ -95,9 +95,6 @@ pub struct TrackerPlan {
     /// For validation, at random; rad.
     pub validation: Vec<Vec<f64>>,
 }
-
-/// Poses to select from when the tracker measures: spread over the whole workspace.
-pub const TRACKER_POOL: usize = 2000;
 
 /// Chooses the probings of a scenario.
 ///

@@ -9,7 +9,6 @@ use calibench::robot::{FramePose, Payload, Pose, Robot};
 use calibench::units::UM;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
-use serde::Deserialize;
 use thiserror::Error;
 
 use crate::cmm::SimulatedCmm;
@@ -17,30 +16,9 @@ use crate::contact::{DATUM_RADIUS, Touch};
 use crate::gauge::Gauge;
 use crate::plunger::{Mechanism, PresentedBall};
 use crate::random::{Streams, noisy_point, normal};
-use crate::scenario::Scenario;
+use crate::scenario::{PlantKind, Scenario};
 
 pub use analytic::AnalyticPlant;
-
-/// Who plays the mechanics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlantKind {
-    /// Closed forms: screws of the arm, geometry of the contact.
-    #[default]
-    Analytic,
-    /// MuJoCo, a physics engine that shares no code with the model.
-    Mujoco,
-}
-
-impl PlantKind {
-    /// As it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            PlantKind::Analytic => "analytic",
-            PlantKind::Mujoco => "mujoco",
-        }
-    }
-}
 
 /// Why a plant cannot be built, or is at a loss.
 #[derive(Debug, Error, Clone, PartialEq)]

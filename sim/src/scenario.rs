@@ -20,14 +20,12 @@ use calibench::robot::{FramePose, Payload, Robot, Surroundings};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
-use crate::plant::PlantKind;
 use crate::study::SweepToml;
-use crate::suite::SuiteToml;
 use bodies::Bodies;
 pub use bodies::ball_body;
 pub use document::Document;
 pub use expect::{Expectation, Quantity};
-pub use keys::{CentringToml, Order, PlanToml, ScenarioToml, TrackerToml};
+pub use keys::{CentringToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};
 pub use mujoco_truth::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening};
 use sources::Sources;
 pub use truth::{StatedEffect, Truth, parameter_key, written_sizes};

@@ -8,7 +8,6 @@ mod trial;
 
 use calibench::assess::Library;
 use rayon::prelude::*;
-use serde::Deserialize;
 
 pub use case::{Case, Kind};
 pub use designs::{DesignRow, designs};
@@ -17,32 +16,7 @@ pub use trial::{Outcome, TrialError};
 
 use crate::random::Streams;
 use crate::run::Plans;
-use crate::scenario::Scenario;
-
-/// The keys under `[suite]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
-pub struct SuiteToml {
-    /// Sizes of a single hidden effect, in plausible sizes.
-    pub sizes: Vec<f64>,
-    /// Trials of each effect and size.
-    pub trials_per_effect: usize,
-    /// Trials with nothing hidden; as many more with the noise stated too small.
-    pub trials_of_nothing: usize,
-    /// By how much the noise is then stated too small.
-    pub noise_wrong: f64,
-    /// Sizes of clutter, in plausible sizes, and trials of each.
-    pub clutter: Vec<f64>,
-    pub trials_of_clutter: usize,
-    /// Trials with every effect at once at sizes of every order.
-    pub trials_of_dense: usize,
-    /// Trials with two effects at once, at twice their plausible size.
-    pub trials_of_two: usize,
-    /// Sizes of the flaws that no catalogue holds, in plausible sizes, and trials of each.
-    pub unknown_sizes: Vec<f64>,
-    pub trials_of_unknown: usize,
-}
+use crate::scenario::{Scenario, SuiteToml};
 
 /// Everything that a suite hides, in its order.
 pub fn cases(scenario: &Scenario, spec: &SuiteToml) -> Vec<Case> {

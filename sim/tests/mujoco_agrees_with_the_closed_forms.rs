@@ -23,10 +23,11 @@ mod with_mujoco {
     use calibench_sim::contact::{DATUM_RADIUS, FREE_READING, MASTER_READING};
     use calibench_sim::gauge::Gauge;
     use calibench_sim::mujoco::{Machine, MujocoFlaws, MujocoPlant, Scenery, Thing};
-    use calibench_sim::plant::{BallForm, Parts, PlantKind, Stand, plant};
+    use calibench_sim::plant::{BallForm, Parts, Stand, plant};
     use calibench_sim::plunger::{PlungerSpec, PresentedBall};
     use calibench_sim::random::Streams;
     use calibench_sim::run::{Measurements, Plans, measure_all};
+    use calibench_sim::scenario::PlantKind;
     use calibench_sim::scenario::{MujocoToml, Scenario, TruthToml, load_scenario};
     use nalgebra::{Matrix4, Vector3};
 

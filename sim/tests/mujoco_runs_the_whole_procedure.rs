@@ -26,9 +26,9 @@ mod with_mujoco {
     use std::process::{Command, Output};
 
     use calibench::units::MM;
-    use calibench_sim::plant::PlantKind;
     use calibench_sim::random::Streams;
     use calibench_sim::run::{Plans, Run, run};
+    use calibench_sim::scenario::PlantKind;
     use calibench_sim::scenario::{Scenario, load_scenario};
 
     fn scenario(name: &str) -> PathBuf {

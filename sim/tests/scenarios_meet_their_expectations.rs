@@ -3,9 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench_sim::plant::PlantKind;
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Plans, run};
+use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::load_scenario;
 
 /// Scenario files: those that say what format they are of; the others are cells that scenarios extend. What a `[suite]` is to show is

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use calibench::measure::Phase;
 use calibench::units::{MM, UM};
-use calibench_sim::plant::PlantKind;
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Plans, run};
+use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::load_scenario;
 use nalgebra::Point3;
 

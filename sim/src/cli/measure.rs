@@ -7,9 +7,9 @@ use calibench::measure::{Dataset, PlannedPose, Sample, SampleSet, Witness, read_
 use super::progress::{CampaignBar, Waiting};
 use super::{Failure, Outcome, print, seed};
 use crate::planning::{PlanError, plan, plan_tracker, wanted};
-use crate::plant::PlantKind;
 use crate::random::Streams;
 use crate::run::RunError;
+use crate::scenario::PlantKind;
 use crate::scenario::{Scenario, load_scenario};
 use crate::session::{Session, session_s};
 use crate::world::World;

@@ -15,9 +15,9 @@ use super::progress::{CampaignBar, Waiting};
 use super::{Failure, Outcome, print, print_json, seed};
 #[cfg(feature = "mujoco")]
 use crate::blame::with_reasons;
-use crate::plant::PlantKind;
 use crate::random::Streams;
 use crate::run::{Check, Method, Plans, Run, run as procedure};
+use crate::scenario::PlantKind;
 use crate::scenario::{Scenario, load_scenario};
 
 /// The paper's Table 9, mm: mean, maximum, standard deviation.

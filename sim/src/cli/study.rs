@@ -9,8 +9,8 @@ use toml::Value;
 use super::progress::{Trials, Waiting};
 use super::study_tables::{Products, study_json, study_text};
 use super::{Failure, Outcome, print, print_json, seed};
-use crate::plant::PlantKind;
 use crate::scenario::Document;
+use crate::scenario::PlantKind;
 use crate::study::{Extent, RowsFile, Study, Summary, run as run_trials};
 
 #[derive(clap::Args)]

@@ -11,11 +11,14 @@ use crate::flaw::Flaws;
 use crate::plunger::{Mechanism, PresentedBall};
 use crate::side::Side;
 
-/// The springs and the arm are in balance when the force changes by less than this between two evaluations, N.
+/// The arm is at rest when its TCP moves less than this between two evaluations, m,
+const AT_REST: f64 = 1e-13;
+
+/// and the springs are in balance with it when their force changes by less than this, N.
 const IN_BALANCE: f64 = 1e-9;
 
-/// Evaluations in which that is sought; each shrinks the change by the stiffness of the springs over the arm's, 1e-3.
-const MOST_BALANCINGS: usize = 50;
+/// Evaluations in which that is sought; some seven are enough, since each shrinks the change to a thousandth.
+const MOST_EVALUATIONS: usize = 50;
 
 /// The mechanics in closed form.
 pub struct AnalyticPlant {
@@ -48,13 +51,15 @@ impl AnalyticPlant {
         let (mut force, mut near, mut ball) = (Vector3::zeros(), None, None);
         let mut pose = Pose::identity();
         // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
-        for _ in 0..MOST_BALANCINGS {
+        self.arm.move_motors(stand.motors);
+        for _ in 0..MOST_EVALUATIONS {
             let moment = Moment {
                 kind: near.map(Kind::Ball).or((!self.artifact_is_there).then_some(Kind::Point)),
                 reading: ball.map(|b: PresentedBall| b.centre),
                 force,
             };
-            pose = self.arm.settle(stand, &moment);
+            let went = self.arm.give_way(stand, &moment);
+            pose = self.arm.world_from_tool();
             let last = near;
             near = if self.artifact_is_there { within_reach(&self.balls, &pose.translation.vector) } else { None };
             ball = near.map(|k| {
@@ -66,7 +71,7 @@ impl AnalyticPlant {
             let pushed = pose.rotation * pushed;
             let change = (pushed - force).norm();
             force = pushed;
-            if change < IN_BALANCE && near == last {
+            if went < AT_REST && change < IN_BALANCE && near == last {
                 break;
             }
         }

@@ -11,10 +11,9 @@ use calibench::units::UM;
 use toml::{Table, Value};
 
 use super::expect::{Expectation, Quantity};
-use super::keys::{ModelToml, ScenarioToml};
+use super::keys::{ModelToml, ScenarioToml, TRACKER_POOL};
 use super::sources::Sources;
 use crate::contact::TRAVEL;
-use crate::planning::TRACKER_POOL;
 
 /// No number of a cell, in mm, um, deg or what its key says, is larger: a kilometre in um.
 const LARGEST: f64 = 1e9;

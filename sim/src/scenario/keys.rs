@@ -6,9 +6,7 @@ use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
 use super::truth_keys::TruthToml;
-use crate::plant::PlantKind;
 use crate::study::SweepToml;
-use crate::suite::SuiteToml;
 
 /// A scenario as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -200,3 +198,52 @@ pub struct ModelToml {
     #[serde(default)]
     pub effect: Vec<OwnEffectTable>,
 }
+
+/// The keys under `[suite]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct SuiteToml {
+    /// Sizes of a single hidden effect, in plausible sizes.
+    pub sizes: Vec<f64>,
+    /// Trials of each effect and size.
+    pub trials_per_effect: usize,
+    /// Trials with nothing hidden; as many more with the noise stated too small.
+    pub trials_of_nothing: usize,
+    /// By how much the noise is then stated too small.
+    pub noise_wrong: f64,
+    /// Sizes of clutter, in plausible sizes, and trials of each.
+    pub clutter: Vec<f64>,
+    pub trials_of_clutter: usize,
+    /// Trials with every effect at once at sizes of every order.
+    pub trials_of_dense: usize,
+    /// Trials with two effects at once, at twice their plausible size.
+    pub trials_of_two: usize,
+    /// Sizes of the flaws that no catalogue holds, in plausible sizes, and trials of each.
+    pub unknown_sizes: Vec<f64>,
+    pub trials_of_unknown: usize,
+}
+
+/// Who plays the mechanics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlantKind {
+    /// Closed forms: screws of the arm, geometry of the contact.
+    #[default]
+    Analytic,
+    /// MuJoCo, a physics engine that shares no code with the model.
+    Mujoco,
+}
+
+impl PlantKind {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            PlantKind::Analytic => "analytic",
+            PlantKind::Mujoco => "mujoco",
+        }
+    }
+}
+
+/// Poses to select from when the tracker measures: spread over the whole workspace.
+pub const TRACKER_POOL: usize = 2000;

@@ -5,7 +5,7 @@ use std::fmt;
 use calibench::assess::Library;
 use calibench::measure::Dataset;
 
-use super::SuiteToml;
+use crate::scenario::SuiteToml;
 
 /// What kind of thing.
 #[derive(Debug, Clone, PartialEq)]
