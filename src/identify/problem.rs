@@ -25,7 +25,7 @@ pub use self::samples_view::PosedSample;
 use super::{Model, TorquePosture};
 use crate::effects::{EffectError, Owner, ParameterSpec};
 use crate::measure::{Dataset, Sample, SampleSet};
-use crate::robot::{Axis6, FramePose, Loads, Posture, Robot, SiteIndex};
+use crate::robot::{Axis6, FramePose, Loads, Posture, Robot, Site, SiteIndex};
 
 /// Why datasets and model do not make a problem.
 #[derive(Debug, Error)]
@@ -226,11 +226,14 @@ impl WeighingRoom {
 pub(super) struct Workspace {
     posture: Posture,
     deviations: Vec<f64>,
+    /// Column of every site but the flex displacements'.
+    columns: Vec<Vector3<f64>>,
 }
 
 impl Workspace {
     pub(super) fn new(robot: &Robot) -> Self {
-        Workspace { posture: Posture::new(robot), deviations: vec![0.0; SiteIndex::new(robot.joints()).len()] }
+        let sites = SiteIndex::new(robot.joints()).len();
+        Workspace { posture: Posture::new(robot), deviations: vec![0.0; sites], columns: vec![Vector3::zeros(); sites] }
     }
 }
 
@@ -523,17 +526,24 @@ impl Problem {
             let (own, others) = cells.split_at_mut(row.height() * (m + 1));
             cells = others;
             let moving = self.patterns[row.pattern].iter().zip(&row.weights);
-            let columns = moving.filter_map(|(moves, weight)| Some((row_of[moves.parameter]?, moves.site, *weight)));
+            let columns = moving.filter_map(|(moves, weight)| Some((row_of[moves.parameter]?, moves, *weight)));
             if let Some(sight) = sight {
-                columns.for_each(|(k, site, weight)| own[k] += weight * sight.dot(&work.posture.column(site)));
+                columns.for_each(|(k, moves, weight)| own[k] += weight * sight.dot(&work.posture.column(moves.site)));
                 own[m] = residual.x;
                 own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
                 continue;
             }
             let (x, yz) = own.split_at_mut(m + 1);
             let (y, z) = yz.split_at_mut(m + 1);
-            for (k, site, weight) in columns {
-                let column = work.posture.column(site);
+            work.posture.columns(&mut work.columns);
+            for (k, moves, weight) in columns {
+                let flex;
+                let column = if matches!(moves.site, Site::Flex(..)) {
+                    flex = work.posture.column(moves.site);
+                    &flex
+                } else {
+                    &work.columns[moves.place]
+                };
                 x[k] += weight * column.x;
                 y[k] += weight * column.y;
                 z[k] += weight * column.z;

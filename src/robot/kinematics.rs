@@ -266,6 +266,23 @@ impl Posture {
         (f.z, f.o)
     }
 
+    /// The [column](Posture::column) of every site at its place (see [`SiteIndex`]), but for those of flex displacements.
+    ///
+    /// All at once they are worked out side by side; one by one each would wait for the choice of its site.
+    pub fn columns(&self, columns: &mut [Vector3<f64>]) {
+        for axis in Axis6::ALL {
+            columns[axis as usize] = self.column(Site::Base(axis));
+        }
+        for i in 0..self.lines.len() {
+            let [alpha, a, beta, theta, d] = MdhEntry::ALL.map(|entry| Site::Mdh(i, entry));
+            let of_link = [self.column(alpha), self.column(a), self.column(beta), self.column(theta), self.column(d)];
+            columns[self.sites.link(i)..][..5].copy_from_slice(&of_link);
+        }
+        let flange = self.flange();
+        columns[self.sites.tool()..][..3].copy_from_slice(&[flange.x, flange.y, flange.z]);
+        columns[self.sites.target()..][..3].copy_from_slice(&[-Vector3::x(), -Vector3::y(), -Vector3::z()]);
+    }
+
     /// d(TCP)/d(site), m per SI unit of the site; for a target site, d(target)/d(site) with the sign that makes it a column of the model's side.
     ///
     /// The residual is `target - tcp`, so a target site counts negatively here.
@@ -378,7 +395,7 @@ mod tests {
             }
             sites.extend((0..3).map(Site::Tool));
             assert_eq!(sites.len() + 3, index.len(), "all sites but the target's");
-            for site in sites {
+            for &site in &sites {
                 let place = index.of(site);
                 let at = deviations[place];
                 let mut tcp = |value: f64| {
@@ -390,6 +407,12 @@ mod tests {
                 tcp(at);
                 let column = posture.column(site);
                 assert!((column - difference).norm() < TOLERANCE, "{site}: {column:?} against {difference:?}");
+            }
+            let mut together = vec![Vector3::zeros(); index.len()];
+            posture.columns(&mut together);
+            sites.extend((0..3).map(Site::Target));
+            for site in sites.into_iter().filter(|site| !matches!(site, Site::Flex(..))) {
+                assert_eq!(together[index.of(site)], posture.column(site), "{site}");
             }
         }
     }
