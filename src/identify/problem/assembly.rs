@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 
 use super::sample_row::{Cell, DistanceRow, SampleRow};
 use super::start::{start, worlds_own};
-use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use, WeighingRoom};
+use super::weighing::WeighingRoom;
+use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
 use crate::effects::{self, Effect, Needs, Owner, ParameterSpec, Subject};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Ball, Dataset, Measured, Sample};

@@ -1,0 +1,57 @@
+//! Why no problem can be laid out.
+
+use thiserror::Error;
+
+use crate::effects::EffectError;
+
+/// Why datasets and model do not make a problem.
+#[derive(Debug, Error)]
+pub enum ProblemError {
+    /// An effect id is not in the catalogue or does not fit.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+    /// The datasets are of different robots.
+    #[error("the datasets are of different robots: '{first}' and '{other}'; identify one robot at a time")]
+    DifferentRobots {
+        /// Robot of the first dataset.
+        first: String,
+        /// Another robot.
+        other: String,
+    },
+    /// Two datasets of one name: their parameters could not be told apart.
+    #[error("two datasets are named '{name}'; name each one differently")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+    /// Nothing to fit.
+    #[error("there are no samples {of}; the dataset needs rows of that set")]
+    NoSamples {
+        /// Which samples were wanted.
+        of: &'static str,
+    },
+    /// An effect needs what the data do not hold.
+    #[error("effect '{effect}' needs {needs}; add it to the data, or leave the effect out of the model")]
+    Missing {
+        /// The effect.
+        effect: String,
+        /// The column or fact.
+        needs: &'static str,
+    },
+    /// What an effect multiplies has no value at a sample.
+    #[error("effect '{effect}' has no value at sample '{sample}'{expression}; leave the sample or the effect out")]
+    NoValue {
+        /// The effect.
+        effect: String,
+        /// The sample.
+        sample: String,
+        /// The user's expression in words, where it is one; else empty.
+        expression: String,
+    },
+    /// Samples of another campaign that was not made to the same plan.
+    #[error("the samples are not those of the campaign that the problem was laid out for: {found}; lay it out anew")]
+    AnotherPlan {
+        /// The first that differs, or how many there are.
+        found: String,
+    },
+}
