@@ -4,9 +4,11 @@ mod bodies;
 mod check;
 mod document;
 mod expect;
+mod key;
 mod keys;
 mod mujoco_truth;
 mod sources;
+mod sweep_keys;
 mod truth;
 mod truth_keys;
 
@@ -20,14 +22,15 @@ use calibench::robot::{FramePose, Payload, Robot, Surroundings};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
-use crate::study::SweepToml;
 use bodies::Bodies;
 pub use bodies::ball_body;
 pub use document::Document;
 pub use expect::{Expectation, Quantity};
+pub use key::Key;
 pub use keys::{CentringToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};
 pub use mujoco_truth::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening};
 use sources::Sources;
+pub use sweep_keys::{AxisToml, CaseToml, Design, Scale, SweepToml};
 pub use truth::{StatedEffect, Truth, parameter_key, written_sizes};
 pub use truth_keys::{IndicatorTruth, PayloadTruth, TrackerTruth, TruthToml};
 

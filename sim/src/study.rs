@@ -7,7 +7,6 @@
 mod axis;
 mod bands;
 mod distribution;
-mod key;
 mod merge;
 mod page;
 mod parquet;
@@ -27,7 +26,6 @@ use sha2::{Digest, Sha256};
 
 pub use bands::{Share, quantile_band};
 pub use distribution::Distribution;
-pub use key::Key;
 pub use merge::{Merged, merge};
 pub use page::study_page;
 pub use parquet::write_parquet;
@@ -35,7 +33,7 @@ pub use rows::Columns;
 pub use rows_file::{RowsFile, RowsReader};
 pub use run::{Extent, run};
 pub use summary::{MethodSummary, PERCENT, PointSummary, Quantile, Spread, Summary};
-pub use sweep::{AxisToml, CaseToml, Design, Scale, SweepPoint, SweepToml, sweep_points};
+pub use sweep::{SweepPoint, sweep_points};
 pub use trial::METHODS;
 
 use crate::run::Plans;

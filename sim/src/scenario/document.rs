@@ -8,9 +8,9 @@ use calibench::robot::robot;
 use nalgebra::{Unit, Vector3};
 use toml::{Table, Value};
 
+use super::key::Key;
 use super::sources::Sources;
 use super::{Bodies, FORMAT, Scenario, ScenarioToml, Truth, cell, check};
-use crate::study::Key;
 
 /// A scenario file merged over what it extends, not yet checked.
 #[derive(Debug, Clone)]

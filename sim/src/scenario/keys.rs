@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
+use super::sweep_keys::SweepToml;
 use super::truth_keys::TruthToml;
-use crate::study::SweepToml;
 
 /// A scenario as written.
 #[derive(Debug, Clone, Deserialize)]

@@ -3,10 +3,11 @@
 use calibench::files::FileError;
 use toml::Value;
 
-use super::key::Key;
 use super::rows::is_of_every_study;
-use super::sweep::{AxisToml, CaseToml, Design, MOST_POINTS, Scale};
-use crate::scenario::Document;
+use crate::scenario::{AxisToml, CaseToml, Design, Document, Key, Scale};
+
+/// More points than this are a mistake.
+pub(super) const MOST_POINTS: usize = 10_000;
 
 /// An axis that has been checked.
 pub(super) struct Axis {
