@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::sample_row::{Cell, DistanceRow, SampleRow};
+use super::sample_row::{Cell, DistanceRow, Placed, SampleRow};
 use super::start::{start, worlds_own};
 use super::weighing::WeighingRoom;
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
@@ -53,12 +53,6 @@ impl Belief {
             Belief::Width(_) | Belief::StatedAndWidth(..) => Knowledge::Flat,
         }
     }
-}
-
-pub(super) struct Placed {
-    pub(super) effect: Box<dyn Effect>,
-    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
-    pub(super) first: Vec<usize>,
 }
 
 impl<'a> Assembly<'a> {

@@ -3,8 +3,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::Setup;
-use super::assembly::Placed;
-use crate::effects::{ArtifactShape, Kind, Situation};
+use crate::effects::{ArtifactShape, Effect, Kind, Situation};
 use crate::measure::{Dataset, Measured, Noise, Sample};
 use crate::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
 use crate::units::MM;
@@ -14,6 +13,13 @@ const UNSTATED_SIGMA: f64 = 0.1 * MM;
 
 /// A joint that gravity loads less than this, N·m, is taken as unloaded.
 const UNLOADED: f64 = 1e-6;
+
+/// An effect with the parameters that it was given.
+pub(super) struct Placed {
+    pub(super) effect: Box<dyn Effect>,
+    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
+    pub(super) first: Vec<usize>,
+}
 
 /// What the samples of one dataset share.
 pub(super) struct Cell {
