@@ -21,6 +21,7 @@ use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
 use crate::plant::PlantKind;
+use crate::precision::PrecisionToml;
 use crate::study::SweepToml;
 use crate::suite::SuiteToml;
 use bodies::Bodies;
@@ -57,6 +58,8 @@ pub struct Scenario {
     pub model: Model,
     /// What must come out.
     pub expect: Vec<Expectation>,
+    /// The precision test of its gauge.
+    pub precision: PrecisionToml,
     /// Blind trials of the diagnosis.
     pub suite: Option<SuiteToml>,
     /// The points at which a study is made.

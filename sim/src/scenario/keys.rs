@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::truth_keys::TruthToml;
 use crate::plant::PlantKind;
+use crate::precision::PrecisionToml;
 use crate::study::SweepToml;
 use crate::suite::SuiteToml;
 
@@ -41,6 +42,8 @@ pub struct ScenarioToml {
     pub truth: TruthToml,
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
+    #[serde(default)]
+    pub precision: PrecisionToml,
     pub suite: Option<SuiteToml>,
     pub sweep: Option<SweepToml>,
 }
