@@ -73,7 +73,14 @@ fn deviations(setup: &Setup, test: &PrecisionTest) -> String {
     let left = test.repetitions.iter().map(|r| r.left.amax()).fold(0.0, f64::max);
     rows.push(["largest".into(), x, y, z, um(test.largest()), um(left)]);
     let tolerance = format!("{:.0} allowed", setup.tolerance / UM);
-    rows.push(["largest, paper (section 4)".into(), none(), none(), none(), format!("{PAPER_LARGEST_UM:.0}, about"), tolerance]);
+    rows.push([
+        "largest, paper (section 4)".into(),
+        none(),
+        none(),
+        none(),
+        format!("{PAPER_LARGEST_UM:.0}, about"),
+        tolerance,
+    ]);
     let table = plain_table(&["", "x", "y", "z", "3-D", "left at the stop"], &rows);
     format!("{table}\nThe paper prints the largest deviation alone, no coordinates, and does not say whether it is 3-D.")
 }
@@ -86,7 +93,11 @@ fn spread(budget: &Budget) -> String {
         };
         let [low, high] = EXPECTED_UM;
         let inside = share(&l.as_expected);
-        format!("{what}: median {} um{band}, nine in ten within {} um; {inside} within {low} to {high} um.", um(l.median), band_of(l))
+        format!(
+            "{what}: median {} um{band}, nine in ten within {} um; {inside} within {low} to {high} um.",
+            um(l.median),
+            band_of(l)
+        )
     };
     format!(
         "Largest of the repetitions over {} such tests, everything drawn anew, 95 % bands in brackets:\n{}\n{}",

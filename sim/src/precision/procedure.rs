@@ -1,7 +1,7 @@
 //! The procedure of the paper's Table 3.
 
 use calibench::cell::{Manipulator, TriCal};
-use calibench::measure::{Centred, CenteringController, Mastering, MasteringSettings, master};
+use calibench::measure::{CenteringController, Centred, Mastering, MasteringSettings, master};
 use nalgebra::Vector3;
 
 use super::bench::Bench;
