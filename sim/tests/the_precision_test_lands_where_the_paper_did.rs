@@ -140,7 +140,7 @@ fn what_cannot_be_carried_out_is_told_in_one_line() {
             format!("format = \"calibench-scenario/1\"\nextends = '{}'\nname = \"s\"\nquestion = \"?\"\n", cell.display());
         std::fs::write(&path, format!("{head}{keys}")).unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
-        let output = command.args(["precision", "--trials", "3"]).arg(&path).args(arguments).output().unwrap();
+        let output = command.arg("precision").arg(&path).args(arguments).output().unwrap();
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{keys}: {error}");
         assert!(error.matches('\n').count() == 1 && says.iter().all(|s| error.contains(s)), "{keys}: {error}");
@@ -154,4 +154,22 @@ fn what_cannot_be_carried_out_is_told_in_one_line() {
     refuse("", &["--repetitions", "0"], &["--repetitions", "from 1 to"]);
     refuse("", &["--trials", "1"], &["--trials", "from 2 to"]);
     refuse("", &["--seed", "-4"], &["--seed"]);
+}
+
+#[test]
+fn the_page_shows_what_the_program_prints() {
+    let page = std::fs::read_to_string(scenario("../docs/precision.md")).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_calibench")).arg("precision").arg(scenario("paper.toml")).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (_, results) = text.split_once("Deviation of").expect("the procedure comes first");
+    let cells = |line: &str| line.trim_matches('│').split('┆').map(|c| c.trim().to_owned()).collect::<Vec<_>>().join(" | ");
+    let rows: Vec<String> = results.lines().filter(|l| l.starts_with('│')).map(cells).collect();
+    assert_eq!(rows.len(), 1 + 5 + 1 + Source::ALL.len());
+    // The first header has an empty cell, which the page names.
+    for row in &rows[1..] {
+        assert!(page.contains(row.as_str()), "docs/precision.md lacks: {row}");
+    }
+    for line in results.lines().filter(|l| ["3-D: ", "along one axis: ", "Root sum"].iter().any(|s| l.starts_with(s))) {
+        assert!(page.contains(line), "docs/precision.md lacks: {line}");
+    }
 }
