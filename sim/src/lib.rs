@@ -18,6 +18,7 @@ pub mod opened;
 pub mod planning;
 pub mod plant;
 pub mod plunger;
+pub mod precision;
 mod proposal_files;
 pub mod random;
 pub mod run;

@@ -7,6 +7,7 @@ mod expect;
 mod key;
 mod keys;
 mod mujoco_truth;
+mod precision_keys;
 mod sources;
 mod sweep_keys;
 mod truth;
@@ -29,6 +30,7 @@ pub use expect::{Expectation, Quantity};
 pub use key::Key;
 pub use keys::{CentringToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};
 pub use mujoco_truth::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening};
+pub use precision_keys::{MOST_REPETITIONS, PrecisionToml};
 use sources::Sources;
 pub use sweep_keys::{AxisToml, CaseToml, Design, Scale, SweepToml};
 pub use truth::{StatedEffect, Truth, parameter_key, written_sizes};
@@ -58,6 +60,8 @@ pub struct Scenario {
     pub model: Model,
     /// What must come out.
     pub expect: Vec<Expectation>,
+    /// The precision test of its gauge.
+    pub precision: PrecisionToml,
     /// Blind trials of the diagnosis.
     pub suite: Option<SuiteToml>,
     /// The points at which a study is made.

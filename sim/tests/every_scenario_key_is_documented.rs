@@ -139,6 +139,7 @@ fn accepted() -> Result<Keys, toml::de::Error> {
     value.insert("suite".into(), suite["suite"].clone());
     let sweep: Table = "[[axis]]\nname = 'x'\n[[axis.case]]\nlabel = 'y'".parse()?;
     value.insert("sweep".into(), Value::Table(sweep));
+    value.insert("precision".into(), Value::Table(Table::new()));
     let mut keys = Keys::new();
     ScenarioToml::deserialize(Noting { table: String::new(), value: Value::Table(value), keys: &mut keys })
         .map_err(|e| toml::de::Error::custom(format!("the cell of the paper cannot be read: {e}")))?;

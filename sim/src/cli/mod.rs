@@ -11,6 +11,8 @@ mod measure;
 mod merge;
 mod next;
 mod plan;
+mod precision;
+mod precision_tables;
 mod progress;
 mod report;
 mod run;
@@ -79,6 +81,8 @@ enum Verb {
     Study(study::Arguments),
     /// Put the shards of a study together, and tell what they say
     Merge(merge::Arguments),
+    /// How far a centred ball stands from where the master ball stood (paper Table 3), and what that is made of
+    Precision(precision::Arguments),
     /// Blind trials of the diagnosis, held against the truth
     Suite(suite::Arguments),
     /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
@@ -125,6 +129,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Next(a) => next::run(a),
         Verb::Study(a) => study::run(a),
         Verb::Merge(a) => merge::run(a),
+        Verb::Precision(a) => precision::run(a),
         Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Report(a) => report::run(a),

@@ -12,6 +12,7 @@ use toml::{Table, Value};
 
 use super::expect::{Expectation, Quantity};
 use super::keys::{ModelToml, ScenarioToml, TRACKER_POOL};
+use super::precision_keys::MOST_REPETITIONS;
 use super::sources::Sources;
 use crate::contact::TRAVEL;
 
@@ -147,6 +148,16 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
     if truth.controller.speed_deg_per_s < SLOWEST {
         let remedy = format!("give the joints a speed of at least {SLOWEST} deg/s");
         return wrong("truth.controller.speed_deg_per_s", "is not positive, or as good as zero".into(), remedy);
+    }
+    let repetitions = toml.precision.repetitions;
+    if !(1..=MOST_REPETITIONS).contains(&repetitions) {
+        let remedy = format!("give a whole number from 1 to {MOST_REPETITIONS}; the paper repeats it 3 times");
+        return wrong("precision.repetitions", format!("is {repetitions}"), remedy);
+    }
+    for (key, value, most) in toml.precision.bounds() {
+        if !(0.0..=most).contains(&value) {
+            return wrong(key, format!("is {value}"), format!("give a number from 0 to {most}"));
+        }
     }
     if toml.centring.tolerance_um <= 0.0 {
         return wrong("centring.tolerance_um", "is not positive".into(), "the paper nulls to 3 um".into());

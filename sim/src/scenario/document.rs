@@ -52,6 +52,7 @@ impl Document {
             bodies: Bodies::of(&toml, cell.robot.joints(), sources)?,
             truth: Truth::of(toml.truth, &cell, sources)?,
             expect: check::expectations(&toml.expect, sources)?,
+            precision: toml.precision,
             suite: toml.suite,
             sweep: toml.sweep,
             name: toml.name,

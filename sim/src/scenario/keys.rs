@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
+use super::precision_keys::PrecisionToml;
 use super::sweep_keys::SweepToml;
 use super::truth_keys::TruthToml;
 
@@ -39,6 +40,8 @@ pub struct ScenarioToml {
     pub truth: TruthToml,
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
+    #[serde(default)]
+    pub precision: PrecisionToml,
     pub suite: Option<SuiteToml>,
     pub sweep: Option<SweepToml>,
 }

@@ -1,0 +1,62 @@
+//! The keys of a scenario's `[precision]`.
+
+use serde::Deserialize;
+
+/// The keys under `[precision]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct PrecisionToml {
+    pub repetitions: usize,
+    pub start_mm: f64,
+    pub arm_repeatability_um: f64,
+    pub arm_step_um: f64,
+    pub arm_small_move_um: f64,
+    pub arm_misalignment_mrad: f64,
+    pub arm_drift_um_per_min: f64,
+    pub cmm_um: f64,
+    pub cmm_s: f64,
+    pub room_drift_c_per_h: f64,
+    pub gauge_growth_um_per_c: f64,
+}
+
+impl Default for PrecisionToml {
+    fn default() -> Self {
+        PrecisionToml {
+            repetitions: 3,
+            start_mm: 0.2,
+            arm_repeatability_um: 5.0,
+            arm_step_um: 0.5,
+            arm_small_move_um: 0.3,
+            arm_misalignment_mrad: 1.0,
+            arm_drift_um_per_min: 0.2,
+            cmm_um: 0.4,
+            cmm_s: 60.0,
+            room_drift_c_per_h: 0.5,
+            gauge_growth_um_per_c: 2.3,
+        }
+    }
+}
+
+/// Most repetitions of one test.
+pub const MOST_REPETITIONS: usize = 1000;
+
+impl PrecisionToml {
+    /// Every size with its name and the most it may be; the least is zero.
+    ///
+    /// The ball must be found on the flats of the tips, and an arm that is lost by a millimetre or turned by a tenth carries nothing there.
+    pub fn bounds(&self) -> [(&'static str, f64, f64); 10] {
+        [
+            ("precision.start_mm", self.start_mm, 4.0),
+            ("precision.arm_repeatability_um", self.arm_repeatability_um, 100.0),
+            ("precision.arm_step_um", self.arm_step_um, 100.0),
+            ("precision.arm_small_move_um", self.arm_small_move_um, 100.0),
+            ("precision.arm_misalignment_mrad", self.arm_misalignment_mrad, 100.0),
+            ("precision.arm_drift_um_per_min", self.arm_drift_um_per_min, 100.0),
+            ("precision.cmm_um", self.cmm_um, 1000.0),
+            ("precision.cmm_s", self.cmm_s, 3600.0),
+            ("precision.room_drift_c_per_h", self.room_drift_c_per_h, 10.0),
+            ("precision.gauge_growth_um_per_c", self.gauge_growth_um_per_c, 100.0),
+        ]
+    }
+}
