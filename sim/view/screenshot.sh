@@ -37,6 +37,9 @@ from PIL import Image
 
 picture = Image.open(sys.argv[1]).convert("RGB")
 picture = picture.resize((1600, 900), Image.Resampling.LANCZOS)
+# A grey window has a few dozen colours, the story tens of thousands.
+if len(picture.getcolors(1 << 24)) < 2000:
+    sys.exit("the viewer has drawn nothing")
 # 64 steps of each colour look the same and take a quarter less.
 picture.point(lambda value: min(255, 4 * round(value / 4))).save(sys.argv[2], optimize=True)
 PYTHON
