@@ -1,7 +1,7 @@
 //! A TriCal is mastered by the master ball and nothing else, and by a sound set of indicators.
 
 use calibench::cell::scripted::{Script, ScriptedCell, ScriptedFault};
-use calibench::cell::{IndicatorError, TriCal};
+use calibench::cell::{Indicator, IndicatorError, TriCal};
 use calibench::measure::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master};
 use calibench::units::{MM, UM};
 
@@ -117,6 +117,32 @@ fn a_reading_that_does_not_settle_is_refused() {
     // Five readings span four intervals.
     let MasteringError::Unstable { axis: 2, spread } = error else { panic!("{error}") };
     assert!((spread - 20.0 * UM).abs() < 1e-9);
+}
+
+/// Shows whole micrometres, the last digit now one up, now one down.
+struct Flickering<I>(I, bool);
+
+impl<I: Indicator> Indicator for Flickering<I> {
+    fn read(&mut self) -> Result<f64, IndicatorError> {
+        self.1 = !self.1;
+        let steps = (self.0.read()? / UM).floor() + f64::from(u8::from(self.1));
+        // As it comes over the wire: millimetres with three decimals.
+        Ok(format!("{:.3}", steps / 1000.0).parse::<f64>().expect("a number") * MM)
+    }
+
+    fn preset(&mut self, value: f64) -> Result<(), IndicatorError> {
+        self.0.preset(value)
+    }
+}
+
+#[test]
+fn a_last_digit_that_flickers_is_at_rest() {
+    let cell = ScriptedCell::new(Script { ball: None, placement: [0.1 * MM, 0.2 * MM, 0.3 * MM], ..Script::default() });
+    let mut hand = Hand { cell: cell.clone(), radius: master_ball(), removes: true };
+    let mut indicators = cell.indicators().map(|indicator| Flickering(indicator, false));
+    let mastering = master(&mut indicators, &mut hand, &TriCal::default(), &MasteringSettings::default(), || 0.0);
+    let mastering = mastering.expect("one digit of flicker is no motion");
+    assert!(mastering.preset_residual.iter().all(|r| r.abs() < 1.0 * UM), "{mastering:?}");
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub struct CalledOff;
 pub struct MasteringSettings {
     /// Successive readings that must agree before a plunger counts as at rest. 5.
     pub stable_readings: usize,
-    /// Largest difference among them. 1 um: the last digit of the coarser display.
+    /// Largest difference among them, m. 1.5 um: the last digit of the coarser display may flicker by one, not by two.
     pub stable_within: f64,
     /// Readings taken before giving up. 100: some ten seconds at eight values a second.
     pub patience: usize,
@@ -48,7 +48,7 @@ impl Default for MasteringSettings {
     fn default() -> Self {
         MasteringSettings {
             stable_readings: 5,
-            stable_within: 1.0 * UM,
+            stable_within: 1.5 * UM,
             patience: 100,
             preset_within: 2.0 * UM,
             placed_within: 1.5 * MM,
