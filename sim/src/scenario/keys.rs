@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
+use super::design_keys::DesignToml;
 use super::sweep_keys::SweepToml;
 use super::truth_keys::TruthToml;
 
@@ -41,6 +42,7 @@ pub struct ScenarioToml {
     pub expect: BTreeMap<String, [f64; 2]>,
     pub suite: Option<SuiteToml>,
     pub sweep: Option<SweepToml>,
+    pub design: Option<DesignToml>,
 }
 
 /// The base: position, then turns about z, y, x.
