@@ -21,7 +21,7 @@ pub use page::design_page;
 pub use search::{Found, Ground, Site};
 pub use trials::{Held, Verified, verify};
 
-use crate::planning::{Plan, PlanError, layout, plan, plan_tracker, pool, wanted};
+use crate::planning::{Plan, PlanError, layout, plan, pool, wanted};
 use crate::scenario::{Document, Scenario};
 
 /// Postures by which all places together show which numbers can be told apart.
@@ -142,6 +142,9 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
     if !kept.is_empty() && !asked.scales.is_empty() {
         return Err(document.wrong("design.scales", "an artifact with fixed balls has its size", "leave out `fixed`, or `scales`"));
     }
+    if let Some(name) = asked.without.iter().find(|name| !workshop.has_solid(name)) {
+        return Err(document.wrong("design.without", format!("there is no solid '{name}'"), "name bodies of [[solid]]"));
+    }
     let grid: Vec<Place> = workshop.grid().into_iter().filter(|p| workshop.is_free(p, &kept)).collect();
     let layouts = Layouts { workshop: &workshop, seed };
 
@@ -243,12 +246,11 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
         watcher.step();
     }
     if trials > 0 {
-        let tracker = plan_tracker(scenario, seed).map_err(blame)?;
         watcher.stage("trials", trials * (1 + compared.len() as u64));
         for judged in std::iter::once(&mut best).chain(&mut compared) {
             let Some(Full { scenario, plan, predicted, .. }) = &judged.full else { continue };
             judged.verified =
-                verify(scenario, plan, &tracker, (&workspace, predicted), (seed, trials), &|| watcher.step());
+                verify(scenario, plan, (&workspace, predicted), (seed, trials), &|| watcher.step());
         }
     }
     Ok(Design {

@@ -1,6 +1,6 @@
 //! `design SCENARIO`: where the balls of an artifact should stand.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use calibench::files::write_whole;
 use serde_json::to_value;
@@ -67,7 +67,7 @@ fn scenario_text(found: &Design, of: &Path, path: &Path) -> Result<String, Failu
     let head = Table::from_iter([
         ("format".to_owned(), Value::String(crate::scenario::FORMAT.into())),
         ("extends".to_owned(), Value::String(beside(of, path))),
-        ("name".to_owned(), Value::String(format!("{}-artifact", found.name))),
+        ("name".to_owned(), Value::String(format!("{}-designed", found.name))),
         ("question".to_owned(), Value::String(format!("What does the artifact designed in {} give?", found.name))),
     ]);
     let said = format!(
@@ -78,10 +78,12 @@ fn scenario_text(found: &Design, of: &Path, path: &Path) -> Result<String, Failu
     Ok(format!("{said}{head}\n{keys}"))
 }
 
-/// The file `of` as seen from the folder of `path`: relative where they share one, else in full.
+/// The file `of` as seen from the folder of `path`.
 fn beside(of: &Path, path: &Path) -> String {
     let full = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_owned());
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).map_or_else(|| full(Path::new(".")), full);
     let of = full(of);
-    of.strip_prefix(&folder).unwrap_or(&of).to_string_lossy().into_owned()
+    let shared = of.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(shared).map(|_| Component::ParentDir);
+    up.chain(of.components().skip(shared)).collect::<PathBuf>().to_string_lossy().into_owned()
 }

@@ -175,17 +175,26 @@ impl Workshop {
         (1..).map(|n: usize| n.to_string()).filter(|name| !taken(name)).take(artifact.placed.len()).collect()
     }
 
+    /// The bodies of the scenario, as written.
+    fn solids(&self) -> impl Iterator<Item = &Table> {
+        let solids = "solid".parse().ok().and_then(|key| self.document.get(&key)).and_then(Value::as_array);
+        solids.into_iter().flatten().filter_map(Value::as_table)
+    }
+
+    /// Whether the scenario has a body of that name.
+    pub fn has_solid(&self, name: &str) -> bool {
+        self.solids().any(|s| s.get("name").and_then(Value::as_str) == Some(name))
+    }
+
     /// What stands in the cell when these balls are kept. With none of them all that is on the artifact goes.
     fn standing(&self, kept: &[usize]) -> Vec<Table> {
-        let solids = "solid".parse().ok().and_then(|key| self.document.get(&key)).and_then(Value::as_array);
         let stays = |solid: &Table| {
             let named = |name: &str| self.design.without.iter().any(|w| w == name);
             let on_artifact = solid.get("on_artifact").and_then(Value::as_bool).unwrap_or(false);
             let all = kept.len() == self.scenario.ball_ids().len();
             all || !(on_artifact && kept.is_empty() || solid.get("name").and_then(Value::as_str).is_some_and(named))
         };
-        let tables = solids.into_iter().flatten().filter_map(Value::as_table);
-        tables.filter(|s| stays(s)).cloned().collect()
+        self.solids().filter(|s| stays(s)).cloned().collect()
     }
 
     /// Block and stem under a ball.

@@ -58,12 +58,13 @@ pub struct Verified {
 pub fn verify(
     scenario: &Scenario,
     plan: &Plan,
-    tracker: &TrackerPlan,
     (workspace, predicted): (&Workspace, &Predicted),
     (seed, trials): (u64, u64),
     done: &(dyn Fn() + Sync),
 ) -> Option<Verified> {
-    let tracker = TrackerPlan { points: Vec::new(), validation: workspace.poses.clone(), ..tracker.clone() };
+    // The tracker only judges.
+    let (identification, points) = (Vec::new(), Vec::new());
+    let tracker = TrackerPlan { identification, points, validation: workspace.poses.clone(), chosen: plan.trical.clone() };
     let plans = Plans { plan: plan.clone(), tracker };
     let errors: Vec<Option<Vec<f64>>> = (0..trials)
         .into_par_iter()

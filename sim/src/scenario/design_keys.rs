@@ -99,7 +99,8 @@ impl DesignToml {
         self.probings.div_ceil(balls)
     }
 
-    /// That the numbers make sense, and that balls and bodies named are there.
+    /// That the numbers make sense, and that the balls named are there. Whether the bodies are is asked by who takes them away: of the
+    /// scenario with the artifact designed, which extends this one, they are gone.
     pub(super) fn check(&self, toml: &ScenarioToml, sources: &Sources) -> Result<(), FileError> {
         let wrong = |key: &str, problem: String, remedy: &str| Err(sources.wrong(&format!("design.{key}"), problem, remedy));
         let [least, most] = BALLS;
@@ -114,9 +115,6 @@ impl DesignToml {
         if self.fixed.len() >= self.balls {
             let problem = format!("{} of {} balls are fixed", self.fixed.len(), self.balls);
             return wrong("fixed", problem, "leave at least one ball to be placed");
-        }
-        if let Some(name) = self.without.iter().find(|name| !toml.solids.iter().any(|s| s.name == **name)) {
-            return wrong("without", format!("there is no solid '{name}'"), "name bodies of [[solid]]");
         }
         if (0..3).any(|i| self.min_mm[i] > self.max_mm[i]) {
             return wrong("min_mm", "lies beyond max_mm".into(), "give the least corner of the box, then the greatest");
