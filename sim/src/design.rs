@@ -133,14 +133,22 @@ impl Watcher for () {
 pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher) -> Result<Design, FileError> {
     let scenario = document.scenario()?;
     let Some(asked) = scenario.design.clone() else {
-        return Err(document.wrong("design", "is missing", "say in [design] how many balls, where, and of what the artifact is made"));
+        return Err(document.wrong(
+            "design",
+            "is missing",
+            "say in [design] how many balls, where, and of what the artifact is made",
+        ));
     };
     let workshop = Workshop { document: document.clone(), scenario, design: asked };
     let Workshop { scenario, design: asked, .. } = &workshop;
     let ids = scenario.ball_ids();
     let kept: Vec<usize> = asked.fixed.iter().filter_map(|id| ids.iter().position(|b| b == id)).collect();
     if !kept.is_empty() && !asked.scales.is_empty() {
-        return Err(document.wrong("design.scales", "an artifact with fixed balls has its size", "leave out `fixed`, or `scales`"));
+        return Err(document.wrong(
+            "design.scales",
+            "an artifact with fixed balls has its size",
+            "leave out `fixed`, or `scales`",
+        ));
     }
     if let Some(name) = asked.without.iter().find(|name| !workshop.has_solid(name)) {
         return Err(document.wrong("design.without", format!("there is no solid '{name}'"), "name bodies of [[solid]]"));
@@ -163,7 +171,9 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
         .map(|k| {
             let found = layouts.postures(&all_kept, k)?.filter(|cell| cell.samples.len() >= most);
             watcher.step();
-            found.ok_or_else(|| document.wrong("design.fixed", format!("ball '{}' cannot be probed", ids[kept[k]]), "place it anew"))
+            found.ok_or_else(|| {
+                document.wrong("design.fixed", format!("ball '{}' cannot be probed", ids[kept[k]]), "place it anew")
+            })
         })
         .collect::<Result<_, _>>()?;
     let reachable = pools.iter().flatten().count();
@@ -187,10 +197,8 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
     drop(pools);
     let kept_lessons = kept.iter().zip(&kept_pools).map(|(&b, cell)| Ok(lesson(cell)?.map(|l| (b, l))));
     let kept_lessons = kept_lessons.collect::<Result<Vec<_>, FileError>>()?.into_iter().flatten().collect();
-    let at: Vec<Option<usize>> = sites
-        .iter()
-        .scan(0, |next, site| Some(site.as_ref().map(|_| std::mem::replace(next, *next + 1))))
-        .collect();
+    let at: Vec<Option<usize>> =
+        sites.iter().scan(0, |next, site| Some(site.as_ref().map(|_| std::mem::replace(next, *next + 1)))).collect();
     let sites: Vec<Site> = sites.into_iter().flatten().collect();
     let all: Vec<usize> = (0..sites.len()).collect();
     let ground = Ground { workshop: &workshop, kept: kept_lessons, sites, sought: &sought, workspace: &workspace, seed };
@@ -208,8 +216,11 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
             .collect();
         let map = grid.iter().zip(&at).map(|(p, at)| OnMap { centre_mm: p.centre_mm, worst_um: at.and_then(|s| worst[s]) });
         let allowed = |s: &usize| ground.is_allowed(&[*s]);
-        let mut found: Vec<Found> =
-            all.iter().filter(|s| allowed(s)).filter_map(|&s| worst[s].map(|worst_um| Found { sites: vec![s], worst_um })).collect();
+        let mut found: Vec<Found> = all
+            .iter()
+            .filter(|s| allowed(s))
+            .filter_map(|&s| worst[s].map(|worst_um| Found { sites: vec![s], worst_um }))
+            .collect();
         found.sort_by(|a, b| a.worst_um.total_cmp(&b.worst_um).then_with(|| a.sites.cmp(&b.sites)));
         (Some(map.collect()), found)
     } else {
@@ -249,8 +260,7 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
         watcher.stage("trials", trials * (1 + compared.len() as u64));
         for judged in std::iter::once(&mut best).chain(&mut compared) {
             let Some(Full { scenario, plan, predicted, .. }) = &judged.full else { continue };
-            judged.verified =
-                verify(scenario, plan, (&workspace, predicted), (seed, trials), &|| watcher.step());
+            judged.verified = verify(scenario, plan, (&workspace, predicted), (seed, trials), &|| watcher.step());
         }
     }
     Ok(Design {

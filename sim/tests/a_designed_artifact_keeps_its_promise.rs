@@ -34,7 +34,7 @@ const THREE_BALLS: &str = r#"
 balls = 3
 min_mm = [-150.0, -300.0, -60.0]
 max_mm = [50.0, 300.0, 300.0]
-step_mm = 200.0
+step_mm = 100.0
 riser_heights_mm = [30.0, 200.0]
 table_mm = -60.0
 plate_kg_per_m2 = 27.0
@@ -112,7 +112,8 @@ fn the_prediction_is_what_the_simulated_cell_shows_and_the_artifact_runs() {
     }
     assert!(number(&design["best"]["mass_kg"]) <= 12.0);
     // A smaller box holds no better artifact than the whole: its places are among them.
-    let front: Vec<f64> = design["front"].as_array().expect("a front").iter().map(|f| number(&f["judged"]["worst_um"])).collect();
+    let front: Vec<f64> =
+        design["front"].as_array().expect("a front").iter().map(|f| number(&f["judged"]["worst_um"])).collect();
     assert!(front[1] > front[0], "{front:?}");
     let scenario = load_scenario(&folder.path().join("artifact.toml")).expect("a scenario");
     let balls: Vec<Value> = scenario.dataset().balls.iter().map(|b| (b.position * 1000.0).as_slice().into()).collect();
@@ -143,12 +144,17 @@ fn bad_input_ends_in_one_clear_error_that_names_the_key() {
     for (old, new, key, remedy) in [
         ("balls = 3", "balls = 2", "design.balls", "from 3 to 8"),
         ("balls = 3", "balls = 9", "design.balls", "from 3 to 8"),
-        ("balls = 3", "ball = 3", "design.ball", "balls"),
+        ("balls = 3", "ball = 3", "design.ball", "no such key"),
         ("[\"1\", \"2\"]", "[\"1\", \"7\"]", "design.fixed", "by their id"),
         ("[\"1\", \"2\"]", "[\"1\", \"2\", \"3\"]", "design.fixed", "leave at least one"),
         ("\"stem 4\"", "\"stem 9\"", "design.without", "[[solid]]"),
         ("min_mm = [-79.4", "min_mm = [200.0", "design.min_mm", "least corner"),
-        ("min_mm = [-79.4, -220.0, -60.0]\nmax_mm = [120.6,", "min_mm = [3000.0, -220.0, -60.0]\nmax_mm = [3200.0,", "design.min_mm", "move the box"),
+        (
+            "min_mm = [-79.4, -220.0, -60.0]\nmax_mm = [120.6,",
+            "min_mm = [3000.0, -220.0, -60.0]\nmax_mm = [3200.0,",
+            "design.min_mm",
+            "move the box",
+        ),
         ("step_mm = 200.0", "step_mm = 0.0", "design.step_mm", "positive"),
         ("step_mm = 200.0", "step_mm = 0.1", "design.step_mm", "wider step"),
         ("[28.1, 200.0]", "[200.0, 28.1]", "design.riser_heights_mm", "lowest first"),

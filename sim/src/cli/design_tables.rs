@@ -11,11 +11,8 @@ pub fn design_text(design: &Design) -> String {
         "{name}: {question}\nseed {seed}; {places} places, {reachable} of them can be probed; judged at {workspace_poses} poses of the workspace\n\nRECOMMENDED\n"
     );
     let words = |w: &[&str]| w.iter().map(|s| (*s).to_owned()).collect::<Vec<String>>();
-    let balls: Vec<Vec<String>> = best
-        .balls
-        .iter()
-        .map(|(id, at)| std::iter::once(id.clone()).chain(at.map(|v| format!("{v:.1}"))).collect())
-        .collect();
+    let balls: Vec<Vec<String>> =
+        best.balls.iter().map(|(id, at)| std::iter::once(id.clone()).chain(at.map(|v| format!("{v:.1}"))).collect()).collect();
     out.push_str(&plain_rows(&words(&["ball", "x mm", "y mm", "z mm"]), &balls));
     out.push_str("\n\nUNCERTAINTY of the TCP over the workspace, one-sigma, um\n");
     let all: Vec<&Judged> = std::iter::once(best).chain(compared).collect();

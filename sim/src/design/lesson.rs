@@ -79,7 +79,8 @@ impl Sought {
     pub fn information(&self, cell: &Dataset, model: &Model) -> Result<Option<DMatrix<f64>>, PlanError> {
         let problem = Problem::new(&[("plan", cell)], &shown(model, cell), Use::Fit)?;
         let Some(mut all) = positions(&problem, &self.names) else { return Ok(None) };
-        let of_balls: Vec<usize> = (0..problem.parameters().len()).filter(|&p| is_of_a_ball(&problem.parameters()[p])).collect();
+        let of_balls: Vec<usize> =
+            (0..problem.parameters().len()).filter(|&p| is_of_a_ball(&problem.parameters()[p])).collect();
         let sigma: Vec<f64> = of_balls.iter().map(|&p| problem.parameters()[p].knowledge.information()).collect();
         let (n, k) = (all.len(), of_balls.len());
         all.extend(of_balls);

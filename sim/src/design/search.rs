@@ -2,8 +2,8 @@
 
 use calibench::measure::selection::{Candidates, Quota, Request, select};
 use nalgebra::DMatrix;
-use rand::seq::SliceRandom;
 use rand::SeedableRng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
@@ -75,9 +75,7 @@ impl Ground<'_> {
         let lessons: Vec<DMatrix<f64>> = among.par_iter().map(|&s| self.sites[s].lesson.on_average(poses)).collect();
         let mut base = self.sought.beforehand();
         self.kept.iter().for_each(|(_, lesson)| base += lesson.on_average(poses));
-        let worst = |information: &DMatrix<f64>| {
-            self.workspace.predicted(information).map_or(f64::INFINITY, |p| p.worst().0)
-        };
+        let worst = |information: &DMatrix<f64>| self.workspace.predicted(information).map_or(f64::INFINITY, |p| p.worst().0);
         let mut ends: Vec<Vec<usize>> = (0..self.workshop.design.starts)
             .into_par_iter()
             .filter_map(|start| self.exchange(start, count, among, &lessons, &base, &worst))

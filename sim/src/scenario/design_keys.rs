@@ -109,7 +109,11 @@ impl DesignToml {
         }
         for (k, id) in self.fixed.iter().enumerate() {
             if !toml.balls.iter().any(|b| b.id == *id) || self.fixed[..k].contains(id) {
-                return wrong("fixed", format!("'{id}' is not a ball, or is named twice"), "name balls of [[ball]] by their id");
+                return wrong(
+                    "fixed",
+                    format!("'{id}' is not a ball, or is named twice"),
+                    "name balls of [[ball]] by their id",
+                );
             }
         }
         if self.fixed.len() >= self.balls {
@@ -147,7 +151,11 @@ impl DesignToml {
         let [columns, rows] = self.columns();
         let places = columns.saturating_mul(rows).saturating_mul(heights.len());
         if places > MOST_PLACES {
-            return wrong("step_mm", format!("gives {places} places"), "take a wider step or a smaller box: at most 20000 places");
+            return wrong(
+                "step_mm",
+                format!("gives {places} places"),
+                "take a wider step or a smaller box: at most 20000 places",
+            );
         }
         let pool = self.poses_per_ball(self.balls.min(3));
         for (key, count, least, most) in [
