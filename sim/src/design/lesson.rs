@@ -63,7 +63,7 @@ impl Sought {
     }
 
     /// How many in all.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.names.len()
     }
 
@@ -86,7 +86,7 @@ impl Sought {
         all.extend(of_balls);
         let rows = problem.whitened(&problem.start(), &all);
         let (a, b) = (rows.rows(0, n), rows.rows(n, k));
-        Ok(Some(eliminated(&a * a.transpose(), &(&a * b.transpose()), &b * b.transpose(), &sigma) + self.beforehand()))
+        Ok(Some(eliminated(a * a.transpose(), &(a * b.transpose()), b * b.transpose(), &sigma) + self.beforehand()))
     }
 }
 
@@ -132,7 +132,7 @@ impl Lesson {
         let mut rows = problem.whitened(&problem.start(), &all);
         let kept = all.len();
         rows.resize_vertically_mut(kept, 0.0);
-        Ok(Some(Lesson { rows, plain, ball, sought: sought.len() }))
+        Ok(Some(Lesson { rows, plain, ball, sought: sought.count() }))
     }
 
     /// Number of postures.
@@ -159,7 +159,7 @@ impl Lesson {
 
     fn of_rows(&self, rows: &DMatrix<f64>, share: f64) -> DMatrix<f64> {
         let (a, b) = (rows.rows(0, self.sought), rows.rows(self.sought, self.ball.len()));
-        eliminated(&a * a.transpose() * share, &(&a * b.transpose() * share), &b * b.transpose() * share, &self.ball)
+        eliminated(a * a.transpose() * share, &(a * b.transpose() * share), b * b.transpose() * share, &self.ball)
     }
 }
 
@@ -206,7 +206,7 @@ impl Workspace {
         let there = Dataset { samples: samples.collect(), ..cell.clone() };
         let problem = Problem::new(&[("workspace", &there)], &shown(model, &there), Use::Fit)?;
         // What only balls show moves the TCP nowhere else.
-        let mut fields = DMatrix::zeros(sought.len(), 3 * poses.len());
+        let mut fields = DMatrix::zeros(sought.count(), 3 * poses.len());
         for (k, name) in sought.names.iter().enumerate() {
             if let Some(p) = problem.parameters().iter().position(|p| p.name == *name) {
                 let column = problem.plain_jacobian(&problem.start(), &[p]);
