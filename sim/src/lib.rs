@@ -8,6 +8,7 @@ pub mod cli;
 pub mod cmm;
 pub mod contact;
 pub mod controller;
+pub mod design;
 pub mod flaw;
 pub mod gauge;
 pub mod hidden;

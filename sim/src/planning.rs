@@ -9,7 +9,7 @@ use calibench::identify::{
 };
 use calibench::measure::selection::{Candidates, Quota, Request, Selection, SelectionError, select};
 use calibench::measure::{
-    Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample,
+    Candidate, Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample,
     feasible_pool, free_poses, interleave,
 };
 use calibench::robot::world_from_tool;
@@ -102,26 +102,8 @@ pub struct TrackerPlan {
 /// When a ball cannot be probed or the pool does not determine the model.
 pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
     let cell = scenario.dataset();
-    let layout = layout(scenario);
-    let balls: Vec<ProbedBall> = cell
-        .balls
-        .iter()
-        .zip(layout.outward.iter().zip(&layout.bodies))
-        .map(|(b, (&outward, body))| ProbedBall { id: b.id.clone(), centre: b.position, outward, body: Some(body.clone()) })
-        .collect();
-    let pool = feasible_pool(&PoolRequest {
-        robot: &cell.robot,
-        base: &cell.base,
-        tool: &cell.tool,
-        balls: &balls,
-        approach: retreat(),
-        approach_length: layout.retreat,
-        cone: layout.cone,
-        surroundings: &layout.surroundings,
-        margins: layout.margins,
-        count_per_ball: scenario.plan.pool_per_ball,
-        seed,
-    })?;
+    let balls: Vec<usize> = (0..cell.balls.len()).collect();
+    let pool = pool(scenario, &balls, scenario.plan.pool_per_ball, seed)?;
     let samples = pool
         .iter()
         .enumerate()
@@ -177,6 +159,35 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
     let light = ordered(poses('l', &light, 1, false));
     let reserves = poses('r', &reserves, 0, true);
     Ok(Plan { probings: [main, reversed, light, reserves].concat(), trical })
+}
+
+/// Up to `count` postures in which the arm can probe each of the scenario's balls at these places among them, ball by ball as listed:
+/// [`Candidate::ball`] is the place in `balls`.
+///
+/// # Errors
+/// When one of them cannot be probed.
+pub fn pool(scenario: &Scenario, balls: &[usize], count: usize, seed: u64) -> Result<Vec<Candidate>, PoolError> {
+    let cell = scenario.dataset();
+    let layout = layout(scenario);
+    let probed = |&b: &usize| ProbedBall {
+        id: cell.balls[b].id.clone(),
+        centre: cell.balls[b].position,
+        outward: layout.outward[b],
+        body: Some(layout.bodies[b].clone()),
+    };
+    feasible_pool(&PoolRequest {
+        robot: &cell.robot,
+        base: &cell.base,
+        tool: &cell.tool,
+        balls: &balls.iter().map(probed).collect::<Vec<_>>(),
+        approach: retreat(),
+        approach_length: layout.retreat,
+        cone: layout.cone,
+        surroundings: &layout.surroundings,
+        margins: layout.margins,
+        count_per_ball: count,
+        seed,
+    })
 }
 
 /// Chooses the tracker's poses.

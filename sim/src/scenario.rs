@@ -2,6 +2,7 @@
 
 mod bodies;
 mod check;
+mod design_keys;
 mod document;
 mod expect;
 mod key;
@@ -25,6 +26,7 @@ use nalgebra::{Unit, Vector3};
 
 use bodies::Bodies;
 pub use bodies::ball_body;
+pub use design_keys::DesignToml;
 pub use document::Document;
 pub use expect::{Expectation, Quantity};
 pub use key::Key;
@@ -66,6 +68,8 @@ pub struct Scenario {
     pub suite: Option<SuiteToml>,
     /// The points at which a study is made.
     pub sweep: Option<SweepToml>,
+    /// What an artifact is to be designed from.
+    pub design: Option<DesignToml>,
     cell: Dataset,
     outward: Vec<Unit<Vector3<f64>>>,
     bodies: Bodies,

@@ -40,7 +40,8 @@ use crate::run::Plans;
 use crate::scenario::{Document, Scenario};
 
 /// What decides which poses are planned is all but this.
-const NOT_PLANNED_BY: [&str; 9] = ["name", "question", "plant", "truth", "centring", "expect", "suite", "sweep", "format"];
+const NOT_PLANNED_BY: [&str; 10] =
+    ["name", "question", "plant", "truth", "centring", "expect", "suite", "sweep", "design", "format"];
 
 /// A study that is ready to run.
 pub struct Study {
@@ -118,7 +119,7 @@ impl Study {
 
 fn identity(document: &Document, base: &Scenario, diagnosed: bool) -> String {
     let mut hash = Sha256::new();
-    hash.update(document.text_without(&["question", "expect", "suite"]));
+    hash.update(document.text_without(&["question", "expect", "suite", "design"]));
     hash.update(format!("{:?}", base.robot()));
     hash.update(format!("{diagnosed} {}", env!("CARGO_PKG_VERSION")));
     let digits: String = hash.finalize().iter().take(6).map(|byte| format!("{byte:02x}")).collect();

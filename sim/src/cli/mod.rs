@@ -3,6 +3,8 @@
 mod add;
 mod catalogue;
 mod compare;
+mod design;
+mod design_tables;
 mod diagnose;
 mod identify;
 mod import;
@@ -79,6 +81,8 @@ enum Verb {
     Next(next::Arguments),
     /// The whole procedure again and again, every error drawn anew: how its results spread, at one point or along a sweep
     Study(study::Arguments),
+    /// Where the balls of an artifact should stand: the smallest worst-case uncertainty over the workspace, against size and weight
+    Design(design::Arguments),
     /// Put the shards of a study together, and tell what they say
     Merge(merge::Arguments),
     /// How far a centred ball stands from where the master ball stood (paper Table 3), and what that is made of
@@ -128,6 +132,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Ladder(a) => ladder::run(a),
         Verb::Next(a) => next::run(a),
         Verb::Study(a) => study::run(a),
+        Verb::Design(a) => design::run(a),
         Verb::Merge(a) => merge::run(a),
         Verb::Precision(a) => precision::run(a),
         Verb::Suite(a) => suite::run(a),

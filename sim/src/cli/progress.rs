@@ -3,6 +3,8 @@
 use calibench::measure::{Iteration, PlannedPose, Probing, Progress, Sample, Witness};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::design::Watcher;
+
 /// A bar that goes away with the work, however that ends.
 struct Bar(ProgressBar);
 
@@ -106,5 +108,27 @@ impl Witness for CampaignBar {
         } else if let Err(failure) = &probing.outcome {
             self.0.0.println(format!("probing failed: {failure}"));
         }
+    }
+}
+
+/// A bar over the steps of stage after stage of a design.
+pub struct Steps(Bar);
+
+impl Steps {
+    /// A bar before its first stage.
+    pub fn new() -> Self {
+        Steps(Bar::new(Some(0), "{bar:30} {pos}/{len}  {elapsed} {msg}"))
+    }
+}
+
+impl Watcher for Steps {
+    fn stage(&self, what: &'static str, steps: u64) {
+        self.0.0.set_length(steps);
+        self.0.0.set_position(0);
+        self.0.0.set_message(what);
+    }
+
+    fn step(&self) {
+        self.0.0.inc(1);
     }
 }

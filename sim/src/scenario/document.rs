@@ -45,6 +45,9 @@ impl Document {
             .map_err(|e| if e.path.is_file() { e } else { sources.wrong("robot", e.problem, e.remedy) })?;
         check::numbers(keys, sources)?;
         check::keys(&toml, robot.joints(), sources)?;
+        if let Some(design) = &toml.design {
+            design.check(&toml, sources)?;
+        }
         let cell = cell(&toml, robot);
         let model = check::cell(&cell, &toml, sources)?;
         Ok(Scenario {
@@ -55,6 +58,7 @@ impl Document {
             precision: toml.precision,
             suite: toml.suite,
             sweep: toml.sweep,
+            design: toml.design,
             name: toml.name,
             question: toml.question,
             seed: toml.seed,

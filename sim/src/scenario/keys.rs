@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
+use super::design_keys::DesignToml;
 use super::precision_keys::PrecisionToml;
 use super::sweep_keys::SweepToml;
 use super::truth_keys::TruthToml;
@@ -44,6 +45,7 @@ pub struct ScenarioToml {
     pub precision: PrecisionToml,
     pub suite: Option<SuiteToml>,
     pub sweep: Option<SweepToml>,
+    pub design: Option<DesignToml>,
 }
 
 /// The base: position, then turns about z, y, x.

@@ -1,0 +1,103 @@
+//! What a prediction is worth: the simulated cell with the artifact in it, measured and calibrated again and again.
+
+use calibench::identify::{Use, identify};
+use calibench::measure::Measured;
+use calibench::units::UM;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::lesson::{Predicted, Workspace};
+use crate::planning::{Plan, TrackerPlan};
+use crate::random::Streams;
+use crate::run::{Plans, RunError, measure_all};
+use crate::scenario::Scenario;
+
+/// Half-width of a 95 % interval, in standard errors.
+const HALF_WIDTH: f64 = 1.96;
+
+/// A root mean square over trials against what was predicted, um: distance of the calibrated robot's TCP from the true one, which also
+/// holds what the encoders do not see at that moment.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Held {
+    /// From the uncertainty of the calibration and what the encoders do not see.
+    pub predicted_um: f64,
+    /// Of the trials.
+    pub measured_um: f64,
+    /// Where endless trials would have it, 95 %.
+    pub band_um: [f64; 2],
+}
+
+impl Held {
+    /// From the mean square of each trial, m².
+    fn of(predicted: f64, squares: &[f64]) -> Self {
+        let n = squares.len() as f64;
+        let mean = squares.iter().sum::<f64>() / n;
+        let variance = squares.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let half = HALF_WIDTH * (variance / n).sqrt();
+        let root = |square: f64| square.max(0.0).sqrt() / UM;
+        Held { predicted_um: root(predicted), measured_um: root(mean), band_um: [root(mean - half), root(mean + half)] }
+    }
+}
+
+/// Trials of one artifact.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verified {
+    /// Trials that came to their end.
+    pub trials: usize,
+    /// Those that did not.
+    pub failed: usize,
+    /// Over all poses of the workspace.
+    pub rms: Held,
+    /// At the pose that was predicted to be the worst.
+    pub worst: Held,
+}
+
+/// Carries a scenario out `trials` times on this plan and judges it at the poses of the workspace; `done` is told of each.
+/// `None` where no trial came to its end.
+pub fn verify(
+    scenario: &Scenario,
+    plan: &Plan,
+    (workspace, predicted): (&Workspace, &Predicted),
+    (seed, trials): (u64, u64),
+    done: &(dyn Fn() + Sync),
+) -> Option<Verified> {
+    // The tracker only judges.
+    let (identification, points) = (Vec::new(), Vec::new());
+    let tracker = TrackerPlan { identification, points, validation: workspace.poses.clone(), chosen: plan.trical.clone() };
+    let plans = Plans { plan: plan.clone(), tracker };
+    let errors: Vec<Option<Vec<f64>>> = (0..trials)
+        .into_par_iter()
+        .map(|trial| {
+            let errors = squared_errors(scenario, &plans, Streams { seed, trial }).ok();
+            done();
+            errors
+        })
+        .collect();
+    let errors: Vec<Vec<f64>> = errors.into_iter().flatten().collect();
+    if errors.is_empty() {
+        return None;
+    }
+    let variance: Vec<f64> = predicted.sigma.iter().zip(&workspace.unseen).map(|(s, u)| s * s + u).collect();
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+    let worst = predicted.worst().1;
+    Some(Verified {
+        trials: errors.len(),
+        failed: trials as usize - errors.len(),
+        rms: Held::of(mean(&variance), &errors.iter().map(|e| mean(e)).collect::<Vec<f64>>()),
+        worst: Held::of(variance[worst], &errors.iter().map(|e| e[worst]).collect::<Vec<f64>>()),
+    })
+}
+
+/// Squared distance of the calibrated TCP from the true one at each validation pose, m².
+fn squared_errors(scenario: &Scenario, plans: &Plans, streams: Streams) -> Result<Vec<f64>, RunError> {
+    let measured = measure_all(scenario, streams, plans, &mut ())?;
+    let calibration = identify(&[("trical", &measured.fit)], &scenario.model)?;
+    let prediction = calibration.predict(&[("validation", &measured.validation)], Use::Validation)?;
+    let points = measured.validation.samples.iter().map(|s| match &s.measured {
+        Measured::Point(point) => *point,
+        _ => Vector3::zeros(),
+    });
+    let pairs = prediction.residuals.iter().zip(points.zip(&measured.validation_truth));
+    Ok(pairs.map(|(residual, (point, truth))| (residual - (point - truth)).norm_squared()).collect())
+}
