@@ -69,6 +69,10 @@ impl Machine {
             element!(xml, "option", {
                 "timestep" = STEP_S, "gravity" = numbers(self.gravity.as_slice()), "integrator" = "implicitfast", "solver" = "Newton",
                 "iterations" = 100, "tolerance" = 1e-14
+            }, |xml| {
+                // What diverges is to be seen, not to begin again at the start.
+                element!(xml, "flag", { "autoreset" = "disable" })?;
+                Ok(())
             })?;
             self.scenery.write_settings(xml)?;
             element!(xml, "worldbody", {}, |xml| {

@@ -150,9 +150,10 @@ impl MujocoPlant {
         let slow = (AT_REST * RATE).max(2.0 * self.flaws.creep());
         for _ in 0..MOST_STEPS / STEPS {
             self.engine.step(STEPS)?;
-            let fastest =
-                self.engine.qvel(|v| v.iter().fold(0.0, |most: f64, v| if v.is_nan() { f64::NAN } else { most.max(v.abs()) }));
-            if fastest.is_nan() || fastest > 1e6 {
+            // `f64::max` passes over what is no number.
+            let (fastest, whole) =
+                self.engine.qvel(|v| (v.iter().fold(0.0, |most: f64, v| most.max(v.abs())), v.iter().all(|v| v.is_finite())));
+            if !whole || fastest > 1e6 {
                 return Err(PlantError::Restless { detail: "MuJoCo diverges".into() });
             }
             if fastest < slow {

@@ -82,7 +82,11 @@ pub fn mujoco(py: Python<'_>) -> Result<Bound<'_, PyModule>, PythonError> {
     let module = MUJOCO.get_or_try_init(py, || {
         let environment = Environment::find()?;
         environment.check_interpreter(py)?;
-        environment.import(py).map(Bound::unbind)
+        let module = environment.import(py)?;
+        // Its warnings would go to a file in whatever folder the program was called from; what they warn of is found by its numbers.
+        let silent = py.eval(c"lambda text: None", None, None);
+        silent.and_then(|f| module.call_method1("set_mju_user_warning", (f,))).map_err(|e| environment.raised(e))?;
+        Ok::<_, PythonError>(module.unbind())
     })?;
     Ok(module.bind(py).clone())
 }
