@@ -1,8 +1,8 @@
 //! The designer of artifacts: where the balls of an artifact should stand, so that the calibration is surest where it is least sure.
 //!
-//! Every place of a grid where a ball may stand is tried for postures once ([`lesson`]); what they teach adds up over the balls of a
+//! Every place of a grid where a ball may stand is tried for postures once (`lesson`); what they teach adds up over the balls of a
 //! layout to the information about the robot, and that gives the uncertainty of the TCP at poses of the workspace. Layouts are searched
-//! on that ([`search`]); the best are planned in full, every posture clear of the whole artifact, and tried on the simulated cell.
+//! on that (`search`); the best are planned in full, every posture clear of the whole artifact, and tried on the simulated cell.
 
 mod artifact;
 mod lesson;
