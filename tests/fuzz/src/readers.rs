@@ -1,0 +1,142 @@
+//! What is fed: every reader of a file, of a frame on the wire and of a line typed by a user, by name.
+
+use std::fs;
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use calibench::cell::Recording;
+use calibench::effects::{Expression, Subject};
+use calibench::identify::{Model, identify, read_calibration, read_model};
+use calibench::import::{ImportOptions, import};
+use calibench::measure::{Dataset, PLAN_FORMAT, read_dataset, read_plan};
+use calibench::robot::load_robot;
+use calibench_sim::scenario::load_scenario;
+use calibench_sim::study::RowsReader;
+use tempfile::TempDir;
+
+/// A reader, and the folder of its corpus.
+pub struct Reader {
+    pub name: &'static str,
+    pub feed: fn(&[u8]),
+}
+
+/// All of them.
+pub const READERS: &[Reader] = &[
+    Reader { name: "dataset_toml", feed: dataset_toml },
+    Reader { name: "samples_csv", feed: samples_csv },
+    Reader { name: "model_toml", feed: model_toml },
+    Reader { name: "expression", feed: expression },
+    Reader { name: "calibration_toml", feed: calibration_toml },
+    Reader { name: "robot_toml", feed: robot_toml },
+    Reader { name: "plan_toml", feed: plan_toml },
+    Reader { name: "scenario_toml", feed: scenario_toml },
+    Reader { name: "column_map", feed: column_map },
+    Reader { name: "foreign_table", feed: foreign_table },
+    Reader { name: "iterations_csv", feed: iterations_csv },
+    Reader { name: "study_csv", feed: study_csv },
+];
+
+/// A folder in memory where there is one: millions of files are written into it.
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
+    let memory = Path::new("/dev/shm");
+    let made = if memory.is_dir() { TempDir::new_in(memory) } else { TempDir::new() };
+    made.expect("a folder for what is read")
+});
+
+/// `bytes` as a file of that name.
+fn file(name: &str, bytes: &[u8]) -> PathBuf {
+    let path = FOLDER.path().join(name);
+    fs::write(&path, bytes).expect("a file for what is read");
+    path
+}
+
+/// A small dataset that is right, in a folder of its own.
+const DATASET_TOML: &str = include_str!("../corpus/dataset_toml/paper.toml");
+const SAMPLES_CSV: &str = include_str!("../corpus/samples_csv/paper.csv");
+
+fn dataset(folder: &str, toml: &[u8], samples: &[u8]) -> Option<Dataset> {
+    let folder = FOLDER.path().join(folder);
+    fs::create_dir_all(&folder).expect("a folder for a dataset");
+    fs::write(folder.join("dataset.toml"), toml).expect("dataset.toml");
+    fs::write(folder.join("samples.csv"), samples).expect("samples.csv");
+    read_dataset(&folder).ok()
+}
+
+static PAPER: LazyLock<Dataset> =
+    LazyLock::new(|| dataset("paper", DATASET_TOML.as_bytes(), SAMPLES_CSV.as_bytes()).expect("the dataset is right"));
+
+/// What can be read must also be fitted, or refused, without a panic. A fit is a thousand readings long, so that only small ones are made.
+fn fitted(dataset: &Dataset) {
+    if dataset.samples.len() <= 12 && dataset.robot.joints() <= 7 {
+        black_box(identify(&[("d", dataset)], &Model::default_for(dataset)).is_ok());
+    }
+}
+
+fn dataset_toml(bytes: &[u8]) {
+    if let Some(dataset) = dataset("toml", bytes, SAMPLES_CSV.as_bytes()) {
+        fitted(&dataset);
+    }
+}
+
+fn samples_csv(bytes: &[u8]) {
+    if let Some(dataset) = dataset("samples", DATASET_TOML.as_bytes(), bytes) {
+        fitted(&dataset);
+    }
+}
+
+fn model_toml(bytes: &[u8]) {
+    let balls = PAPER.ball_ids();
+    if let Ok(model) = read_model(&file("model.toml", bytes), &Subject::new(&PAPER.robot, &balls)) {
+        black_box(identify(&[("paper", &PAPER)], &model).is_ok());
+    }
+}
+
+fn expression(bytes: &[u8]) {
+    if let Ok(text) = str::from_utf8(bytes) {
+        black_box(Expression::parse(text, 6).is_ok());
+    }
+}
+
+fn calibration_toml(bytes: &[u8]) {
+    if let Ok(calibration) = read_calibration(&file("calibration.toml", bytes)) {
+        black_box(calibration.apply(&PAPER).is_ok());
+    }
+}
+
+fn robot_toml(bytes: &[u8]) {
+    black_box(load_robot(&file("robot.toml", bytes)).is_ok());
+}
+
+fn plan_toml(bytes: &[u8]) {
+    let _ = PLAN_FORMAT;
+    black_box(read_plan(&file("plan.toml", bytes), &PAPER).is_ok());
+}
+
+fn scenario_toml(bytes: &[u8]) {
+    black_box(load_scenario(&file("scenario.toml", bytes)).is_ok());
+}
+
+fn column_map(bytes: &[u8]) {
+    let options = ImportOptions { map: Some(file("map.toml", bytes)), ..ImportOptions::default() };
+    black_box(import("generic", &[file("table.csv", SAMPLES_CSV.as_bytes())], &options).is_ok());
+}
+
+/// The first byte says as what the rest is read.
+fn foreign_table(bytes: &[u8]) {
+    let Some((format, table)) = bytes.split_first() else { return };
+    let format = ["ur10-ipa", "ur5-jacobi", "mukca"][usize::from(*format) % 3];
+    black_box(import(format, &[file("foreign.csv", table)], &ImportOptions::default()).is_ok());
+}
+
+fn iterations_csv(bytes: &[u8]) {
+    black_box(Recording::read(&file("iterations.csv", bytes)).is_ok());
+}
+
+fn study_csv(bytes: &[u8]) {
+    if let Ok(mut rows) = RowsReader::open(&file("study.csv", bytes)) {
+        while let Ok(Some(row)) = rows.next_row() {
+            black_box(row.len());
+        }
+    }
+}
