@@ -2,24 +2,15 @@
 
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::conditions::Changed;
-use super::dataset_file::{DATASET_TOML, write_dataset_with};
+use super::dataset_file::write_dataset_with;
 use super::journal_entry::{Entry, JournalSession, ProbingEntry};
 use super::journal_lines::{Broken, Lines, first_line, line, read_lines};
+use super::journal_place::{BEGIN_ANEW, CAMPAIGN_JOURNAL, content, finished, free_or_own, probings};
 use super::{CampaignRecord, Conditions, Dataset, PlannedPose};
 use crate::files::{FileError, cannot_be_written, sync_folder_of, write_whole};
-
-/// The journal, once the campaign is done and it lies in the dataset.
-const CAMPAIGN_JOURNAL: &str = "campaign.journal";
-
-/// Longest journal, bytes: thirty thousand probings of 2 kB.
-const LONGEST: u64 = 64 << 20;
-
-/// What to do with a journal that cannot be gone on with.
-const BEGIN_ANEW: &str = "name another dataset, or remove the journal to begin anew";
 
 /// The journal of a campaign that is not finished, beside the dataset to come. Nobody else can open it meanwhile.
 ///
@@ -71,8 +62,8 @@ pub fn journal_path(folder: &Path) -> Result<PathBuf, FileError> {
 }
 
 impl Journal {
-    /// The journal of the campaign that is to become the dataset `folder`, made under these conditions. A new one is begun; one that is there
-    /// is gone on with where `resume` says so, and refused otherwise.
+    /// The journal of the campaign that is to become the dataset `folder`, made under these conditions. A new one is begun; one that holds
+    /// probings is gone on with where `resume` says so, and refused otherwise.
     ///
     /// # Errors
     /// When there is a dataset already, or something else, unless it is of just this campaign; when the journal is of other conditions,
@@ -86,13 +77,8 @@ impl Journal {
         if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             std::fs::create_dir_all(parent).map_err(unwritable)?;
         }
-        let mut file = match OpenOptions::new().read(true).write(true).create(resume).create_new(!resume).open(&path) {
-            Err(e) if e.kind() == ErrorKind::AlreadyExists => {
-                let remedy = format!("go on with `--resume`; or {BEGIN_ANEW}");
-                return Err(FileError::whole(&path, "holds a campaign that is not finished", remedy));
-            }
-            opened => opened.map_err(unwritable)?,
-        };
+        let mut file =
+            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path).map_err(unwritable)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
@@ -105,12 +91,20 @@ impl Journal {
             return Ok(Opened::Finished { probings });
         }
         let bytes = content(&mut file, &path)?;
+        let nothing = (String::new(), 0, Vec::new());
         let (seal, whole, entries) = match read_lines(&bytes) {
-            Ok(Lines { conditions: then, seal, entries, whole }) => {
-                same(&path, &then, conditions)?;
-                (seal, whole, entries)
-            }
-            Err(Broken::Unbegun) => (String::new(), 0, Vec::new()),
+            Ok(Lines { conditions: then, seal, entries, whole }) => match (probings(&entries), then.changed(conditions)) {
+                // Nothing is lost with a journal that holds no probing.
+                (0, Some(_)) => nothing,
+                (0, None) => (seal, whole, entries),
+                (_, Some(changed)) => return Err(changed.at(&path)),
+                (_, None) if resume => (seal, whole, entries),
+                (_, None) => {
+                    let remedy = format!("go on with `--resume`; or {BEGIN_ANEW}");
+                    return Err(FileError::whole(&path, "holds a campaign that is not finished", remedy));
+                }
+            },
+            Err(Broken::Unbegun) => nothing,
             Err(broken) => return Err(broken.at(&path)),
         };
         let mut journal = Journal {
@@ -122,7 +116,7 @@ impl Journal {
             last_session: entries.iter().rev().find_map(session_of),
             session: None,
             ended_s: entries.iter().map(ended_s).fold(0.0, f64::max),
-            done_before: entries.iter().filter(|e| matches!(e, Entry::Probing(_))).count(),
+            done_before: probings(&entries),
             noted: 0,
             before: entries.into(),
             lived_through_again: false,
@@ -285,93 +279,17 @@ impl Journal {
             record.write(new, poses, &dataset.ball_ids())?;
             write_whole(&new.join(CAMPAIGN_JOURNAL), &journal)
         })?;
+        self.discard()
+    }
+
+    /// Removes it, and with it what is not in a dataset.
+    ///
+    /// # Errors
+    /// When it cannot be removed.
+    pub fn discard(&mut self) -> Result<(), FileError> {
         let removed = std::fs::remove_file(&self.path).and_then(|()| sync_folder_of(&self.path));
-        removed.map_err(|e| FileError::whole(&self.path, format!("cannot be removed: {e}"), "remove it: the dataset is whole"))
+        removed.map_err(|e| FileError::whole(&self.path, format!("cannot be removed: {e}"), "remove it by hand"))
     }
-}
-
-/// The probings of the finished campaign in that dataset, where it is just this one and nothing is left to do.
-fn finished(folder: &Path, journal: &Path, conditions: &Conditions) -> Result<Option<usize>, FileError> {
-    free_or_own(folder, journal)?;
-    let inside = folder.join(CAMPAIGN_JOURNAL);
-    if journal.exists() || !inside.exists() {
-        return Ok(None);
-    }
-    let mut file = File::open(&inside).map_err(|e| unreadable(&inside, &e))?;
-    let lines = read_lines(&content(&mut file, &inside)?).map_err(|broken| broken.at(&inside))?;
-    same(&inside, &lines.conditions, conditions)?;
-    Ok(Some(lines.entries.iter().filter(|e| matches!(e, Entry::Probing(_))).count()))
-}
-
-/// That the dataset's folder is not there, is empty, or came of a campaign that is known by its journal.
-fn free_or_own(folder: &Path, journal: &Path) -> Result<(), FileError> {
-    let held = |what: &str| Err(FileError::whole(folder, format!("{what} already"), "name another folder, or remove this one"));
-    if folder.is_file() {
-        return Err(FileError::whole(folder, "is a file", "name a folder"));
-    }
-    let holds_something = folder.read_dir().is_ok_and(|mut entries| entries.next().is_some());
-    match (holds_something, folder.join(CAMPAIGN_JOURNAL).is_file(), folder.join(DATASET_TOML).is_file()) {
-        (false, ..) => Ok(()),
-        (true, true, true) if !journal.exists() => Ok(()),
-        // Killed between the last two steps: the dataset appeared, and its journal was not yet removed.
-        (true, true, true) if begins_alike(&folder.join(CAMPAIGN_JOURNAL), journal) => Ok(()),
-        (true, _, true) => held("holds a dataset"),
-        (true, _, false) => held("holds something"),
-    }
-}
-
-/// Whether two journals are the same, or one is the other cut.
-fn begins_alike(a: &Path, b: &Path) -> bool {
-    let read = |path: &Path| File::open(path).ok().and_then(|mut file| content(&mut file, path).ok());
-    read(a).zip(read(b)).is_some_and(|(a, b)| a.iter().zip(&b).all(|(a, b)| a == b))
-}
-
-/// That the conditions are those of the journal.
-fn same(path: &Path, then: &Conditions, now: &Conditions) -> Result<(), FileError> {
-    let Some(Changed { name, was, is }) = then.changed(now) else { return Ok(()) };
-    let problem = match name.as_str() {
-        "plan" => "is of another plan".into(),
-        "cell" => "is of another cell: its robot, tool, balls or payloads were described otherwise".into(),
-        _ => {
-            let told = |value: Option<String>| value.unwrap_or_else(|| "not given".into());
-            format!("was {}, and is {} now", told(was), told(is))
-        }
-    };
-    let remedy = format!("go on under the conditions that it was begun with; or {BEGIN_ANEW}");
-    Err(FileError { line: Some(1), field: name, ..FileError::whole(path, problem, remedy) })
-}
-
-impl Broken {
-    fn at(&self, path: &Path) -> FileError {
-        let at = |line: usize, problem: &str, remedy: String| FileError {
-            line: Some(line),
-            ..FileError::whole(path, problem, remedy)
-        };
-        match *self {
-            Broken::Damaged(1) => at(1, "the line is not as it was written", format!("restore it; or {BEGIN_ANEW}")),
-            Broken::Damaged(line) => {
-                let remedy = "restore it; or remove this line and all after it, whose probings are then done again";
-                at(line, "the line is not as it was written", remedy.into())
-            }
-            Broken::Unknown(line) => {
-                at(line, "the line says something unknown", "read it with the program that wrote it".into())
-            }
-            Broken::Unbegun | Broken::Foreign => FileError::whole(path, "is no journal of a campaign", "name another dataset"),
-        }
-    }
-}
-
-fn content(file: &mut File, path: &Path) -> Result<Vec<u8>, FileError> {
-    let mut bytes = Vec::new();
-    file.rewind().and_then(|()| file.take(LONGEST + 1).read_to_end(&mut bytes)).map_err(|e| unreadable(path, &e))?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
-    }
-    Ok(bytes)
-}
-
-fn unreadable(path: &Path, e: &std::io::Error) -> FileError {
-    FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions")
 }
 
 fn session_of(entry: &Entry) -> Option<JournalSession> {

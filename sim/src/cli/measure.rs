@@ -82,7 +82,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (record, points) = match measured {
         Ok(measured) => measured,
         Err(RunError::Campaign(Abort::NotJournalled { why })) => return Err(interrupted(why, &journal).into()),
-        Err(e) => return Err(scenario.blame(&e).into()),
+        // The same cell would end the same campaign in the same way again.
+        Err(e) => {
+            journal.discard()?;
+            return Err(scenario.blame(&e).into());
+        }
     };
     let told = format!(
         "{} of {} planned probings{} measured; dataset in {}",
