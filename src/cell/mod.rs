@@ -4,6 +4,7 @@
 //! and configuring devices, which belong to the implementation.
 
 mod indicator;
+mod later_clock;
 mod manipulator;
 mod recorded_stops;
 mod replay;
@@ -11,6 +12,7 @@ pub mod scripted;
 mod trical;
 
 pub use indicator::{Indicator, IndicatorError};
+pub use later_clock::LaterClock;
 pub use manipulator::{Manipulator, ManipulatorError};
 pub use replay::{Recording, ReplayDeparture, ReplayedIndicator, ReplayedRobot};
 pub use trical::TriCal;

@@ -1,4 +1,4 @@
-//! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
+//! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 the cell or the disk.
 
 mod add;
 mod catalogue;
@@ -116,9 +116,9 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             // Help and version are not mistakes.
             if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
                 drop(e.print());
-                return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+                return ExitCode::from(if e.use_stderr() { BAD_INPUT } else { 0 });
             }
-            return refuse(&misuse(&e));
+            return refuse(&misuse(&e), BAD_INPUT);
         }
     };
     let result = match &arguments.verb {
@@ -150,15 +150,30 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             if is_closed_pipe(failure.as_ref()) {
                 return ExitCode::SUCCESS;
             }
-            refuse(&with_reasons(failure.as_ref()))
+            let code = if failure.is::<Interrupted>() { HARDWARE } else { BAD_INPUT };
+            refuse(&with_reasons(failure.as_ref()), code)
         }
     }
 }
 
-/// One line on standard error, and the exit code of bad input.
-fn refuse(message: &str) -> ExitCode {
+/// Exit code: what was given cannot be used.
+const BAD_INPUT: u8 = 2;
+/// Exit code: the cell or the disk failed on the way.
+const HARDWARE: u8 = 3;
+
+/// One line on standard error, and that exit code.
+fn refuse(message: &str, code: u8) -> ExitCode {
     drop(writeln!(std::io::stderr(), "calibench: {}", one_line(message)));
-    ExitCode::from(2)
+    ExitCode::from(code)
+}
+
+/// A campaign was cut short by its cell or by the disk; what it measured is in its journal.
+#[derive(Debug, thiserror::Error)]
+#[error("{why}; {kept} probings are kept in {}: go on with `--resume`", journal.display())]
+struct Interrupted {
+    why: String,
+    kept: usize,
+    journal: PathBuf,
 }
 
 /// What is wrong with a command line, in one line.

@@ -1,0 +1,145 @@
+//! A campaign under way: pose after pose, from the journal as long as it has them, from the cell afterwards.
+
+use super::journal_entry::ProbingEntry;
+use super::queue::Queue;
+use super::{Abort, Campaign, CampaignRecord, CentringFailure, Journal, PlannedPose, ProbingRecord, Progress, Sample, Witness};
+use crate::cell::{Indicator, Manipulator};
+use crate::files::FileError;
+
+/// A campaign under way.
+pub(super) struct Course<'a> {
+    poses: &'a [PlannedPose],
+    queue: Queue<'a>,
+    record: CampaignRecord,
+    journal: Option<&'a mut Journal>,
+    witness: &'a mut dyn Witness,
+    /// The cell's clock and the poses done when probing began here and now.
+    began: Option<(f64, usize)>,
+}
+
+impl<'a> Course<'a> {
+    pub fn new(poses: &'a [PlannedPose], journal: Option<&'a mut Journal>, witness: &'a mut dyn Witness) -> Self {
+        let record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
+        Course { poses, queue: Queue::new(poses), record, journal, witness, began: None }
+    }
+
+    pub fn run<M: Manipulator, I: Indicator>(mut self, campaign: &mut Campaign<M, I>) -> CampaignRecord {
+        while let Some(place) = self.queue.next() {
+            let tried = self.measure(place, campaign);
+            let abort = match tried.result {
+                Ok(sample) => {
+                    self.record.samples.push(sample);
+                    self.queue.centred();
+                    continue;
+                }
+                Err(Failed::Pose(last)) => {
+                    self.queue.skip(place);
+                    let skipped = self.queue.skipped;
+                    if skipped < campaign.settings.skipped_in_a_row || self.queue.left() == 0 {
+                        continue;
+                    }
+                    if tried.recalled {
+                        self.queue.give_back_skipped();
+                    }
+                    Abort::TooManyFailures { skipped, last }
+                }
+                Err(Failed::Campaign(abort)) => {
+                    if tried.recalled {
+                        self.queue.give_back(place);
+                    }
+                    abort
+                }
+            };
+            if !tried.recalled {
+                self.record.aborted = Some(abort);
+                break;
+            }
+        }
+        self.record
+    }
+
+    /// Tries one pose until it is centred, fails for good, or ends the campaign.
+    fn measure<M: Manipulator, I: Indicator>(&mut self, place: usize, campaign: &mut Campaign<M, I>) -> Tried {
+        let pose = &self.poses[place];
+        let mut attempt = 1;
+        loop {
+            let (entry, recalled) = match self.recall(pose, attempt) {
+                Ok(Some(entry)) => (entry, true),
+                Ok(None) => (self.probe(pose, attempt, campaign), false),
+                Err(e) => return Tried::ended(Abort::NotJournalled { why: e.to_string() }),
+            };
+            if !recalled
+                && let Some(journal) = &mut self.journal
+                && let Err(e) = journal.note(&entry)
+            {
+                return Tried::ended(Abort::NotJournalled { why: e.to_string() });
+            }
+            let sample = entry.sample(pose, self.journal.as_ref().and_then(|journal| journal.session_name()));
+            if recalled {
+                self.witness.recalled(pose, &entry.probing, sample.as_ref());
+            } else {
+                self.witness.probing_finished(pose, &entry.probing, sample.as_ref());
+            }
+            let failure = entry.probing.outcome.as_ref().err().cloned();
+            self.record.probings.push(ProbingRecord { pose: place, attempt, probing: entry.probing });
+            let result = match (sample, failure) {
+                (Some(sample), _) => Ok(sample),
+                (None, Some(failure)) if !failure.reason.robot_obeys() => Err(Failed::Campaign(Abort::Robot(failure.reason))),
+                (None, Some(failure)) if !failure.backed_off => Err(Failed::Campaign(Abort::NotBackedOff(failure.reason))),
+                (None, Some(failure)) if attempt >= campaign.settings.attempts => Err(Failed::Pose(failure.reason)),
+                (None, _) => {
+                    attempt += 1;
+                    continue;
+                }
+            };
+            return Tried { result, recalled };
+        }
+    }
+
+    /// The probing, where the journal has it from before.
+    fn recall(&mut self, pose: &PlannedPose, attempt: usize) -> Result<Option<ProbingEntry>, FileError> {
+        self.journal.as_mut().map_or(Ok(None), |journal| journal.recall(pose, attempt))
+    }
+
+    /// Probes here and now.
+    fn probe<M: Manipulator, I: Indicator>(
+        &mut self,
+        pose: &PlannedPose,
+        attempt: usize,
+        campaign: &mut Campaign<M, I>,
+    ) -> ProbingEntry {
+        let progress = self.progress(campaign.controller.robot.clock_s());
+        self.witness.probing_started(pose, attempt, &progress);
+        // Of a pose that failed there is no side to come against.
+        let reversed = pose.reverses.as_ref().and_then(|id| self.record.samples.iter().find(|s| s.id == *id));
+        campaign.probe(pose, attempt, reversed.and_then(|s| s.approach.as_deref()), self.witness)
+    }
+
+    fn progress(&mut self, now_s: f64) -> Progress {
+        let done = self.queue.done - 1;
+        let (began_s, done_before) = *self.began.get_or_insert((now_s, done));
+        let elapsed_s = now_s - began_s;
+        let pace = if done == done_before { 30.0 } else { elapsed_s / (done - done_before) as f64 };
+        let planned = self.queue.done + self.queue.left();
+        Progress { done, planned, elapsed_s, remaining_s: pace * planned.saturating_sub(done) as f64 }
+    }
+}
+
+/// What came of a pose, and whether the last that came of it was read in the journal.
+struct Tried {
+    result: Result<Sample, Failed>,
+    recalled: bool,
+}
+
+impl Tried {
+    /// Here and now, the campaign with it.
+    fn ended(abort: Abort) -> Self {
+        Tried { result: Err(Failed::Campaign(abort)), recalled: false }
+    }
+}
+
+/// What a pose without a sample means for the rest.
+enum Failed {
+    Pose(CentringFailure),
+    Campaign(Abort),
+}

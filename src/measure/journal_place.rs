@@ -1,0 +1,112 @@
+//! What lies where a campaign is to be kept: nothing, its journal, its finished dataset, or something that must not be touched.
+
+use std::fs::File;
+use std::io::{Read, Seek};
+use std::path::Path;
+
+use super::Conditions;
+use super::conditions::Changed;
+use super::dataset_file::DATASET_TOML;
+use super::journal_entry::Entry;
+use super::journal_lines::{Broken, read_lines};
+use crate::files::FileError;
+
+/// The journal, once the campaign is done and it lies in the dataset.
+pub(super) const CAMPAIGN_JOURNAL: &str = "campaign.journal";
+
+/// Longest journal, bytes: thirty thousand probings of 2 kB.
+const LONGEST: u64 = 64 << 20;
+
+/// What to do with a journal that cannot be gone on with.
+pub(super) const BEGIN_ANEW: &str = "name another dataset, or remove the journal to begin anew";
+
+/// The probings of the finished campaign in that dataset, where it is just this one and nothing is left to do.
+pub(super) fn finished(folder: &Path, journal: &Path, conditions: &Conditions) -> Result<Option<usize>, FileError> {
+    free_or_own(folder, journal)?;
+    let inside = folder.join(CAMPAIGN_JOURNAL);
+    if journal.exists() || !inside.exists() {
+        return Ok(None);
+    }
+    let mut file = File::open(&inside).map_err(|e| unreadable(&inside, &e))?;
+    let lines = read_lines(&content(&mut file, &inside)?).map_err(|broken| broken.at(&inside))?;
+    match lines.conditions.changed(conditions) {
+        Some(changed) => Err(changed.at(&inside)),
+        None => Ok(Some(probings(&lines.entries))),
+    }
+}
+
+/// That the dataset's folder is not there, is empty, or came of a campaign that is known by its journal.
+pub(super) fn free_or_own(folder: &Path, journal: &Path) -> Result<(), FileError> {
+    let held = |what: &str| Err(FileError::whole(folder, format!("{what} already"), "name another folder, or remove this one"));
+    if folder.is_file() {
+        return Err(FileError::whole(folder, "is a file", "name a folder"));
+    }
+    let holds_something = folder.read_dir().is_ok_and(|mut entries| entries.next().is_some());
+    match (holds_something, folder.join(CAMPAIGN_JOURNAL).is_file(), folder.join(DATASET_TOML).is_file()) {
+        (false, ..) => Ok(()),
+        (true, true, true) if !journal.exists() => Ok(()),
+        // Killed between the last two steps: the dataset appeared, and its journal was not yet removed.
+        (true, true, true) if begins_alike(&folder.join(CAMPAIGN_JOURNAL), journal) => Ok(()),
+        (true, _, true) => held("holds a dataset"),
+        (true, _, false) => held("holds something"),
+    }
+}
+
+/// Whether two journals are the same, or one is the other cut.
+fn begins_alike(a: &Path, b: &Path) -> bool {
+    let read = |path: &Path| File::open(path).ok().and_then(|mut file| content(&mut file, path).ok());
+    read(a).zip(read(b)).is_some_and(|(a, b)| a.iter().zip(&b).all(|(a, b)| a == b))
+}
+
+/// How many of them are probings.
+pub(super) fn probings(entries: &[Entry]) -> usize {
+    entries.iter().filter(|entry| matches!(entry, Entry::Probing(_))).count()
+}
+
+impl Changed {
+    pub(super) fn at(self, path: &Path) -> FileError {
+        let problem = match self.name.as_str() {
+            "plan" => "is of another plan".into(),
+            "cell" => "is of another cell: its robot, tool, balls or payloads were described otherwise".into(),
+            _ => {
+                let told = |value: Option<String>| value.unwrap_or_else(|| "not given".into());
+                format!("was {}, and is {} now", told(self.was), told(self.is))
+            }
+        };
+        let remedy = format!("go on under the conditions that it was begun with; or {BEGIN_ANEW}");
+        FileError { line: Some(1), field: self.name, ..FileError::whole(path, problem, remedy) }
+    }
+}
+
+impl Broken {
+    pub(super) fn at(&self, path: &Path) -> FileError {
+        let at = |line: usize, problem: &str, remedy: String| FileError {
+            line: Some(line),
+            ..FileError::whole(path, problem, remedy)
+        };
+        match *self {
+            Broken::Damaged(1) => at(1, "the line is not as it was written", format!("restore it; or {BEGIN_ANEW}")),
+            Broken::Damaged(line) => {
+                let remedy = "restore it; or remove this line and all after it, whose probings are then done again";
+                at(line, "the line is not as it was written", remedy.into())
+            }
+            Broken::Unknown(line) => {
+                at(line, "the line says something unknown", "read it with the program that wrote it".into())
+            }
+            Broken::Unbegun | Broken::Foreign => FileError::whole(path, "is no journal of a campaign", "name another dataset"),
+        }
+    }
+}
+
+pub(super) fn content(file: &mut File, path: &Path) -> Result<Vec<u8>, FileError> {
+    let mut bytes = Vec::new();
+    file.rewind().and_then(|()| file.take(LONGEST + 1).read_to_end(&mut bytes)).map_err(|e| unreadable(path, &e))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
+    }
+    Ok(bytes)
+}
+
+fn unreadable(path: &Path, e: &std::io::Error) -> FileError {
+    FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions")
+}
