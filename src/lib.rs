@@ -13,6 +13,7 @@
 
 pub mod assess;
 pub mod cell;
+pub mod compensate;
 pub mod effects;
 pub mod files;
 pub mod identify;
