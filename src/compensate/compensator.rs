@@ -4,8 +4,9 @@ use nalgebra::Vector3;
 
 use super::task::Setup;
 use super::uncertainty::Spread;
-use super::{CalibratedArm, Conditions, NominalInverse, Task, TaskError, Uncertainty, WorkFrame};
+use super::{CalibratedArm, Conditions, NominalInverse, RigidRobot, Task, TaskError, Uncertainty, WorkFrame};
 use crate::assess::Extrapolation;
+use crate::effects::Needs;
 use crate::identify::Calibration;
 use crate::robot::{FramePose, InverseKinematics, Outcome, Payload, Pose, StatusTurn, dexterity, world_from_tool};
 use crate::units::DEG;
@@ -142,6 +143,7 @@ pub struct Compensator<'a> {
     calibration: &'a Calibration,
     arm: CalibratedArm<'a>,
     payload: Payload,
+    payloads: &'a [Payload],
     inverse: NominalInverse<'a>,
     solver: InverseKinematics,
     spread: Spread,
@@ -170,6 +172,7 @@ impl<'a> Compensator<'a> {
         Ok(Compensator {
             calibration,
             payload: setup.payload,
+            payloads: &setup.measured.payloads,
             arm,
             inverse: NominalInverse::new(&calibration.robot),
             solver,
@@ -195,6 +198,11 @@ impl<'a> Compensator<'a> {
         &self.payload
     }
 
+    /// Payloads of the set-up, which a target may name.
+    pub fn payloads(&self) -> &'a [Payload] {
+        self.payloads
+    }
+
     /// KUKA's `$BASE`: the frame of the targets on the robot's root, as the controller must have it.
     pub fn root_from_work(&self) -> &Pose {
         &self.root_from_work
@@ -218,6 +226,40 @@ impl<'a> Compensator<'a> {
         let (status, turn) = (status_turn.map(|s| s.status), status_turn.map(|s| s.turn));
         let root_from_last = self.root_from_work * pose * self.arm.tool().pose().inverse();
         self.inverse.joints(&root_from_last, status, turn, near)
+    }
+
+    /// The part of the identified arm that is a plain chain of links, and the size of the rest under the task's payload.
+    pub fn rigid(&mut self) -> RigidRobot {
+        self.arm.payload.clone_from(&self.payload);
+        self.arm.conditions = Conditions::default();
+        RigidRobot::of(&mut self.arm)
+    }
+
+    /// What is taken for granted where these targets do not say it, a sentence each.
+    pub fn assumptions(&self, targets: &[Target]) -> Vec<String> {
+        let mut sentences = Vec::new();
+        let carried = |p: &Payload| format!("'{}' ({:.2} kg)", p.name, p.mass);
+        if targets.iter().any(|t| t.payload.is_none()) {
+            sentences.push(format!("the flange carries {}", carried(&self.payload)));
+        }
+        let needing = |need: Needs| {
+            let ids: Vec<&str> = self.arm.needs().filter(|(_, needs)| needs.contains(&need)).map(|(id, _)| id).collect();
+            (!ids.is_empty()).then(|| ids.join(", "))
+        };
+        let unsaid = |said: fn(&Conditions) -> bool| targets.iter().any(|t| !said(&t.conditions));
+        if let Some(ids) = needing(Needs::Time).filter(|_| unsaid(|c| c.time_s.is_some())) {
+            sentences.push(format!("the robot is as it was at the end of the measured session ({ids})"));
+        }
+        if let Some(ids) = needing(Needs::Approach).filter(|_| unsaid(|c| c.approach.is_some())) {
+            sentences.push(format!("every joint stands midway between what it does coming from either side ({ids})"));
+        }
+        if let Some(ids) = needing(Needs::Commanded) {
+            sentences.push(format!("the joints go where they are told ({ids})"));
+        }
+        if let Some(ids) = needing(Needs::Torques).filter(|_| self.calibration.model.measured_torques) {
+            sentences.push(format!("torques are those of the link masses, not measured ones ({ids})"));
+        }
+        sentences
     }
 
     /// Compensates a target.

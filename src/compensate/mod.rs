@@ -12,25 +12,25 @@
 mod calibrated_arm;
 mod compensator;
 mod conditions;
-
+mod fake_file;
 mod flange;
-
+mod krl;
 mod nominal_inverse;
-
-
+mod rigid;
+mod targets_file;
 mod task;
 mod uncertainty;
-
+mod urdf;
 
 pub use calibrated_arm::CalibratedArm;
-pub use compensator::{Compensated, Compensator, Fake, Refusal, Target, Wanted, Warnings};
+pub use compensator::{Compensated, Compensator, Fake, NEAR_SINGULAR, Refusal, Target, Wanted, Warnings};
 pub use conditions::Conditions;
-
+pub use fake_file::fake_csv;
 pub use flange::flange_frame;
-
+pub use krl::{KrlError, KrlProgram, Motion};
 pub use nominal_inverse::NominalInverse;
-
-
+pub use rigid::{LeftOut, RigidRobot};
+pub use targets_file::{Expected, read_targets};
 pub use task::{Task, TaskError, WorkFrame};
 pub use uncertainty::Uncertainty;
-
+pub use urdf::urdf;
