@@ -222,7 +222,12 @@ impl<'a> Compensator<'a> {
     ///
     /// # Errors
     /// When it has none.
-    pub fn controller_joints(&mut self, pose: &Pose, status_turn: Option<StatusTurn>, near: &[f64]) -> Result<Vec<f64>, Refusal> {
+    pub fn controller_joints(
+        &mut self,
+        pose: &Pose,
+        status_turn: Option<StatusTurn>,
+        near: &[f64],
+    ) -> Result<Vec<f64>, Refusal> {
         let (status, turn) = (status_turn.map(|s| s.status), status_turn.map(|s| s.turn));
         let root_from_last = self.root_from_work * pose * self.arm.tool().pose().inverse();
         self.inverse.joints(&root_from_last, status, turn, near)
@@ -281,10 +286,8 @@ impl<'a> Compensator<'a> {
         let outcome = drawn.and_then(|drawn| self.reach(&wanted, &drawn)).map(|q| {
             let n = robot.joints();
             let ranges = Extrapolation::of(&self.calibration.joint_ranges, &self.calibration.model, std::iter::once(&q[..]));
-            warnings = Warnings {
-                out_of_range: ranges.outside > 0,
-                near_singular: dexterity(self.arm.posture(), n) < NEAR_SINGULAR,
-            };
+            warnings =
+                Warnings { out_of_range: ranges.outside > 0, near_singular: dexterity(self.arm.posture(), n) < NEAR_SINGULAR };
             let pose = self.drawn(&q);
             let shift: Vector3<f64> = pose.translation.vector - wanted.translation.vector;
             self.near.clone_from(&q);

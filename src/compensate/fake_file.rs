@@ -42,7 +42,9 @@ pub fn fake_csv(joints: usize, targets: &[Target], results: &[Compensated]) -> S
                 row.extend(["ok".into(), warnings.join(" ")]);
                 row.extend(pose_fields(&fake.pose));
                 row.extend(fake.q.iter().map(|q| degrees(*q)));
-                let bits = |of: fn(&crate::robot::StatusTurn) -> u8| fake.status_turn.as_ref().map_or(String::new(), |s| of(s).to_string());
+                let bits = |of: fn(&crate::robot::StatusTurn) -> u8| {
+                    fake.status_turn.as_ref().map_or(String::new(), |s| of(s).to_string())
+                };
                 row.extend([bits(|s| s.status), bits(|s| s.turn)]);
                 row.extend([fake.uncertainty.worst_axis, fake.uncertainty.three_d, fake.shift].map(millimetres));
             }

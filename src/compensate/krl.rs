@@ -116,7 +116,8 @@ impl<'a> KrlProgram<'a> {
 }
 
 /// What every module begins with.
-const HEAD: [&str; 4] = ["&ACCESS RVP", "&REL 1", "&PARAM TEMPLATE = C:\\KRC\\Roboter\\Template\\vorgabe", "&PARAM EDITMASK = *"];
+const HEAD: [&str; 4] =
+    ["&ACCESS RVP", "&REL 1", "&PARAM TEMPLATE = C:\\KRC\\Roboter\\Template\\vorgabe", "&PARAM EDITMASK = *"];
 
 /// Slow, exact stops: what is to be accurate is not rounded. Without the initialisation a PTP motion faults.
 const INITIALISED: [&str; 12] = [

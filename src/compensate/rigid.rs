@@ -61,7 +61,8 @@ impl RigidRobot {
         }
         let mut tool = *arm.tool();
         tool.xyz.iter_mut().zip(&rigid[sites.tool()..]).for_each(|(x, dx)| *x += dx);
-        let effects: Vec<String> = arm.needs().map(|(id, _)| id.to_owned()).filter(|id| !RIGID.contains(&id.as_str())).collect();
+        let effects: Vec<String> =
+            arm.needs().map(|(id, _)| id.to_owned()).filter(|id| !RIGID.contains(&id.as_str())).collect();
         let base = FramePose::from_pose(&arm.world_from_root());
         robot.name = format!("{}_calibrated", drawn.name);
         robot.source = format!("identified links of {}: {}", drawn.name, drawn.source);

@@ -53,7 +53,11 @@ pub fn read_targets(path: &Path, expected: &Expected<'_>) -> Result<Vec<Target>,
         }
         let target = row.target(expected)?;
         if let Some(line) = first_seen.insert(target.id.clone(), record.line) {
-            return Err(row.error("id", format!("`{}` is the id of line {line} too", target.id), "give every target its own id"));
+            return Err(row.error(
+                "id",
+                format!("`{}` is the id of line {line} too", target.id),
+                "give every target its own id",
+            ));
         }
         targets.push(target);
     }
@@ -150,13 +154,7 @@ struct Row<'a> {
 
 impl<'a> Row<'a> {
     fn error(&self, column: &str, problem: String, remedy: &str) -> FileError {
-        FileError {
-            path: self.path.into(),
-            line: Some(self.record.line),
-            field: column.into(),
-            problem,
-            remedy: remedy.into(),
-        }
+        FileError { path: self.path.into(), line: Some(self.record.line), field: column.into(), problem, remedy: remedy.into() }
     }
 
     fn text(&self, column: &str) -> Option<&'a str> {
@@ -194,7 +192,9 @@ impl<'a> Row<'a> {
         let Some(text) = self.text(column) else { return Ok(None) };
         match text.parse::<u8>() {
             Ok(bits) if bits <= most => Ok(Some(bits)),
-            _ => Err(self.error(column, format!("`{text}` is no such number"), &format!("give a whole number from 0 to {most}"))),
+            _ => {
+                Err(self.error(column, format!("`{text}` is no such number"), &format!("give a whole number from 0 to {most}")))
+            }
         }
     }
 
@@ -213,7 +213,11 @@ impl<'a> Row<'a> {
         let (fields, columns) = (self.record.fields.len(), self.header.names.len());
         if fields != columns {
             let problem = format!("the row has {fields} fields, the header {columns}");
-            return Err(self.error("", problem, "give every column a field; an empty one is written as nothing between commas"));
+            return Err(self.error(
+                "",
+                problem,
+                "give every column a field; an empty one is written as nothing between commas",
+            ));
         }
         let n = expected.robot.joints();
         let id = self.text("id").ok_or_else(|| self.error("id", "is empty".into(), "fill it"))?;

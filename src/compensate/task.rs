@@ -57,7 +57,9 @@ pub enum TaskError {
         known: String,
     },
     /// The robot bends under torques that nobody can compute.
-    #[error("effect '{effect}' needs joint torques, and the robot's description has no link masses; add mass_kg and com_mm to it")]
+    #[error(
+        "effect '{effect}' needs joint torques, and the robot's description has no link masses; add mass_kg and com_mm to it"
+    )]
     NoMasses {
         /// The effect.
         effect: String,

@@ -38,12 +38,7 @@ impl Spread {
         for (k, mut row) in root.row_iter_mut().enumerate() {
             row *= sigma(k);
         }
-        Spread {
-            root,
-            unexplained: unexplained(calibration),
-            columns: Matrix3xX::zeros(m),
-            carried: Matrix3xX::zeros(m),
-        }
+        Spread { root, unexplained: unexplained(calibration), columns: Matrix3xX::zeros(m), carried: Matrix3xX::zeros(m) }
     }
 
     /// At the posture in which the arm came to rest last.

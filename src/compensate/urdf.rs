@@ -39,7 +39,10 @@ pub fn urdf(rigid: &RigidRobot) -> String {
         _ = writeln!(text, "    <parent link=\"{parent}\"/>\n    <child link=\"link_{k}\"/>");
         origin(&mut text, &link.mdh.transform(0.0));
         let [low, high] = link.limits;
-        _ = writeln!(text, "    <axis xyz=\"0 0 1\"/>\n    <limit lower=\"{low:?}\" upper=\"{high:?}\" effort=\"0\" velocity=\"0\"/>");
+        _ = writeln!(
+            text,
+            "    <axis xyz=\"0 0 1\"/>\n    <limit lower=\"{low:?}\" upper=\"{high:?}\" effort=\"0\" velocity=\"0\"/>"
+        );
         text.push_str("  </joint>\n");
     }
     let last = format!("link_{}", robot.joints());
@@ -70,5 +73,15 @@ fn plain(name: &str) -> String {
 
 /// Two dashes would end a comment.
 fn comment(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else if c == '-' { '\u{2010}' } else { c }).collect()
+    text.chars()
+        .map(|c| {
+            if c.is_control() {
+                ' '
+            } else if c == '-' {
+                '\u{2010}'
+            } else {
+                c
+            }
+        })
+        .collect()
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use calibench::assess::Extrapolation;
 use calibench::compensate::{
-    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, Target, Task, WorkFrame, fake_csv, flange_frame, read_targets, urdf,
+    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, Target, Task, WorkFrame, fake_csv, flange_frame,
+    read_targets, urdf,
 };
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
@@ -75,7 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let (Some(path), Some(out)) = (&arguments.targets, &arguments.out) {
         let targets = read(path, &compensator, &task)?;
         let results: Vec<Compensated> = targets.iter().map(|target| compensator.compensate(target)).collect();
-        let krl = arguments.krl.as_deref().map(|name| program(name, arguments.lin, &compensator, &targets, &results)).transpose()?;
+        let krl =
+            arguments.krl.as_deref().map(|name| program(name, arguments.lin, &compensator, &targets, &results)).transpose()?;
         write_whole(out, fake_csv(calibration.robot.joints(), &targets, &results).as_bytes())?;
         if let (Some(name), Some(Some([src, dat]))) = (&arguments.krl, &krl) {
             for (extension, text) in [("src", src), ("dat", dat)] {
@@ -88,7 +90,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             eprintln!("{warning}");
         }
         if matches!(krl, Some(None)) {
-            eprintln!("no KRL module was written: a program with a hole in it is another program; take the targets out that are refused");
+            eprintln!(
+                "no KRL module was written: a program with a hole in it is another program; take the targets out that are refused"
+            );
         }
         if results.iter().any(|r| r.outcome.is_err()) {
             outcome = Outcome::ExpectationFailed;
@@ -164,7 +168,9 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
     let warned = |of: fn(&Compensated) -> bool| results.iter().filter(|r| of(r)).count();
     let near = warned(|r| r.warnings.near_singular);
     if near > 0 {
-        print(&format!("{near} near a singularity: the arm stands there as told, but small motions of the tool are large ones of its joints"))?;
+        print(&format!(
+            "{near} near a singularity: the arm stands there as told, but small motions of the tool are large ones of its joints"
+        ))?;
     }
     if !fakes.is_empty() {
         let row = |name: &str, of: fn(&Fake) -> f64| {
@@ -185,7 +191,9 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
         print(&format!("assumed: {sentence}"))?;
     }
     if compensator.calibration().absolute_accuracy == Some(true) {
-        print("WARNING: the robot was measured with its controller's own absolute accuracy on; fake targets are for a controller that computes with the drawing, so switch it off and measure again.")?;
+        print(
+            "WARNING: the robot was measured with its controller's own absolute accuracy on; fake targets are for a controller that computes with the drawing, so switch it off and measure again.",
+        )?;
     }
     Ok(())
 }
@@ -239,7 +247,8 @@ fn payload(calibration: &Calibration, [mass, x, y, z]: [f64; 4]) -> Payload {
 /// So many finite numbers between commas.
 fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
     let wrong = || format!("give {N} numbers between commas, {what}");
-    let values: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
+    let values: Option<Vec<f64>> =
+        text.split(',').map(|part| part.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
     values.and_then(|values| values.try_into().ok()).ok_or_else(wrong)
 }
 
@@ -249,7 +258,11 @@ fn frame(text: &str) -> Result<FramePose, String> {
 }
 
 fn work_frame(text: &str) -> Result<WorkFrame, String> {
-    if text == "world" { Ok(WorkFrame::World) } else { frame(text).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`")) }
+    if text == "world" {
+        Ok(WorkFrame::World)
+    } else {
+        frame(text).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
+    }
 }
 
 fn load(text: &str) -> Result<[f64; 4], String> {
