@@ -10,9 +10,11 @@ use tempfile::TempDir;
 
 const CELL: &str = include_str!("../../scenarios/kr6-trical.toml");
 const QUESTION: &str = include_str!("../../scenarios/table8.toml");
-const POSES: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\np-1,450,60,320,20,70,15\nlast,430,-80,350,-20,75,0\n";
+const POSES: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\np-1,420,60,400,170,10,175\nlast,430,-80,380,-175,-5,180\n";
 /// The second of these is out of reach.
-const HOLED: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\nnear,450,60,320,20,70,15\nfar,4500,60,320,20,70,15\n";
+const HOLED: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\nnear,420,60,400,170,10,175\nfar,4500,60,400,170,10,175\n";
+/// A tool before the flange, as the controller has it.
+const TOOL: &str = "--tool=0,0,125,0,0,0";
 
 fn calibench(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
@@ -52,10 +54,10 @@ fn text(folder: &TempDir, name: &str) -> String {
 #[test]
 fn targets_become_a_csv_and_a_krl_module() {
     let folder = bench(POSES);
-    let told = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", "--krl", "Weld_1"]);
+    let told = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", TOOL, "--krl", "Weld_1"]);
     assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
     let out = String::from_utf8(told.stdout).unwrap();
-    assert!(out.contains("2 of 2 targets compensated") && out.contains("assumed: the flange carries 'trical'"), "{out}");
+    assert!(out.contains("2 of 2 targets compensated") && out.contains("assumed: the flange carries 'heavy'"), "{out}");
     let file = text(&folder, "f.csv");
     let mut table = csv::Reader::from_reader(file.as_bytes());
     let header = table.headers().unwrap().clone();
@@ -70,8 +72,7 @@ fn targets_become_a_csv_and_a_krl_module() {
     }
     assert!(src.contains("DEF Weld_1 ( )\r\n") && dat.contains("DEFDAT Weld_1 PUBLIC\r\n"));
     assert!(src.contains("$BASE = {FRAME: X 0.0000,Y 0.0000,Z 0.0000,A 0.00000,B 0.00000,C 0.00000}"), "{src}");
-    // The set-up's TCP, (60, 0, -125) mm in the last MDH frame, is (-60, 0, 125) on KUKA's flange.
-    assert!(src.contains("$TOOL = {FRAME: X -60.0000,Y 0.0000,Z 125.0000,"), "{src}");
+    assert!(src.contains("$TOOL = {FRAME: X 0.0000,Y 0.0000,Z 125.0000,A 0.00000,B 0.00000,C 0.00000}"), "{src}");
     let moves: Vec<&str> = src.lines().filter(|line| line.starts_with("PTP {")).collect();
     assert_eq!(moves.len(), 2);
     let points: Vec<&str> = dat.lines().filter(|line| line.starts_with("DECL E6POS XP")).collect();
@@ -91,7 +92,8 @@ fn targets_become_a_csv_and_a_krl_module() {
         let x: f64 = of(row, "x_mm").parse().unwrap();
         assert!(point.contains(&format!("={{X {x:.4},Y ")), "{point} against {x}");
     }
-    let straight = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", "--krl", "Weld_1", "--lin"]);
+    let straight =
+        calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", TOOL, "--krl", "Weld_1", "--lin"]);
     assert!(straight.status.success());
     let src = text(&folder, "Weld_1.src");
     assert_eq!(
@@ -101,17 +103,62 @@ fn targets_become_a_csv_and_a_krl_module() {
     );
 }
 
+/// The set-up's TCP, (60, 0, -125) mm in the last MDH frame, is (-60, 0, 125) mm on KUKA's flange; its world is the base's inverse.
+#[test]
+fn tool_and_world_of_the_set_up_are_told_as_the_controller_has_them() {
+    let folder = bench("id,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\np1,0,-80,100,5,60,20\n");
+    let told = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", "--base", "world", "--krl", "m"]);
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let src = text(&folder, "m.src");
+    assert!(src.contains("$TOOL = {FRAME: X -60.0000,Y 0.0000,Z 125.0000,"), "{src}");
+    // The base stands some 536 mm behind the world, 22 mm aside and 58 mm below, to a few millimetres.
+    let base = src.lines().find(|line| line.starts_with("$BASE")).unwrap();
+    let numbers: Vec<f64> = base.split([' ', ',', '}']).filter_map(|word| word.parse().ok()).collect();
+    for (number, about) in numbers.iter().zip([536.0, 22.0, 58.0, 0.0, 0.0, 0.0]) {
+        assert!((number - about).abs() < 5.0, "{base}");
+    }
+}
+
+/// The page's commands run as they stand there.
+#[test]
+fn the_page_tells_what_works() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let page = fs::read_to_string(root.join("docs/compensation.md")).unwrap();
+    let block =
+        |language: &str| page.split(&format!("```{language}\n")).skip(1).map(|b| b.split("```").next().unwrap().to_owned());
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("runs")).unwrap();
+    std::os::unix::fs::symlink(root.join("scenarios"), folder.path().join("scenarios")).unwrap();
+    fs::write(folder.path().join("targets.csv"), block("csv").next().unwrap()).unwrap();
+    let mut told = Vec::new();
+    for command in block("sh").flat_map(|b| b.lines().map(str::to_owned).collect::<Vec<_>>()) {
+        let arguments: Vec<&str> = command.strip_prefix("calibench ").unwrap().split_whitespace().collect();
+        let output = calibench(folder.path(), &arguments);
+        assert_eq!(output.status.code(), Some(0), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        told.push(String::from_utf8(output.stdout).unwrap());
+    }
+    let row = |name: &str| -> f64 {
+        let line = told[0].lines().rfind(|line| line.contains(name)).unwrap();
+        line.split(['│', '┆']).nth(2).unwrap().trim().parse().unwrap()
+    };
+    let said = format!("from {:.1} mm to {:.2} mm in the mean", row("as they are"), row("compensated, by TriCal"));
+    assert!(page.replace('\n', " ").contains(&said), "the page does not say: {said}");
+    for made in ["fake.csv", "Weld_1.src", "Weld_1.dat", "calibrated.urdf", "calibrated.toml"] {
+        assert!(folder.path().join(made).is_file(), "{made}");
+    }
+}
+
 #[test]
 fn a_refused_target_keeps_its_row_and_ends_with_code_1() {
     let folder = bench(HOLED);
-    let told = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", "--krl", "m"]);
+    let told = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", TOOL, "--krl", "m"]);
     assert_eq!(told.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&told.stdout).contains("1 of 2 targets compensated"));
     assert!(String::from_utf8_lossy(&told.stderr).contains("no KRL module was written"));
     let file = text(&folder, "f.csv");
     assert!(file.contains("\nnear,ok,") && file.contains("\nfar,unreachable,"), "{file}");
     assert!(!folder.path().join("m.src").exists() && !folder.path().join("m.dat").exists());
-    let json = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", "--json"]);
+    let json = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv", TOOL, "--json"]);
     assert_eq!(json.status.code(), Some(1));
     let document: Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!((&document["format"], &document["compensated"]), (&"calibench-compensation/1".into(), &1.into()));
@@ -153,7 +200,7 @@ fn bad_input_ends_in_one_clear_error() {
     let with = |more: &[&str]| [&compensate[..], more].concat().into_iter().map(str::to_owned).collect::<Vec<_>>();
     // Targets, arguments, what the one line names.
     let cases: Vec<(String, Vec<String>, &[&str])> = vec![
-        (POSES.replace("450", "x"), with(&[]), &["t.csv:2: x_mm", "not a number"]),
+        (POSES.replace("420", "x"), with(&[]), &["t.csv:2: x_mm", "not a number"]),
         (POSES.into(), with(&["--krl", "1st"]), &["1st", "begin with a letter"]),
         (POSES.into(), with(&["--krl", "weld-1"]), &["weld-1", "letters, digits"]),
         (POSES.into(), with(&["--krl", "a_name_of_more_than_24_letters"]), &["too long"]),
@@ -166,7 +213,7 @@ fn bad_input_ends_in_one_clear_error() {
         (
             POSES.replace("id,", "id,payload,").replace("p-1,", "p-1,lead,").replace("last,", "last,,"),
             with(&[]),
-            &["t.csv:2: payload", "trical"],
+            &["t.csv:2: payload", "heavy"],
         ),
         (POSES.into(), vec!["compensate".into(), "c.toml".into()], &["nothing to do", "--urdf"]),
         (POSES.into(), ["compensate", "c.toml", "t.csv"].map(str::to_owned).to_vec(), &["--out"]),

@@ -154,6 +154,9 @@ fn program(
     Ok(whole.then(|| [program.src(), program.dat()]))
 }
 
+/// Refused targets that are told of; the file has all.
+const MOST_TOLD: usize = 20;
+
 fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> Result<(), Failure> {
     let fakes: Vec<&Fake> = results.iter().filter_map(|r| r.outcome.as_ref().ok()).collect();
     print(&format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
@@ -163,7 +166,10 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
         .filter_map(|(t, r)| r.outcome.as_ref().err().map(|e| [t.id.clone(), e.name().into(), e.to_string()]))
         .collect();
     if !refused.is_empty() {
-        print(&plain_table(&["refused", "status", ""], &refused))?;
+        print(&plain_table(&["refused", "status", ""], &refused[..refused.len().min(MOST_TOLD)]))?;
+        if refused.len() > MOST_TOLD {
+            print(&format!("and {} more, each with its status in the file", refused.len() - MOST_TOLD))?;
+        }
     }
     let warned = |of: fn(&Compensated) -> bool| results.iter().filter(|r| of(r)).count();
     let near = warned(|r| r.warnings.near_singular);
@@ -184,6 +190,9 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
             row("predicted 1-sigma, 3-D", |f| f.uncertainty.three_d),
         ];
         print(&plain_table(&["mm", "mean", "max"], &rows))?;
+        print(
+            "The prediction holds where samples were taken; elsewhere the error may be larger, and `calibench compare` tells by how much.",
+        )?;
     }
     print(&format!("controller's base  {}", words(compensator.root_from_work())))?;
     print(&format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
@@ -201,6 +210,9 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
 fn words(pose: &Pose) -> String {
     let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
     let ([x, y, z], [a, b, c]) = (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG));
+    // Adding zero takes the sign off a zero.
+    let tidy = |v: f64| (v * 1e5).round() / 1e5 + 0.0;
+    let [x, y, z, a, b, c] = [x, y, z, a, b, c].map(tidy);
     format!("X {x:.4}  Y {y:.4}  Z {z:.4}  A {a:.5}  B {b:.5}  C {c:.5}")
 }
 

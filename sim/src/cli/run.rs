@@ -167,7 +167,7 @@ fn compensation_text(run: &Run) -> String {
         return "not one target could be compensated".into();
     };
     let rows = [validation_row("as they are", before), validation_row("compensated, by TriCal", after)];
-    let told = format!("{}{} targets", validation_table(&rows), after.samples);
+    let told = format!("{}\n{} targets", validation_table(&rows), after.samples);
     if *refused == 0 { told } else { format!("{told}; {refused} more were refused: out of a joint's limits, or bent the other way") }
 }
 
