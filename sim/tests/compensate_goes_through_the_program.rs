@@ -124,14 +124,16 @@ fn tool_and_world_of_the_set_up_are_told_as_the_controller_has_them() {
 fn the_page_tells_what_works() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let page = fs::read_to_string(root.join("docs/compensation.md")).unwrap();
-    let block =
-        |language: &str| page.split(&format!("```{language}\n")).skip(1).map(|b| b.split("```").next().unwrap().to_owned());
+    let block = |language: &str| -> Vec<String> {
+        let fenced = format!("```{language}\n");
+        page.split(&fenced).skip(1).map(|b| b.split("```").next().unwrap().to_owned()).collect()
+    };
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("runs")).unwrap();
     std::os::unix::fs::symlink(root.join("scenarios"), folder.path().join("scenarios")).unwrap();
-    fs::write(folder.path().join("targets.csv"), block("csv").next().unwrap()).unwrap();
+    fs::write(folder.path().join("targets.csv"), &block("csv")[0]).unwrap();
     let mut told = Vec::new();
-    for command in block("sh").flat_map(|b| b.lines().map(str::to_owned).collect::<Vec<_>>()) {
+    for command in block("sh").iter().flat_map(|b| b.lines().map(str::to_owned).collect::<Vec<_>>()) {
         let arguments: Vec<&str> = command.strip_prefix("calibench ").unwrap().split_whitespace().collect();
         let output = calibench(folder.path(), &arguments);
         assert_eq!(output.status.code(), Some(0), "{command}: {}", String::from_utf8_lossy(&output.stderr));
