@@ -1,5 +1,6 @@
 //! The rigid part of an identified arm, written as URDF and as robot file, is the same arm to whoever reads it back; and what neither
 //! can hold is stated with its size.
+#![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
 mod identified;
 

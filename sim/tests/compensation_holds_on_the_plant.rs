@@ -1,5 +1,6 @@
 //! On the simulated cell the error of compensated targets falls from millimetres to what the identified model shows on the tracker's
 //! validation poses: 500 targets told to the robot's own controller, which knows the drawing, the truth taken from the plant.
+#![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
 
 use std::path::Path;
 
