@@ -211,7 +211,9 @@ max_deg = 100.0
 label = ""
 dataset = "d"
 session = ""
+gravity_m_s2 = [0.0, 0.0, -9.81]
 base_start = { x_mm = -536.0, y_mm = -22.0, z_mm = -58.0, a_deg = 0.0, b_deg = 0.0, c_deg = 0.0 }
+tool = { x_mm = 60.0, y_mm = 0.0, z_mm = -125.0, a_deg = 0.0, b_deg = 0.0, c_deg = 0.0 }
 
 [[parameter]]
 name = "a2"
@@ -535,17 +537,17 @@ fn kinds() -> Vec<Kind> {
         row("unknown effect", replace("\"mdh\"]", "\"mhd\"]"), 3, "effects[1]", "did you mean `mdh`"),
         row("unknown key", replace("rank = 2", "ranks = 2"), 13, "fit.ranks", "did you mean `rank`"),
         row("missing table", text(|t| t.replace("[fit]", "[fitt]")), 8, "fitt", "did you mean `fit`"),
-        row("missing key", replace("nominal = 455.0", ""), 54, "parameter[0].nominal", "add"),
+        row("missing key", replace("nominal = 455.0", ""), 56, "parameter[0].nominal", "add"),
         row("NaN", replace("chi2_per_dof = 1.0", "chi2_per_dof = nan"), 11, "fit.chi2_per_dof", "finite"),
-        row("infinity", replace("455.16", "inf"), 57, "parameter[0].value", "finite"),
+        row("infinity", replace("455.16", "inf"), 59, "parameter[0].value", "finite"),
         row("negative count", replace("samples = 80", "samples = -80"), 9, "fit.samples", "not negative"),
-        row("negative sigma", replace("sigma = 0.003", "sigma = -0.003"), 58, "parameter[0].sigma", "identify"),
-        row("negative stated sigma", replace("0.1\n", "-0.1\n"), 69, "parameter[1].stated_sigma", "identify"),
-        row("unknown unit", replace("unit = \"mm\"", "unit = \"inch\""), 59, "parameter[0].unit", "identify"),
-        row("parameter twice", replace("\"base_x\"", "\"a2\""), 63, "parameter[1].name", "keep one"),
+        row("negative sigma", replace("sigma = 0.003", "sigma = -0.003"), 60, "parameter[0].sigma", "identify"),
+        row("negative stated sigma", replace("0.1\n", "-0.1\n"), 71, "parameter[1].stated_sigma", "identify"),
+        row("unknown unit", replace("unit = \"mm\"", "unit = \"inch\""), 61, "parameter[0].unit", "identify"),
+        row("parameter twice", replace("\"base_x\"", "\"a2\""), 65, "parameter[1].name", "keep one"),
         row("correlation of one", replace("[[1.0], [0.5, 1.0]]", "[[1.0]]"), 6, "correlation", "identify"),
         row("correlation above one", replace("0.5, 1.0", "5.0, 1.0"), 6, "correlation", "identify"),
-        row("text for a number", replace("455.16", "\"455.16\""), 57, "parameter[0].value", "a number"),
+        row("text for a number", replace("455.16", "\"455.16\""), 59, "parameter[0].value", "a number"),
         row("cut off", text(|t| t[..t.len() - 12].into()), None, "", ""),
     ];
     in_calibration.extend(toml());

@@ -65,7 +65,7 @@ impl Scenario {
                 self.wrong("truth.indicators", problem, "make the flaws of the indicators smaller")
             }
             RunError::Campaign(_) => self.wrong("truth", problem, "make what is truly wrong smaller, or retreat further"),
-            RunError::Identify(_) => self.wrong("model.effects", problem, FEWER_PARAMETERS),
+            RunError::Identify(_) | RunError::Task(_) => self.wrong("model.effects", problem, FEWER_PARAMETERS),
             RunError::Tracker(TrackerError::NestsInLine { .. }) => {
                 self.wrong("tracker.nests_mm", problem, "spread the three nests")
             }

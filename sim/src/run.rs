@@ -1,12 +1,14 @@
 //! The whole procedure on the simulated cell: plan, master, probe, identify, validate, and the same with the tracker.
 
 use calibench::assess::Validation;
+use calibench::compensate::TaskError;
 use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
 use calibench::measure::{Abort, CampaignRecord, Dataset, Mastering, SampleSet, Witness};
 use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use crate::compensation::{Compensation, compensation};
 use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, shown};
 use crate::random::Streams;
 use crate::scenario::{Expectation, Quantity, Scenario};
@@ -37,6 +39,9 @@ pub enum RunError {
     /// The robot did not go where the tracker waits.
     #[error("a tracker pose was not reached")]
     Robot(#[from] calibench::cell::ManipulatorError),
+    /// The calibration does not serve for compensating.
+    #[error("the calibration does not serve for compensating")]
+    Task(#[from] TaskError),
 }
 
 /// One way of calibrating, judged.
@@ -75,6 +80,9 @@ pub struct Run {
     pub validation: Dataset,
     /// Errors of the robot as drawn, on the same poses.
     pub before: Validation,
+    /// What the TriCal's calibration is worth: targets at the validation poses, told as they are and compensated; `None` when not one
+    /// could be.
+    pub compensation: Option<Compensation>,
 }
 
 /// A check of a scenario's expectations.
@@ -183,10 +191,10 @@ fn measured(
 pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dyn Witness) -> Result<Run, RunError> {
     let session = Session::begin(scenario, streams, plans.session_s(scenario))?;
     session.note_true_arm();
-    let (measured, tracker) = measured(&session, scenario, &plans, witness)?;
+    let (measured, set_up) = measured(&session, scenario, &plans, witness)?;
     let true_arm = session.true_arm();
-    let Measurements { mastering, campaign, fit, validation, .. } = measured;
-    let points = session.points(&tracker, &plans.tracker.identification, "i", SampleSet::Fit)?;
+    let Measurements { mastering, campaign, fit, validation, validation_truth } = measured;
+    let points = session.points(&set_up, &plans.tracker.identification, "i", SampleSet::Fit)?;
     let tracker_data = Dataset { samples: points.samples, ..scenario.dataset() };
     let method = |name: &'static str, dataset: Dataset, model: &Model, score: fn(&Calibration, &Scenario) -> Score| {
         let calibration = identify(&[(name, &dataset)], model)?;
@@ -200,7 +208,9 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     let tracker = method("tracker", tracker_data, &model, Score::of_tracker)?;
     let before = judge(&trical.calibration.as_drawn(), &validation)?;
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
-    Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, true_arm, trical, tracker, validation, before })
+    let poses = &tracker_plan.validation;
+    let compensation = compensation(&session, &set_up, &trical.calibration, &validation, poses, &validation_truth)?;
+    Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, true_arm, trical, tracker, validation, before, compensation })
 }
 
 fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, RunError> {

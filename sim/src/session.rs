@@ -75,6 +75,11 @@ impl<'a> Session<'a> {
         self.world.true_arm()
     }
 
+    /// Temperature of the robot now, °C, where it is logged.
+    pub fn temperature_c(&self) -> Option<f64> {
+        self.world.robot().temperature_c()
+    }
+
     /// Probes the balls of the plan: with the payload that it names first, then with the next. Every probing is written to the
     /// journal, where there is one, as soon as it ends.
     pub fn probe(&self, poses: &[PlannedPose], mut journal: Option<&mut Journal>, witness: &mut dyn Witness) -> CampaignRecord {

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 use thiserror::Error;
 
 use super::fit::{Fit, FitError, fit_some};
 use super::{Knowledge, Model, Observability, Parameter, Problem, ProblemError, Setup, Use, fit};
 use crate::effects::Owner;
 use crate::measure::Dataset;
-use crate::robot::{Axis6, FramePose, Robot};
+use crate::robot::{Axis6, FramePose, Payload, Robot};
 use crate::units::Unit;
 
 /// One estimated parameter; values in SI, `value` and `nominal` absolute (not deviations).
@@ -31,9 +31,9 @@ pub struct Estimate {
     pub stated_sigma: Option<f64>,
 }
 
-/// Which base and tool the set-up parameters describe.
+/// A set-up that was measured: which base and tool its parameters describe, and what the arm carried.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SetupName {
+pub struct MeasuredSetup {
     /// What parameter names end in after `@`; empty for the only one.
     pub label: String,
     /// Dataset.
@@ -42,6 +42,14 @@ pub struct SetupName {
     pub session: String,
     /// Base that the fit started from: what the data could not tell of the base stayed there.
     pub base: FramePose,
+    /// TCP frame in the last frame, as certified.
+    pub tool: FramePose,
+    /// Gravity in the world, m/s².
+    pub gravity: Vector3<f64>,
+    /// Payloads; the first is the default.
+    pub payloads: Vec<Payload>,
+    /// Longest time of its samples, s; `None` where times were not recorded.
+    pub duration_s: Option<f64>,
 }
 
 /// The identified model of one robot.
@@ -60,7 +68,7 @@ pub struct Calibration {
     /// Groups that the data cannot tell apart; the first of each was left at its drawing value.
     pub unresolved: Vec<Vec<String>>,
     /// Set-ups measured.
-    pub setups: Vec<SetupName>,
+    pub setups: Vec<MeasuredSetup>,
     /// Samples fitted.
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
@@ -145,6 +153,9 @@ impl Calibration {
         });
         let groups =
             fit.unresolved.iter().map(|u| std::iter::once(u.parameter).chain(u.with.iter().copied()).map(name).collect());
+        let payloads = |dataset: &str| {
+            datasets.iter().find(|(name, _)| *name == dataset).map(|(_, d)| d.payloads.clone()).unwrap_or_default()
+        };
         Calibration {
             robot: problem.robot().clone(),
             robot_reference: datasets.first().map(|(_, d)| d.robot_reference.clone()).unwrap_or_default(),
@@ -155,11 +166,15 @@ impl Calibration {
             setups: problem
                 .setups()
                 .iter()
-                .map(|s| SetupName {
+                .map(|s| MeasuredSetup {
                     label: s.label.clone(),
                     dataset: s.dataset.clone(),
                     session: s.session.clone(),
                     base: s.start,
+                    tool: s.tool,
+                    gravity: s.gravity,
+                    payloads: payloads(&s.dataset),
+                    duration_s: s.duration_s,
                 })
                 .collect(),
             samples: problem.sample_count(),
@@ -310,9 +325,9 @@ impl Calibration {
 
     /// The set-up of this calibration that a set-up of other samples is: the one of the same session; where sessions are not
     /// named, the one of the same dataset, or the only one.
-    fn seen(&self, setup: &Setup) -> Option<&SetupName> {
-        let named = |s: &&SetupName| !s.session.is_empty() && s.session == setup.session;
-        let unnamed = |s: &&SetupName| {
+    fn seen(&self, setup: &Setup) -> Option<&MeasuredSetup> {
+        let named = |s: &&MeasuredSetup| !s.session.is_empty() && s.session == setup.session;
+        let unnamed = |s: &&MeasuredSetup| {
             (s.session.is_empty() || setup.session.is_empty()) && (self.setups.len() == 1 || s.dataset == setup.dataset)
         };
         self.setups.iter().find(named).or_else(|| self.setups.iter().find(unnamed))
@@ -325,7 +340,7 @@ pub struct Prediction {
     /// Names of the samples.
     pub sample_ids: Vec<String>,
     /// Measured minus predicted, m.
-    pub residuals: Vec<nalgebra::Vector3<f64>>,
+    pub residuals: Vec<Vector3<f64>>,
     /// Parameters of unseen set-ups that were fitted to these samples.
     pub refitted: Vec<String>,
     /// Parameters of unseen set-ups that were fitted to other samples, of set `fit`.

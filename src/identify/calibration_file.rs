@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::own_effects::{OwnEffectTable, tables};
-use super::{Calibration, Estimate, Model, Observability, SetupName, check_effects};
+use super::{Calibration, Estimate, MeasuredSetup, Model, Observability, check_effects};
 use crate::effects::Subject;
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
-use crate::robot::{FramePose, built_in, robot, to_toml};
+use crate::robot::{FramePose, Payload, built_in, robot, to_toml};
 use crate::units::{DEG, MM, Unit};
 
 /// Format tag.
@@ -80,13 +80,28 @@ struct SetupTable {
     label: String,
     dataset: String,
     session: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    duration_s: Option<f64>,
+    gravity_m_s2: [f64; 3],
     /// Base that the fit started from; what could not be told of it stayed there.
-    base_start: BaseTable,
+    base_start: FrameTable,
+    /// TCP in the last frame, as certified.
+    tool: FrameTable,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    payload: Vec<PayloadTable>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct BaseTable {
+struct PayloadTable {
+    name: String,
+    mass_kg: f64,
+    com_mm: [f64; 3],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrameTable {
     x_mm: f64,
     y_mm: f64,
     z_mm: f64,
@@ -95,16 +110,46 @@ struct BaseTable {
     c_deg: f64,
 }
 
-impl BaseTable {
-    fn of(base: &FramePose) -> Self {
-        let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = (base.xyz.map(|v| v / MM), base.rz_ry_rx.map(|v| v / DEG));
-        BaseTable { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg }
+impl FrameTable {
+    fn of(frame: &FramePose) -> Self {
+        let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = (frame.xyz.map(|v| v / MM), frame.rz_ry_rx.map(|v| v / DEG));
+        FrameTable { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg }
     }
 
     fn pose(&self) -> FramePose {
         FramePose {
             xyz: [self.x_mm, self.y_mm, self.z_mm].map(|v| v * MM),
             rz_ry_rx: [self.a_deg, self.b_deg, self.c_deg].map(|v| v * DEG),
+        }
+    }
+}
+
+impl SetupTable {
+    fn of(setup: &MeasuredSetup) -> Self {
+        let payload = |p: &Payload| PayloadTable { name: p.name.clone(), mass_kg: p.mass, com_mm: (p.com / MM).into() };
+        SetupTable {
+            label: setup.label.clone(),
+            dataset: setup.dataset.clone(),
+            session: setup.session.clone(),
+            duration_s: setup.duration_s,
+            gravity_m_s2: setup.gravity.into(),
+            base_start: FrameTable::of(&setup.base),
+            tool: FrameTable::of(&setup.tool),
+            payload: setup.payloads.iter().map(payload).collect(),
+        }
+    }
+
+    fn setup(self) -> MeasuredSetup {
+        let payload = |p: PayloadTable| Payload { name: p.name, mass: p.mass_kg, com: Vector3::from(p.com_mm) * MM };
+        MeasuredSetup {
+            label: self.label,
+            dataset: self.dataset,
+            session: self.session,
+            base: self.base_start.pose(),
+            tool: self.tool.pose(),
+            gravity: Vector3::from(self.gravity_m_s2),
+            payloads: self.payload.into_iter().map(payload).collect(),
+            duration_s: self.duration_s,
         }
     }
 }
@@ -162,12 +207,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         setup: c
             .setups
             .iter()
-            .map(|s| SetupTable {
-                label: s.label.clone(),
-                dataset: s.dataset.clone(),
-                session: s.session.clone(),
-                base_start: BaseTable::of(&s.base),
-            })
+            .map(SetupTable::of)
             .collect(),
         effect: tables(&c.model.own, &c.model.effects),
         parameter: c
@@ -265,7 +305,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         setups: file
             .setup
             .into_iter()
-            .map(|s| SetupName { base: s.base_start.pose(), label: s.label, dataset: s.dataset, session: s.session })
+            .map(SetupTable::setup)
             .collect(),
         samples: f.samples,
         rms: f.rms_mm * MM,

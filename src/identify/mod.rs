@@ -12,7 +12,7 @@ mod own_effects;
 mod problem;
 
 pub use adjustment::Adjustment;
-pub use calibration::{Application, Calibration, Estimate, IdentifyError, Prediction, SetupName, identify};
+pub use calibration::{Application, Calibration, Estimate, IdentifyError, MeasuredSetup, Prediction, identify};
 pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};
 pub use linalg::LinalgError;

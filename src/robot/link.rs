@@ -72,10 +72,42 @@ impl FramePose {
         Pose::from_parts(Translation3::new(self.xyz[0], self.xyz[1], self.xyz[2]), Rotation3::from_euler_angles(rx, ry, rz))
     }
 
-    /// The frame of a transform; at gimbal lock rx is zero.
+    /// The frame of a transform; at gimbal lock rx is zero, as KUKA's C. Exact there as well: what rounding does to one angle the next
+    /// takes up.
     pub fn from_pose(pose: &Pose) -> Self {
-        let (rx, ry, rz) = pose.rotation.euler_angles();
+        let r = pose.rotation.matrix();
+        let across = r[(0, 0)].hypot(r[(1, 0)]);
+        let rz = if across < LOCKED { (-r[(0, 1)]).atan2(r[(1, 1)]) } else { r[(1, 0)].atan2(r[(0, 0)]) };
+        let ry = (-r[(2, 0)]).atan2(across);
+        let (sin, cos) = rz.sin_cos();
+        let rx = (sin * r[(0, 2)] - cos * r[(1, 2)]).atan2(cos * r[(1, 1)] - sin * r[(0, 1)]);
         let t = pose.translation.vector;
         FramePose { xyz: [t.x, t.y, t.z], rz_ry_rx: [rz, ry, rx] }
+    }
+}
+
+/// Below this cosine of ry only the sum or the difference of rz and rx is defined, to rounding.
+const LOCKED: f64 = 1e-13;
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    /// What a cosine taken as zero leaves out, and some roundings.
+    const SAME: f64 = LOCKED + 2e-15;
+
+    #[test]
+    fn every_frame_comes_back_at_gimbal_lock_and_beside_it() {
+        for beside in [0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1e-3, 0.4] {
+            for (rz, ry, rx) in [(0.3, FRAC_PI_2 - beside, -1.1), (-2.9, beside - FRAC_PI_2, 2.0), (1.2, beside, 3.1)] {
+                let pose = FramePose { xyz: [0.1, -0.2, 0.3], rz_ry_rx: [rz, ry, rx] }.pose();
+                let back = FramePose::from_pose(&pose);
+                assert!((back.pose().to_homogeneous() - pose.to_homogeneous()).amax() < SAME, "{rz} {ry} {rx}: {back:?}");
+            }
+        }
+        let locked = FramePose { xyz: [0.0; 3], rz_ry_rx: [0.3, FRAC_PI_2, 0.1] }.pose();
+        assert!(FramePose::from_pose(&locked).rz_ry_rx[2].abs() < 1e-15, "KUKA's C is zero at B = 90");
     }
 }

@@ -15,6 +15,7 @@ mod sites;
 pub mod solids;
 mod spherical_wrist;
 mod statics;
+mod status_turn;
 mod turns;
 mod ur10;
 mod ur5;
@@ -24,6 +25,7 @@ pub use dexterity::dexterity;
 pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
 pub use kinematics::{Frame, Posture, world_from_tool};
 pub use link::{FramePose, Link, MdhLink, Pose};
+pub(crate) use rel_tool::screw;
 pub use rel_tool::{RelTool, RelToolError, rel_tool};
 pub use rigid_fit::rigid_fit;
 pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
@@ -31,6 +33,7 @@ pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use statics::{DEFAULT_GRAVITY, Loads, Payload};
+pub use status_turn::StatusTurn;
 
 /// Robot files are written with nine decimals, in mm, deg and kg: so far may two copies of one arm differ, in SI.
 const ROUNDING_OF_FILES: f64 = 1e-9;

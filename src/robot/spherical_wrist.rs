@@ -163,6 +163,15 @@ impl SphericalWrist {
         }
     }
 
+    /// How the arm is bent at joints `q` (rad): how far the wrist's centre stands before axis 1 (m; negative behind it, or overhead), the
+    /// bend of the elbow (rad; zero where upper arm and forearm are one line), and joint 5 (rad), each of which is zero at a singularity.
+    pub fn bends(&self, q: &[f64; 6]) -> [f64; 3] {
+        let theta2 = q[1] + self.offsets[1];
+        let bend = self.c2 * (q[2] + self.offsets[2] + self.forearm_angle);
+        let reach = self.a1 + self.a2 * theta2.cos() + self.forearm * (theta2 + bend).cos();
+        [reach, wrapped(bend), wrapped(q[4] + self.offsets[4])]
+    }
+
     /// Rotation that joints 4 to 6 must make.
     fn hand(&self, rotation: &Matrix3<f64>, theta1: f64, theta2: f64, theta3: f64) -> Matrix3<f64> {
         let about_z = |angle: f64| {

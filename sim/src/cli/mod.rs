@@ -3,6 +3,7 @@
 mod add;
 mod catalogue;
 mod compare;
+mod compensate;
 mod design;
 mod design_tables;
 mod diagnose;
@@ -91,6 +92,8 @@ enum Verb {
     Suite(suite::Arguments),
     /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
     Compare(compare::Arguments),
+    /// Use a calibration: the targets to tell the controller so that the tool stands where it is wanted; KRL, URDF, MDH
+    Compensate(compensate::Arguments),
     /// One HTML page: what is wrong in words, then in pictures
     Report(report::Arguments),
     /// The same page live, on the loopback address: add effects, undo, write one's own, save
@@ -137,6 +140,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Precision(a) => precision::run(a),
         Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),
+        Verb::Compensate(a) => compensate::run(a),
         Verb::Report(a) => report::run(a),
         Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),

@@ -15,6 +15,7 @@ use super::progress::{CampaignBar, Waiting};
 use super::{Failure, Outcome, print, print_json, seed};
 #[cfg(feature = "mujoco")]
 use crate::blame::with_reasons;
+use crate::compensation::Compensation;
 use crate::random::Streams;
 use crate::run::{Check, Method, Plans, Run, run as procedure};
 use crate::scenario::PlantKind;
@@ -141,6 +142,8 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure>
     print(&validation_table(&rows))?;
     print("\nHISTOGRAM of the TriCal's position errors")?;
     print(&histogram(&run.trical.validation, 12))?;
+    print("COMPENSATION: targets told to the robot's own controller, which knows the drawing; where the tool then truly stands")?;
+    print(&compensation_text(run))?;
     print("TRUTH against estimate (the simulated cell keeps score)")?;
     print(&format!(
         "{:.0} % of {} parameters within 1 sigma, {:.0} % within 2, {:.0} % within 3; a perfect model gives 68, 95, 99.7",
@@ -157,6 +160,15 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure>
         }
     }
     Ok(())
+}
+
+fn compensation_text(run: &Run) -> String {
+    let Some(Compensation { refused, before, after }) = &run.compensation else {
+        return "not one target could be compensated".into();
+    };
+    let rows = [validation_row("as they are", before), validation_row("compensated, by TriCal", after)];
+    let told = format!("{}\n{} targets", validation_table(&rows), after.samples);
+    if *refused == 0 { told } else { format!("{told}; {refused} more were refused: out of a joint's limits, or bent the other way") }
 }
 
 fn title(name: &str) -> &str {
@@ -237,6 +249,9 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
         "plant": scenario.plant.name(),
         "seed": run.seed,
         "methods": [method(&run.trical), method(&run.tracker)],
+        "compensation": run.compensation.as_ref().map(|c| {
+            json!({"refused": c.refused, "before": validation_json(&c.before), "after": validation_json(&c.after)})
+        }),
         "before": {"mean_mm": run.before.mean / MM, "max_mm": run.before.max / MM},
         "paper": paper,
         "expect": {"met": checks.iter().all(Check::met), "checks": checked},

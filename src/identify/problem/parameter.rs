@@ -73,9 +73,10 @@ pub struct Setup {
     pub worlds_own: Vec<Axis6>,
     /// Nominal TCP frame.
     pub tool: FramePose,
-    pub(super) gravity: Vector3<f64>,
-    /// Longest time of its samples, s.
-    pub(super) duration_s: Option<f64>,
+    /// Gravity in the world, m/s².
+    pub gravity: Vector3<f64>,
+    /// Longest time of its samples, s; `None` where times were not recorded.
+    pub duration_s: Option<f64>,
 }
 
 impl Setup {

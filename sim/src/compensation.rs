@@ -1,0 +1,66 @@
+//! What a calibration is worth to the robot's user: the tool is sent to targets, first as they are, then compensated, by a controller
+//! that knows nothing but the drawing; and where the tool then truly stands is held against where it was wanted.
+
+use calibench::assess::Validation;
+use calibench::compensate::{Compensator, Conditions, Target, Task, Wanted, WorkFrame};
+use calibench::identify::{Calibration, Prediction};
+use calibench::measure::{Dataset, SampleSet};
+use calibench::robot::world_from_tool;
+use nalgebra::Vector3;
+
+use crate::run::RunError;
+use crate::session::Session;
+use crate::tracker::SimulatedTracker;
+
+/// True position errors of targets, as told and compensated: the same targets in both.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compensation {
+    /// Targets that were refused.
+    pub refused: usize,
+    /// As told, by the drawing of robot and cell.
+    pub before: Validation,
+    /// Compensated.
+    pub after: Validation,
+}
+
+/// Sends the tool to the poses that robot and cell as drawn would have at joints `poses` (rad); where it went at those very joints,
+/// which is where the uncompensated targets lead, is `uncompensated` (world, m). `None` when no target can be compensated.
+///
+/// # Errors
+/// When the calibration does not serve, or the robot does not go there.
+pub(crate) fn compensation(
+    session: &Session<'_>,
+    tracker: &SimulatedTracker,
+    calibration: &Calibration,
+    cell: &Dataset,
+    poses: &[Vec<f64>],
+    uncompensated: &[Vector3<f64>],
+) -> Result<Option<Compensation>, RunError> {
+    let task = Task { frame: WorkFrame::World, ..Task::default() };
+    let mut compensator = Compensator::new(calibration, &task)?;
+    let conditions = Conditions { temp_c: session.temperature_c(), ..Conditions::default() };
+    let (mut wanted, mut before, mut joints) = (Vec::new(), Vec::new(), Vec::new());
+    for (q, went) in poses.iter().zip(uncompensated) {
+        let pose = world_from_tool(&cell.robot, &cell.base, &cell.tool, q);
+        let target = Target {
+            id: String::new(),
+            wanted: Wanted::Pose { pose, near: Some(q.clone()), status: None, turn: None },
+            payload: None,
+            conditions: conditions.clone(),
+        };
+        let Ok(fake) = compensator.compensate(&target).outcome else { continue };
+        // The controller is told the pose, with status and turn; which joints these are it finds by itself.
+        let Ok(found) = compensator.controller_joints(&fake.pose, fake.status_turn, &fake.q) else { continue };
+        joints.push(found);
+        before.push(pose.translation.vector - went);
+        wanted.push(pose.translation.vector);
+    }
+    let refused = poses.len() - wanted.len();
+    let went = session.points(tracker, &joints, "c", SampleSet::Validation)?.truth;
+    let after = wanted.iter().zip(&went).map(|(wanted, went)| wanted - went).collect();
+    let of = |residuals| {
+        let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new(), from_fit_rows: Vec::new() };
+        Validation::of(&prediction)
+    };
+    Ok(of(before).zip(of(after)).map(|(before, after)| Compensation { refused, before, after }))
+}

@@ -1,0 +1,85 @@
+//! `FAKE.csv`: every target with its status, what to tell the controller for it, and how well it will be met.
+
+use super::targets_file::POSE;
+use super::{Compensated, Target};
+use crate::robot::{FramePose, Pose};
+use crate::units::{DEG, MM};
+
+/// Targets and what became of them as the text of a CSV file, in their order; nothing is left out.
+///
+/// | column | meaning |
+/// |---|---|
+/// | `id` | of the target |
+/// | `status` | `ok`, or why it was not compensated (see [`super::Refusal`]): the columns of the fake target are then empty |
+/// | `warnings` | `out_of_range`, `near_singular`, or both, or nothing |
+/// | `x_mm` ... `c_deg` | the fake target, in the frame in which targets are given |
+/// | `q1_deg` ... | the joints that it stands for |
+/// | `s` `t` | their status and turn, for arms that have them |
+/// | `sigma_worst_mm` `sigma_3d_mm` | predicted one-sigma of the TCP along its worst direction, and of all three together |
+/// | `shift_mm` | how far the fake TCP stands from the wanted one |
+/// | `payload` | that the row named |
+/// | `target_x_mm` ... `target_c_deg` | the target as wanted |
+pub fn fake_csv(joints: usize, targets: &[Target], results: &[Compensated]) -> String {
+    let pose = POSE.map(str::to_owned).to_vec();
+    let of_target = POSE.map(|name| format!("target_{name}")).to_vec();
+    let own = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let header = [
+        own(&["id", "status", "warnings"]),
+        pose,
+        (1..=joints).map(|i| format!("q{i}_deg")).collect(),
+        own(&["s", "t", "sigma_worst_mm", "sigma_3d_mm", "shift_mm", "payload"]),
+        of_target,
+    ]
+    .concat();
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let into_memory = "a table in memory takes any row of its width";
+    table.write_record(&header).expect(into_memory);
+    for (target, result) in targets.iter().zip(results) {
+        let warnings: Vec<&str> = result.warnings.names().collect();
+        let mut row = vec![target.id.clone()];
+        match &result.outcome {
+            Ok(fake) => {
+                row.extend(["ok".into(), warnings.join(" ")]);
+                row.extend(pose_fields(&fake.pose));
+                row.extend(fake.q.iter().map(|q| degrees(*q)));
+                let bits = |of: fn(&crate::robot::StatusTurn) -> u8| {
+                    fake.status_turn.as_ref().map_or(String::new(), |s| of(s).to_string())
+                };
+                row.extend([bits(|s| s.status), bits(|s| s.turn)]);
+                row.extend([fake.uncertainty.worst_axis, fake.uncertainty.three_d, fake.shift].map(millimetres));
+            }
+            Err(refusal) => {
+                row.extend([refusal.name().to_owned(), warnings.join(" ")]);
+                row.resize(header.len() - 7, String::new());
+            }
+        }
+        row.push(target.payload.as_ref().map_or(String::new(), |p| p.name.clone()));
+        row.extend(pose_fields(&result.wanted));
+        table.write_record(&row).expect(into_memory);
+    }
+    let bytes = table.into_inner().expect("memory takes what is left");
+    String::from_utf8(bytes).expect("made of text")
+}
+
+/// x, y, z, mm, and a, b, c, deg.
+fn pose_fields(pose: &Pose) -> [String; 6] {
+    let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
+    let ([x, y, z], [a, b, c]) = (xyz.map(millimetres), rz_ry_rx.map(degrees));
+    [x, y, z, a, b, c]
+}
+
+/// To a nanometre.
+fn millimetres(si: f64) -> String {
+    written(si / MM, 6)
+}
+
+/// To 2e-10 rad: less than a nanometre at the end of an arm of a metre.
+fn degrees(si: f64) -> String {
+    written(si / DEG, 8)
+}
+
+/// With so many decimals, zero without a sign.
+pub(super) fn written(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.trim_start_matches('-').trim_matches(['0', '.']).is_empty() { text.trim_start_matches('-').into() } else { text }
+}

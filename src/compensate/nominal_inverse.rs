@@ -1,0 +1,81 @@
+//! The joints that the robot's own controller would take for a pose: inverse kinematics of the drawing.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::Refusal;
+use crate::robot::{Chain, FramePose, InverseKinematics, Outcome, Pose, Robot, SphericalWrist};
+
+/// Starts of a search where there is no closed form; four of five find a pose within reach of a six-axis arm.
+const STARTS: usize = 40;
+
+/// Nothing else is random here; the same pose gives the same joints.
+const SEED: u64 = 0x0fa4_e1a6;
+
+/// The drawn arm's inverse: in closed form where the wrist is spherical, else by a search.
+pub struct NominalInverse<'a> {
+    robot: &'a Robot,
+    wrist: Option<SphericalWrist>,
+    arm: Chain<'a>,
+    search: InverseKinematics,
+}
+
+impl<'a> NominalInverse<'a> {
+    /// Of a robot as drawn.
+    pub fn new(robot: &'a Robot) -> Self {
+        NominalInverse {
+            robot,
+            wrist: SphericalWrist::new(robot).ok(),
+            arm: Chain::nominal(robot, &FramePose::default(), &FramePose::default()),
+            search: InverseKinematics::new(robot.joints()),
+        }
+    }
+
+    /// The closed form, where there is one: such arms have a status and a turn.
+    pub fn wrist(&self) -> Option<&SphericalWrist> {
+        self.wrist.as_ref()
+    }
+
+    /// Joints inside the limits (rad, N) that put the last frame at `root_from_last`: of those with that status and turn, where they are
+    /// given, the nearest to `near` (rad, N).
+    ///
+    /// # Errors
+    /// When there are none: why.
+    pub fn joints(
+        &mut self,
+        root_from_last: &Pose,
+        status: Option<u8>,
+        turn: Option<u8>,
+        near: &[f64],
+    ) -> Result<Vec<f64>, Refusal> {
+        if let (Some(wrist), Ok(near)) = (&self.wrist, <&[f64; 6]>::try_from(near)) {
+            if let Some(q) = wrist.joints_of(root_from_last, status, turn, near) {
+                return Ok(q.to_vec());
+            }
+            let (mut reachable, mut inside) = (false, false);
+            wrist.branches(root_from_last, |branch| {
+                reachable = true;
+                wrist.whole_turns(&branch.q, 0.0, |_| inside = true);
+            });
+            return Err(match (reachable, inside) {
+                (false, _) => Refusal::Unreachable,
+                (true, false) => Refusal::JointLimit { joint: None },
+                (true, true) => Refusal::NoSuchConfiguration,
+            });
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(SEED);
+        let robot = self.robot;
+        let mut start = near.to_vec();
+        let mut why = Refusal::Unreachable;
+        for _ in 0..STARTS {
+            let found = self.search.solve(&mut self.arm, root_from_last, &start, |i| robot.links[i].limits);
+            match found.outcome {
+                Outcome::Converged => return Ok(found.q),
+                Outcome::JointLimit(joint) => why = Refusal::JointLimit { joint: Some(joint) },
+                Outcome::Unreachable | Outcome::NotConverged => {}
+            }
+            start.iter_mut().zip(&robot.links).for_each(|(q, link)| *q = random.random_range(link.limits[0]..link.limits[1]));
+        }
+        Err(why)
+    }
+}

@@ -1,0 +1,88 @@
+//! What of an identified arm can be written as a plain chain of links, and how much cannot.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::CalibratedArm;
+use super::calibrated_arm::BASE;
+use crate::robot::{FramePose, Posture, Robot, SiteIndex};
+
+/// What stands still whatever the arm does: base, links, TCP.
+const RIGID: [&str; 3] = [BASE, "mdh", "tool_frame"];
+
+/// Postures over which the rest is looked at.
+const POSTURES: usize = 1000;
+
+/// Nothing else is random here.
+const SEED: u64 = 0x0019_1d0a;
+
+/// How far the TCP of the whole model stands from that of its rigid part, m, over postures uniform in the joint limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeftOut {
+    /// Mean.
+    pub mean: f64,
+    /// Largest.
+    pub max: f64,
+    /// Postures drawn.
+    pub postures: usize,
+}
+
+/// The rigid part of an identified arm.
+#[derive(Debug, Clone)]
+pub struct RigidRobot {
+    /// The arm with its identified links.
+    pub robot: Robot,
+    /// Where its root stands in the world.
+    pub base: FramePose,
+    /// TCP in the last frame.
+    pub tool: FramePose,
+    /// Effects that a chain of links does not hold: compliance before all.
+    pub effects: Vec<String>,
+    /// Their size.
+    pub left_out: LeftOut,
+}
+
+impl RigidRobot {
+    /// Of an arm with its payload, under its conditions.
+    pub fn of(arm: &mut CalibratedArm<'_>) -> Self {
+        let drawn = arm.robot();
+        let middle: Vec<f64> = drawn.links.iter().map(|l| 0.5 * (l.limits[0] + l.limits[1])).collect();
+        arm.settle(&middle);
+        let rigid = arm.deviations_of(|id| RIGID.contains(&id));
+        let sites = SiteIndex::new(drawn.joints());
+        let mut robot = drawn.clone();
+        for (i, link) in robot.links.iter_mut().enumerate() {
+            let [alpha, a, beta, theta, d] = std::array::from_fn(|k| rigid[sites.link(i) + k]);
+            link.mdh.alpha += alpha;
+            link.mdh.a += a;
+            link.mdh.beta += beta;
+            link.mdh.theta += theta;
+            link.mdh.d += d;
+        }
+        let mut tool = *arm.tool();
+        tool.xyz.iter_mut().zip(&rigid[sites.tool()..]).for_each(|(x, dx)| *x += dx);
+        let effects: Vec<String> =
+            arm.needs().map(|(id, _)| id.to_owned()).filter(|id| !RIGID.contains(&id.as_str())).collect();
+        let base = FramePose::from_pose(&arm.world_from_root());
+        robot.name = format!("{}_calibrated", drawn.name);
+        robot.source = format!("identified links of {}: {}", drawn.name, drawn.source);
+        let left_out = left_out(arm, &robot, &base, &tool);
+        RigidRobot { robot, base, tool, effects, left_out }
+    }
+}
+
+fn left_out(arm: &mut CalibratedArm<'_>, robot: &Robot, base: &FramePose, tool: &FramePose) -> LeftOut {
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut posture = Posture::new(robot);
+    let none = vec![0.0; SiteIndex::new(robot.joints()).len()];
+    let (mut sum, mut max) = (0.0, 0.0f64);
+    for _ in 0..POSTURES {
+        let q: Vec<f64> = robot.links.iter().map(|l| random.random_range(l.limits[0]..l.limits[1])).collect();
+        arm.settle(&q);
+        posture.set(robot, base, tool, &q, &none);
+        let apart = (arm.posture().tcp() - posture.tcp()).norm();
+        sum += apart;
+        max = max.max(apart);
+    }
+    LeftOut { mean: sum / POSTURES as f64, max, postures: POSTURES }
+}

@@ -1,0 +1,265 @@
+//! `TARGETS.csv`: where the TCP is wanted, one row a target. Every mistake is one error that names line, column and remedy.
+
+use std::collections::{HashMap, HashSet};
+use std::io::BufReader;
+use std::path::Path;
+
+use super::{Conditions, Target, Wanted};
+use crate::files::{FileError, Record, Rows, name_remedy, nearest_name};
+use crate::robot::{FramePose, Payload, Robot, SphericalWrist};
+use crate::units::{DEG, MM};
+
+/// Columns of a pose: position, mm, and KUKA's A, B, C, deg.
+pub(super) const POSE: [&str; 6] = ["x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"];
+
+/// No target is farther from its frame than this, m: what is has another unit.
+const FARTHEST: f64 = 1e3;
+
+/// Most rows: a program of a robot has thousands of points at most.
+const MOST_ROWS: usize = 1_000_000;
+
+/// What a file of targets is read for.
+#[derive(Debug, Clone, Copy)]
+pub struct Expected<'a> {
+    /// The arm.
+    pub robot: &'a Robot,
+    /// The payloads that a row may name.
+    pub payloads: &'a [Payload],
+    /// An effect of the calibration that depends on the robot's temperature, so that every row must tell it.
+    pub by_temperature: Option<&'a str>,
+}
+
+/// Reads targets.
+///
+/// # Errors
+/// One error that names file, line, column and remedy.
+pub fn read_targets(path: &Path, expected: &Expected<'_>) -> Result<Vec<Target>, FileError> {
+    if path.is_dir() {
+        return Err(FileError::whole(path, "is a directory", "name a CSV file of targets"));
+    }
+    let file = std::fs::File::open(path)
+        .map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions"))?;
+    let mut rows = Rows::new(BufReader::new(file), path, b',');
+    let Some(titles) = rows.next()? else {
+        return Err(FileError::whole(path, "is empty", "give a header line and one row a target"));
+    };
+    let header = Header::parse(path, &titles, expected)?;
+    let mut first_seen: HashMap<String, usize> = HashMap::new();
+    let mut targets = Vec::new();
+    while let Some(record) = rows.next()? {
+        let row = Row { path, header: &header, record: &record };
+        if targets.len() == MOST_ROWS {
+            return Err(row.error("", "the file has more than a million rows".into(), "split it"));
+        }
+        let target = row.target(expected)?;
+        if let Some(line) = first_seen.insert(target.id.clone(), record.line) {
+            return Err(row.error(
+                "id",
+                format!("`{}` is the id of line {line} too", target.id),
+                "give every target its own id",
+            ));
+        }
+        targets.push(target);
+    }
+    if targets.is_empty() {
+        return Err(FileError::whole(path, "has a header and no rows", "add one row a target"));
+    }
+    Ok(targets)
+}
+
+/// Which column stands where.
+struct Header {
+    names: Vec<String>,
+    place: HashMap<String, usize>,
+    poses: bool,
+}
+
+impl Header {
+    fn parse(path: &Path, titles: &Record, expected: &Expected<'_>) -> Result<Header, FileError> {
+        let error = |field: &str, problem: String, remedy: String| FileError {
+            path: path.into(),
+            line: Some(titles.line),
+            field: field.into(),
+            problem,
+            remedy,
+        };
+        let names: Vec<String> = titles.fields.iter().map(|t| t.trim().to_owned()).collect();
+        for (mark, what) in [(';', "semicolons"), ('\t', "tabs")] {
+            if names.len() == 1 && names[0].contains(mark) {
+                let remedy = "separate them by commas and write decimal points";
+                return Err(error("", format!("fields are separated by {what}"), remedy.into()));
+            }
+        }
+        if names.iter().any(|n| n.parse::<f64>().is_ok()) {
+            return Err(error("", "the header is missing".into(), "begin with a line that names the columns".into()));
+        }
+        let n = expected.robot.joints();
+        let known = columns(n);
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        let mut seen = HashSet::new();
+        for name in &names {
+            if !seen.insert(name) {
+                return Err(error(name, "stands twice in the header".into(), "keep one of them".into()));
+            }
+            if !known.contains(&name.as_str()) {
+                let remedy = match nearest_name(name, known.iter().copied()) {
+                    Some(_) => name_remedy(name, &known),
+                    None => format!("remove it; this robot has {n} joints, and known here are {}", known.join(", ")),
+                };
+                return Err(error(name, "there is no such column".into(), remedy));
+            }
+            if ["s", "t"].contains(&name.as_str()) && SphericalWrist::new(expected.robot).is_err() {
+                let problem = "status and turn are of arms with a spherical wrist, which this is not".into();
+                return Err(error(name, problem, "remove it, and give q1_deg ... where the posture matters".into()));
+            }
+        }
+        let place: HashMap<String, usize> = names.iter().cloned().zip(0..).collect();
+        let has = |name: &str| place.contains_key(name);
+        let poses = POSE.iter().any(|name| has(name));
+        let joints = joints(n);
+        let required: Vec<&str> = if poses { POSE.to_vec() } else { joints.iter().map(String::as_str).collect() };
+        let several: [Vec<String>; 2] = [joints.clone(), approaches(n)];
+        let begun = several.iter().filter(|columns| columns.iter().any(|c| has(c))).flatten().map(String::as_str);
+        let needed = ["id"].into_iter().chain(required).chain(begun).chain(expected.by_temperature.map(|_| "temp_c"));
+        if let Some(missing) = { needed }.find(|name| !has(name)) {
+            let remedy = match (missing, expected.by_temperature) {
+                ("temp_c", Some(effect)) => format!("add it: the calibration's effect '{effect}' depends on the temperature"),
+                _ => format!("a target is id with {}, or id with {}", POSE.join(", "), joints.join(", ")),
+            };
+            return Err(error(missing, "this required column is missing".into(), remedy));
+        }
+        Ok(Header { names, place, poses })
+    }
+}
+
+fn joints(n: usize) -> Vec<String> {
+    (1..=n).map(|i| format!("q{i}_deg")).collect()
+}
+
+fn approaches(n: usize) -> Vec<String> {
+    (1..=n).map(|i| format!("approach{i}")).collect()
+}
+
+/// Every column of an arm of `n` joints.
+fn columns(n: usize) -> Vec<String> {
+    let names = ["id"].into_iter().chain(POSE).chain(["s", "t", "payload", "time_s", "temp_c"]).map(str::to_owned);
+    names.chain(joints(n)).chain(approaches(n)).collect()
+}
+
+struct Row<'a> {
+    path: &'a Path,
+    header: &'a Header,
+    record: &'a Record,
+}
+
+impl<'a> Row<'a> {
+    fn error(&self, column: &str, problem: String, remedy: &str) -> FileError {
+        FileError { path: self.path.into(), line: Some(self.record.line), field: column.into(), problem, remedy: remedy.into() }
+    }
+
+    fn text(&self, column: &str) -> Option<&'a str> {
+        let place = self.header.place.get(column)?;
+        self.record.fields.get(*place).map(str::trim).filter(|text| !text.is_empty())
+    }
+
+    /// A finite number in SI, where there is one.
+    fn number(&self, column: &str, unit: f64) -> Result<Option<f64>, FileError> {
+        let Some(text) = self.text(column) else { return Ok(None) };
+        match text.parse::<f64>() {
+            Ok(value) if (value * unit).is_finite() => Ok(Some(value * unit)),
+            Ok(_) => Err(self.error(column, format!("`{text}` is not a finite number"), "give a number, or leave the row out")),
+            Err(_) if text.contains(',') => {
+                Err(self.error(column, format!("`{text}` has a decimal comma"), "write a decimal point"))
+            }
+            Err(_) => Err(self.error(column, format!("`{text}` is not a number"), "give a number without its unit")),
+        }
+    }
+
+    fn required(&self, column: &str, unit: f64) -> Result<f64, FileError> {
+        self.number(column, unit)?.ok_or_else(|| self.error(column, "is empty".into(), "fill it"))
+    }
+
+    /// All numbers of these columns, or none.
+    fn numbers(&self, columns: &[String], unit: f64) -> Result<Option<Vec<f64>>, FileError> {
+        if columns.iter().all(|c| self.text(c).is_none()) {
+            return Ok(None);
+        }
+        columns.iter().map(|c| self.required(c, unit)).collect::<Result<_, _>>().map(Some)
+    }
+
+    /// A whole number from 0 to `most`, where there is one.
+    fn bits(&self, column: &str, most: u8) -> Result<Option<u8>, FileError> {
+        let Some(text) = self.text(column) else { return Ok(None) };
+        match text.parse::<u8>() {
+            Ok(bits) if bits <= most => Ok(Some(bits)),
+            _ => {
+                Err(self.error(column, format!("`{text}` is no such number"), &format!("give a whole number from 0 to {most}")))
+            }
+        }
+    }
+
+    fn pose(&self) -> Result<FramePose, FileError> {
+        let mut numbers = [0.0; 6];
+        for (k, (number, column)) in numbers.iter_mut().zip(POSE).enumerate() {
+            *number = self.required(column, if k < 3 { MM } else { DEG })?;
+            if k < 3 && number.abs() > FARTHEST {
+                return Err(self.error(column, "is more than a kilometre away".into(), "give it in mm"));
+            }
+        }
+        Ok(FramePose::from_array(numbers))
+    }
+
+    fn target(&self, expected: &Expected<'_>) -> Result<Target, FileError> {
+        let (fields, columns) = (self.record.fields.len(), self.header.names.len());
+        if fields != columns {
+            let problem = format!("the row has {fields} fields, the header {columns}");
+            return Err(self.error(
+                "",
+                problem,
+                "give every column a field; an empty one is written as nothing between commas",
+            ));
+        }
+        let n = expected.robot.joints();
+        let id = self.text("id").ok_or_else(|| self.error("id", "is empty".into(), "fill it"))?;
+        let near = self.numbers(&joints(n), DEG)?;
+        let wanted = if self.header.poses {
+            let (status, turn) = (self.bits("s", 7)?, self.bits("t", 63)?);
+            Wanted::Pose { pose: self.pose()?.pose(), near, status, turn }
+        } else {
+            if let Some(column) = ["s", "t"].into_iter().find(|c| self.text(c).is_some()) {
+                let problem = "has no meaning where the joints are given".into();
+                return Err(self.error(column, problem, "leave it empty: the joints say which posture is meant"));
+            }
+            Wanted::Joints(near.ok_or_else(|| self.error("q1_deg", "is empty".into(), "fill it"))?)
+        };
+        let sign = |(k, value): (usize, f64)| match value {
+            -1.0 => Ok(-1),
+            0.0 => Ok(0),
+            1.0 => Ok(1),
+            _ => Err(self.error(&format!("approach{}", k + 1), format!("{value} is not a sign"), "write one of -1, 0, 1")),
+        };
+        let approach = self.numbers(&approaches(n), 1.0)?;
+        let approach = approach.map(|signs| signs.into_iter().enumerate().map(sign).collect::<Result<_, _>>()).transpose()?;
+        let temp_c = self.number("temp_c", 1.0)?;
+        if let (None, Some(effect)) = (temp_c, expected.by_temperature) {
+            let remedy = format!("fill it: the calibration's effect '{effect}' depends on the temperature");
+            return Err(self.error("temp_c", "is empty".into(), &remedy));
+        }
+        let time_s = self.number("time_s", 1.0)?;
+        if time_s.is_some_and(|t| t < 0.0) {
+            return Err(self.error("time_s", "is negative".into(), "count it from the beginning of the session"));
+        }
+        let payload = self.text("payload").map(|name| {
+            expected.payloads.iter().find(|p| p.name == name).cloned().ok_or_else(|| {
+                let known: Vec<&str> = expected.payloads.iter().take(12).map(|p| p.name.as_str()).collect();
+                let remedy = if known.is_empty() {
+                    "the set-up of the calibration has none; give one by --load".into()
+                } else {
+                    format!("the set-up of the calibration has {}; any other is given by --load", known.join(", "))
+                };
+                self.error("payload", format!("there is no payload `{name}`"), &remedy)
+            })
+        });
+        Ok(Target { id: id.into(), wanted, payload: payload.transpose()?, conditions: Conditions { time_s, temp_c, approach } })
+    }
+}

@@ -1,0 +1,68 @@
+//! How well a compensated target is known to be met.
+
+use nalgebra::{DMatrix, Matrix3xX, SymmetricEigen};
+
+use super::CalibratedArm;
+use crate::identify::Calibration;
+
+/// Predicted uncertainty of the TCP's position, one-sigma, m: that of the identified parameters, and what the model could not explain of
+/// its own data. Where the model was never held against data, its error may be larger.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Uncertainty {
+    /// Along the worst direction.
+    pub worst_axis: f64,
+    /// Length of the error, rms: the root of the sum of three variances.
+    pub three_d: f64,
+}
+
+/// The covariance of a calibration, ready to be carried to many postures.
+pub(super) struct Spread {
+    /// R with R R^T = covariance of the estimates, SI.
+    root: DMatrix<f64>,
+    /// Mean square, m², of what the model left of its data beyond their noise, all three axes together.
+    unexplained: f64,
+    columns: Matrix3xX<f64>,
+    carried: Matrix3xX<f64>,
+}
+
+impl Spread {
+    pub fn of(calibration: &Calibration) -> Self {
+        let m = calibration.estimates.len();
+        let sigma = |k: usize| calibration.estimates[k].sigma;
+        let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(calibration.correlation.clone());
+        let mut root = eigenvectors;
+        for (k, mut column) in root.column_iter_mut().enumerate() {
+            // A file's rounding may take a vanishing eigenvalue below zero.
+            column *= eigenvalues[k].max(0.0).sqrt();
+        }
+        for (k, mut row) in root.row_iter_mut().enumerate() {
+            row *= sigma(k);
+        }
+        Spread { root, unexplained: unexplained(calibration), columns: Matrix3xX::zeros(m), carried: Matrix3xX::zeros(m) }
+    }
+
+    /// At the posture in which the arm came to rest last.
+    pub fn at(&mut self, arm: &CalibratedArm<'_>) -> Uncertainty {
+        arm.columns(&mut self.columns);
+        self.columns.mul_to(&self.root, &mut self.carried);
+        let covariance = &self.carried * self.carried.transpose();
+        let largest = covariance.symmetric_eigenvalues().max().max(0.0);
+        Uncertainty {
+            worst_axis: (largest + self.unexplained / 3.0).sqrt(),
+            three_d: (covariance.trace() + self.unexplained).sqrt(),
+        }
+    }
+}
+
+/// Mean square, m², of the residuals that their noise does not explain: with stated noise the share `1 - 1 / chi²` of them, chi² per
+/// degree of freedom; without, all of them, since nothing says otherwise.
+fn unexplained(calibration: &Calibration) -> f64 {
+    let share = if !calibration.noise_stated {
+        1.0
+    } else if calibration.chi2_per_dof > 1.0 {
+        1.0 - 1.0 / calibration.chi2_per_dof
+    } else {
+        0.0
+    };
+    share * calibration.rms.powi(2)
+}
