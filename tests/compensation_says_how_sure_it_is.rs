@@ -12,8 +12,9 @@ use calibench::units::MM;
 use identified::{EFFECTS, calibration, calibration_of, postures, target};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-/// Steps of a tenth of a plausible size are linear to a thousandth.
-const LINEAR: f64 = 2e-3;
+/// A joint that gives way further stands under another torque, `c dtau/dtheta` of half a per cent and more on a compliant arm; the columns
+/// of the fit leave that out, and so does the prediction.
+const LINEAR: f64 = 2e-2;
 
 fn fake(calibration: &Calibration, q: &[f64], frame: WorkFrame) -> Fake {
     let mut compensator = Compensator::new(calibration, &Task { frame, ..Task::default() }).unwrap();
