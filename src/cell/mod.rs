@@ -10,9 +10,12 @@ mod manipulator;
 mod recorded_stops;
 mod replay;
 pub mod scripted;
+mod socket;
+mod stop_request;
 mod trical;
 
 pub use indicator::{Indicator, IndicatorError};
 pub use manipulator::{Manipulator, ManipulatorError};
 pub use replay::{Recording, ReplayDeparture, ReplayedIndicator, ReplayedRobot};
+pub use stop_request::StopRequest;
 pub use trical::TriCal;
