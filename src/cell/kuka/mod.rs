@@ -6,7 +6,9 @@
 mod frame;
 mod geometry;
 mod link;
+mod order;
 mod program;
+mod robot;
 mod settings;
 mod value;
 
@@ -14,5 +16,6 @@ pub use frame::{Call, FrameError, FrameReader, LONGEST_FRAME, Request, Response}
 pub use geometry::{e6axis, frame_of, joints_of, krl_frame};
 pub use link::LinkError;
 pub use program::{PROGRAM_NAME, Verdict, program_files};
+pub use robot::{KukaRobot, KukaState};
 pub use settings::{Actions, Fitness, KukaSettings, Patience, RobotProgram, Variables};
 pub use value::{Structure, Value, ValueError};

@@ -69,6 +69,28 @@ impl Default for Variables {
     }
 }
 
+impl Variables {
+    /// Those that must be named where this program runs, with their keys.
+    pub fn needed(&self, program: RobotProgram) -> impl Iterator<Item = (&'static str, &str)> {
+        let always = [
+            ("joints", &self.joints),
+            ("position", &self.position),
+            ("tool", &self.tool),
+            ("base", &self.base),
+            ("speed", &self.speed),
+            ("mode", &self.mode),
+            ("program", &self.program),
+            ("action", &self.action),
+            ("joint_target", &self.joint_target),
+            ("line_target", &self.line_target),
+            ("frame", &self.frame),
+        ];
+        let ours = [("order", &self.order), ("done", &self.done), ("result", &self.result), ("cancel", &self.cancel)];
+        let ours = ours.into_iter().filter(move |_| program == RobotProgram::Calibench);
+        always.into_iter().chain(ours).map(|(key, name)| (key, name.as_str()))
+    }
+}
+
 /// Numbers of the actions of the robot-side program.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -79,12 +101,14 @@ pub struct Actions {
     pub line: i64,
     /// Tool frame from the frame variable.
     pub tool: i64,
+    /// Base frame from the frame variable.
+    pub base: i64,
 }
 
 impl Default for Actions {
-    /// Those of the programs in use.
+    /// Those of the programs in use; the last is ours.
     fn default() -> Self {
-        Actions { joints: 2, line: 3, tool: 5 }
+        Actions { joints: 2, line: 3, tool: 5, base: 14 }
     }
 }
 
