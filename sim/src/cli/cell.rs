@@ -135,11 +135,7 @@ fn robot(cell: &Cell) -> Result<(Vec<[String; 3]>, bool), String> {
         row("speed override", format!("{} %", state.speed), String::new()),
         row("joints deg", list(&joints, DEG), outside.map(|why| why.to_string()).unwrap_or_default()),
         row("TCP mm, world", list(cell.guards.tcp(&joints).as_slice(), MM), String::new()),
-        row(
-            "controller against model",
-            format!("{:.3} mm, {:.3} deg", distance / MM, angle / DEG),
-            fails(model),
-        ),
+        row("controller against model", format!("{:.3} mm, {:.3} deg", distance / MM, angle / DEG), fails(model)),
         row("bytes", format!("{sent} sent, {received} received"), String::new()),
     ];
     Ok((rows, fit))

@@ -10,7 +10,7 @@ use calibench::cell::kuka::KukaRobot;
 use calibench::cell::{Guarded, Indicator, LaterClock, Manipulator, Motion, MotionRecord};
 use calibench::files::cannot_be_written;
 use calibench::measure::{
-    Campaign, CampaignRecord, CampaignSettings, Cell, CellGauge, CenteringController, Conditions, Dataset, Journal,
+    CalledOff, Campaign, CampaignRecord, CampaignSettings, Cell, CellGauge, CenteringController, Conditions, Dataset, Journal,
     JournalSession, Mastering, Opened, PlannedPose, Witness, master, read_cell, read_plan,
 };
 use calibench::units::{DEG, MM, UM};
@@ -45,13 +45,6 @@ pub struct Arguments {
     speed: Option<u8>,
 }
 
-/// The campaign's own files.
-pub struct Files<'a> {
-    pub plan: &'a Path,
-    pub output: Option<&'a Path>,
-    pub resume: bool,
-}
-
 /// A gauge that was mastered earlier reads so closely what it read then when nothing touches it, m: the plungers come to rest at their
 /// stops within some micrometres, and an indicator that lost its preset is off by millimetres.
 const STILL_MASTERED: f64 = 20.0 * UM;
@@ -59,20 +52,20 @@ const STILL_MASTERED: f64 = 20.0 * UM;
 /// Readings averaged of a plunger that nothing touches.
 const FREE_READINGS: usize = 5;
 
-pub fn run(path: &Path, arguments: &Arguments, files: &Files) -> Result<Outcome, Failure> {
+pub fn run(path: &Path, arguments: &Arguments, plan: &Path, output: Option<&Path>, resume: bool) -> Result<Outcome, Failure> {
     let mut cell = read_cell(path)?;
     cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
-    let poses = read_plan(files.plan, &cell.dataset)?;
+    let poses = read_plan(plan, &cell.dataset)?;
     if arguments.dry_run {
         return rehearse(&cell, &poses);
     }
-    let output = files.output.ok_or("say where to write the dataset: -o DATASET")?;
+    let output = output.ok_or("say where to write the dataset: -o DATASET")?;
     let mut operator = Operator::new(arguments.yes)?;
     let under = Conditions::of(&poses, &cell.dataset)
         .and_settings("centring", &cell.centring)
         .and_settings("trical", &cell.trical)
         .and_settings("campaign", &CampaignSettings::default());
-    let mut journal = match Journal::open(output, &under, files.resume)? {
+    let mut journal = match Journal::open(output, &under, resume)? {
         Opened::Ready(journal) => *journal,
         Opened::Finished { probings } => {
             print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {}", output.display()))?;
@@ -92,7 +85,8 @@ pub fn run(path: &Path, arguments: &Arguments, files: &Files) -> Result<Outcome,
     let log = motion_log(output)?;
     let guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), log);
     let mut bar = CampaignBar::new(wanted(&poses));
-    let record = probe(&cell, guarded, &mut gauges, free_reading, &poses, &operator, &mut journal, &mut bar);
+    let campaign = ReadyCampaign { cell: &cell, poses: &poses, operator: &operator, free_reading };
+    let record = campaign.run(guarded, &mut gauges, &mut journal, &mut bar);
     drop(bar);
     let traffic = traffic_of(&robot, &gauges);
     let interrupted =
@@ -194,46 +188,53 @@ fn prepare(cell: &Cell, robot: &mut KukaRobot) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Probes the balls, with the payload that the plan names first, then with the next.
-#[allow(clippy::too_many_arguments)]
-fn probe<M: Manipulator>(
-    cell: &Cell,
-    mut robot: M,
-    gauges: &mut [CellGauge; 3],
+/// All that is known before the first motion.
+struct ReadyCampaign<'a> {
+    cell: &'a Cell,
+    poses: &'a [PlannedPose],
+    operator: &'a Operator,
     free_reading: [f64; 3],
-    poses: &[PlannedPose],
-    operator: &Operator,
-    journal: &mut Journal,
-    witness: &mut dyn Witness,
-) -> Result<CampaignRecord, Failure> {
-    let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
-    let mut payloads: Vec<usize> = Vec::new();
-    for pose in poses {
-        if !payloads.contains(&pose.payload) {
-            payloads.push(pose.payload);
+}
+
+impl ReadyCampaign<'_> {
+    /// Probes the balls, with the payload that the plan names first, then with the next.
+    fn run<M: Manipulator>(
+        &self,
+        mut robot: M,
+        gauges: &mut [CellGauge; 3],
+        journal: &mut Journal,
+        witness: &mut dyn Witness,
+    ) -> Result<CampaignRecord, CalledOff> {
+        let ReadyCampaign { cell, poses, operator, free_reading } = *self;
+        let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
+        let mut payloads: Vec<usize> = Vec::new();
+        for pose in poses {
+            if !payloads.contains(&pose.payload) {
+                payloads.push(pose.payload);
+            }
         }
+        for &payload in &payloads {
+            if payloads.len() > 1 {
+                let name = &cell.dataset.payloads[payload].name;
+                operator.ask(&format!("Mount the payload '{name}' on the arm, if it is not there."))?;
+            }
+            let places: Vec<usize> = (0..poses.len()).filter(|&k| poses[k].payload == payload).collect();
+            let with_it: Vec<PlannedPose> = places.iter().map(|&k| poses[k].clone()).collect();
+            let (gauges, centring) = (gauges.each_mut(), cell.centring.clone());
+            let controller = CenteringController::new(&mut robot, gauges, cell.trical, free_reading, centring);
+            let part = Campaign::new(controller, CampaignSettings::default()).run_journalled(&with_it, journal, witness);
+            record.samples.extend(part.samples);
+            record.probings.extend(part.probings.into_iter().map(|mut probing| {
+                probing.pose = places[probing.pose];
+                probing
+            }));
+            record.aborted = part.aborted;
+            if record.aborted.is_some() {
+                break;
+            }
+        }
+        Ok(record)
     }
-    for &payload in &payloads {
-        if payloads.len() > 1 {
-            let name = &cell.dataset.payloads[payload].name;
-            operator.ask(&format!("Mount the payload '{name}' on the arm, if it is not there."))?;
-        }
-        let places: Vec<usize> = (0..poses.len()).filter(|&k| poses[k].payload == payload).collect();
-        let with_it: Vec<PlannedPose> = places.iter().map(|&k| poses[k].clone()).collect();
-        let gauges = gauges.each_mut();
-        let controller = CenteringController::new(&mut robot, gauges, cell.trical, free_reading, cell.centring.clone());
-        let part = Campaign::new(controller, CampaignSettings::default()).run_journalled(&with_it, journal, witness);
-        record.samples.extend(part.samples);
-        record.probings.extend(part.probings.into_iter().map(|mut probing| {
-            probing.pose = places[probing.pose];
-            probing
-        }));
-        record.aborted = part.aborted;
-        if record.aborted.is_some() {
-            break;
-        }
-    }
-    Ok(record)
 }
 
 fn traffic_of(robot: &KukaRobot, gauges: &[CellGauge; 3]) -> String {
@@ -253,8 +254,7 @@ fn motion_log(output: &Path) -> Result<Box<dyn FnMut(&MotionRecord)>, Failure> {
     let mut path = output.as_os_str().to_owned();
     path.push(".motions.csv");
     let path = PathBuf::from(path);
-    let mut file =
-        OpenOptions::new().create(true).append(true).open(&path).map_err(|e| cannot_be_written(&path, &e))?;
+    let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(|e| cannot_be_written(&path, &e))?;
     if file.metadata().map_err(|e| cannot_be_written(&path, &e))?.len() == 0 {
         writeln!(file, "time_s,duration_s,motion,target,error").map_err(|e| cannot_be_written(&path, &e))?;
     }

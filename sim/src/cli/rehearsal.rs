@@ -30,7 +30,9 @@ pub fn rehearse(cell: &Cell, poses: &[PlannedPose]) -> Result<Outcome, Failure> 
     );
     print(&format!("{} motions, {steps}; nothing was connected to and nothing moved", rows.len()))?;
     if forbidden > 0 {
-        return Err(format!("{forbidden} motions are forbidden by the guards of the cell; plan anew, or correct [guards]").into());
+        return Err(
+            format!("{forbidden} motions are forbidden by the guards of the cell; plan anew, or correct [guards]").into()
+        );
     }
     Ok(Outcome::Done)
 }
