@@ -1,9 +1,11 @@
 //! What stands in the cell, behind traits: the robot, the indicators, the artifact, the TriCal.
 //!
-//! Goal: the controller that centres a real robot is the one that centres the simulated one. Non-goals: opening, addressing
-//! and configuring devices, which belong to the implementation.
+//! Goal: the controller that centres a real robot is the one that centres the simulated one. The traits know nothing of opening,
+//! addressing and configuring devices; their drivers ([`gauge`], [`kuka`]) do.
 
+pub mod gauge;
 mod indicator;
+pub mod kuka;
 mod manipulator;
 mod recorded_stops;
 mod replay;
