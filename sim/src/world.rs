@@ -188,19 +188,13 @@ impl World {
     }
 
     fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
-        let target = self.along_tool(offset)?;
-        self.step_joints(&target)
-    }
-
-    /// The joints that a motion of the TCP along the tool's axes leads to.
-    fn along_tool(&mut self, offset: &Vector3<f64>) -> Result<Vec<f64>, ManipulatorError> {
         let mut target = self.joints.commanded().to_vec();
         let Dataset { robot, base, tool, .. } = &self.nominal;
         self.rel_tool.shift(robot, base, tool, &mut target, offset).map_err(|e| match e {
             RelToolError::JointLimit { joint } => ManipulatorError::JointLimit { joint },
             RelToolError::Singular => ManipulatorError::Unreachable,
         })?;
-        Ok(target)
+        self.step_joints(&target)
     }
 
     /// A small motion to joints that are within their limits.

@@ -1,14 +1,12 @@
-//! What a served cell needs of its world beyond the procedure's view: a clock told from outside, the controller's own frames, motions that
-//! take their time.
+//! What a served cell needs of its world beyond the procedure's view: a clock told from outside, and motions by their joints.
 
 use calibench::cell::ManipulatorError;
-use calibench::robot::FramePose;
-use nalgebra::Vector3;
+use calibench::units::MM;
 
 use super::SharedWorld;
 
-/// A straight motion up to this long is the small correction of a centring, m: the safe range of the gauge.
-const SMALL_MOTION: f64 = 5e-3;
+/// A straight motion up to this long is a small correction, m: the safe range of the gauge.
+const SMALL_MOTION: f64 = 5.0 * MM;
 
 impl SharedWorld {
     /// Tells the time, s since the session began; from now on it passes no other way.
@@ -28,21 +26,7 @@ impl SharedWorld {
         self.0.borrow().joints.large_motion_s(target)
     }
 
-    /// Tells the controller base and tool: those by which it moves straight.
-    pub fn set_frames(&self, base: FramePose, tool: FramePose) {
-        let mut world = self.0.borrow_mut();
-        (world.nominal.base, world.nominal.tool) = (base, tool);
-    }
-
-    /// The joints (rad, N) that a motion of the TCP by `offset` (m, tool axes) leads to, by the controller's own model; nothing moves.
-    ///
-    /// # Errors
-    /// When a joint would leave its limits, or the arm cannot move that way.
-    pub fn joints_along_tool(&self, offset: &Vector3<f64>) -> Result<Vec<f64>, ManipulatorError> {
-        self.0.borrow_mut().along_tool(offset)
-    }
-
-    /// Moves straight to `target` (rad, N), which is `distance` (m) away.
+    /// Moves straight to the joints `target` (rad, N), the TCP by `distance` (m).
     ///
     /// # Errors
     /// When a joint would leave its limits, or the arm is lost.
