@@ -27,6 +27,7 @@ use tokio::task::{LocalSet, spawn_local};
 
 pub use fault::{Fault, Injection, InjectionError, When};
 pub use instrument::{Maker, Manner};
+pub use program::Loop;
 pub use robot::{RobotManner, VariableServer};
 
 use controller::Controller;
@@ -52,6 +53,8 @@ pub struct Service {
     pub indicators: Manner,
     /// How the robot answers.
     pub robot: RobotManner,
+    /// What runs on the controller.
+    pub program: Loop,
     /// The operating mode, without `#`.
     pub mode: String,
     /// What goes wrong.
@@ -112,7 +115,7 @@ pub fn serve(
         for axis in 0..3 {
             indicators.push(connect(&floor, axis, service).await?);
         }
-        spawn_local(program::run(Rc::clone(&controller)));
+        spawn_local(program::run(Rc::clone(&controller), service.program));
         spawn_local(robot::listen(listener, controller, service.robot));
         let attendant = Rc::clone(&floor);
         spawn_local(async move { attendant.attend().await });

@@ -7,7 +7,7 @@ use super::{Failure, Outcome, seed};
 use crate::planning::plan;
 use crate::random::Streams;
 use crate::scenario::{PlantKind, load_scenario};
-use crate::serve::{Injection, Maker, Manner, RobotManner, Service, VariableServer, serve};
+use crate::serve::{Injection, Loop, Maker, Manner, RobotManner, Service, VariableServer, serve};
 use crate::session::session_s;
 
 #[derive(clap::Args)]
@@ -59,6 +59,9 @@ pub struct Arguments {
     /// The robot loses requests that come in pieces, as the real KUKAVARPROXY
     #[arg(long)]
     no_reassembly: bool,
+    /// What runs on the robot's controller
+    #[arg(long, value_enum, default_value_t)]
+    program: Loop,
     /// Operating mode that the robot says it is in
     #[arg(long, default_value = "AUT", value_parser = ["T1", "T2", "AUT", "EX"])]
     mode: String,
@@ -94,6 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             seven_digits: arguments.seven_digits,
             no_reassembly: arguments.no_reassembly,
         },
+        program: arguments.program,
         mode: arguments.mode.clone(),
         faults: arguments.fault.clone(),
     };

@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use tokio::sync::{Notify, watch};
 use tokio::time::Instant;
 
+use super::fault::Fault;
 use super::floor::Floor;
 use super::variables::{Access, NotWritten, Variables};
 
@@ -37,6 +38,10 @@ const SETTINGS: &str = "\
     $VEL {CP: CP 2.0, ORI1 200.0, ORI2 200.0}
     $LOAD {LOAD: M 0.0, CM {FRAME: X 0.0, Y 0.0, Z 0.0, A 0.0, B 0.0, C 0.0}, J {INERTIA: X 0.0, Y 0.0, Z 0.0}}
     COM_ACTION 0
+    COM_ORDER 0
+    COM_DONE 0
+    COM_RESULT 0
+    COM_CANCEL FALSE
     COM_ACTCNT 0
     COM_ROUNDM 0.0
     COM_VALUE1 0.0
@@ -132,6 +137,10 @@ impl Controller {
     /// # Errors
     /// When there is none, it may not be written, or the value is of another type.
     pub fn set(&self, name: &str, value: &Value) -> Result<(), NotWritten> {
+        let begins = name.trim().eq_ignore_ascii_case("COM_ACTION") && value.number().is_some_and(|action| action != 0.0);
+        if begins && self.floor.faults.borrow_mut().strikes(Fault::Refuse, 0) {
+            return Err(NotWritten::Refused);
+        }
         self.variables.borrow_mut().set(name, value)?;
         self.written.notify_one();
         Ok(())
@@ -155,6 +164,11 @@ impl Controller {
     /// A variable that is a frame.
     pub fn frame(&self, name: &str) -> Pose {
         frame_of(&self.structure(name)).map_or_else(Pose::identity, |frame| frame.pose())
+    }
+
+    /// Whether the order under way is to be broken off.
+    pub fn is_cancelled(&self) -> bool {
+        self.get("COM_CANCEL") == Some(Value::Bool(true))
     }
 
     /// A motion begins, or none is going on.

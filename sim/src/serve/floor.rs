@@ -95,8 +95,11 @@ impl Floor {
         }
     }
 
-    fn tell_time(&self) {
-        self.world.tell_time(self.pace.began.elapsed().as_secs_f64() * self.pace.scale);
+    /// Tells the cell what time it is, where its time passes as ours.
+    pub fn tell_time(&self) {
+        if self.pace.scale > 0.0 {
+            self.world.tell_time(self.pace.began.elapsed().as_secs_f64() * self.pace.scale);
+        }
     }
 
     /// The plunger behind indicator `axis` (from 0).

@@ -3,54 +3,68 @@
 use std::rc::Rc;
 
 use calibench::cell::Manipulator;
-use calibench::cell::kuka::{Value, frame_of, joints_of, krl_frame};
+use calibench::cell::kuka::{Actions, Value, Verdict, frame_of, joints_of, krl_frame};
 use calibench::robot::{Chain, FramePose, InverseKinematics, Outcome, Pose};
-use tokio::time::Instant;
+use tokio::time::{Instant, sleep_until};
 
 use super::controller::{Controller, LAST_FRAME_FROM_FLANGE, Underway};
 use super::fault::Fault;
 use super::variables::Access;
 
-/// What `COM_ACTION` may ask for. The numbers up to 13 are those of RoboDK's program; the last is our own.
-const PTP: i64 = 2;
-const LIN: i64 = 3;
-const SET_TOOL: i64 = 5;
+/// Which program runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Loop {
+    /// That of calibench: orders are numbered, and their results told.
+    #[default]
+    Calibench,
+    /// A plain one, as RoboDK's: it moves at every number it knows, and tells nothing.
+    Plain,
+}
+
+/// What only the plain program knows, by RoboDK's numbers.
 const SET_SPEED: i64 = 6;
 const WAIT: i64 = 9;
 const SET_OUTPUT: i64 = 10;
-const SET_BASE: i64 = 14;
-const LIN_IN_TOOL: i64 = 15;
 
 /// A motion that is slow takes so many times as long.
 const SLOW: f64 = 10.0;
 
-/// Why the program stopped.
+/// Why an order was not carried out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stop {
-    /// A motion leads out of a joint's limits, or nowhere.
-    NoWay,
-    /// The emergency stop.
+enum Failed {
+    /// The program goes on.
+    Order(Verdict),
+    /// The emergency stop: the program stands still.
     Emergency,
 }
 
-/// Runs the program until it is stopped; then it does nothing more.
-pub async fn run(controller: Rc<Controller>) {
+/// Runs the program until the emergency stop; then it does nothing more.
+pub async fn run(controller: Rc<Controller>, kind: Loop) {
     loop {
         let action = controller.number("COM_ACTION") as i64;
         if action == 0 {
             controller.written.notified().await;
             continue;
         }
-        let done = Program(&controller).execute(action).await;
-        controller.set_underway(None);
-        if let Err(stop) = done {
-            controller.put("$PRO_STATE1", Value::Enumerator("P_STOP".into()), Access::ReadOnly);
-            controller.put("$STOPMESS", Value::Bool(true), Access::ReadOnly);
-            if stop == Stop::Emergency {
-                controller.put("$ALARM_STOP", Value::Bool(false), Access::ReadOnly);
-                controller.put("$PERI_RDY", Value::Bool(false), Access::ReadOnly);
-            }
-            return;
+        let order = controller.number("COM_ORDER");
+        if kind == Loop::Plain || order != controller.number("COM_DONE") {
+            let done = Program(&controller).execute(action, kind).await;
+            controller.set_underway(None);
+            let result = match done {
+                Ok(()) => Verdict::Done,
+                Err(Failed::Order(verdict)) => verdict,
+                Err(Failed::Emergency) => {
+                    let state = [("$PRO_STATE1", Value::Enumerator("P_STOP".into())), ("$STOPMESS", Value::Bool(true))];
+                    let safety = ["$ALARM_STOP", "$PERI_RDY"].map(|name| (name, Value::Bool(false)));
+                    for (name, value) in state.into_iter().chain(safety) {
+                        controller.put(name, value, Access::ReadOnly);
+                    }
+                    return;
+                }
+            };
+            controller.put("COM_RESULT", Value::Integer(result.number()), Access::Writable);
+            controller.put("COM_CANCEL", Value::Bool(false), Access::Writable);
+            controller.put("COM_DONE", Value::Integer(order as i64), Access::Writable);
         }
         controller.put("COM_ACTION", Value::Integer(0), Access::Writable);
     }
@@ -59,21 +73,20 @@ pub async fn run(controller: Rc<Controller>) {
 struct Program<'a>(&'a Controller);
 
 impl Program<'_> {
-    async fn execute(&self, action: i64) -> Result<(), Stop> {
+    async fn execute(&self, action: i64, kind: Loop) -> Result<(), Failed> {
         let controller = self.0;
+        let numbers = Actions::default();
         match action {
-            PTP => {
+            _ if controller.is_cancelled() => return Err(Failed::Order(Verdict::Cancelled)),
+            _ if action == numbers.joints => {
                 let mut target = joints_of(&controller.structure("COM_E6AXIS")).unwrap_or_default().to_vec();
                 target.truncate(controller.robot.joints());
                 self.travel(target, None).await?;
             }
-            LIN => self.straight(&controller.frame("COM_E6POS")).await?,
-            LIN_IN_TOOL => {
-                let here = controller.base_from_tool(&controller.joints());
-                self.straight(&(here * controller.frame("COM_FRAME"))).await?;
-            }
-            SET_TOOL => self.copy_frame("$TOOL"),
-            SET_BASE => self.copy_frame("$BASE"),
+            _ if action == numbers.line => self.straight(&controller.frame("COM_E6POS")).await?,
+            _ if action == numbers.tool => self.copy_frame("$TOOL"),
+            _ if action == numbers.base => self.copy_frame("$BASE"),
+            _ if kind == Loop::Calibench => return Err(Failed::Order(Verdict::UnknownAction)),
             SET_SPEED => controller.set("$VEL.CP", &Value::Real(controller.number("COM_VALUE1"))).unwrap_or_default(),
             WAIT => controller.floor.wait(controller.number("COM_VALUE1").clamp(0.0, 3600.0)).await,
             SET_OUTPUT => {
@@ -81,7 +94,7 @@ impl Program<'_> {
                 // A number without an output switches nothing.
                 controller.set(&output, &Value::Bool(controller.number("COM_VALUE2") > 0.5)).unwrap_or_default();
             }
-            // Numbers without an action are done at once.
+            // What it does not know is done at once.
             _ => {}
         }
         Ok(())
@@ -94,7 +107,7 @@ impl Program<'_> {
     }
 
     /// Straight to a pose of the TCP in the base.
-    async fn straight(&self, base_from_tool: &Pose) -> Result<(), Stop> {
+    async fn straight(&self, base_from_tool: &Pose) -> Result<(), Failed> {
         let controller = self.0;
         let start = controller.joints();
         let from = controller.base_from_tool(&start);
@@ -106,40 +119,60 @@ impl Program<'_> {
         let limits = |joint: usize| controller.robot.links[joint].limits;
         let solution = InverseKinematics::new(start.len()).solve(&mut arm, &root_from_tool, &start, limits);
         if solution.outcome != Outcome::Converged {
-            return Err(Stop::NoWay);
+            return Err(Failed::Order(match solution.outcome {
+                Outcome::JointLimit(joint) => Verdict::JointLimit(joint + 1),
+                _ => Verdict::Unreachable,
+            }));
         }
         self.travel(solution.q, Some(distance)).await
     }
 
     /// To these joints, straight for a distance of the TCP or joint by joint.
-    async fn travel(&self, target: Vec<f64>, straight: Option<f64>) -> Result<(), Stop> {
+    async fn travel(&self, target: Vec<f64>, straight: Option<f64>) -> Result<(), Failed> {
         let controller = self.0;
         let floor = &controller.floor;
         floor.traffic.note_motion();
         let strikes = |fault| floor.faults.borrow_mut().strikes(fault, 0);
-        if strikes(Fault::JointLimit) || controller.robot.outside_limits(&target, 0.0).is_some() {
-            return Err(Stop::NoWay);
+        let nearest_limit = strikes(Fault::JointLimit).then(|| self.nearest_limit(&target));
+        if let Some(joint) = nearest_limit.or_else(|| controller.robot.outside_limits(&target, 0.0)) {
+            return Err(Failed::Order(Verdict::JointLimit(joint + 1)));
         }
         floor.take_master();
         let from = controller.joints();
         let emergency = strikes(Fault::Estop);
         let target = if emergency { from.iter().zip(&target).map(|(from, to)| 0.5 * (from + to)).collect() } else { target };
-        let override_ = (controller.number("$OV_PRO") / 100.0).clamp(0.01, 1.0);
-        let duration_s = floor.world.motion_s(&target) / override_ * if strikes(Fault::Slow) { SLOW } else { 1.0 };
-        let takes = floor.wall(duration_s);
-        controller.set_underway(Some(Underway { from, to: target.clone(), began: Instant::now(), takes }));
+        let speed = (controller.number("$OV_PRO") / 100.0).clamp(0.01, 1.0);
+        let duration_s = floor.world.motion_s(&target) / speed * if strikes(Fault::Slow) { SLOW } else { 1.0 };
+        let (began, takes) = (Instant::now(), floor.wall(duration_s));
+        controller.set_underway(Some(Underway { from, to: target.clone(), began, takes }));
         if strikes(Fault::DropLink) {
             controller.broken_links.send_modify(|times| *times += 1);
         }
-        floor.wait(duration_s).await;
+        let is_whole = loop {
+            tokio::select! {
+                biased;
+                () = controller.written.notified() => if controller.is_cancelled() { break false },
+                () = sleep_until(began + takes) => break true,
+            }
+        };
+        let target = if is_whole { target } else { controller.joints() };
+        floor.tell_time();
         let moved = match straight {
             Some(distance) => floor.world.move_straight(&target, distance),
             None => floor.world.robot().move_joints(&target),
         };
         match moved {
-            Err(_) => Err(Stop::NoWay),
-            Ok(()) if emergency => Err(Stop::Emergency),
+            Err(_) => Err(Failed::Order(Verdict::Unreachable)),
+            Ok(()) if !is_whole => Err(Failed::Order(Verdict::Cancelled)),
+            Ok(()) if emergency => Err(Failed::Emergency),
             Ok(()) => Ok(()),
         }
+    }
+
+    /// The joint, counted from 0, that is nearest to one of its limits.
+    fn nearest_limit(&self, q: &[f64]) -> usize {
+        let links = &self.0.robot.links;
+        let margin = |joint: &usize| (q[*joint] - links[*joint].limits[0]).min(links[*joint].limits[1] - q[*joint]);
+        (0..q.len()).min_by(|a, b| margin(a).total_cmp(&margin(b))).unwrap_or_default()
     }
 }
