@@ -123,6 +123,21 @@ pub fn cannot_be_written(path: &Path, error: &dyn std::error::Error) -> FileErro
     FileError::whole(path, format!("cannot be written: {error}"), "check the folder, its permissions and free space")
 }
 
+/// Bytes as hexadecimal digits, two each.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Makes sure that what was created, renamed or removed in the folder of `path` is on the disk.
+pub(crate) fn sync_folder_of(path: &Path) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        std::fs::File::open(folder)?.sync_all()?;
+    }
+    Ok(())
+}
+
 /// The known name that `given` most likely meant: the same but for its unit, or a slip of the hand away.
 pub fn nearest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = given.to_lowercase();

@@ -25,7 +25,7 @@ fn probing(c: &mut Criterion) {
         let session_s = session_s(&scenario, &poses, 0);
         let campaign = || {
             let session = Session::begin(&scenario, Streams { seed: 1, trial: 0 }, session_s).unwrap();
-            session.probe(&poses, &mut ()).probings.len()
+            session.probe(&poses, None, &mut ()).probings.len()
         };
         // What runs into a joint limit is tried again.
         let probings = campaign();

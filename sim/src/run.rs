@@ -157,7 +157,7 @@ fn measured(
     plans: &Plans,
     witness: &mut dyn Witness,
 ) -> Result<(Measurements, SimulatedTracker), RunError> {
-    let campaign = session.probe(&plans.plan.probings, witness);
+    let campaign = session.probe(&plans.plan.probings, None, witness);
     if let Some(abort) = &campaign.aborted {
         return Err(abort.clone().into());
     }

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
-    Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, LastMotion, Mastering,
-    MasteringError, MasteringSettings, Measured, PlannedPose, Probing, Progress, Sample, SampleSet, Witness, master,
+    Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
+    Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, Progress, Sample, SampleSet, Witness, master,
 };
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
@@ -75,10 +75,10 @@ impl<'a> Session<'a> {
         self.world.true_arm()
     }
 
-    /// Probes the balls of the plan: with the payload that it names first, then with the next.
-    pub fn probe(&self, poses: &[PlannedPose], witness: &mut dyn Witness) -> CampaignRecord {
-        let tolerance = self.scenario.centring.tolerance_um * UM;
-        let settings = CentringSettings { tolerance, ..CentringSettings::default() };
+    /// Probes the balls of the plan: with the payload that it names first, then with the next. Every probing is written to the
+    /// journal, where there is one, as soon as it ends.
+    pub fn probe(&self, poses: &[PlannedPose], mut journal: Option<&mut Journal>, witness: &mut dyn Witness) -> CampaignRecord {
+        let settings = centring(self.scenario);
         let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
         let mut payloads: Vec<usize> = Vec::new();
         for pose in poses {
@@ -94,7 +94,11 @@ impl<'a> Session<'a> {
             let controller =
                 CenteringController::new(robot, indicators, TriCal::default(), self.mastering.free_reading, settings.clone());
             let mut naming = Naming { world: &self.world, witness: &mut *witness };
-            let part = Campaign::new(controller, CampaignSettings::default()).run(&with_it, &mut naming);
+            let mut campaign = Campaign::new(controller, CampaignSettings::default());
+            let part = match &mut journal {
+                Some(journal) => campaign.run_journalled(&with_it, journal, &mut naming),
+                None => campaign.run(&with_it, &mut naming),
+            };
             record.samples.extend(part.samples);
             record.probings.extend(part.probings.into_iter().map(|mut probing| {
                 probing.pose = places[probing.pose];
@@ -157,6 +161,11 @@ impl<'a> Session<'a> {
         }
         Ok(points)
     }
+}
+
+/// How the balls of a scenario are centred.
+pub fn centring(scenario: &Scenario) -> CentringSettings {
+    CentringSettings { tolerance: scenario.centring.tolerance_um * UM, ..CentringSettings::default() }
 }
 
 /// Tells the cell which sample is being taken: a truth may be about one of them.

@@ -1,12 +1,14 @@
 //! The TriCal: three plunger indicators in orthogonal channels that meet at the TCP.
 
+use serde::Serialize;
+
 use crate::units::MM;
 
 /// Dimensions of a TriCal and of the balls it is used with, m.
 ///
 /// The TCP is the centre of the master ball in the trihedral socket; the tool axes are the channels, pointing into the indicators,
 /// so a ball that moves along +x pushes the first plunger in.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TriCal {
     /// Radius of the datum balls of the artifact.
     pub datum_radius: f64,

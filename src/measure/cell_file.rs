@@ -319,7 +319,11 @@ impl Reading<'_> {
         for (key, name) in robot.variables.needed(robot.program) {
             if name.is_empty() || name.chars().any(|c| c.is_whitespace() || c.is_control()) {
                 let key = format!("robot.variables.{key}");
-                return Err(self.wrong(&key, format!("{name:?} is not the name of a variable"), "name one of the controller's"));
+                return Err(self.wrong(
+                    &key,
+                    format!("{name:?} is not the name of a variable"),
+                    "name one of the controller's",
+                ));
             }
         }
         let p = &robot.patience;

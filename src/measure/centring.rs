@@ -3,6 +3,7 @@
 //! The gauge needs to be precise, not accurate: only the last readings, within the tolerance of zero, enter the measurement.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::reading::read_patiently;
 use super::response::{Response, explain};
@@ -11,7 +12,7 @@ use crate::cell::{Indicator, Manipulator, TriCal};
 use crate::units::{MM, UM};
 
 /// How a ball is centred, and when to give up.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CentringSettings {
     /// A ball is centred when every reading is smaller, m. 3 um: paper, section 3.
     pub tolerance: f64,
@@ -57,7 +58,8 @@ impl Default for CentringSettings {
 }
 
 /// Where in a probing the indicators were read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// At the approach pose, before contact.
     Approach,
@@ -79,7 +81,7 @@ impl Phase {
 }
 
 /// One stop of the arm: where it stood, what was read there, and what was commanded next.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Iteration {
     /// Where in the probing.
     pub phase: Phase,
@@ -98,7 +100,7 @@ pub struct Iteration {
 }
 
 /// A centred ball.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Centred {
     /// Joints read back, rad (N).
     pub joints: Vec<f64>,

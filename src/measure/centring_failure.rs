@@ -1,12 +1,14 @@
 //! Every way in which a centring can end without a measurement.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::cell::{IndicatorError, ManipulatorError};
 use crate::units::{MM, UM};
 
 /// What is probably wrong when a step does not bring the ball closer.
-#[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Error, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Suspicion {
     /// The tool axis points away from its indicator, or the indicator counts backwards.
     #[error("axis {} has the wrong sign", axis + 1)]
@@ -28,7 +30,8 @@ pub enum Suspicion {
 }
 
 /// Why a ball was not centred. Axes are counted from 0 (messages count from 1), joints from 1; lengths in m.
-#[derive(Debug, Error, Clone, PartialEq)]
+#[derive(Debug, Error, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum CentringFailure {
     /// No plunger is pushed in.
     #[error("no plunger touches a ball; is it there, and is the artifact where it should be?")]

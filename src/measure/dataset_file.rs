@@ -11,7 +11,7 @@ use super::dataset_toml::{AnchorToml, BallDistanceToml, BallToml, DatasetToml, F
 use super::samples_file::read_samples;
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise};
-use crate::files::{FileError, field_error, parse_toml, read_text, replace_folder, write_whole};
+use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
 use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
 
@@ -48,7 +48,7 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
     let bytes = std::fs::read(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
     hash.update(bytes);
     read_samples(&folder.join(SAMPLES_CSV), &mut dataset, &mut hash)?;
-    dataset.hash = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
+    dataset.hash = hexadecimal(&hash.finalize());
     Ok(dataset)
 }
 
@@ -69,6 +69,19 @@ pub fn read_description(path: &Path) -> Result<Dataset, FileError> {
 /// # Errors
 /// When the folder holds something that is not a dataset, cannot be written, or when `dataset` contradicts itself.
 pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> {
+    write_dataset_with(dataset, folder, &[], |_| Ok(()))
+}
+
+/// The same, with other files of these names in the folder, which `fill` writes.
+///
+/// # Errors
+/// Those of [`write_dataset`] and of `fill`.
+pub(super) fn write_dataset_with(
+    dataset: &Dataset,
+    folder: &Path,
+    names: &[&str],
+    fill: impl FnOnce(&Path) -> Result<(), FileError>,
+) -> Result<(), FileError> {
     let fail = |e: String| FileError::whole(folder, format!("cannot be written: {e}"), "correct the dataset");
     let mut description = describe(dataset);
     let own_robot = !BUILT_IN.contains(&dataset.robot_reference.as_str());
@@ -77,7 +90,8 @@ pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> 
     }
     let description = toml::to_string(&description).map_err(|e| fail(e.to_string()))?;
     let samples = samples_text(dataset).map_err(|e| fail(e.to_string()))?;
-    replace_folder(folder, "dataset", &[DATASET_TOML, SAMPLES_CSV], |new| {
+    replace_folder(folder, "dataset", &[&[DATASET_TOML, SAMPLES_CSV], names].concat(), |new| {
+        fill(new)?;
         if own_robot {
             write_whole(&new.join(ROBOT_TOML), to_toml(&dataset.robot).as_bytes())?;
         }
@@ -85,6 +99,13 @@ pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> 
         write_whole(&new.join(SAMPLES_CSV), &samples)?;
         read_dataset(new).map(drop)
     })
+}
+
+/// SHA-256 of what a dataset says of its cell, the robot included: the same for two campaigns with the same things.
+pub(super) fn description_hash(dataset: &Dataset) -> String {
+    // A description that cannot be written is refused when it is read or written; here it is only unlike all others.
+    let description = toml::to_string(&describe(dataset)).unwrap_or_else(|e| e.to_string());
+    hexadecimal(&Sha256::new().chain_update(description).chain_update(to_toml(&dataset.robot)).finalize())
 }
 
 /// Checks what a dataset says of its cell, as reading it would; a robot file is sought from `folder`.

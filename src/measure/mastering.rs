@@ -1,5 +1,6 @@
 //! Mastering: the three indicators are set with the master ball in the trihedral socket (paper sections 2.1 and 3, Fig. 2).
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::reading::read_patiently;
@@ -40,6 +41,8 @@ pub struct MasteringSettings {
     /// How far an indicator may stand from its ideal place along its channel. 1.5 mm: placed by hand, "approximately" (paper,
     /// section 2.1); further off the gauge loses its safe range.
     pub placed_within: f64,
+    /// How closely a free plunger must read what it read when mastered, to count as mastered still, m. 3 um: as closely as a ball is centred.
+    pub free_again_within: f64,
     /// How often an indicator is asked again after a lost or mangled answer.
     pub retries: usize,
 }
@@ -52,13 +55,14 @@ impl Default for MasteringSettings {
             patience: 100,
             preset_within: 2.0 * UM,
             placed_within: 1.5 * MM,
+            free_again_within: 3.0 * UM,
             retries: 2,
         }
     }
 }
 
 /// A mastered TriCal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mastering {
     /// What each indicator reads when nothing touches it, m.
     pub free_reading: [f64; 3],
@@ -163,6 +167,22 @@ pub fn master<I: Indicator>(
     let free_reading = at_rest(indicators, settings)?;
     judge(&on_ball, &free_reading, trical, settings)?;
     Ok(Mastering { free_reading, preset_residual: on_ball.map(|reading| reading - preset), time_s: clock_s() })
+}
+
+/// Whether a gauge is still mastered as it was, on another day: its plungers, which nothing may touch now, stand at rest where they did when
+/// they were last free. An indicator that was set anew, lost its supply, or was moved in its channel reads otherwise.
+///
+/// Mastering anew is not better where the old one holds: the master ball never seats twice in the same place.
+///
+/// # Errors
+/// When an indicator fails or does not come to rest.
+pub fn still_mastered<I: Indicator>(
+    indicators: &mut [I; 3],
+    mastering: &Mastering,
+    settings: &MasteringSettings,
+) -> Result<bool, MasteringError> {
+    let free = at_rest(indicators, settings)?;
+    Ok((0..3).all(|k| (free[k] - mastering.free_reading[k]).abs() <= settings.free_again_within))
 }
 
 /// Whether free plungers stand where they should, after standing at `on_ball`.

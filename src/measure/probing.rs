@@ -1,12 +1,13 @@
 //! One probing: go to the approach pose, onto the ball, centre it, and always come back out.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{CenteringController, Centred, CentringFailure, Iteration, Phase};
 use crate::cell::{Indicator, Manipulator};
 
 /// A pose at which a ball is to be probed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlannedPose {
     /// Unique name; the sample will carry it.
     pub id: String,
@@ -25,7 +26,7 @@ pub struct PlannedPose {
 }
 
 /// Why a probing gave no measurement, and where that left the arm.
-#[derive(Debug, Error, Clone, PartialEq)]
+#[derive(Debug, Error, Clone, PartialEq, Serialize, Deserialize)]
 #[error("{reason}{}", if *backed_off { "" } else { "; the arm could not be backed off" })]
 pub struct ProbingFailure {
     /// What went wrong first.
@@ -35,7 +36,7 @@ pub struct ProbingFailure {
 }
 
 /// What came of a probing.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Probing {
     /// The measurement, or why there is none.
     pub outcome: Result<Centred, ProbingFailure>,

@@ -1,39 +1,59 @@
-//! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell.
+//! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell; with `--cell CELL`, of a real one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use calibench::measure::{Dataset, PlannedPose, Sample, SampleSet, Witness, read_plan, write_dataset};
+use calibench::measure::{
+    Abort, CampaignRecord, CampaignSettings, Conditions, Dataset, Journal, JournalSession, Opened, PlannedPose, Sample,
+    SampleSet, Witness, read_plan,
+};
 
 use super::progress::{CampaignBar, Waiting};
-use super::{Failure, Outcome, print, seed};
+use super::{Failure, Interrupted, Outcome, measure_cell, print, seed};
 use crate::planning::{PlanError, plan, plan_tracker, wanted};
 use crate::random::Streams;
 use crate::run::RunError;
 use crate::scenario::PlantKind;
-use crate::scenario::{Scenario, load_scenario};
-use crate::session::{Session, session_s};
+use crate::scenario::{Document, Scenario};
+use crate::session::{Session, centring, session_s};
 use crate::world::World;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Scenario file
-    scenario: PathBuf,
-    /// Where to write the dataset (a folder); a dataset that is there is replaced
-    #[arg(short, long, visible_alias = "out")]
-    output: PathBuf,
+    #[arg(required_unless_present = "cell", conflicts_with = "cell")]
+    scenario: Option<PathBuf>,
+    /// Where to write the dataset (a folder), which must not be there; until it is whole, DATASET.journal beside it holds what was measured
+    #[arg(short, long, visible_alias = "out", value_name = "DATASET", required_unless_present = "dry_run")]
+    output: Option<PathBuf>,
+    /// Go on with a campaign that was interrupted, from its journal; begin it where there is none
+    #[arg(long)]
+    resume: bool,
     /// A plan that `plan` wrote; the default is to plan anew
     #[arg(long)]
     plan: Option<PathBuf>,
     /// Seed in place of the scenario's
-    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, conflicts_with = "cell")]
     seed: Option<u64>,
     /// Who plays the mechanics of the cell, in place of the scenario's choice
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with = "cell")]
     plant: Option<PlantKind>,
+    #[command(flatten)]
+    real: measure_cell::Arguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut scenario = load_scenario(&arguments.scenario)?;
+    let Arguments { scenario, output, resume, plan: plan_file, real, .. } = arguments;
+    match (scenario, output, &real.cell, plan_file) {
+        (_, output, Some(cell), Some(plan)) => measure_cell::run(cell, real, plan, output.as_deref(), *resume),
+        (Some(scenario), Some(output), ..) => simulate(scenario, output, arguments),
+        // The command line was not taken without them.
+        _ => Err("name a scenario and an output, or a cell and a plan".into()),
+    }
+}
+
+fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+    let document = Document::read(scenario)?;
+    let mut scenario = document.scenario()?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let cell = scenario.dataset();
@@ -49,19 +69,44 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Vec::new()
     };
     drop(waiting);
+    let cell = Dataset { contact_force: World::nominal_contact_force(&scenario), ..cell };
+    // The scenario stands for all that is hidden in the cell.
+    let text = document.text_without(&["question", "expect", "suite", "design", "seed", "plant"]);
+    let under = Conditions::of(&poses, &cell)
+        .and_text("scenario", &text)
+        .and("seed", seed)
+        .and("plant", scenario.plant.name())
+        .and_settings("centring", &centring(&scenario))
+        .and_settings("campaign", &CampaignSettings::default());
+    let mut journal = match Journal::open(output, &under, arguments.resume)? {
+        Opened::Ready(journal) => *journal,
+        Opened::Finished { probings } => {
+            let dataset = output.display();
+            print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+            return Ok(Outcome::Done);
+        }
+    };
+    journal.live_through_again();
     let mut bar = CampaignBar::new(wanted(&poses));
-    let measured = measure(&scenario, Streams { seed, trial: 0 }, &poses, &points, &mut bar);
+    let measured = measure(&scenario, Streams { seed, trial: 0 }, &poses, &points, &mut journal, &mut bar);
     drop(bar);
-    let samples = measured.map_err(|e| scenario.blame(&e))?;
-    let probed = samples.len() - points.len();
-    let dataset = Dataset { contact_force: World::nominal_contact_force(&scenario), samples, ..cell };
-    write_dataset(&dataset, &arguments.output)?;
-    let and_points = if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) };
-    print(&format!(
-        "{probed} of {} planned probings{and_points} measured; dataset in {}",
+    let interrupted =
+        |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
+    let (record, points) = match measured {
+        Ok(measured) => measured,
+        Err(RunError::Campaign(Abort::NotJournalled { why })) => return Err(interrupted(why, &journal).into()),
+        Err(e) => return Err(scenario.blame(&e).into()),
+    };
+    let told = format!(
+        "{} of {} planned probings{} measured; dataset in {}",
+        record.samples.len(),
         wanted(&poses),
-        arguments.output.display()
-    ))?;
+        if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) },
+        output.display()
+    );
+    let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
+    journal.finish(&dataset, &record, &poses).map_err(|e| interrupted(e.to_string(), &journal))?;
+    print(&told)?;
     Ok(Outcome::Done)
 }
 
@@ -70,17 +115,20 @@ fn measure(
     streams: Streams,
     poses: &[PlannedPose],
     points: &[Vec<f64>],
+    journal: &mut Journal,
     witness: &mut dyn Witness,
-) -> Result<Vec<Sample>, RunError> {
+) -> Result<(CampaignRecord, Vec<Sample>), RunError> {
     let session = Session::begin(scenario, streams, session_s(scenario, poses, points.len()))?;
-    let record = session.probe(poses, witness);
+    let began = journal.begin_session(JournalSession::first(session.mastering().clone()));
+    began.map_err(|e| Abort::NotJournalled { why: e.to_string() })?;
+    let record = session.probe(poses, Some(journal), witness);
     if let Some(abort) = record.aborted {
         return Err(abort.into());
     }
-    let mut samples = record.samples;
+    let mut tracked = Vec::new();
     if !points.is_empty() {
         let tracker = session.set_up_tracker()?;
-        samples.extend(session.points(&tracker, points, "t", SampleSet::Fit)?.samples);
+        tracked = session.points(&tracker, points, "t", SampleSet::Fit)?.samples;
     }
-    Ok(samples)
+    Ok((record, tracked))
 }

@@ -1,7 +1,8 @@
-//! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 hardware.
+//! The command line: one file a verb. Exit codes: 0 done, 1 an expectation failed, 2 bad input, 3 the cell or the disk.
 
 mod add;
 mod catalogue;
+mod cell;
 mod compare;
 mod design;
 mod design_tables;
@@ -10,12 +11,15 @@ mod identify;
 mod import;
 mod ladder;
 mod measure;
+mod measure_cell;
 mod merge;
 mod next;
+mod operator;
 mod plan;
 mod precision;
 mod precision_tables;
 mod progress;
+mod rehearsal;
 mod report;
 mod run;
 mod serve;
@@ -66,8 +70,10 @@ enum Verb {
     Run(run::Arguments),
     /// Choose the poses to probe, by observability
     Plan(plan::Arguments),
-    /// Probe the balls and write a dataset
+    /// Probe the balls, of a simulated cell or a real one, and write a dataset
     Measure(measure::Arguments),
+    /// A real cell: speak to its devices, or write the program for its robot
+    Cell(cell::Arguments),
     /// Find the robot's parameters from datasets
     Identify(identify::Arguments),
     /// Judge a calibration on poses that it has not seen
@@ -119,15 +125,16 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             // Help and version are not mistakes.
             if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
                 drop(e.print());
-                return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+                return ExitCode::from(if e.use_stderr() { BAD_INPUT } else { 0 });
             }
-            return refuse(&misuse(&e));
+            return refuse(&misuse(&e), BAD_INPUT);
         }
     };
     let result = match &arguments.verb {
         Verb::Run(a) => run::run(a),
         Verb::Plan(a) => plan::run(a),
         Verb::Measure(a) => measure::run(a),
+        Verb::Cell(a) => cell::run(a),
         Verb::Identify(a) => identify::run(a),
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
@@ -154,15 +161,35 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             if is_closed_pipe(failure.as_ref()) {
                 return ExitCode::SUCCESS;
             }
-            refuse(&with_reasons(failure.as_ref()))
+            let code = if failure.is::<Interrupted>() || failure.is::<Hardware>() { HARDWARE } else { BAD_INPUT };
+            refuse(&with_reasons(failure.as_ref()), code)
         }
     }
 }
 
-/// One line on standard error, and the exit code of bad input.
-fn refuse(message: &str) -> ExitCode {
+/// Exit code: what was given cannot be used.
+const BAD_INPUT: u8 = 2;
+/// Exit code: the cell or the disk failed on the way.
+const HARDWARE: u8 = 3;
+
+/// One line on standard error, and that exit code.
+fn refuse(message: &str, code: u8) -> ExitCode {
     drop(writeln!(std::io::stderr(), "calibench: {}", one_line(message)));
-    ExitCode::from(2)
+    ExitCode::from(code)
+}
+
+/// A device of the cell does not do what it should.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct Hardware(String);
+
+/// A campaign was cut short by its cell or by the disk; what it measured is in its journal.
+#[derive(Debug, thiserror::Error)]
+#[error("{why}; {kept} probings are kept in {}: go on with `--resume`", journal.display())]
+struct Interrupted {
+    why: String,
+    kept: usize,
+    journal: PathBuf,
 }
 
 /// What is wrong with a command line, in one line.

@@ -109,6 +109,10 @@ impl Witness for CampaignBar {
             self.0.0.println(format!("probing failed: {failure}"));
         }
     }
+
+    fn recalled(&mut self, _: &PlannedPose, _: &Probing, sample: Option<&Sample>) {
+        self.0.0.inc(u64::from(sample.is_some()));
+    }
 }
 
 /// A bar over the steps of stage after stage of a design.

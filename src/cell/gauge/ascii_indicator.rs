@@ -72,7 +72,8 @@ pub struct AsciiIndicator<P> {
     name: Option<String>,
     /// What the driver adds to readings of an instrument that keeps no preset, m.
     offset: f64,
-    last_set: String,
+    /// Of a command that was not echoed in time, what its echo would be.
+    awaited_echo: Option<String>,
     is_in_step: bool,
     traffic: Traffic,
 }
@@ -88,7 +89,7 @@ impl<P: Port> AsciiIndicator<P> {
             decimals: None,
             name: None,
             offset: 0.0,
-            last_set: String::new(),
+            awaited_echo: None,
             is_in_step: true,
             traffic: Traffic::default(),
         }
@@ -119,9 +120,8 @@ impl<P: Port> AsciiIndicator<P> {
 
     fn use_millimetres(&mut self) -> Result<(), IndicatorError> {
         let Dialect { unit: Some(query), millimetres: Some(set), .. } = self.settings.dialect else { return Ok(()) };
-        let is_mm = |words: Option<String>| {
-            words.is_some_and(|words| DisplayUnit::parse(&words) == Some(DisplayUnit::Millimetre))
-        };
+        let is_mm =
+            |words: Option<String>| words.is_some_and(|words| DisplayUnit::parse(&words) == Some(DisplayUnit::Millimetre));
         if is_mm(self.words(Some(query))?) {
             return Ok(());
         }
@@ -162,11 +162,7 @@ impl<P: Port> AsciiIndicator<P> {
     }
 
     /// The instrument's own preset set to `value` m, verified.
-    fn preset_instrument(
-        &mut self,
-        value: f64,
-        (store, query, recall): (&str, &str, &[&str]),
-    ) -> Result<(), IndicatorError> {
+    fn preset_instrument(&mut self, value: f64, (store, query, recall): (&str, &str, &[&str])) -> Result<(), IndicatorError> {
         let decimals = self.decimals.unwrap_or(3);
         let number = self.inwards() * value / MM;
         self.set(&format!("{store} {number:+.decimals$}"))?;
@@ -176,7 +172,9 @@ impl<P: Port> AsciiIndicator<P> {
         };
         // Half of its last digit, and rounding.
         if (kept - number).abs() > 0.6 * 10_f64.powi(-(decimals as i32)) {
-            return Err(IndicatorError::Fault { detail: format!("it stores {kept} mm where {number:+.decimals$} mm was sent") });
+            return Err(IndicatorError::Fault {
+                detail: format!("it stores {kept} mm where {number:+.decimals$} mm was sent"),
+            });
         }
         for command in recall {
             let known = self.set(command)?;
@@ -190,9 +188,12 @@ impl<P: Port> AsciiIndicator<P> {
     /// Sends a command that sets something and waits a little for its echo; whether the instrument knows it.
     fn set(&mut self, command: &str) -> Result<bool, IndicatorError> {
         self.send(command)?;
-        self.last_set = bare(command.as_bytes());
+        self.awaited_echo = None;
         match self.receive(Instant::now() + self.settings.echo)? {
-            None => Ok(true),
+            None => {
+                self.awaited_echo = Some(bare(command.as_bytes()));
+                Ok(true)
+            }
             Some(line) => match GaugeReply::parse(&line) {
                 GaugeReply::Fault(1) => Ok(false),
                 GaugeReply::Words(_) | GaugeReply::Reading(_) => Ok(true),
@@ -203,14 +204,23 @@ impl<P: Port> AsciiIndicator<P> {
 
     fn ask(&mut self, query: &str) -> Result<GaugeReply, IndicatorError> {
         self.send(query)?;
-        let deadline = Instant::now() + self.settings.timeout;
-        let echoes = [bare(query.as_bytes()), self.last_set.clone()];
+        let mut deadline = Instant::now() + self.settings.timeout;
+        let mut perhaps_echo = None;
         while let Some(line) = self.receive(deadline)? {
-            // The echo of a command may come when it is no longer waited for.
-            let is_value = matches!(GaugeReply::parse(&line), GaugeReply::Reading(_));
-            if is_value || !echoes.contains(&bare(&line)) {
-                return Ok(self.with_parity_seen(&line));
+            let said = bare(&line);
+            if said == bare(query.as_bytes()) {
+                continue;
             }
+            // Either the echo of a command, come late, or an answer that is the same word: `MM` sets the unit and names it.
+            if self.awaited_echo.take().is_some_and(|echo| echo == said) {
+                deadline = deadline.min(Instant::now() + self.settings.echo);
+                perhaps_echo = Some(line);
+                continue;
+            }
+            return Ok(self.with_parity_seen(&line));
+        }
+        if let Some(line) = perhaps_echo {
+            return Ok(self.with_parity_seen(&line));
         }
         self.is_in_step = false;
         Err(IndicatorError::Silent)

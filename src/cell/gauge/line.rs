@@ -3,6 +3,10 @@
 /// Longest line kept, bytes: the longest answer of any of these instruments, a list of settings, has less than half.
 pub const LONGEST_LINE: usize = 120;
 
+/// CR with the parity bit of a line that has seven data bits and even parity, as a port set to eight shows it. The answer is not taken, but
+/// that it is one can be told.
+const CR_WITH_PARITY: u8 = 0x8d;
+
 /// Finds lines that end with CR, LF or both, however they were cut; holds one unfinished line beside what was pushed last.
 #[derive(Debug, Default)]
 pub struct LineReader {
@@ -19,7 +23,7 @@ impl LineReader {
     /// The next line that is not empty, without its end. Of a line that is too long, the beginning, cut off: it is no answer.
     pub fn line(&mut self) -> Option<Vec<u8>> {
         loop {
-            match self.bytes.iter().position(|byte| matches!(byte, b'\r' | b'\n')) {
+            match self.bytes.iter().position(|byte| matches!(*byte, b'\r' | b'\n' | CR_WITH_PARITY)) {
                 Some(end) => {
                     let mut line: Vec<u8> = self.bytes.drain(..=end).collect();
                     line.truncate(end.min(LONGEST_LINE));

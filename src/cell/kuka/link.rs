@@ -98,8 +98,7 @@ impl Link {
     /// # Errors
     /// When nobody answers.
     pub fn open(address: &str, patience: Patience) -> Result<Self, LinkError> {
-        let mut link =
-            Link { address: address.into(), patience, connection: None, tag: 0, traffic: Traffic::default() };
+        let mut link = Link { address: address.into(), patience, connection: None, tag: 0, traffic: Traffic::default() };
         link.connect()?;
         Ok(link)
     }
@@ -215,9 +214,5 @@ impl Link {
 }
 
 fn taken(response: &Response, name: &str, value: &str) -> Result<(), LinkError> {
-    if response.success {
-        Ok(())
-    } else {
-        Err(LinkError::NotTaken { name: name.into(), value: value.into() })
-    }
+    if response.success { Ok(()) } else { Err(LinkError::NotTaken { name: name.into(), value: value.into() }) }
 }

@@ -109,7 +109,8 @@ impl KukaRobot {
     pub fn set_speed(&mut self, percent: u8) -> Result<(), ManipulatorError> {
         let state = self.state()?;
         if state.action != 0 {
-            let reason = format!("action {} of an earlier session is not done; reset the program on the controller", state.action);
+            let reason =
+                format!("action {} of an earlier session is not done; reset the program on the controller", state.action);
             return Err(ManipulatorError::Refused { reason });
         }
         let name = self.settings.variables.speed.clone();
@@ -281,7 +282,8 @@ impl KukaRobot {
                 return Ok(());
             }
             if under_way != action {
-                let reason = format!("its program is at action {under_way} where {action} was asked for: somebody else commands it too");
+                let reason =
+                    format!("its program is at action {under_way} where {action} was asked for: somebody else commands it too");
                 return Err(ManipulatorError::Stopped { reason });
             }
             let state = self.state()?;
