@@ -22,6 +22,7 @@ mod progress;
 mod rehearsal;
 mod report;
 mod run;
+mod serve;
 mod study;
 mod study_tables;
 mod suite;
@@ -99,6 +100,8 @@ enum Verb {
     Compare(compare::Arguments),
     /// One HTML page: what is wrong in words, then in pictures
     Report(report::Arguments),
+    /// The simulated cell on the wires of a real one: three indicators and a robot that any program can talk to
+    Serve(serve::Arguments),
     /// The same page live, on the loopback address: add effects, undo, write one's own, save
     Workbench(workbench::Arguments),
     /// Turn other people's data into a dataset
@@ -145,6 +148,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Report(a) => report::run(a),
+        Verb::Serve(a) => serve::run(a),
         Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
