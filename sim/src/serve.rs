@@ -181,9 +181,11 @@ async fn connect(floor: &Rc<Floor>, axis: usize, service: &Service) -> Result<St
 
 #[cfg(unix)]
 fn pseudo_terminal(floor: Rc<Floor>, axis: usize, instrument: Rc<RefCell<Instrument>>) -> Result<String, ServeError> {
-    let mut pty = pty::Pty::open().map_err(system("a pseudo-terminal"))?;
+    let pty = pty::Pty::open().map_err(system("a pseudo-terminal"))?;
     let path = pty.path().display().to_string();
     spawn_local(async move {
+        // The whole of it, and not its one field that is used: what it keeps open is of use by being open.
+        let mut pty = pty;
         let wire = Wire { floor: &floor, axis, instrument: &instrument };
         // Its client's end is kept open, so it ends with the program.
         drop(wire.converse(&mut pty.instrument).await);

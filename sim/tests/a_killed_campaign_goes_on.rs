@@ -20,7 +20,7 @@ fn jog_clear(served: &Served) {
     let mut robot = OpenShowVar::new(host, port);
     robot.connect().unwrap();
     let asked = Instant::now();
-    let mut wait = |robot: &mut OpenShowVar| {
+    let wait = |robot: &mut OpenShowVar| {
         while robot.read("COM_ACTION").unwrap() != "0" {
             assert!(asked.elapsed() < Duration::from_secs(10), "the program does what is asked");
         }

@@ -25,7 +25,7 @@ fn in_one_process(bench: &Bench) -> Dataset {
     let poses = &bench.poses;
     let streams = Streams { seed: SEED, trial: 0 };
     let session = Session::begin(&bench.scenario, streams, session_s(&bench.scenario, poses, 0)).unwrap();
-    let record = session.probe(poses, &mut ());
+    let record = session.probe(poses, None, &mut ());
     assert_eq!(record.aborted, None);
     Dataset { samples: record.samples, ..bench.cell() }
 }
