@@ -266,11 +266,17 @@ fn an_answer_that_comes_late_is_not_taken_for_the_next_one() {
 
 #[test]
 fn the_wrong_parity_is_recognised() {
-    // `+006.3500` CR of a line with even parity, as eight data bits show it.
-    let with_parity: Vec<u8> = b"+006.3500\r".iter().map(|b| if b.count_ones() % 2 == 1 { b | 0x80 } else { *b }).collect();
-    let mut indicator = after(vec![vec![with_parity]]);
-    let answer = indicator.read();
-    assert!(matches!(&answer, Err(IndicatorError::Garbled { frame }) if frame.contains("7E")), "{answer:?}");
+    // As eight data bits show a line with seven and even parity. Of the second value only the end of the line betrays it.
+    let with_parity =
+        |line: &[u8]| line.iter().map(|b| if b.count_ones() % 2 == 1 { b | 0x80 } else { *b }).collect::<Vec<u8>>();
+    let values = [with_parity(b"+001.2478\r"), with_parity(b"+006.3500\r")];
+    assert_eq!(values[1], b"+006.3500\x8d");
+    let mut indicator = after(values.iter().map(|value| vec![value.clone()]).collect());
+    for value in &values {
+        let answer = indicator.read();
+        assert!(matches!(&answer, Err(IndicatorError::Garbled { frame }) if frame.contains("7E")), "{value:?}: {answer:?}");
+    }
+    assert!(close(indicator.read().unwrap(), 1.0));
 }
 
 #[test]

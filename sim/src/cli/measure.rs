@@ -17,7 +17,12 @@ use crate::scenario::{Document, Scenario};
 use crate::session::{Session, centring, session_s};
 use crate::world::World;
 
+/// Two ways to call it, of which a list of options would make one.
+const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
+       calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]";
+
 #[derive(clap::Args)]
+#[command(override_usage = USAGE)]
 pub struct Arguments {
     /// Scenario file
     #[arg(required_unless_present = "cell", conflicts_with = "cell")]

@@ -230,9 +230,10 @@ impl<P: Port> AsciiIndicator<P> {
     fn with_parity_seen(&self, line: &[u8]) -> GaugeReply {
         let reply = GaugeReply::parse(line);
         let seven: Vec<u8> = line.iter().map(|byte| byte & 0x7f).collect();
+        let seven = seven.trim_ascii_end();
         let is_even = line.iter().all(|byte| byte.count_ones() % 2 == 0);
-        if reply == GaugeReply::Noise && is_even && GaugeReply::parse(&seven) != GaugeReply::Noise {
-            let words = String::from_utf8_lossy(&seven).into_owned();
+        if reply == GaugeReply::Noise && is_even && GaugeReply::parse(seven) != GaugeReply::Noise {
+            let words = String::from_utf8_lossy(seven).into_owned();
             return GaugeReply::Words(format!("{words}, with a parity bit: the line is 7E, not 8N"));
         }
         reply

@@ -3,8 +3,8 @@
 /// Longest line kept, bytes: the longest answer of any of these instruments, a list of settings, has less than half.
 pub const LONGEST_LINE: usize = 120;
 
-/// CR with the parity bit of a line that has seven data bits and even parity, as a port set to eight shows it. The answer is not taken, but
-/// that it is one can be told.
+/// CR with the parity bit of a line that has seven data bits and even parity, as a port set to eight shows it. It stays in its line: no
+/// answer may be taken from there, not even one whose digits all have their parity bit zero; but why can be told.
 const CR_WITH_PARITY: u8 = 0x8d;
 
 /// Finds lines that end with CR, LF or both, however they were cut; holds one unfinished line beside what was pushed last.
@@ -26,7 +26,10 @@ impl LineReader {
             match self.bytes.iter().position(|byte| matches!(*byte, b'\r' | b'\n' | CR_WITH_PARITY)) {
                 Some(end) => {
                     let mut line: Vec<u8> = self.bytes.drain(..=end).collect();
-                    line.truncate(end.min(LONGEST_LINE));
+                    if line[end] != CR_WITH_PARITY {
+                        line.truncate(end);
+                    }
+                    line.truncate(LONGEST_LINE);
                     let rest_of_long = std::mem::take(&mut self.skipping);
                     if !rest_of_long && !line.is_empty() {
                         return Some(line);
