@@ -99,8 +99,8 @@ cases! {
     a_connection_is_half_open: ["--fault", "half_open@400"] => Measured(8);
     the_robot_says_nothing_more: ["--fault", "half_open@400+"] => Interrupted("the robot is lost");
     the_robot_is_slow: ["--time-scale", "100", "--fault", "slow@5+"] => Measured(8);
-    a_joint_comes_to_its_limit_once: ["--fault", "joint_limit@14"] => Measured(8);
-    a_joint_is_at_its_limit: ["--fault", "joint_limit@14+"] => Interrupted("would leave its limits");
+    a_joint_comes_to_its_limit_once: ["--fault", "joint_limit@5"] => Measured(8);
+    a_joint_is_at_its_limit: ["--fault", "joint_limit@5+"] => Interrupted("would leave its limits");
     the_emergency_stop_is_pressed: ["--fault", "estop@14"] => Interrupted("the emergency stop is pressed");
     the_operating_mode_is_wrong: ["--mode", "T2"] => NotBegun("its operating mode is T2");
 }

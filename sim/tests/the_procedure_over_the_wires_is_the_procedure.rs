@@ -32,7 +32,7 @@ fn in_one_process(bench: &Bench) -> Dataset {
 
 #[test]
 fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
-    let bench = Bench::new("pool_per_ball = 300\nstarts = 1");
+    let bench = Bench::new();
     let served = bench.serve(&[]);
     bench.write_cell(&served, "", "", "");
     let output = bench.measured("wired", &[]);

@@ -43,7 +43,7 @@ pub struct Arguments {
     #[arg(long, value_enum, conflicts_with = "cell")]
     plant: Option<PlantKind>,
     #[command(flatten)]
-    real: measure_cell::Arguments,
+    real: measure_cell::CellArguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {

@@ -24,7 +24,7 @@ use crate::blame::with_reasons;
 use crate::planning::wanted;
 
 #[derive(clap::Args)]
-pub struct Arguments {
+pub struct CellArguments {
     /// Measure a real cell: its cell file, in place of a scenario
     #[arg(long, requires = "plan")]
     pub cell: Option<PathBuf>,
@@ -52,7 +52,7 @@ const STILL_MASTERED: f64 = 20.0 * UM;
 /// Readings averaged of a plunger that nothing touches.
 const FREE_READINGS: usize = 5;
 
-pub fn run(path: &Path, arguments: &Arguments, plan: &Path, output: Option<&Path>, resume: bool) -> Result<Outcome, Failure> {
+pub fn run(path: &Path, arguments: &CellArguments, plan: &Path, output: Option<&Path>, resume: bool) -> Result<Outcome, Failure> {
     let mut cell = read_cell(path)?;
     cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
     let poses = read_plan(plan, &cell.dataset)?;
@@ -80,7 +80,8 @@ pub fn run(path: &Path, arguments: &Arguments, plan: &Path, output: Option<&Path
     let free_reading = session.mastering.free_reading;
     prepare(&cell, &mut robot)?;
     let left = wanted(&poses).saturating_sub(journal.done_before());
-    operator.ask(&format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent))?;
+    let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
+    operator.ask(&question).map_err(|_| "called off; nothing moved")?;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
     let log = motion_log(output)?;
     let guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), log);
@@ -88,24 +89,27 @@ pub fn run(path: &Path, arguments: &Arguments, plan: &Path, output: Option<&Path
     let campaign = ReadyCampaign { cell: &cell, poses: &poses, operator: &operator, free_reading };
     let record = campaign.run(guarded, &mut gauges, &mut journal, &mut bar);
     drop(bar);
-    let traffic = traffic_of(&robot, &gauges);
     let interrupted =
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
+    let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
+    print(&told(&record, wanted(&poses), &traffic_of(&robot, &gauges)))?;
     if let Some(abort) = &record.aborted {
         return Err(interrupted(abort.to_string(), &journal).into());
     }
-    let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
     journal.finish(&dataset, &record, &poses).map_err(|e| interrupted(e.to_string(), &journal))?;
-    let time: f64 = record.probings.iter().map(|p| p.probing.duration_s).sum();
-    print(&format!(
-        "{} of {} planned probings measured, {:.1} s each; {traffic}; dataset in {}",
-        record.samples.len(),
-        wanted(&poses),
-        time / record.probings.len().max(1) as f64,
-        output.display()
-    ))?;
+    print(&format!("dataset in {}", output.display()))?;
     Ok(Outcome::Done)
+}
+
+/// What was done in which time with how much talk.
+fn told(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
+    let time: f64 = record.probings.iter().map(|p| p.probing.duration_s).sum();
+    format!(
+        "{} of {wanted} planned probings measured, {:.1} s each; {traffic}",
+        record.samples.len(),
+        time / record.probings.len().max(1) as f64
+    )
 }
 
 /// The indicators, asked who they are.
@@ -125,7 +129,7 @@ fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
 /// The session that begins now: the gauge mastered, or found to be as it was mastered.
 fn ready(
     cell: &Cell,
-    arguments: &Arguments,
+    arguments: &CellArguments,
     operator: &mut Operator,
     gauges: &mut [CellGauge; 3],
     journal: &Journal,

@@ -25,24 +25,38 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// With this plan of its own (TOML).
-    pub fn new(plan_keys: &str) -> Bench {
+    /// Planned anew, quickly.
+    pub fn new() -> Bench {
+        Bench::with(|poses| poses)
+    }
+
+    /// Two poses on each ball, and one in reserve.
+    pub fn small() -> Bench {
+        let few = |poses: Vec<PlannedPose>| {
+            let mut taken = [[0; 2]; 4];
+            let mut wanted = |pose: &PlannedPose| {
+                let taken = &mut taken[pose.ball][usize::from(pose.reserve)];
+                *taken += 1;
+                *taken <= if pose.reserve { 1 } else { 2 }
+            };
+            poses.into_iter().filter(|pose| wanted(pose)).collect()
+        };
+        Bench::with(few)
+    }
+
+    fn with(choose: impl FnOnce(Vec<PlannedPose>) -> Vec<PlannedPose>) -> Bench {
         let folder = tempfile::tempdir().unwrap();
         let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/paper.toml");
-        let text = format!("format = \"calibench-scenario/1\"\nextends = \"{}\"\n[plan]\n{plan_keys}\n", paper.display());
+        let plan_keys = "[plan]\npool_per_ball = 200\nstarts = 1\n";
+        let text = format!("format = \"calibench-scenario/1\"\nextends = \"{}\"\n{plan_keys}", paper.display());
         std::fs::write(folder.path().join("scenario.toml"), text).unwrap();
         let scenario = load_scenario(&folder.path().join("scenario.toml")).unwrap();
-        let poses = plan(&scenario, SEED).unwrap().probings;
+        let poses = choose(plan(&scenario, SEED).unwrap().probings);
         let bench = Bench { folder, scenario, poses };
         let cell = bench.cell();
         write_dataset(&cell, &bench.path("cell")).unwrap();
         write_plan(&bench.path("plan.toml"), &bench.poses, &cell).unwrap();
         bench
-    }
-
-    /// Two poses on each ball and one in reserve, chosen quickly.
-    pub fn small() -> Bench {
-        Bench::new("pool_per_ball = 100\nstarts = 1\nposes_per_ball = 2\nreserves_per_ball = 1")
     }
 
     /// What its owner knows of it.
