@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use calibench::measure::{Dataset, PlannedPose, write_dataset, write_plan};
+use calibench::measure::{Dataset, Measured, PlannedPose, Sample, write_dataset, write_plan};
 use calibench_sim::planning::plan;
 use calibench_sim::scenario::{Scenario, load_scenario};
 use calibench_sim::world::World;
@@ -54,7 +54,9 @@ impl Bench {
         let poses = choose(plan(&scenario, SEED).unwrap().probings);
         let bench = Bench { folder, scenario, poses };
         let cell = bench.cell();
-        write_dataset(&cell, &bench.path("cell")).unwrap();
+        // A dataset holds at least one sample; the description that is read of it, none.
+        let sample = Sample::new("a", vec![0.0; cell.robot.joints()], Measured::Ball { ball: 0, reading: None });
+        write_dataset(&Dataset { samples: vec![sample], ..cell.clone() }, &bench.path("cell")).unwrap();
         write_plan(&bench.path("plan.toml"), &bench.poses, &cell).unwrap();
         bench
     }
