@@ -16,13 +16,14 @@ mod traffic;
 mod variables;
 
 use std::cell::RefCell;
-use std::io;
+use std::io::{self, BufRead, Write};
 use std::net::Ipv4Addr;
 use std::rc::Rc;
 
 use serde::Serialize;
 use tokio::net::TcpListener;
 use tokio::runtime;
+use tokio::sync::mpsc::unbounded_channel;
 use tokio::task::{LocalSet, spawn_local};
 
 pub use fault::{Fault, Injection, InjectionError, When};
@@ -59,6 +60,8 @@ pub struct Service {
     pub mode: String,
     /// What goes wrong.
     pub faults: Vec<Injection>,
+    /// Whether the attendant takes commands from standard input.
+    pub takes_commands: bool,
 }
 
 /// Where the devices of a served cell are.
@@ -119,12 +122,28 @@ pub fn serve(
         spawn_local(robot::listen(listener, controller, service.robot));
         let attendant = Rc::clone(&floor);
         spawn_local(async move { attendant.attend().await });
+        if service.takes_commands {
+            spawn_local(follow_commands(Rc::clone(&floor)));
+        }
         let interrupted = interrupted().map_err(system("signals"))?;
         let [x, y, z] = <[String; 3]>::try_from(indicators).unwrap_or_default();
         announce(&Addresses { indicators: [x, y, z], robot }).map_err(system("standard output"))?;
         interrupted.await;
         Ok(floor.traffic.to_string())
     })
+}
+
+/// Does what is written on standard input, line by line; `ok` on standard output when it is done.
+async fn follow_commands(floor: Rc<Floor>) {
+    let (sender, mut commands) = unbounded_channel();
+    // Nothing wakes a thread that waits for standard input; it ends with the program.
+    std::thread::spawn(move || io::stdin().lock().lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
+    while let Some(command) = commands.recv().await {
+        let answer = if floor.tell_attendant(&command) { "ok" } else { "say `ball in` or `ball out`" };
+        let mut out = io::stdout().lock();
+        // Whoever does not read the answer misses nothing.
+        drop(writeln!(out, "{answer}").and_then(|()| out.flush()));
+    }
 }
 
 async fn bind(port: u16) -> Result<TcpListener, ServeError> {
@@ -162,9 +181,11 @@ async fn connect(floor: &Rc<Floor>, axis: usize, service: &Service) -> Result<St
 
 #[cfg(unix)]
 fn pseudo_terminal(floor: Rc<Floor>, axis: usize, instrument: Rc<RefCell<Instrument>>) -> Result<String, ServeError> {
-    let mut pty = pty::Pty::open().map_err(system("a pseudo-terminal"))?;
+    let pty = pty::Pty::open().map_err(system("a pseudo-terminal"))?;
     let path = pty.path().display().to_string();
     spawn_local(async move {
+        // The whole of it, and not its one field that is used: what it keeps open is of use by being open.
+        let mut pty = pty;
         let wire = Wire { floor: &floor, axis, instrument: &instrument };
         // Its client's end is kept open, so it ends with the program.
         drop(wire.converse(&mut pty.instrument).await);

@@ -65,6 +65,9 @@ pub struct Arguments {
     /// Operating mode that the robot says it is in
     #[arg(long, default_value = "AUT", value_parser = ["T1", "T2", "AUT", "EX"])]
     mode: String,
+    /// Take commands for the cell's attendant from standard input: `ball in`, `ball out`
+    #[arg(long)]
+    commands: bool,
     /// Something that goes wrong, NAME[:PART][@WHEN]; may be given again. The guide docs/serve.md lists them
     #[arg(long, value_name = "FAULT")]
     fault: Vec<Injection>,
@@ -100,6 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         program: arguments.program,
         mode: arguments.mode.clone(),
         faults: arguments.fault.clone(),
+        takes_commands: arguments.commands,
     };
     let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probings;
     let session_s = session_s(&scenario, &plan, 0);

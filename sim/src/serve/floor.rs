@@ -22,7 +22,7 @@ const BALL_OFF: f64 = 6.0 * MM;
 const ELSEWHERE: f64 = 1e3;
 
 /// An attendant who is not needed for so long takes the master ball away once all three indicators are set, s by the wall clock.
-const PATIENCE: Duration = Duration::from_secs(1);
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// What all devices of a served cell share. Everything runs on one thread, so nothing here is ever seen half done.
 pub struct Floor {
@@ -138,6 +138,17 @@ impl Floor {
                 self.take_master();
             }
         }
+    }
+
+    /// Does what the attendant is told; `false` where that cannot be understood.
+    pub fn tell_attendant(&self, command: &str) -> bool {
+        match command.split_ascii_whitespace().collect::<Vec<_>>().as_slice() {
+            [] => {}
+            ["ball", "in"] => self.seat_master(),
+            ["ball", "out"] => self.take_master(),
+            _ => return false,
+        }
+        true
     }
 
     /// Notes that an indicator was asked for something.

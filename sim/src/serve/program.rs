@@ -34,11 +34,13 @@ const SLOW: f64 = 10.0;
 enum Failed {
     /// The program goes on.
     Order(Verdict),
+    /// A straight line that the arm cannot go: the controller stops the program with a message.
+    Stopped,
     /// The emergency stop: the program stands still.
     Emergency,
 }
 
-/// Runs the program until the emergency stop; then it does nothing more.
+/// Runs the program until it is stopped; then it does nothing more.
 pub async fn run(controller: Rc<Controller>, kind: Loop) {
     loop {
         let action = controller.number("COM_ACTION") as i64;
@@ -53,11 +55,11 @@ pub async fn run(controller: Rc<Controller>, kind: Loop) {
             let result = match done {
                 Ok(()) => Verdict::Done,
                 Err(Failed::Order(verdict)) => verdict,
-                Err(Failed::Emergency) => {
-                    let state = [("$PRO_STATE1", Value::Enumerator("P_STOP".into())), ("$STOPMESS", Value::Bool(true))];
-                    let safety = ["$ALARM_STOP", "$PERI_RDY"].map(|name| (name, Value::Bool(false)));
-                    for (name, value) in state.into_iter().chain(safety) {
-                        controller.put(name, value, Access::ReadOnly);
+                Err(stop @ (Failed::Stopped | Failed::Emergency)) => {
+                    controller.put("$PRO_STATE1", Value::Enumerator("P_STOP".into()), Access::ReadOnly);
+                    controller.put("$STOPMESS", Value::Bool(true), Access::ReadOnly);
+                    for name in ["$ALARM_STOP", "$PERI_RDY"].into_iter().filter(|_| stop == Failed::Emergency) {
+                        controller.put(name, Value::Bool(false), Access::ReadOnly);
                     }
                     return;
                 }
@@ -119,10 +121,7 @@ impl Program<'_> {
         let limits = |joint: usize| controller.robot.links[joint].limits;
         let solution = InverseKinematics::new(start.len()).solve(&mut arm, &root_from_tool, &start, limits);
         if solution.outcome != Outcome::Converged {
-            return Err(Failed::Order(match solution.outcome {
-                Outcome::JointLimit(joint) => Verdict::JointLimit(joint + 1),
-                _ => Verdict::Unreachable,
-            }));
+            return Err(Failed::Stopped);
         }
         self.travel(solution.q, Some(distance)).await
     }
@@ -133,9 +132,9 @@ impl Program<'_> {
         let floor = &controller.floor;
         floor.traffic.note_motion();
         let strikes = |fault| floor.faults.borrow_mut().strikes(fault, 0);
-        let nearest_limit = strikes(Fault::JointLimit).then(|| self.nearest_limit(&target));
+        let nearest_limit = (straight.is_none() && strikes(Fault::JointLimit)).then(|| self.nearest_limit(&target));
         if let Some(joint) = nearest_limit.or_else(|| controller.robot.outside_limits(&target, 0.0)) {
-            return Err(Failed::Order(Verdict::JointLimit(joint + 1)));
+            return Err(if straight.is_some() { Failed::Stopped } else { Failed::Order(Verdict::JointLimit(joint + 1)) });
         }
         floor.take_master();
         let from = controller.joints();

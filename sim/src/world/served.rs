@@ -5,8 +5,8 @@ use calibench::units::MM;
 
 use super::SharedWorld;
 
-/// A straight motion up to this long is a small correction, m: the safe range of the gauge.
-const SMALL_MOTION: f64 = 5.0 * MM;
+/// A straight motion up to this long is a small correction, m: the safe range of the gauge, 5 mm, along all three axes.
+const SMALL_MOTION: f64 = 8.7 * MM;
 
 impl SharedWorld {
     /// Tells the time, s since the session began; from now on it passes no other way.

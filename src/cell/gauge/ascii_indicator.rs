@@ -194,7 +194,7 @@ impl<P: Port> AsciiIndicator<P> {
                 self.awaited_echo = Some(bare(command.as_bytes()));
                 Ok(true)
             }
-            Some(line) => match GaugeReply::parse(&line) {
+            Some(line) => match self.with_parity_seen(&line) {
                 GaugeReply::Fault(1) => Ok(false),
                 GaugeReply::Words(_) | GaugeReply::Reading(_) => Ok(true),
                 reply => Err(self.refuse(&reply)),
