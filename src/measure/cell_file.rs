@@ -181,7 +181,7 @@ struct GuardsToml {
 
 impl Default for GuardsToml {
     fn default() -> Self {
-        GuardsToml { max_step_mm: LONGEST_STEP / MM, joint_margin_deg: 1.0, workspace_mm: None }
+        GuardsToml { max_step_mm: LONGEST_STEP / MM, joint_margin_deg: 0.0, workspace_mm: None }
     }
 }
 
