@@ -114,20 +114,25 @@ impl Joints {
         if resolution > 0.0 { (angle / resolution).round() * resolution } else { angle }
     }
 
+    /// How long a large motion to these joints (rad) takes, s.
+    pub fn large_motion_s(&self, target: &[f64]) -> f64 {
+        let longest = target.iter().zip(&self.motor).map(|(to, from)| (to - from).abs()).fold(0.0, f64::max);
+        longest / (self.spec.speed_deg_per_s * DEG) + self.spec.settle_s
+    }
+
     /// A large motion: servo error and lost motion are drawn anew. Returns its duration, s.
     pub fn move_large(&mut self, target: &[f64], rng: &mut ChaCha8Rng) -> f64 {
-        let mut longest = 0.0f64;
+        let duration_s = self.large_motion_s(target);
         for i in 0..target.len() {
             let mut normal = |sigma: f64| sigma * ARCSEC * Distribution::<f64>::sample(&StandardNormal, rng);
             self.servo[i] = normal(self.spec.servo_error_arcsec[i]);
             self.lost[i] = normal(self.spec.lost_motion_arcsec[i]);
-            longest = longest.max((target[i] - self.motor[i]).abs());
             self.side[i].moved(target[i] - self.commanded[i], self.hysteresis[i]);
             self.commanded[i] = target[i];
             self.motor[i] = self.step(target[i] + self.servo[i]);
             self.play[i] = 0.0;
         }
-        longest / (self.spec.speed_deg_per_s * DEG) + self.spec.settle_s
+        duration_s
     }
 
     /// A small motion: the motors keep what the servos left, and go to the nearest step; the links follow once the play is taken up.

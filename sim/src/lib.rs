@@ -13,6 +13,7 @@ pub mod design;
 pub mod flaw;
 pub mod gauge;
 pub mod hidden;
+mod interruption;
 mod mismatch;
 #[cfg(feature = "mujoco")]
 pub mod mujoco;
@@ -26,6 +27,7 @@ pub mod random;
 pub mod run;
 pub mod scenario;
 pub mod score;
+pub mod serve;
 pub mod session;
 pub mod side;
 pub mod step;

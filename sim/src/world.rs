@@ -1,5 +1,6 @@
 //! The simulated cell at one moment: the true arm, its controller, the TriCal, the balls. Robot and indicators are views of it.
 
+mod served;
 mod views;
 
 use calibench::cell::ManipulatorError;
@@ -48,6 +49,8 @@ pub struct World {
     plunger_motion: LastMotion,
     sample: Option<String>,
     time_s: f64,
+    /// Whether the time is told from outside; else it passes by what is done.
+    clock_outside: bool,
     pose: Pose,
     target_moved: Vector3<f64>,
     /// Noted from when somebody wants to know.
@@ -62,11 +65,25 @@ impl World {
     /// # Errors
     /// When the scenario's plant cannot play it.
     pub fn new(scenario: &Scenario, streams: &Streams, session_s: f64) -> Result<Self, PlantError> {
+        World::altered(scenario, streams, session_s, |_| ())
+    }
+
+    /// The same, with something in it put elsewhere that no scenario would.
+    ///
+    /// # Errors
+    /// When the scenario's plant cannot play it.
+    pub fn altered(
+        scenario: &Scenario,
+        streams: &Streams,
+        session_s: f64,
+        alter: impl FnOnce(&mut Parts),
+    ) -> Result<Self, PlantError> {
         let nominal = scenario.dataset();
         let truth = scenario.truth().keys();
         let hysteresis = scenario.truth().flaws(streams, nominal.robot.joints()).hysteresis;
         let gauge = Gauge::draw(&truth.indicators.plungers(), streams);
-        let parts = Parts::of(scenario, streams, &gauge);
+        let mut parts = Parts::of(scenario, streams, &gauge);
+        alter(&mut parts);
         let CampaignSettings { joint_motion, plunger_motion, .. } = CampaignSettings::default();
         let mut world = World {
             plant: plant(scenario, streams, &parts, session_s)?,
@@ -85,6 +102,7 @@ impl World {
             plunger_motion: LastMotion::new(plunger_motion),
             sample: None,
             time_s: 0.0,
+            clock_outside: false,
             pose: Pose::identity(),
             target_moved: Vector3::zeros(),
             true_arm: None,
@@ -155,11 +173,15 @@ impl World {
         }
     }
 
+    fn within_limits(&self, target: &[f64]) -> Result<(), ManipulatorError> {
+        let outside = self.nominal.robot.outside_limits(target, 0.0);
+        outside.map_or(Ok(()), |joint| Err(ManipulatorError::JointLimit { joint: joint + 1 }))
+    }
+
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
-        if let Some(joint) = self.nominal.robot.outside_limits(target, 0.0) {
-            return Err(ManipulatorError::JointLimit { joint: joint + 1 });
-        }
-        self.time_s += self.joints.move_large(target, &mut self.motion);
+        self.within_limits(target)?;
+        let duration_s = self.joints.move_large(target, &mut self.motion);
+        self.pass(duration_s);
         self.joint_motion.rest_at(self.joints.commanded());
         self.settle(true);
         self.is_there()
@@ -172,10 +194,23 @@ impl World {
             RelToolError::JointLimit { joint } => ManipulatorError::JointLimit { joint },
             RelToolError::Singular => ManipulatorError::Unreachable,
         })?;
-        self.time_s += self.joints.move_small(&target);
+        self.step_joints(&target)
+    }
+
+    /// A small motion to joints that are within their limits.
+    fn step_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        let duration_s = self.joints.move_small(target);
+        self.pass(duration_s);
         self.joint_motion.rest_at(self.joints.commanded());
         self.settle(false);
         self.is_there()
+    }
+
+    /// Lets the time pass that something took.
+    fn pass(&mut self, duration_s: f64) {
+        if !self.clock_outside {
+            self.time_s += duration_s;
+        }
     }
 
     /// What the tracker would see without any noise, the arm standing as it does: where the world that its nests carry has the TCP.

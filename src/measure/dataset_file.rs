@@ -52,6 +52,15 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
     Ok(dataset)
 }
 
+/// Reads what a `dataset.toml` says, without the samples beside it.
+///
+/// # Errors
+/// The first mistake, with its file, line, key, and remedy.
+pub fn read_description(path: &Path) -> Result<Dataset, FileError> {
+    let text = read_text(path)?;
+    Reading { path, text: &text, within: "" }.whole(path.parent().unwrap_or(Path::new("")))
+}
+
 /// Writes a dataset: the folder appears whole or not at all, and only if it can be read back.
 ///
 /// A dataset that is there is replaced; whatever else lies in its folder is kept. A robot that is not built in is written beside

@@ -2,6 +2,8 @@
 
 mod campaign;
 mod campaign_files;
+mod cell_devices;
+mod cell_file;
 mod centring;
 mod centring_failure;
 mod columns;
@@ -31,13 +33,15 @@ mod samples_text;
 pub mod selection;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
+pub use cell_devices::{CellGauge, PortError};
+pub use cell_file::{CELL_FORMAT, Cell, CellIndicator, Place, read_cell};
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
 pub use centring_failure::{CentringFailure, Suspicion};
 pub(crate) use columns::Column;
 pub use conditions::Conditions;
 pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet};
 pub(crate) use dataset_file::Reading;
-pub use dataset_file::{check_description, read_dataset, write_dataset};
+pub use dataset_file::{check_description, read_dataset, read_description, write_dataset};
 pub(crate) use dataset_toml::DatasetToml;
 pub use draws::{Margins, PoolError, Refusals};
 pub use free_poses::{Facing, FreePosesRequest, free_poses};

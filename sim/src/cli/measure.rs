@@ -1,6 +1,6 @@
-//! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell.
+//! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell; with `--cell CELL`, of a real one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use calibench::measure::{
     Abort, CampaignRecord, CampaignSettings, Conditions, Dataset, Journal, JournalSession, Opened, PlannedPose, Sample,
@@ -8,7 +8,7 @@ use calibench::measure::{
 };
 
 use super::progress::{CampaignBar, Waiting};
-use super::{Failure, Interrupted, Outcome, print, seed};
+use super::{Failure, Interrupted, Outcome, measure_cell, print, seed};
 use crate::planning::{PlanError, plan, plan_tracker, wanted};
 use crate::random::Streams;
 use crate::run::RunError;
@@ -17,13 +17,19 @@ use crate::scenario::{Document, Scenario};
 use crate::session::{Session, centring, session_s};
 use crate::world::World;
 
+/// Two ways to call it, of which a list of options would make one.
+const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
+       calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]";
+
 #[derive(clap::Args)]
+#[command(override_usage = USAGE)]
 pub struct Arguments {
     /// Scenario file
-    scenario: PathBuf,
+    #[arg(required_unless_present = "cell", conflicts_with = "cell")]
+    scenario: Option<PathBuf>,
     /// Where to write the dataset (a folder), which must not be there; until it is whole, DATASET.journal beside it holds what was measured
-    #[arg(short, long, visible_alias = "out", value_name = "DATASET")]
-    output: PathBuf,
+    #[arg(short, long, visible_alias = "out", value_name = "DATASET", required_unless_present = "dry_run")]
+    output: Option<PathBuf>,
     /// Go on with a campaign that was interrupted, from its journal; begin it where there is none
     #[arg(long)]
     resume: bool,
@@ -31,15 +37,27 @@ pub struct Arguments {
     #[arg(long)]
     plan: Option<PathBuf>,
     /// Seed in place of the scenario's
-    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, conflicts_with = "cell")]
     seed: Option<u64>,
     /// Who plays the mechanics of the cell, in place of the scenario's choice
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with = "cell")]
     plant: Option<PlantKind>,
+    #[command(flatten)]
+    real: measure_cell::CellArguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let document = Document::read(&arguments.scenario)?;
+    let Arguments { scenario, output, resume, plan: plan_file, real, .. } = arguments;
+    match (scenario, output, &real.cell, plan_file) {
+        (_, output, Some(cell), Some(plan)) => measure_cell::run(cell, real, plan, output.as_deref(), *resume),
+        (Some(scenario), Some(output), ..) => simulate(scenario, output, arguments),
+        // The command line was not taken without them.
+        _ => Err("name a scenario and an output, or a cell and a plan".into()),
+    }
+}
+
+fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+    let document = Document::read(scenario)?;
     let mut scenario = document.scenario()?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
@@ -65,10 +83,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .and("plant", scenario.plant.name())
         .and_settings("centring", &centring(&scenario))
         .and_settings("campaign", &CampaignSettings::default());
-    let mut journal = match Journal::open(&arguments.output, &under, arguments.resume)? {
+    let mut journal = match Journal::open(output, &under, arguments.resume)? {
         Opened::Ready(journal) => *journal,
         Opened::Finished { probings } => {
-            let dataset = arguments.output.display();
+            let dataset = output.display();
             print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
             return Ok(Outcome::Done);
         }
@@ -93,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         record.samples.len(),
         wanted(&poses),
         if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) },
-        arguments.output.display()
+        output.display()
     );
     let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
     journal.finish(&dataset, &record, &poses).map_err(|e| interrupted(e.to_string(), &journal))?;

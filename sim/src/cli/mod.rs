@@ -2,6 +2,7 @@
 
 mod add;
 mod catalogue;
+mod cell;
 mod compare;
 mod compensate;
 mod design;
@@ -11,14 +12,18 @@ mod identify;
 mod import;
 mod ladder;
 mod measure;
+mod measure_cell;
 mod merge;
 mod next;
+mod operator;
 mod plan;
 mod precision;
 mod precision_tables;
 mod progress;
+mod rehearsal;
 mod report;
 mod run;
+mod serve;
 mod study;
 mod study_tables;
 mod suite;
@@ -66,8 +71,10 @@ enum Verb {
     Run(run::Arguments),
     /// Choose the poses to probe, by observability
     Plan(plan::Arguments),
-    /// Probe the balls and write a dataset
+    /// Probe the balls, of a simulated cell or a real one, and write a dataset
     Measure(measure::Arguments),
+    /// A real cell: speak to its devices, or write the program for its robot
+    Cell(cell::Arguments),
     /// Find the robot's parameters from datasets
     Identify(identify::Arguments),
     /// Judge a calibration on poses that it has not seen
@@ -96,6 +103,8 @@ enum Verb {
     Compensate(compensate::Arguments),
     /// One HTML page: what is wrong in words, then in pictures
     Report(report::Arguments),
+    /// The simulated cell on the wires of a real one: three indicators and a robot that any program can talk to
+    Serve(serve::Arguments),
     /// The same page live, on the loopback address: add effects, undo, write one's own, save
     Workbench(workbench::Arguments),
     /// Turn other people's data into a dataset
@@ -128,6 +137,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Run(a) => run::run(a),
         Verb::Plan(a) => plan::run(a),
         Verb::Measure(a) => measure::run(a),
+        Verb::Cell(a) => cell::run(a),
         Verb::Identify(a) => identify::run(a),
         Verb::Validate(a) => validate::run(a),
         Verb::Diagnose(a) => diagnose::run(a),
@@ -142,6 +152,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Compare(a) => compare::run(a),
         Verb::Compensate(a) => compensate::run(a),
         Verb::Report(a) => report::run(a),
+        Verb::Serve(a) => serve::run(a),
         Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
@@ -154,7 +165,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             if is_closed_pipe(failure.as_ref()) {
                 return ExitCode::SUCCESS;
             }
-            let code = if failure.is::<Interrupted>() { HARDWARE } else { BAD_INPUT };
+            let code = if failure.is::<Interrupted>() || failure.is::<Hardware>() { HARDWARE } else { BAD_INPUT };
             refuse(&with_reasons(failure.as_ref()), code)
         }
     }
@@ -170,6 +181,11 @@ fn refuse(message: &str, code: u8) -> ExitCode {
     drop(writeln!(std::io::stderr(), "calibench: {}", one_line(message)));
     ExitCode::from(code)
 }
+
+/// A device of the cell does not do what it should.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct Hardware(String);
 
 /// A campaign was cut short by its cell or by the disk; what it measured is in its journal.
 #[derive(Debug, thiserror::Error)]

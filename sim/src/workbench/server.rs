@@ -22,6 +22,7 @@ use super::bench::Bench;
 use super::gate::{Gate, Turned, random_hex};
 use super::own_effect::Draft;
 use super::refusal::Refusal;
+use crate::interruption::interrupted;
 
 /// Longest body, bytes: an expression and the names of some datasets.
 const LONGEST_BODY: usize = 64 << 10;
@@ -79,25 +80,6 @@ impl Server {
         runtime.shutdown_background();
         result
     }
-}
-
-/// Ends when the user, or the system, wants the program to end; listens to them from the call on.
-#[cfg(unix)]
-fn interrupted() -> io::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
-    Ok(async move {
-        tokio::select! {
-            _ = interrupt.recv() => (),
-            _ = terminate.recv() => (),
-        }
-    })
-}
-
-#[cfg(not(unix))]
-fn interrupted() -> io::Result<impl Future<Output = ()>> {
-    // Without a way to be interrupted it ends with the console.
-    Ok(async { drop(tokio::signal::ctrl_c().await) })
 }
 
 fn routes(desk: Arc<Desk>) -> Router {

@@ -15,7 +15,7 @@ use super::{HANDLING_S, READING_S, REBUILDING_S, World};
 
 /// A world that its robot and its indicators share.
 #[derive(Clone)]
-pub struct SharedWorld(Rc<RefCell<World>>);
+pub struct SharedWorld(pub(super) Rc<RefCell<World>>);
 
 impl SharedWorld {
     /// Shares a world.
@@ -113,7 +113,7 @@ pub struct SimulatedIndicator {
 impl Indicator for SimulatedIndicator {
     fn read(&mut self) -> Result<f64, IndicatorError> {
         let mut world = self.world.0.borrow_mut();
-        world.time_s += READING_S;
+        world.pass(READING_S);
         world.gauge.read(self.k)
     }
 
@@ -132,7 +132,7 @@ impl SimulatedAttendant {
         let world = &mut *world;
         if payload != world.payload && payload < world.payloads.len() {
             world.payload = payload;
-            world.time_s += REBUILDING_S;
+            world.pass(REBUILDING_S);
             match world.plant.mount(&world.payloads[payload]) {
                 Ok(()) => world.settle(false),
                 Err(error) => world.lost = Some(error.to_string()),
@@ -146,7 +146,7 @@ impl SimulatedAttendant {
         if world.artifact_is_there {
             world.artifact_is_there = false;
             world.plant.remove_artifact();
-            world.time_s += REBUILDING_S;
+            world.pass(REBUILDING_S);
             world.settle(false);
         }
     }
@@ -157,14 +157,14 @@ impl Attendant for SimulatedAttendant {
         let mut world = self.0.0.borrow_mut();
         let world = &mut *world;
         let radius_error = normal(world.master_radius_sigma, &mut world.master);
-        world.time_s += HANDLING_S;
+        world.pass(HANDLING_S);
         world.seat(Some(MASTER_RADIUS + radius_error));
         Ok(())
     }
 
     fn remove_master_ball(&mut self) -> Result<(), CalledOff> {
         let mut world = self.0.0.borrow_mut();
-        world.time_s += HANDLING_S;
+        world.pass(HANDLING_S);
         world.seat(None);
         Ok(())
     }

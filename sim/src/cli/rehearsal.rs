@@ -1,0 +1,51 @@
+//! `measure --cell CELL --dry-run`: every motion of a plan, and nothing moves.
+
+use calibench::cell::Forbidden;
+use calibench::measure::{Cell, PlannedPose};
+use calibench::report::plain_table;
+use calibench::units::{DEG, MM};
+
+use super::{Failure, Outcome, print};
+
+/// Prints the motions of the plan in their order, each with its joints and the TCP of the nominal arm, and what the guards say.
+pub fn rehearse(cell: &Cell, poses: &[PlannedPose]) -> Result<Outcome, Failure> {
+    let mut rows = Vec::new();
+    let mut forbidden = 0;
+    let mut from: Option<&[f64]> = None;
+    for pose in poses.iter().filter(|pose| !pose.reserve) {
+        for (phase, target) in [("approach", &pose.approach), ("contact", &pose.contact), ("retreat", &pose.approach)] {
+            // Where the arm stands before the first motion is not known; then only the end is judged.
+            let verdict = cell.guards.joint_motion(from.unwrap_or(target), target);
+            forbidden += usize::from(verdict.is_err());
+            rows.push(row(cell, pose, phase, target, verdict));
+            from = Some(target);
+        }
+    }
+    print(&plain_table(&["probing", "ball", "motion", "joints deg", "TCP mm", ""], &rows))?;
+    let steps = format!(
+        "at each contact up to {} steps of up to {:.1} mm along the tool's axes; speed override {} %",
+        cell.centring.max_steps,
+        cell.guards.max_step / MM,
+        cell.speed_percent
+    );
+    print(&format!("{} motions, {steps}; nothing was connected to and nothing moved", rows.len()))?;
+    if forbidden > 0 {
+        return Err(
+            format!("{forbidden} motions are forbidden by the guards of the cell; plan anew, or correct [guards]").into()
+        );
+    }
+    Ok(Outcome::Done)
+}
+
+fn row(cell: &Cell, pose: &PlannedPose, phase: &str, target: &[f64], verdict: Result<(), Forbidden>) -> [String; 6] {
+    let joints: Vec<String> = target.iter().map(|q| format!("{:8.3}", q / DEG)).collect();
+    let tcp: Vec<String> = cell.guards.tcp(target).iter().map(|v| format!("{:8.2}", v / MM)).collect();
+    [
+        pose.id.clone(),
+        cell.dataset.balls.get(pose.ball).map(|ball| ball.id.clone()).unwrap_or_default(),
+        phase.into(),
+        joints.join(" "),
+        tcp.join(" "),
+        verdict.err().map(|forbidden| format!("FORBIDDEN: {forbidden}")).unwrap_or_default(),
+    ]
+}

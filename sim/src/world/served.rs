@@ -1,0 +1,41 @@
+//! What a served cell needs of its world beyond the procedure's view: a clock told from outside, and motions by their joints.
+
+use calibench::cell::ManipulatorError;
+use calibench::units::MM;
+
+use super::SharedWorld;
+
+/// A straight motion up to this long is a small correction, m: the safe range of the gauge, 5 mm, along all three axes.
+const SMALL_MOTION: f64 = 8.7 * MM;
+
+impl SharedWorld {
+    /// Tells the time, s since the session began; from now on it passes no other way.
+    pub fn tell_time(&self, time_s: f64) {
+        let mut world = self.0.borrow_mut();
+        world.clock_outside = true;
+        world.time_s = world.time_s.max(time_s);
+    }
+
+    /// Joint angles that the controller commands, rad (N).
+    pub fn commanded(&self) -> Vec<f64> {
+        self.0.borrow().joints.commanded().to_vec()
+    }
+
+    /// How long the controller takes for a joint motion to `target` (rad, N) at full speed, s.
+    pub fn motion_s(&self, target: &[f64]) -> f64 {
+        self.0.borrow().joints.large_motion_s(target)
+    }
+
+    /// Moves straight to the joints `target` (rad, N), the TCP by `distance` (m).
+    ///
+    /// # Errors
+    /// When a joint would leave its limits, or the arm is lost.
+    pub fn move_straight(&self, target: &[f64], distance: f64) -> Result<(), ManipulatorError> {
+        let mut world = self.0.borrow_mut();
+        if distance > SMALL_MOTION {
+            return world.move_joints(target);
+        }
+        world.within_limits(target)?;
+        world.step_joints(target)
+    }
+}

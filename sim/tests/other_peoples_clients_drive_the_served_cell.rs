@@ -1,0 +1,110 @@
+//! A client of the crates' registry reads and moves the served robot; bare sockets and terminals reach the indicators. (Python's clients:
+//! `tests/clients/run`.)
+#![cfg(unix)]
+#![allow(clippy::unwrap_used)]
+
+mod served;
+
+use std::fs::OpenOptions;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use rs_openshowvar::OpenShowVar;
+use served::{Bench, Served};
+
+fn connected(served: &Served) -> OpenShowVar {
+    let (host, port) = served.robot();
+    let mut client = OpenShowVar::new(host, port);
+    client.connect().unwrap();
+    client
+}
+
+/// Waits until the plain program has done an action.
+fn until_done(client: &mut OpenShowVar) {
+    let asked = Instant::now();
+    while client.read("COM_ACTION").unwrap() != "0" {
+        assert!(asked.elapsed() < Duration::from_secs(20));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn rs_openshowvar_reads_writes_and_moves_the_arm() {
+    let bench = Bench::small();
+    let served = bench.serve(&["--program", "plain"]);
+    let mut client = connected(&served);
+    assert_eq!(client.read("$OV_PRO").unwrap(), "100");
+    client.write("$OV_PRO", "35").unwrap();
+    assert_eq!(client.read("$OV_PRO").unwrap(), "35");
+    assert_eq!(client.read("$MODE_OP").unwrap(), "#AUT");
+    assert!(client.read("$NOBODY").is_err());
+    client.write("COM_E6AXIS", "{A1 10, A2 -80.5, A3 90, A4 0, A5 45, A6 -20}").unwrap();
+    client.write("COM_ACTION", "2").unwrap();
+    until_done(&mut client);
+    let axes = client.read("$AXIS_ACT").unwrap();
+    assert!(axes.starts_with("{E6AXIS: A1 10.0, A2 -80.5, A3 90.0, A4 0.0, A5 45.0, A6 -20.0, E1 0.0"), "{axes}");
+    assert_eq!(client.read("$AXIS_ACT.A2").unwrap(), "-80.5");
+    // A straight line to where the tool is, 20 mm higher: every other coordinate stays.
+    let before = client.read("$POS_ACT").unwrap();
+    let z: f64 = client.read("$POS_ACT.Z").unwrap().parse().unwrap();
+    client.write("COM_E6POS", &before).unwrap();
+    client.write("COM_E6POS.Z", &format!("{:.4}", z + 20.0)).unwrap();
+    client.write("COM_ACTION", "3").unwrap();
+    until_done(&mut client);
+    for member in ["X", "Y", "Z", "A", "B", "C"] {
+        let number = |text: &str| text.parse::<f64>().unwrap();
+        let is = number(&client.read(&format!("$POS_ACT.{member}")).unwrap());
+        let was = number(before.split(&format!("{member} ")).nth(1).unwrap().split(',').next().unwrap());
+        let expected = if member == "Z" { was + 20.0 } else { was };
+        // Nine digits of a float32 of some hundreds: 6e-5.
+        assert!((is - expected).abs() < 3e-4, "{member}: {is} {expected}");
+    }
+    // A second client at the same time sees the same robot.
+    assert_eq!(connected(&served).read("$AXIS_ACT").unwrap(), client.read("$AXIS_ACT").unwrap());
+}
+
+/// Sends a request over a terminal or a socket, and reads up to the carriage return.
+fn ask(stream: &mut (impl Read + Write), request: &str) -> String {
+    stream.write_all(request.as_bytes()).unwrap();
+    let (mut answer, mut byte) = (Vec::new(), [0]);
+    while answer.last() != Some(&b'\r') {
+        assert_eq!(stream.read(&mut byte).unwrap(), 1);
+        answer.push(byte[0]);
+    }
+    String::from_utf8(answer).unwrap()
+}
+
+#[test]
+fn indicators_answer_one_client_after_the_other_on_terminals_and_on_sockets() {
+    let bench = Bench::small();
+    let mut served = bench.serve(&[]);
+    let open = |path: &str| OpenOptions::new().read(true).write(true).open(path).unwrap();
+    let path = served.indicators[0].clone();
+    let mut first = open(&path);
+    assert_eq!(ask(&mut first, "id?\r"), "SY289\r");
+    assert_eq!(ask(&mut first, "PRE +6.350\r"), "PRE+6.350\r");
+    assert_eq!(ask(&mut first, "PRE\r\n"), "PRE\r");
+    assert_eq!(ask(&mut first, "what\r"), "ERR1\r");
+    let on_ball = ask(&mut first, "?\r");
+    assert!(on_ball.starts_with("+006.34") || on_ball.starts_with("+006.35"), "{on_ball}");
+    first.write_all(b"PRE +1").unwrap();
+    drop(first);
+    // What a client left unfinished is forgotten after a moment.
+    std::thread::sleep(Duration::from_millis(800));
+    let mut second = open(&path);
+    assert_eq!(ask(&mut second, "PRE?\r"), "+006.3500\r");
+    served.tell("ball out");
+    let free = ask(&mut second, "?\r");
+    assert!(free.starts_with("-006.") || free.starts_with("-005."), "{free}");
+    served.tell("ball in");
+    assert!(ask(&mut second, "?\r").starts_with("+006.3"));
+    let said = served.interrupt();
+    assert!(said.contains("indicators: 8 answers"), "{said}");
+    assert!(!Path::new(&path).exists(), "the terminal is gone with the server");
+
+    let served = bench.serve(&["--indicator-port", "0"]);
+    let mut socket = TcpStream::connect(&served.indicators[2]).unwrap();
+    assert_eq!(ask(&mut socket, "NUM?\r"), "SIM3\r");
+}

@@ -1,0 +1,71 @@
+//! The paper's procedure with a served cell in one process and the measurement in another: all eighty probings, over pseudo-terminals and a
+//! socket, and the identification of the procedure in one process.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used)]
+
+mod served;
+
+use calibench::identify::{Model, identify};
+use calibench::measure::{Dataset, SampleSet, read_dataset};
+use calibench_sim::random::Streams;
+use calibench_sim::session::{Session, session_s};
+use calibench::units::UM;
+use served::{Bench, SEED};
+
+/// How far the TCP of a sample may be from that of the same pose measured in one process, m. Motions and draws are the same but for the noise
+/// of the readings, 0.1 um, and for what a float32 leaves of a position, 0.03 um an axis; each centring is three or four steps of them.
+const CENTRED: f64 = 2.0 * UM;
+
+/// Largest difference of a parameter between the two, in its own one-sigma. Samples that differ by a micrometre differ by a tenth of what
+/// the sigmas rest on, the noise of a centring (paper, section 4: about 10 um); the largest of 31 is twice as far out as one.
+const SAME: f64 = 0.2;
+
+fn in_one_process(bench: &Bench) -> Dataset {
+    let poses = &bench.poses;
+    let streams = Streams { seed: SEED, trial: 0 };
+    let session = Session::begin(&bench.scenario, streams, session_s(&bench.scenario, poses, 0)).unwrap();
+    let record = session.probe(poses, None, &mut ());
+    assert_eq!(record.aborted, None);
+    Dataset { samples: record.samples, ..bench.cell() }
+}
+
+#[test]
+fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
+    let bench = Bench::new();
+    let served = bench.serve(&[]);
+    // The simulated controller has no margin at its joints' limits.
+    bench.write_cell(&served, "", "", "[guards]\njoint_margin_deg = 0.0");
+    let output = bench.measured("wired", &[]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.starts_with("80 of 80 planned probings measured") && said.contains("bytes sent and received"), "{said}");
+    println!("{said}{}", served.interrupt());
+
+    let wired = read_dataset(&bench.path("wired")).unwrap();
+    let plain = in_one_process(&bench);
+    assert_eq!((wired.samples.len(), plain.samples.len()), (80, 80));
+    assert!(wired.samples.iter().all(|s| s.set == SampleSet::Fit && s.q_commanded.is_some()));
+
+    // Where the controller's own model puts the TCP at both samples of a pose.
+    let tcp = |q: &[f64]| calibench::robot::world_from_tool(&plain.robot, &plain.base, &plain.tool, q).translation.vector;
+    let mut apart: Vec<f64> = Vec::new();
+    for sample in &wired.samples {
+        let Some(same) = plain.samples.iter().find(|s| s.id == sample.id) else { continue };
+        apart.push((tcp(&sample.q) - tcp(&same.q)).norm());
+    }
+    assert_eq!(apart.len(), 80, "the same poses failed, and the same reserves stood in for them");
+    apart.sort_by(f64::total_cmp);
+    println!("apart: median {:.2} um, largest {:.2} um", apart[apart.len() / 2] / UM, apart[apart.len() - 1] / UM);
+
+    let model = Model::default_for(&plain);
+    let [over_wires, in_process] = [&wired, &plain].map(|d| identify(&[("d", d)], &model).unwrap());
+    assert_eq!(over_wires.rank, in_process.rank);
+    let differences = over_wires.estimates.iter().zip(&in_process.estimates).map(|(a, b)| {
+        assert_eq!(a.name, b.name);
+        (a.value - b.value).abs() / b.sigma
+    });
+    let largest = differences.fold(0.0, f64::max);
+    println!("largest difference of a parameter: {largest:.3} sigma; rms {:.4} and {:.4} um", over_wires.rms / UM, in_process.rms / UM);
+    assert!(largest < SAME, "{largest} sigma");
+    assert!(apart[apart.len() - 1] < CENTRED, "{:.2} um", apart[apart.len() - 1] / UM);
+}

@@ -1,0 +1,359 @@
+//! An indicator that is asked for its value.
+
+use std::io::ErrorKind;
+use std::time::{Duration, Instant};
+
+use super::{Dialect, DisplayUnit, GaugeReading, GaugeReply, LineReader, Port, PresetManner};
+use crate::cell::{Indicator, IndicatorError};
+use crate::units::{MM, UM};
+
+/// How an indicator is asked, and what its numbers mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IndicatorSettings {
+    /// Its maker's.
+    pub dialect: Dialect,
+    /// It counts down when the plunger is pushed in.
+    pub counts_down: bool,
+    /// Longest wait for an answer. 2.5 s: waking a sleeping instrument by radio takes 2.1 s (Sylvac MEM-PM 292-1538-01).
+    pub timeout: Duration,
+    /// Wait for the echo of a command that sets something; some instruments send none. 0.3 s: two connection intervals of a radio link.
+    pub echo: Duration,
+}
+
+impl IndicatorSettings {
+    /// The usual ones.
+    pub fn new(dialect: Dialect) -> Self {
+        let (timeout, echo) = (Duration::from_millis(2500), Duration::from_millis(300));
+        IndicatorSettings { dialect, counts_down: false, timeout, echo }
+    }
+}
+
+/// Who an indicator is and how it is; `None` where its dialect cannot say.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Identity {
+    /// As `SY289`.
+    pub name: Option<String>,
+    /// Firmware.
+    pub version: Option<String>,
+    /// Whether the battery is low.
+    pub battery_low: Option<bool>,
+    /// As `RES1`.
+    pub resolution: Option<String>,
+}
+
+/// Bytes on a wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Traffic {
+    /// Sent.
+    pub sent: u64,
+    /// Received.
+    pub received: u64,
+}
+
+/// A reading that differs from a preset by more is another, m: far above flicker, far below what a ball displaces.
+const PRESET_TAKEN: f64 = 10.0 * UM;
+
+/// After an answer that was lost or mangled, the line must be quiet so long before the next request.
+const QUIET: Duration = Duration::from_millis(100);
+
+/// Presets are given once more after an answer that was lost or mangled, so often in all.
+const PRESET_TRIES: usize = 3;
+
+/// An indicator of the family that answers ASCII requests, e.g. Sylvac, Mahr, Mitutoyo's converters.
+///
+/// A request has a deadline, so a silent instrument never holds anybody up; an echo is passed over; after anything unexpected the line
+/// is emptied and, where the dialect can, the instrument asked who it is, so that a late answer is not taken for the next one.
+pub struct AsciiIndicator<P> {
+    port: P,
+    settings: IndicatorSettings,
+    lines: LineReader,
+    unit: DisplayUnit,
+    decimals: Option<usize>,
+    name: Option<String>,
+    /// What the driver adds to readings of an instrument that keeps no preset, m.
+    offset: f64,
+    /// Of a command that was not echoed in time, what its echo would be.
+    awaited_echo: Option<String>,
+    is_in_step: bool,
+    traffic: Traffic,
+}
+
+impl<P: Port> AsciiIndicator<P> {
+    /// The indicator at this port, of which nothing is known yet.
+    pub fn new(port: P, settings: IndicatorSettings) -> Self {
+        AsciiIndicator {
+            port,
+            settings,
+            lines: LineReader::default(),
+            unit: DisplayUnit::Millimetre,
+            decimals: None,
+            name: None,
+            offset: 0.0,
+            awaited_echo: None,
+            is_in_step: true,
+            traffic: Traffic::default(),
+        }
+    }
+
+    /// Asks who it is and sets it to millimetres.
+    ///
+    /// # Errors
+    /// When it does not answer, or stays in another unit.
+    pub fn identify(&mut self) -> Result<Identity, IndicatorError> {
+        let Dialect { identity, version, battery, resolution, .. } = self.settings.dialect;
+        let name = self.words(identity)?;
+        self.name.clone_from(&name);
+        self.use_millimetres()?;
+        let battery_low = self.words(battery)?.map(|words| words.eq_ignore_ascii_case("BAT0"));
+        Ok(Identity { name, version: self.words(version)?, battery_low, resolution: self.words(resolution)? })
+    }
+
+    /// Bytes so far.
+    pub fn traffic(&self) -> Traffic {
+        self.traffic
+    }
+
+    /// Digits that it shows after the point, once it was read.
+    pub fn decimals(&self) -> Option<usize> {
+        self.decimals
+    }
+
+    fn use_millimetres(&mut self) -> Result<(), IndicatorError> {
+        let Dialect { unit: Some(query), millimetres: Some(set), .. } = self.settings.dialect else { return Ok(()) };
+        let is_mm =
+            |words: Option<String>| words.is_some_and(|words| DisplayUnit::parse(&words) == Some(DisplayUnit::Millimetre));
+        if is_mm(self.words(Some(query))?) {
+            return Ok(());
+        }
+        self.set(set)?;
+        match self.words(Some(query))? {
+            words if is_mm(words.clone()) => Ok(()),
+            words => {
+                let shown = words.unwrap_or_default();
+                Err(IndicatorError::Fault { detail: format!("it shows {shown} and cannot be set to millimetres") })
+            }
+        }
+    }
+
+    /// What the instrument says to a query that it has; `None` for one that it has not.
+    fn words(&mut self, query: Option<&str>) -> Result<Option<String>, IndicatorError> {
+        let Some(query) = query else { return Ok(None) };
+        match self.ask(query)? {
+            GaugeReply::Words(words) => Ok(Some(words)),
+            // An older instrument of the family that does not know the question.
+            GaugeReply::Fault(1) => Ok(None),
+            reply => Err(self.refuse(&reply)),
+        }
+    }
+
+    /// Value shown, in m and counted inwards, before the driver's own preset.
+    fn shown(&mut self) -> Result<f64, IndicatorError> {
+        match self.ask(self.settings.dialect.read)? {
+            GaugeReply::Reading(reading) if self.decimals.is_none_or(|decimals| decimals == reading.decimals) => {
+                self.decimals = Some(reading.decimals);
+                Ok(self.inwards() * reading.value * reading.unit.unwrap_or(self.unit).metres())
+            }
+            reply => Err(self.refuse(&reply)),
+        }
+    }
+
+    fn inwards(&self) -> f64 {
+        if self.settings.counts_down { -1.0 } else { 1.0 }
+    }
+
+    /// The instrument's own preset set to `value` m, verified.
+    fn preset_instrument(&mut self, value: f64, (store, query, recall): (&str, &str, &[&str])) -> Result<(), IndicatorError> {
+        let decimals = self.decimals.unwrap_or(3);
+        let number = self.inwards() * value / MM;
+        self.set(&format!("{store} {number:+.decimals$}"))?;
+        let kept = match self.ask(query)? {
+            GaugeReply::Reading(GaugeReading { value: kept, .. }) => kept,
+            reply => return Err(self.refuse(&reply)),
+        };
+        // Half of its last digit, and rounding.
+        if (kept - number).abs() > 0.6 * 10_f64.powi(-(decimals as i32)) {
+            return Err(IndicatorError::Fault {
+                detail: format!("it stores {kept} mm where {number:+.decimals$} mm was sent"),
+            });
+        }
+        for command in recall {
+            let known = self.set(command)?;
+            if known && (self.shown()? - value).abs() < PRESET_TAKEN {
+                return Ok(());
+            }
+        }
+        Err(IndicatorError::Fault { detail: "it stores a preset and does not take it".into() })
+    }
+
+    /// Sends a command that sets something and waits a little for its echo; whether the instrument knows it.
+    fn set(&mut self, command: &str) -> Result<bool, IndicatorError> {
+        self.send(command)?;
+        self.awaited_echo = None;
+        match self.receive(Instant::now() + self.settings.echo)? {
+            None => {
+                self.awaited_echo = Some(bare(command.as_bytes()));
+                Ok(true)
+            }
+            Some(line) => match self.with_parity_seen(&line) {
+                GaugeReply::Fault(1) => Ok(false),
+                GaugeReply::Words(_) | GaugeReply::Reading(_) => Ok(true),
+                reply => Err(self.refuse(&reply)),
+            },
+        }
+    }
+
+    fn ask(&mut self, query: &str) -> Result<GaugeReply, IndicatorError> {
+        self.send(query)?;
+        let mut deadline = Instant::now() + self.settings.timeout;
+        let mut perhaps_echo = None;
+        while let Some(line) = self.receive(deadline)? {
+            let said = bare(&line);
+            if said == bare(query.as_bytes()) {
+                continue;
+            }
+            // Either the echo of a command, come late, or an answer that is the same word: `MM` sets the unit and names it.
+            if self.awaited_echo.take().is_some_and(|echo| echo == said) {
+                deadline = deadline.min(Instant::now() + self.settings.echo);
+                perhaps_echo = Some(line);
+                continue;
+            }
+            return Ok(self.with_parity_seen(&line));
+        }
+        if let Some(line) = perhaps_echo {
+            return Ok(self.with_parity_seen(&line));
+        }
+        self.is_in_step = false;
+        Err(IndicatorError::Silent)
+    }
+
+    /// The reply; of noise that a parity bit explains, words that say so.
+    fn with_parity_seen(&self, line: &[u8]) -> GaugeReply {
+        let reply = GaugeReply::parse(line);
+        let seven: Vec<u8> = line.iter().map(|byte| byte & 0x7f).collect();
+        let seven = seven.trim_ascii_end();
+        let is_even = line.iter().all(|byte| byte.count_ones() % 2 == 0);
+        if reply == GaugeReply::Noise && is_even && GaugeReply::parse(seven) != GaugeReply::Noise {
+            let words = String::from_utf8_lossy(seven).into_owned();
+            return GaugeReply::Words(format!("{words}, with a parity bit: the line is 7E, not 8N"));
+        }
+        reply
+    }
+
+    fn refuse(&mut self, reply: &GaugeReply) -> IndicatorError {
+        match reply {
+            GaugeReply::Fault(3) => IndicatorError::OverRange,
+            // The request was mangled on its way; the next one may not be.
+            GaugeReply::Fault(2) => IndicatorError::Garbled { frame: "ERR2".into() },
+            GaugeReply::Fault(0) => IndicatorError::Fault { detail: "ERR0, of its sensor".into() },
+            GaugeReply::Fault(1) => IndicatorError::Fault { detail: "ERR1, it does not know the command".into() },
+            GaugeReply::Fault(digit) => IndicatorError::Fault { detail: format!("ERR{digit}") },
+            reply => {
+                self.is_in_step = false;
+                let frame = match reply {
+                    GaugeReply::Words(words) => words.clone(),
+                    GaugeReply::Reading(reading) => format!("{} with {} decimals", reading.value, reading.decimals),
+                    _ => "bytes that no indicator sends".into(),
+                };
+                IndicatorError::Garbled { frame }
+            }
+        }
+    }
+
+    fn send(&mut self, command: &str) -> Result<(), IndicatorError> {
+        if !self.is_in_step {
+            self.fall_into_step()?;
+        }
+        self.lines.clear();
+        self.port.discard_input().map_err(gone)?;
+        self.transmit(command)
+    }
+
+    fn transmit(&mut self, command: &str) -> Result<(), IndicatorError> {
+        // In one piece: radio links send each piece as a packet of its own.
+        let request = format!("{command}\r");
+        self.port.write_all(request.as_bytes()).and_then(|()| self.port.flush()).map_err(gone)?;
+        self.traffic.sent += request.len() as u64;
+        Ok(())
+    }
+
+    /// Waits until nothing more comes, then asks for the identity: what comes before that answer belongs to earlier requests.
+    fn fall_into_step(&mut self) -> Result<(), IndicatorError> {
+        let deadline = Instant::now() + self.settings.timeout;
+        let mut quiet = Instant::now() + QUIET;
+        while Instant::now() < quiet.min(deadline) {
+            if self.take_in()? > 0 {
+                quiet = Instant::now() + QUIET;
+            }
+        }
+        self.lines.clear();
+        if let (Some(query), Some(name)) = (self.settings.dialect.identity, self.name.clone()) {
+            self.transmit(query)?;
+            loop {
+                match self.receive(deadline)? {
+                    Some(line) if line == name.as_bytes() => break,
+                    Some(_) => {}
+                    None => return Err(IndicatorError::Silent),
+                }
+            }
+        }
+        self.is_in_step = true;
+        Ok(())
+    }
+
+    /// The next line that comes before the deadline.
+    fn receive(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, IndicatorError> {
+        loop {
+            if let Some(line) = self.lines.line() {
+                return Ok(Some(line));
+            }
+            if Instant::now() >= deadline {
+                return Ok(None);
+            }
+            self.take_in()?;
+        }
+    }
+
+    /// Reads what is there, or waits a little; how much came.
+    fn take_in(&mut self) -> Result<usize, IndicatorError> {
+        let mut bytes = [0; 64];
+        match self.port.read(&mut bytes) {
+            Ok(0) => Err(gone(ErrorKind::UnexpectedEof.into())),
+            Ok(count) => {
+                self.traffic.received += count as u64;
+                self.lines.push(&bytes[..count]);
+                Ok(count)
+            }
+            Err(e) if matches!(e.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(0),
+            Err(e) => Err(gone(e)),
+        }
+    }
+}
+
+impl<P: Port> Indicator for AsciiIndicator<P> {
+    fn read(&mut self) -> Result<f64, IndicatorError> {
+        Ok(self.shown()? + self.offset)
+    }
+
+    fn preset(&mut self, value: f64) -> Result<(), IndicatorError> {
+        let mut tries = 1;
+        loop {
+            let done = match self.settings.dialect.preset {
+                PresetManner::Instrument { store, query, recall } => self.preset_instrument(value, (store, query, recall)),
+                PresetManner::Driver => self.shown().map(|shown| self.offset = value - shown),
+            };
+            match done {
+                Err(IndicatorError::Silent | IndicatorError::Garbled { .. }) if tries < PRESET_TRIES => tries += 1,
+                done => return done,
+            }
+        }
+    }
+}
+
+/// Instruments do not tell cases apart and pass over blanks.
+fn bare(line: &[u8]) -> String {
+    line.iter().filter(|byte| **byte != b' ').map(|byte| char::from(byte.to_ascii_uppercase())).collect()
+}
+
+fn gone(error: std::io::Error) -> IndicatorError {
+    IndicatorError::Fault { detail: format!("its port is gone: {error}") }
+}

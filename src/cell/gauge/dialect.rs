@@ -1,0 +1,141 @@
+//! How the makers' dialects of the request protocol differ.
+
+/// Parity bit of a serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parity {
+    /// None.
+    None,
+    /// Even.
+    Even,
+    /// Odd.
+    Odd,
+}
+
+/// Settings of a serial line; a virtual one ignores them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LineSettings {
+    /// Bits a second.
+    pub baud: u32,
+    /// 7 or 8.
+    pub data_bits: u8,
+    /// The parity bit.
+    pub parity: Parity,
+    /// 1 or 2.
+    pub stop_bits: u8,
+}
+
+impl LineSettings {
+    /// Sylvac's and Mahr's cables: 4800 baud, 7 data bits, even parity, 2 stop bits (Käfer OPTO-RS manual).
+    pub const OPTO_RS: LineSettings = LineSettings { baud: 4800, data_bits: 7, parity: Parity::Even, stop_bits: 2 };
+    /// Virtual ports, and Mitutoyo's converters: 9600 baud, 8 data bits, no parity, 1 stop bit.
+    pub const VIRTUAL: LineSettings = LineSettings { baud: 9600, data_bits: 8, parity: Parity::None, stop_bits: 1 };
+
+    /// As written, e.g. `4800 7E2`; `None` for what is not written so.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (baud, frame) = text.trim().split_once(' ')?;
+        let baud = baud.parse().ok().filter(|baud| (300..=4_000_000).contains(baud))?;
+        let &[data, parity, stop] = frame.trim().as_bytes() else { return None };
+        let parity = match parity.to_ascii_uppercase() {
+            b'N' => Parity::None,
+            b'E' => Parity::Even,
+            b'O' => Parity::Odd,
+            _ => return None,
+        };
+        let fits = matches!(data, b'7' | b'8') && matches!(stop, b'1' | b'2');
+        fits.then_some(LineSettings { baud, data_bits: data - b'0', parity, stop_bits: stop - b'0' })
+    }
+}
+
+/// How an indicator is made to show a given value where its plunger stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PresetManner {
+    /// The instrument keeps a preset: `PRE +6.350` stores one, `PRE?` tells it, and the first of `recall` that works sets the display.
+    Instrument {
+        /// Before the value.
+        store: &'static str,
+        /// Asks for it.
+        query: &'static str,
+        /// Older and newer instruments differ.
+        recall: &'static [&'static str],
+    },
+    /// The instrument keeps none; its driver remembers the difference.
+    Driver,
+}
+
+/// A dialect: commands without their end, which is CR in all of them; `None` for what a dialect has not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dialect {
+    /// As in files.
+    pub name: &'static str,
+    /// Of a cable.
+    pub line: LineSettings,
+    /// Asks for the value.
+    pub read: &'static str,
+    /// Asks who it is.
+    pub identity: Option<&'static str>,
+    /// Asks for its firmware.
+    pub version: Option<&'static str>,
+    /// Asks for the unit.
+    pub unit: Option<&'static str>,
+    /// Sets the unit to millimetres.
+    pub millimetres: Option<&'static str>,
+    /// Asks for the battery: `BAT1` is good, `BAT0` low.
+    pub battery: Option<&'static str>,
+    /// Asks for the resolution: `RES1`, `RES2`, `RES3`.
+    pub resolution: Option<&'static str>,
+    /// How it is mastered.
+    pub preset: PresetManner,
+}
+
+impl Dialect {
+    /// Sylvac and what is built by Sylvac (Teclock, Käfer, Bowers, Hexagon TESA).
+    pub const SYLVAC: Dialect = Dialect {
+        name: "sylvac",
+        line: LineSettings::OPTO_RS,
+        read: "?",
+        identity: Some("ID?"),
+        version: Some("VER?"),
+        unit: Some("UNI?"),
+        millimetres: Some("MM"),
+        battery: Some("BAT?"),
+        resolution: Some("RES?"),
+        // Recalling by `PRE` is the older manner, by `PRE ON` the newer (S_Mike PRO manual, Teclock SSH manual).
+        preset: PresetManner::Instrument { store: "PRE", query: "PRE?", recall: &["PRE", "PRE ON"] },
+    };
+
+    /// Mahr Millimar C1208, C1216, C1240 by OPTO-RS: the unit stands after the value, lines end with CR LF.
+    pub const MAHR: Dialect = Dialect {
+        name: "mahr",
+        millimetres: Some("mm"),
+        battery: None,
+        resolution: None,
+        preset: PresetManner::Driver,
+        ..Dialect::SYLVAC
+    };
+
+    /// Mahr Millimar C1202: as the others at 9600 baud, the channel before the value.
+    pub const MAHR_C1202: Dialect =
+        Dialect { name: "mahr-c1202", line: LineSettings { baud: 9600, ..LineSettings::OPTO_RS }, ..Dialect::MAHR };
+
+    /// Mitutoyo's Digimatic converters: `1` asks channel 1, the answer is `01A+0000.123`. Others ask otherwise.
+    pub const MITUTOYO: Dialect = Dialect {
+        name: "mitutoyo",
+        line: LineSettings::VIRTUAL,
+        read: "1",
+        identity: None,
+        version: None,
+        unit: None,
+        millimetres: None,
+        battery: None,
+        resolution: None,
+        preset: PresetManner::Driver,
+    };
+
+    /// All of them.
+    pub const ALL: [Dialect; 4] = [Dialect::SYLVAC, Dialect::MAHR, Dialect::MAHR_C1202, Dialect::MITUTOYO];
+
+    /// By its name.
+    pub fn named(name: &str) -> Option<Dialect> {
+        Dialect::ALL.into_iter().find(|dialect| dialect.name == name)
+    }
+}

@@ -1,0 +1,143 @@
+//! What a robot may be told at all, whatever the plan or the indicators say.
+
+use std::sync::Arc;
+
+use nalgebra::{Translation3, Vector3};
+use thiserror::Error;
+
+use super::ManipulatorError;
+use crate::robot::{FramePose, RelToolError, Robot, rel_tool, world_from_tool};
+use crate::units::{DEG, MM};
+
+/// Limits of every motion, by the nominal model.
+#[derive(Debug, Clone)]
+pub struct Guards {
+    /// The arm.
+    pub robot: Arc<Robot>,
+    /// Its base in the world.
+    pub base: FramePose,
+    /// Its TCP frame in the last frame.
+    pub tool: FramePose,
+    /// How far every joint stays from its limits, rad.
+    pub joint_margin: f64,
+    /// Longest step along one axis of the tool, m.
+    pub max_step: f64,
+    /// The box that the TCP does not leave, world, m: lower and upper corner.
+    pub workspace: Option<[Vector3<f64>; 2]>,
+}
+
+/// Why a motion is not even tried.
+#[derive(Debug, Error, Clone, Copy, PartialEq)]
+pub enum Forbidden {
+    /// Not as many joints as the arm has.
+    #[error("a target of {given} joints is not for an arm of {joints}")]
+    WrongArm {
+        /// Given.
+        given: usize,
+        /// The arm's.
+        joints: usize,
+    },
+    /// A joint would come too near to its limit.
+    #[error("joint {joint} would come within {:.1} degrees of its limit", margin / DEG)]
+    JointLimit {
+        /// Counted from 1.
+        joint: usize,
+        /// The margin, rad.
+        margin: f64,
+    },
+    /// The TCP would leave its box.
+    #[error("the TCP would leave the workspace, at ({:.0}, {:.0}, {:.0}) mm", at.x / MM, at.y / MM, at.z / MM)]
+    OutsideWorkspace {
+        /// Where, world, m.
+        at: Vector3<f64>,
+    },
+    /// A step along the tool is too long.
+    #[error("a step of {:.3} mm is longer than {:.3} mm", step / MM, max / MM)]
+    StepTooLong {
+        /// Its largest component, m.
+        step: f64,
+        /// The limit, m.
+        max: f64,
+    },
+    /// No joints reach the end of the step.
+    #[error("no joint angles reach the end of the step")]
+    Unreachable,
+}
+
+impl From<Forbidden> for ManipulatorError {
+    fn from(forbidden: Forbidden) -> Self {
+        match forbidden {
+            Forbidden::JointLimit { joint, .. } => ManipulatorError::JointLimit { joint },
+            Forbidden::Unreachable => ManipulatorError::Unreachable,
+            other => ManipulatorError::Refused { reason: format!("not sent: {other}") },
+        }
+    }
+}
+
+/// Where the way of a joint motion is looked at: a way of a metre every 50 mm.
+const LOOKS: usize = 20;
+
+impl Guards {
+    /// TCP of the nominal arm, world, m.
+    pub fn tcp(&self, q: &[f64]) -> Vector3<f64> {
+        world_from_tool(&self.robot, &self.base, &self.tool, q).translation.vector
+    }
+
+    /// Whether the joints may move from `from` to `target` (rad), each at its constant pace, as in a synchronous PTP.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn joint_motion(&self, from: &[f64], target: &[f64]) -> Result<(), Forbidden> {
+        let joints = self.robot.joints();
+        if let Some(given) = [from.len(), target.len()].into_iter().find(|&given| given != joints) {
+            return Err(Forbidden::WrongArm { given, joints });
+        }
+        self.joints(target)?;
+        // The arm may stand outside where it was left: then it may come in, and is not held against it on the way.
+        let began_inside = self.inside(&self.tcp(from));
+        for k in 1..=LOOKS {
+            let share = k as f64 / LOOKS as f64;
+            let q: Vec<f64> = from.iter().zip(target).map(|(a, b)| a + share * (b - a)).collect();
+            let at = self.tcp(&q);
+            if (began_inside || k == LOOKS) && !self.inside(&at) {
+                return Err(Forbidden::OutsideWorkspace { at });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the TCP may move by `offset` (m, tool axes) from joints `from` (rad).
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn step(&self, from: &[f64], offset: &Vector3<f64>) -> Result<(), Forbidden> {
+        let step = offset.amax();
+        // A clamped step is as long as the limit, to rounding; not a number is longer.
+        if !step.is_finite() || step > self.max_step * (1.0 + 1e-9) {
+            return Err(Forbidden::StepTooLong { step, max: self.max_step });
+        }
+        if from.len() != self.robot.joints() {
+            return Err(Forbidden::WrongArm { given: from.len(), joints: self.robot.joints() });
+        }
+        let end = world_from_tool(&self.robot, &self.base, &self.tool, from) * Translation3::from(*offset);
+        if !self.inside(&end.translation.vector) {
+            return Err(Forbidden::OutsideWorkspace { at: end.translation.vector });
+        }
+        let moved = rel_tool(&self.robot, &self.base, &self.tool, from, offset).map_err(|error| match error {
+            RelToolError::JointLimit { joint } => Forbidden::JointLimit { joint, margin: 0.0 },
+            RelToolError::Singular => Forbidden::Unreachable,
+        })?;
+        self.joints(&moved)
+    }
+
+    fn joints(&self, q: &[f64]) -> Result<(), Forbidden> {
+        match self.robot.outside_limits(q, -self.joint_margin) {
+            Some(joint) => Err(Forbidden::JointLimit { joint: joint + 1, margin: self.joint_margin }),
+            None => Ok(()),
+        }
+    }
+
+    fn inside(&self, at: &Vector3<f64>) -> bool {
+        self.workspace.is_none_or(|[low, high]| (0..3).all(|k| (low[k]..=high[k]).contains(&at[k])))
+    }
+}

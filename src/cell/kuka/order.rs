@@ -1,0 +1,67 @@
+//! What the program on the controller is told to do.
+
+use super::{KukaSettings, e6axis, krl_frame};
+use crate::robot::FramePose;
+use crate::units::{DEG, MM};
+
+/// An order; its target is absolute, so that one which is given twice is done once.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Order {
+    /// PTP to these joints, rad.
+    Joints(Vec<f64>),
+    /// LIN of the tool to this frame in the base.
+    Line(FramePose),
+    /// This tool in the flange from now on.
+    Tool(FramePose),
+    /// This base from now on.
+    Base(FramePose),
+}
+
+/// A motion has ended where it should within this, m and rad: more than a servo leaves, less than any step that matters twice.
+const THERE: (f64, f64) = (0.005 * MM, 0.001 * DEG);
+
+impl Order {
+    /// Its action number, the variable that holds its target, and the target.
+    pub fn words<'a>(&self, settings: &'a KukaSettings) -> (i64, &'a str, String) {
+        let (actions, variables) = (&settings.actions, &settings.variables);
+        match self {
+            Order::Joints(q) => (actions.joints, &variables.joint_target, e6axis(q).to_string()),
+            Order::Line(frame) => (actions.line, &variables.line_target, members(frame)),
+            Order::Tool(frame) => (actions.tool, &variables.frame, members(frame)),
+            Order::Base(frame) => (actions.base, &variables.frame, members(frame)),
+        }
+    }
+
+    /// Whether joints (rad) or frame show that it was carried out.
+    pub fn is_done_at(&self, joints: &[f64], position: &FramePose) -> bool {
+        match self {
+            Order::Joints(target) => {
+                joints.len() == target.len() && joints.iter().zip(target).all(|(q, target)| (q - target).abs() < THERE.1)
+            }
+            Order::Line(target) => {
+                let (distance, angle) = apart(target, position);
+                distance < THERE.0 && angle < THERE.1
+            }
+            // To set a frame again changes nothing.
+            Order::Tool(_) | Order::Base(_) => false,
+        }
+    }
+
+    /// Whether the arm moves.
+    pub fn is_motion(&self) -> bool {
+        matches!(self, Order::Joints(_) | Order::Line(_))
+    }
+}
+
+/// Distance (m) and angle (rad) between two frames.
+pub(super) fn apart(a: &FramePose, b: &FramePose) -> (f64, f64) {
+    let between = a.pose().inverse() * b.pose();
+    (between.translation.vector.norm(), between.rotation.angle())
+}
+
+/// The six numbers without the type, which is FRAME here and E6POS there: members that are not named keep their values.
+fn members(frame: &FramePose) -> String {
+    let mut structure = krl_frame(frame);
+    structure.kind = None;
+    structure.to_string()
+}
