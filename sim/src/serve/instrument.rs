@@ -351,7 +351,7 @@ mod tests {
                 ("PRE x", "ERR1\r"),
                 ("PRE NaN", "ERR1\r"),
                 ("PRE 199.999", "PRE199.999\r"),
-                ("TOL 1", "ERR1\r"),
+                ("TOL 2", "ERR1\r"),
                 ("PRE", "PRE\r"),
                 ("UNI0", "UNI0\r"),
                 ("IN", "ERR1\r"),
