@@ -103,7 +103,7 @@ fn each_mistake_is_one_error_with_its_place_and_remedy() {
         ("[robot]\n", "[robot]\npatience.answer_s = 0\n", Some(4), "robot.patience.answer_s", "positive"),
         ("[robot]\n", "[robot]\npatience.motion_s = 1e9\n", Some(4), "robot.patience.motion_s", "less than a day"),
         ("axis = \"z\"", "axis = \"x\"", Some(9), "indicator[1].axis", "each of x, y, z"),
-        ("axis = \"z\"", "axis = \"w\"", Some(6), "indicator[0].axis", "known here"),
+        ("axis = \"z\"", "axis = \"w\"", Some(6), "indicator[0].axis", "did you mean"),
         ("port = \"/dev/ttyUSB2\"\n", "", Some(5), "indicator[0]", "either `port`"),
         ("port = \"/dev/ttyUSB2\"\n", "port = \"a\"\naddress = \"b:1\"\n", Some(5), "indicator[0]", "either `port`"),
         ("localhost:5002", "localhost", Some(13), "indicator[2].address", "HOST:PORT"),

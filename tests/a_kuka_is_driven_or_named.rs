@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use calibench::cell::kuka::{
-    Call, FrameReader, KukaRobot, KukaSettings, LinkError, Patience, Response, RobotProgram, Structure, Value, Variables,
-    e6axis, frame_of, krl_frame,
+    Actions, Call, FrameReader, KukaRobot, KukaSettings, LinkError, PROGRAM_NAME, Patience, Response, RobotProgram, Structure,
+    Value, Variables, Verdict, e6axis, frame_of, krl_frame, program_files,
 };
 use calibench::cell::{Manipulator, ManipulatorError, StopRequest};
 use calibench::robot::FramePose;
@@ -463,6 +463,35 @@ fn a_slow_robot_is_waited_for() {
     controller.lock().unwrap().takes = Duration::from_millis(1200);
     robot.move_joints(&target()).unwrap();
     assert!(is_at(&mut robot, &target()));
+}
+
+/// The driver, the program that is handed out, and the guide speak of the same variables and numbers.
+#[test]
+fn the_program_handed_out_is_the_one_the_driver_speaks_to() {
+    let files = program_files();
+    let (source, globals) = (&files[0].1, &files[2].1);
+    let guide = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/cell.md")).unwrap();
+    let variables = Variables::default();
+    for (key, name) in variables.needed(RobotProgram::Calibench).filter(|(_, name)| name.starts_with("COM_")) {
+        for (what, text) in [("program", source), ("globals", globals), ("guide", &guide)] {
+            assert!(text.contains(name), "{key}: the {what} knows no {name}");
+        }
+    }
+    let Actions { joints, line, tool, base } = Actions::default();
+    for (number, does) in [(joints, "GOAL = COM_E6AXIS"), (line, "LIN COM_E6POS"), (tool, "$TOOL = "), (base, "$BASE = COM_")] {
+        let case = source.split(&format!("CASE {number}\r\n")).nth(1).unwrap_or_default();
+        assert!(case.split("CASE").next().unwrap().contains(does), "{number}: {does}");
+        assert!(guide.contains(&format!("{number} ")), "the guide does not tell of action {number}");
+    }
+    for result in [Verdict::UnknownAction, Verdict::Cancelled, Verdict::Done] {
+        assert!(source.contains(&format!("COM_RESULT = {}\r\n", result.number())), "{result:?}");
+        assert_eq!(Verdict::of(result.number()), result);
+    }
+    assert!(source.contains("COM_RESULT = 10 + JOINT") && Verdict::of(14) == Verdict::JointLimit(4));
+    for (name, text) in &files {
+        assert!(text.is_ascii() && text.lines().count() == text.matches("\r\n").count(), "{name}");
+    }
+    assert!(source.contains(&format!("DEF {PROGRAM_NAME} ( )")));
 }
 
 #[test]

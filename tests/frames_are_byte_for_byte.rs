@@ -1,14 +1,16 @@
 //! What the drivers put on the wire, and what they take from it, is what the instruments' manuals and the servers' sources say.
 
 use calibench::cell::gauge::{
-    Dialect, DigimaticError, DigimaticWord, DisplayUnit, GaugeReading, GaugeReply, LineReader, LineSettings, Parity,
-    ReadingFormat, Tolerance,
+    Dialect, DigimaticError, DigimaticWord, DisplayUnit, GaugeReading, GaugeReply, LONGEST_LINE, LineReader, LineSettings,
+    Parity, ReadingFormat, Tolerance,
 };
 use calibench::cell::kuka::{
     Call, FrameError, FrameReader, LONGEST_FRAME, Request, Response, Value, e6axis, frame_of, joints_of, krl_frame,
 };
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 fn bytes(hex: &str) -> Vec<u8> {
     hex.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("two hexadecimal digits")).collect()
@@ -283,4 +285,76 @@ fn line_settings_are_written_as_on_the_instruments() {
         assert_eq!(LineSettings::parse(text), None, "{text}");
     }
     assert_eq!(Dialect::named("sylvac"), Some(Dialect::SYLVAC));
+}
+
+/// Inputs of each kind that are thrown at the parsers; a second or two.
+const MANGLED: usize = 100_000;
+
+#[test]
+fn whatever_comes_over_a_wire_is_survived() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut seeds: Vec<Vec<u8>> = kuka_examples().iter().flat_map(|(_, a, _, b)| [bytes(a), bytes(b)]).collect();
+    let texts = [
+        "{E6POS: X 284.994965, Y -694.39, S 'B010', T 10}",
+        "{FDAT: P[] \" , }\", CM {X 1.0}}",
+        "01A+0000.123",
+        "-1,5<mm",
+        "ERR3\r",
+    ];
+    seeds.extend(texts.map(|text| text.as_bytes().to_vec()));
+    let (mut requests, mut responses, mut lines) = (FrameReader::default(), FrameReader::default(), LineReader::default());
+    let mut understood = 0;
+    for k in 0..MANGLED {
+        // A wrong length swallows what follows; a new connection begins with a frame.
+        if k % 4 == 0 {
+            (requests, responses) = (FrameReader::default(), FrameReader::default());
+        }
+        let mut input = seeds[rng.random_range(0..seeds.len())].clone();
+        for _ in 0..rng.random_range(0..4) {
+            let at = rng.random_range(0..input.len());
+            match rng.random_range(0..4) {
+                0 => input[at] = rng.random(),
+                1 => input.insert(at, rng.random()),
+                2 => input.truncate(at + 1),
+                _ => input.extend_from_within(at..),
+            }
+        }
+        requests.push(&input);
+        responses.push(&input);
+        lines.push(&input);
+        // A reader takes a frame or an error at a time, and is done when it has neither or is lost.
+        while let Some(taken) = requests.request().transpose() {
+            match taken {
+                Ok(request) => {
+                    understood += 1;
+                    assert!(request.encode().is_ok());
+                }
+                Err(FrameError::TooLong { .. }) => break,
+                Err(FrameError::Malformed { .. }) => {}
+            }
+        }
+        while let Some(taken) = responses.response().transpose() {
+            match taken {
+                Ok(response) => assert!(response.encode().is_ok()),
+                Err(FrameError::TooLong { .. }) => break,
+                Err(FrameError::Malformed { .. }) => {}
+            }
+        }
+        while let Some(line) = lines.line() {
+            assert!(line.len() <= LONGEST_LINE);
+            let _ = GaugeReply::parse(&line);
+        }
+        let text = String::from_utf8_lossy(&input);
+        if let Ok(value) = Value::parse(&text) {
+            let shown = value.to_string();
+            let again = Value::parse(&shown).unwrap_or_else(|e| panic!("{text} is shown as {shown}: {e}"));
+            assert_eq!(again.to_string(), shown, "{text}");
+        }
+        let word = DigimaticWord::from_bits(rng.random());
+        assert_eq!(DigimaticWord::from_bits(word.bits()), word);
+        if let Ok(reading) = word.decode() {
+            assert!(reading.value.abs() < 1e6);
+        }
+    }
+    assert!(understood > MANGLED / 10, "the seeds are still recognised: {understood}");
 }
