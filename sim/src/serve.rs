@@ -8,6 +8,7 @@ mod fault;
 mod floor;
 mod instrument;
 mod line;
+mod manner;
 mod program;
 #[cfg(unix)]
 mod pty;
@@ -27,7 +28,7 @@ use tokio::sync::mpsc::unbounded_channel;
 use tokio::task::{LocalSet, spawn_local};
 
 pub use fault::{Fault, Injection, InjectionError, When};
-pub use instrument::{Maker, Manner};
+pub use manner::{Maker, Manner};
 pub use program::Loop;
 pub use robot::{RobotManner, VariableServer};
 

@@ -7,9 +7,9 @@ mod served;
 
 use calibench::identify::{Model, identify};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
+use calibench::units::UM;
 use calibench_sim::random::Streams;
 use calibench_sim::session::{Session, session_s};
-use calibench::units::UM;
 use served::{Bench, SEED};
 
 /// How far the TCP of a sample may be from that of the same pose measured in one process, m. Motions and draws are the same but for the noise
@@ -65,7 +65,11 @@ fn eighty_probings_over_the_wires_identify_what_eighty_in_one_process_do() {
         (a.value - b.value).abs() / b.sigma
     });
     let largest = differences.fold(0.0, f64::max);
-    println!("largest difference of a parameter: {largest:.3} sigma; rms {:.4} and {:.4} um", over_wires.rms / UM, in_process.rms / UM);
+    println!(
+        "largest difference of a parameter: {largest:.3} sigma; rms {:.4} and {:.4} um",
+        over_wires.rms / UM,
+        in_process.rms / UM
+    );
     assert!(largest < SAME, "{largest} sigma");
     assert!(apart[apart.len() - 1] < CENTRED, "{:.2} um", apart[apart.len() - 1] / UM);
 }

@@ -6,36 +6,7 @@ use calibench::cell::gauge::{DisplayUnit, ReadingFormat};
 use calibench::cell::{Indicator, IndicatorError};
 use calibench::units::{MM, UM};
 
-/// Whose manner of answering.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
-pub enum Maker {
-    /// `+006.3500` CR, and the whole set of commands.
-    #[default]
-    Sylvac,
-    /// The unit after the value, CR LF.
-    Mahr,
-    /// Mitutoyo's converter: `01A+0006.350` CR at each `1`; nothing else can be asked or set.
-    Digimatic,
-}
-
-/// How the instruments answer, beyond what they measure.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Manner {
-    /// Whose.
-    pub maker: Maker,
-    /// Commands that set something are answered with nothing, not with an echo.
-    pub no_echo: bool,
-    /// Numbers have a comma.
-    pub comma: bool,
-    /// Lines end with CR LF.
-    pub crlf: bool,
-    /// The tolerance mode is on from the beginning, and a verdict follows each value.
-    pub tolerance: bool,
-    /// Digits after the point in millimetres, where they are not those of 0.1 um.
-    pub decimals: Option<u8>,
-    /// A preset is recalled by `PRE ON` only, as on newer instruments, and `PRE` alone is not known.
-    pub preset_on: bool,
-}
+use super::manner::{Maker, Manner};
 
 /// Largest value that can be shown or preset, m: three digits before the point, the first of them a one.
 const LARGEST_PRESET: f64 = 199.999 * MM;
@@ -85,12 +56,12 @@ impl Instrument {
             number: number.into(),
             unit: DisplayUnit::Millimetre,
             unit_is_locked: false,
-            decimals: manner.decimals.unwrap_or(if manner.maker == Maker::Digimatic { 3 } else { 4 }),
+            decimals: manner.decimals(),
             preset: 0.0,
             preset_is_on: false,
             counts_backwards: false,
             switches,
-            limits: [1.0 * MM, -1.0 * MM],
+            limits: [MM, -MM],
             shows: Shows::Present,
             largest: f64::NEG_INFINITY,
             smallest: f64::INFINITY,
@@ -270,21 +241,8 @@ impl Instrument {
         }
     }
 
-    /// How it writes values: an inch has two decimals more than a millimetre, and none of the three digits before the point is needed.
-    fn format(&self, after: &'static str) -> ReadingFormat {
-        let inch = self.unit == DisplayUnit::Inch;
-        let decimals = usize::from(self.decimals) + if inch { 2 } else { 0 };
-        let whole = match self.manner.maker {
-            Maker::Digimatic => 4,
-            _ if inch => 1,
-            _ => 3,
-        };
-        let (before, after) = match self.manner.maker {
-            Maker::Sylvac => ("", after),
-            Maker::Mahr => ("", if inch { "in" } else { "mm" }),
-            Maker::Digimatic => ("01A", ""),
-        };
-        ReadingFormat { whole, decimals, comma: self.manner.comma, before, after, end: self.end() }
+    fn format(&self, verdict: &'static str) -> ReadingFormat {
+        self.manner.format(self.unit, self.decimals, verdict)
     }
 
     fn number_text(&self, length: f64) -> String {
@@ -293,11 +251,7 @@ impl Instrument {
     }
 
     fn line(&self, text: &str) -> Vec<u8> {
-        [text.as_bytes(), self.end().as_bytes()].concat()
-    }
-
-    fn end(&self) -> &'static str {
-        if self.manner.crlf || self.manner.maker == Maker::Mahr { "\r\n" } else { "\r" }
+        [text.as_bytes(), self.manner.end().as_bytes()].concat()
     }
 }
 
@@ -397,7 +351,7 @@ mod tests {
                 ("PRE x", "ERR1\r"),
                 ("PRE NaN", "ERR1\r"),
                 ("PRE 199.999", "PRE199.999\r"),
-                ("TOL 1", "ERR1\r"),
+                ("TOL 2", "ERR1\r"),
                 ("PRE", "PRE\r"),
                 ("UNI0", "UNI0\r"),
                 ("IN", "ERR1\r"),

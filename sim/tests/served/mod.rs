@@ -98,7 +98,9 @@ impl Bench {
         );
         for (axis, place) in ["x", "y", "z"].iter().zip(&served.indicators) {
             let key = if place.starts_with('/') { "port" } else { "address" };
-            text += &format!("[[indicator]]\naxis = \"{axis}\"\n{key} = \"{place}\"\nline = \"9600 8N1\"\ntimeout_s = 0.5\n{indicator}\n");
+            text += &format!(
+                "[[indicator]]\naxis = \"{axis}\"\n{key} = \"{place}\"\nline = \"9600 8N1\"\ntimeout_s = 0.5\n{indicator}\n"
+            );
         }
         let path = self.path("cell.toml");
         std::fs::write(&path, text).unwrap();
