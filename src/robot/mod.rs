@@ -2,9 +2,11 @@
 
 mod builtin;
 mod dexterity;
+mod frame;
 mod inverse;
 mod kinematics;
 mod kr6_r700;
+mod lanes;
 mod link;
 mod panda;
 mod rel_tool;
@@ -22,7 +24,8 @@ mod ur5;
 pub use builtin::{BUILT_IN, built_in};
 pub use dexterity::dexterity;
 pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
-pub use kinematics::{Frame, Posture, world_from_tool};
+pub use frame::{Frame, Vectors};
+pub use kinematics::{Posture, Postures, Stances, world_from_tool};
 pub use link::{FramePose, Link, MdhLink, Pose};
 pub use rel_tool::{RelTool, RelToolError, rel_tool};
 pub use rigid_fit::rigid_fit;
@@ -30,7 +33,7 @@ pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
-pub use statics::{DEFAULT_GRAVITY, Loads, Payload};
+pub use statics::{DEFAULT_GRAVITY, Loads, Payload, torques};
 
 /// Robot files are written with nine decimals, in mm, deg and kg: so far may two copies of one arm differ, in SI.
 const ROUNDING_OF_FILES: f64 = 1e-9;
