@@ -62,11 +62,14 @@ impl Abreast {
         self.postures.columns(&mut self.columns);
     }
 
-    /// Column of a site, by itself and by its place, of one of them, once they are found.
+    /// Column of a site, by its place and by itself, of one of them, once they are found. Beyond all places are flex displacements.
     // Always: handed back through memory, each would wait for the stores of its parts.
     #[inline(always)]
-    pub fn column(&self, lane: usize, site: Site, place: usize) -> Vector3<f64> {
-        if matches!(site, Site::Flex(..)) { self.flex_column(lane, site) } else { self.columns[place].at(lane) }
+    pub fn column(&self, lane: usize, place: usize, site: impl FnOnce() -> Site) -> Vector3<f64> {
+        match self.columns.get(place) {
+            Some(columns) => columns.at(lane),
+            None => self.flex_column(lane, site()),
+        }
     }
 
     #[cold]

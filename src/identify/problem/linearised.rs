@@ -6,21 +6,47 @@ use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 
 use super::abreast::{ABREAST, Abreast};
-use super::sample_row::SampleRow;
+use super::sample_row::{Moves, SampleRow};
 use super::{Problem, STRETCH};
-use crate::robot::{Posture, Robot, SiteIndex};
+use crate::robot::{Posture, Robot, Site, SiteIndex};
 
 /// Reused from evaluation to evaluation.
 pub(in crate::identify) struct Workspace {
     pub(super) posture: Posture,
     pub(super) deviations: Vec<f64>,
     abreast: Abreast,
+    destinations: Destinations,
+}
+
+/// Where the terms of a pattern go.
+#[derive(Default)]
+struct Destinations {
+    /// The pattern, by its place.
+    of: Option<usize>,
+    /// Of each term that goes anywhere: its number, the row of its parameter, and the place of its site, or [`NONE`] for a flex
+    /// displacement.
+    all: Vec<[usize; 3]>,
+}
+
+impl Destinations {
+    fn lay_out(&mut self, pattern: usize, moves: &[Moves], row_of: &[usize]) {
+        let going = moves.iter().enumerate().filter(|(_, moves)| row_of[moves.parameter] != NONE);
+        let place = |moves: &Moves| if matches!(moves.site, Site::Flex(..)) { NONE } else { moves.place };
+        self.of = Some(pattern);
+        self.all.clear();
+        self.all.extend(going.map(|(term, moves)| [term, row_of[moves.parameter], place(moves)]));
+    }
 }
 
 impl Workspace {
     pub(in crate::identify) fn new(robot: &Robot) -> Self {
         let sites = SiteIndex::new(robot.joints()).len();
-        Workspace { posture: Posture::new(robot), deviations: vec![0.0; sites], abreast: Abreast::new(robot) }
+        Workspace {
+            posture: Posture::new(robot),
+            deviations: vec![0.0; sites],
+            abreast: Abreast::new(robot),
+            destinations: Destinations::default(),
+        }
     }
 }
 
@@ -85,7 +111,6 @@ impl Problem {
         let Linearised { row_of, transposed } = near;
         let width = transposed.nrows();
         let cells = transposed.as_mut_slice();
-        cells.fill(0.0);
         let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len()) * width);
         if self.rows.len() <= STRETCH {
             self.linearise_rows(&self.rows, values, work, row_of, width, of_samples);
@@ -104,6 +129,7 @@ impl Problem {
         }
         let m = width - 1;
         for (row, cells) in self.distances.iter().zip(of_distances.chunks_exact_mut(width)) {
+            cells.fill(0.0);
             row.columns(values, &mut |p, slope| {
                 if let Some(cell) = cells[..m].get_mut(row_of[p]) {
                     *cell += slope;
@@ -125,20 +151,24 @@ impl Problem {
         mut cells: &mut [f64],
     ) {
         let m = width - 1;
-        let abreast = &mut work.abreast;
+        let Workspace { abreast, destinations, .. } = work;
+        destinations.of = None;
         for rows in rows.chunks(ABREAST) {
             abreast.pose(self, rows, values);
             abreast.find_columns();
             for (lane, row) in rows.iter().enumerate() {
+                let pattern = &self.patterns[row.pattern];
+                if destinations.of != Some(row.pattern) {
+                    destinations.lay_out(row.pattern, pattern, row_of);
+                }
                 let (residual, sight) = row.residual(&abreast.tcp(lane), &abreast.target_moved(lane));
                 let (own, others) = cells.split_at_mut(row.height() * width);
                 cells = others;
-                let moving = self.patterns[row.pattern].iter().zip(&row.weights);
+                // Here and not all at once, while it is near.
+                own.fill(0.0);
                 if let Some(sight) = sight {
-                    for (moves, weight) in moving {
-                        if let Some(cell) = own[..m].get_mut(row_of[moves.parameter]) {
-                            *cell += weight * sight.dot(&abreast.column(lane, moves.site, moves.place));
-                        }
+                    for &[term, k, place] in &destinations.all {
+                        own[k] += row.weights[term] * sight.dot(&abreast.column(lane, place, || pattern[term].site));
                     }
                     own[m] = residual.x;
                     own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
@@ -147,14 +177,11 @@ impl Problem {
                 let (x, yz) = own.split_at_mut(width);
                 let (y, z) = yz.split_at_mut(width);
                 let z = &mut z[..width];
-                for (moves, weight) in moving {
-                    let k = row_of[moves.parameter];
-                    if k < m {
-                        let column = abreast.column(lane, moves.site, moves.place);
-                        x[k] += weight * column.x;
-                        y[k] += weight * column.y;
-                        z[k] += weight * column.z;
-                    }
+                for &[term, k, place] in &destinations.all {
+                    let (weight, column) = (row.weights[term], abreast.column(lane, place, || pattern[term].site));
+                    x[k] += weight * column.x;
+                    y[k] += weight * column.y;
+                    z[k] += weight * column.z;
                 }
                 (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
                 row.whiten(x, y, z);
