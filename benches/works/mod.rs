@@ -188,6 +188,8 @@ pub struct Arms<'a> {
     tool: [[f64; LANES]; 3],
     nominal: Vec<[f64; LANES]>,
     of_sites: Vec<Vectors<LANES>>,
+    /// Columns of the compliances, in order.
+    yielding: Vec<Vectors<LANES>>,
     /// Where each parameter acts, and the joint whose torque multiplies it.
     columns: Vec<(usize, Option<usize>)>,
 }
@@ -205,11 +207,12 @@ impl<'a> Arms<'a> {
             tool: model.tool.xyz.map(|x| [x; LANES]),
             nominal: vec![[0.0; LANES]; sites.len()],
             of_sites: vec![Vectors::ZERO; sites.len()],
+            yielding: vec![Vectors::ZERO; 6],
             columns: of,
         }
     }
 
-    /// Poses and weighs them (W5; with [`Arms::columns`], W1); those of a last few configurations that are missing stand as they did.
+    /// Poses and weighs them (W5; with [`Arms::find_columns`], W1); those of a last few configurations that are missing stand as they did.
     pub fn set(&mut self, configurations: &[[f64; 6]]) {
         let mut q = [[0.0; LANES]; 6];
         for (lane, configuration) in configurations.iter().enumerate() {
@@ -220,19 +223,24 @@ impl<'a> Arms<'a> {
         torques(&m.robot, &self.postures, &m.payload, &m.gravity, &mut self.tau);
     }
 
-    /// The 31 columns of their position Jacobians.
-    pub fn columns(&mut self, out: &mut [Vectors<LANES>]) {
+    /// Finds the columns of their position Jacobians.
+    pub fn find_columns(&mut self) {
         self.postures.columns(&mut self.of_sites);
-        for (out, (place, torque)) in out.iter_mut().zip(&self.columns) {
-            *out = self.of_sites[*place];
-            if let Some(joint) = torque {
-                // The reference counts torque as holding the arm, the library as the load's own.
-                let tau = &self.tau[*joint];
-                for list in [&mut out.x, &mut out.y, &mut out.z] {
-                    list.iter_mut().zip(tau).for_each(|(x, tau)| *x *= -tau);
-                }
+        let yielding = self.columns.iter().filter_map(|(place, torque)| Some((place, (*torque)?)));
+        for (column, (place, joint)) in self.yielding.iter_mut().zip(yielding) {
+            *column = self.of_sites[*place];
+            // The reference counts torque as holding the arm, the library as the load's own.
+            for list in [&mut column.x, &mut column.y, &mut column.z] {
+                list.iter_mut().zip(&self.tau[joint]).for_each(|(x, tau)| *x *= -tau);
             }
         }
+    }
+
+    /// One of the 31 columns, once they are found.
+    pub fn column(&self, k: usize) -> &Vectors<LANES> {
+        let (place, torque) = self.columns[k];
+        let before = || self.columns[..k].iter().filter(|(_, torque)| torque.is_some()).count();
+        if torque.is_some() { &self.yielding[before()] } else { &self.of_sites[place] }
     }
 }
 
@@ -260,17 +268,17 @@ pub fn check_kinematics(arm: &mut Arm<'_>) {
 /// Checks that arms side by side are, bit by bit, what each is alone.
 pub fn check_side_by_side(model: &GoldenModel) {
     let (mut arm, mut arms) = (Arm::new(model), Arms::new(model));
-    let (mut alone, mut together) = ([Vector3::zeros(); 31], [Vectors::ZERO; 31]);
+    let mut alone = [Vector3::zeros(); 31];
     for configurations in random_configurations(model, 10 * LANES).chunks(LANES) {
         arms.set(configurations);
-        arms.columns(&mut together);
+        arms.find_columns();
         for (lane, q) in configurations.iter().enumerate() {
             arm.set(q);
             arm.columns(&mut alone);
             let bits = |v: Vector3<f64>| [v.x, v.y, v.z].map(f64::to_bits);
             assert_eq!(bits(arms.postures.tcps().at(lane)), bits(arm.posture.tcp()));
-            for (one, other) in together.iter().zip(&alone) {
-                assert_eq!(bits(one.at(lane)), bits(*other));
+            for (k, column) in alone.iter().enumerate() {
+                assert_eq!(bits(arms.column(k).at(lane)), bits(*column), "column {k}");
             }
         }
     }

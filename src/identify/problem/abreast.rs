@@ -17,7 +17,6 @@ pub(super) struct Abreast {
     q: Vec<[f64; ABREAST]>,
     deviations: Vec<[f64; ABREAST]>,
     postures: Postures<ABREAST>,
-    /// Column of every site but the flex displacements'.
     columns: Vec<Vectors<ABREAST>>,
 }
 
@@ -62,18 +61,15 @@ impl Abreast {
         self.postures.columns(&mut self.columns);
     }
 
-    /// Column of a site, by its place and by itself, of one of them, once they are found. Beyond all places are flex displacements.
-    // Always: handed back through memory, each would wait for the stores of its parts.
-    #[inline(always)]
-    pub fn column(&self, lane: usize, place: usize, site: impl FnOnce() -> Site) -> Vector3<f64> {
-        match self.columns.get(place) {
-            Some(columns) => columns.at(lane),
-            None => self.flex_column(lane, site()),
-        }
+    /// Columns of all sites by their places, once they are found; not those of flex displacements.
+    #[inline]
+    pub fn columns(&self) -> &[Vectors<ABREAST>] {
+        &self.columns
     }
 
+    /// Column of a flex displacement, of one of them.
     #[cold]
-    fn flex_column(&self, lane: usize, site: Site) -> Vector3<f64> {
+    pub fn flex_column(&self, lane: usize, site: Site) -> Vector3<f64> {
         self.postures.column_at(lane, site)
     }
 }

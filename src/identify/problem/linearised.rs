@@ -168,7 +168,9 @@ impl Problem {
                 own.fill(0.0);
                 if let Some(sight) = sight {
                     for &[term, k, place] in &destinations.all {
-                        own[k] += row.weights[term] * sight.dot(&abreast.column(lane, place, || pattern[term].site));
+                        let flex = || abreast.flex_column(lane, pattern[term].site);
+                        let column = abreast.columns().get(place).map_or_else(flex, |columns| columns.at(lane));
+                        own[k] += row.weights[term] * sight.dot(&column);
                     }
                     own[m] = residual.x;
                     own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
@@ -178,10 +180,18 @@ impl Problem {
                 let (y, z) = yz.split_at_mut(width);
                 let z = &mut z[..width];
                 for &[term, k, place] in &destinations.all {
-                    let (weight, column) = (row.weights[term], abreast.column(lane, place, || pattern[term].site));
-                    x[k] += weight * column.x;
-                    y[k] += weight * column.y;
-                    z[k] += weight * column.z;
+                    let weight = row.weights[term];
+                    // Each on its own: put together in one place, a column would wait there for its parts.
+                    if let Some(column) = abreast.columns().get(place) {
+                        x[k] += weight * column.x[lane];
+                        y[k] += weight * column.y[lane];
+                        z[k] += weight * column.z[lane];
+                    } else {
+                        let column = abreast.flex_column(lane, pattern[term].site);
+                        x[k] += weight * column.x;
+                        y[k] += weight * column.y;
+                        z[k] += weight * column.z;
+                    }
                 }
                 (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
                 row.whiten(x, y, z);

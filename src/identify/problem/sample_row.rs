@@ -274,7 +274,11 @@ impl SampleRow {
     #[inline]
     pub fn deviate(&self, pattern: &[Moves], values: &[f64], mut add: impl FnMut(usize, f64)) {
         for (moves, weight) in pattern.iter().zip(&self.weights) {
-            add(moves.place, weight * values[moves.parameter]);
+            let value = values[moves.parameter];
+            // As all are where a fit starts, and those always that the data cannot tell.
+            if value != 0.0 {
+                add(moves.place, weight * value);
+            }
         }
     }
 
