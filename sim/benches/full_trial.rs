@@ -13,7 +13,7 @@ use calibench::identify::{Adjustment, Model, Problem, Use};
 use calibench::measure::{Dataset, Measured, Sample};
 use calibench::robot::RelTool;
 use calibench::units::{MM, UM};
-use calibench_sim::contact::DATUM_RADIUS;
+use calibench_sim::contact::{DATUM_RADIUS, MASTER_READING};
 use calibench_sim::flaw::{Flaw, Flaws, TrueEffect};
 use calibench_sim::gauge::Gauge;
 use calibench_sim::plant::{AnalyticPlant, BallForm, Parts, Plant, Stand};
@@ -58,9 +58,9 @@ impl<'a> FullTrial<'a> {
     fn new(model: &'a GoldenModel) -> Self {
         let starts = works::centring_starts();
         let mut dataset = works::dataset(model, &starts);
-        // Some starts are a tenth of a degree from a limit.
+        // Some starts are a tenth of a degree from a limit: there is none here.
         let mut robot = model.robot.clone();
-        robot.links.iter_mut().for_each(|link| link.limits = [f64::NEG_INFINITY, f64::INFINITY]);
+        robot.links.iter_mut().for_each(|link| link.limits = [-1e3, 1e3]);
         let streams = Streams { seed: 0, trial: 0 };
         let ball = |centre: &Vector3<f64>| PresentedBall { centre: *centre, radius: DATUM_RADIUS };
         dataset.robot = Arc::new(robot.clone());
@@ -145,7 +145,8 @@ impl<'a> FullTrial<'a> {
             gauge.rest(stand(&mut plant, &q, true).touches);
             for _ in 0..MOST_READINGS {
                 readings += 1;
-                let reading = Vector3::from_fn(|k, _| gauge.read(k).unwrap());
+                // A plunger at its stop says so, and is drawn back by its range.
+                let reading = Vector3::from_fn(|k, _| gauge.read(k).unwrap_or(MASTER_READING));
                 if reading.amax() < CENTRED {
                     break;
                 }
