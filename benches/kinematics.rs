@@ -1,4 +1,4 @@
-//! W1: pose, 31 Jacobian columns and gravity torques of a configuration. W5: the torques alone.
+//! W1: pose, 31 Jacobian columns and gravity torques of a configuration. W5: the torques alone. Each alone, and eight side by side.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod works;
@@ -8,42 +8,59 @@ use std::hint::black_box;
 use calibench::robot::Posture;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::Vector3;
-use works::{Arm, golden};
+use works::{Arm, Arms, LANES, golden};
+
+/// Configurations of one short run.
+const FEW: usize = 50 * LANES;
 
 fn kinematics(c: &mut Criterion) {
     let Some(model) = golden::golden_model() else { return };
     let configurations = works::random_configurations(&model, 100_000);
     let mut arm = Arm::new(&model);
+    let mut arms = Arms::new(&model);
     works::check_kinematics(&mut arm);
+    works::check_side_by_side(&model);
     let mut group = c.benchmark_group("100,000 configurations");
     group.throughput(Throughput::Elements(configurations.len() as u64)).sample_size(20);
+    let few = &configurations[..FEW];
     let mut columns = [Vector3::zeros(); 31];
-    group.bench_function("W1 pose, 31 columns, torques", |b| {
-        b.iter(|| {
-            for q in &configurations {
-                arm.set(q);
-                arm.columns(&mut columns);
-                black_box((arm.posture.tcp(), &columns, &arm.loads));
-            }
-        });
-    });
-    group.bench_function("W5 torques", |b| {
-        b.iter(|| {
-            for q in &configurations {
-                arm.set(q);
-                black_box(&arm.loads.tau);
-            }
-        });
-    });
     let mut posture = Posture::new(&model.robot);
     let nominal = vec![0.0; calibench::robot::SiteIndex::new(6).len()];
-    group.bench_function("pose alone", |b| {
-        b.iter(|| {
-            for q in &configurations {
-                posture.set(&model.robot, &model.base, &model.tool, q, &nominal);
-                black_box(posture.tcp());
-            }
-        });
+    let mut bench = |name: &str, work: &mut dyn FnMut(&[[f64; 6]])| {
+        works::print_least(name, FEW, || work(few));
+        group.bench_function(name, |b| b.iter(|| work(&configurations)));
+    };
+    bench("W1 pose, 31 columns, torques", &mut |configurations| {
+        for q in configurations {
+            arm.set(q);
+            arm.columns(&mut columns);
+            black_box((arm.posture.tcp(), &columns, &arm.loads));
+        }
+    });
+    bench("W1 side by side", &mut |configurations| {
+        for q in configurations.chunks(LANES) {
+            arms.set(q);
+            arms.find_columns();
+            black_box((&arms.postures, arms.column(0), &arms.tau));
+        }
+    });
+    bench("W5 torques", &mut |configurations| {
+        for q in configurations {
+            arm.set(q);
+            black_box(&arm.loads.tau);
+        }
+    });
+    bench("W5 side by side", &mut |configurations| {
+        for q in configurations.chunks(LANES) {
+            arms.set(q);
+            black_box(&arms.tau);
+        }
+    });
+    bench("pose alone", &mut |configurations| {
+        for q in configurations {
+            posture.set(&model.robot, &model.base, &model.tool, q, &nominal);
+            black_box(posture.tcp());
+        }
     });
     group.finish();
 }

@@ -48,6 +48,7 @@ impl Indicator for CameraAxis {
     }
 }
 
+/// Prints what was left.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let left = centre_with_own_gauge()?;
     println!("centred: {:.2} um left", left / UM);

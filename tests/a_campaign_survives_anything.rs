@@ -10,7 +10,8 @@ use calibench::cell::{IndicatorError, LaterClock, ManipulatorError, TriCal};
 use calibench::files::FileError;
 use calibench::measure::{
     Abort, Ball, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Conditions, Dataset,
-    Journal, JournalSession, Mastering, MasteringSettings, Opened, PlannedPose, journal_path, read_dataset, still_mastered,
+    Journal, JournalSession, Mastering, MasteringError, MasteringSettings, Opened, PlannedPose, journal_path, read_dataset,
+    still_mastered,
 };
 use calibench::robot::{Robot, robot};
 use calibench::units::MM;
@@ -316,10 +317,11 @@ fn a_gauge_is_still_mastered_until_it_is_touched() {
     // Away from the ball.
     cell.move_ball(None);
     let mastered = mastering(&cell);
-    let still = |cell: &ScriptedCell| still_mastered(&mut cell.indicators(), &mastered, &MasteringSettings::default());
-    assert_eq!(still(&cell), Ok(true));
+    let (trical, settings) = (TriCal::default(), MasteringSettings::default());
+    let still = |cell: &ScriptedCell| still_mastered(&mut cell.indicators(), Some(&mastered), &trical, &settings, || 0.0);
+    assert_eq!(still(&cell), Ok(mastered.clone()));
     cell.shift_zero(1, 4e-6);
-    assert_eq!(still(&cell), Ok(false));
+    assert!(matches!(still(&cell), Err(MasteringError::NotAsMastered { axis: 1, .. })));
 }
 
 #[test]

@@ -1,4 +1,5 @@
 //! `cell.toml` is read as its guide says, and every mistake in it ends in one error that names the line, the key and the remedy.
+#![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,6 @@
 //! The driver of KUKA robots, against a scripted controller behind a socket: motions are done once and to the end, and whatever keeps
 //! them from it is named, whether the connection, the controller, its program or a person is the reason.
+#![allow(clippy::unwrap_used)]
 
 use std::collections::HashMap;
 use std::io::{Read, Write};

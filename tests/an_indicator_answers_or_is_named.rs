@@ -1,5 +1,6 @@
 //! The driver of ASCII indicators, against a peer on a real pseudo-terminal or socket that answers as a script says: it gets the value
 //! right or says what is wrong, and never waits longer than it was told to.
+#![allow(clippy::unwrap_used)]
 #![cfg(unix)]
 
 use std::io::{ErrorKind, Read, Write};

@@ -17,6 +17,7 @@ const TRIALS: usize = 60;
 fn w1_and_w5_are_poses_columns_and_torques_of_pinocchio_and_jax() {
     let Some(model) = golden::golden_model() else { return };
     works::check_kinematics(&mut works::Arm::new(&model));
+    works::check_side_by_side(&model);
     assert_eq!(works::random_configurations(&model, 3).len(), 3);
 }
 

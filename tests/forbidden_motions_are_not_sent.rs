@@ -1,5 +1,6 @@
 //! A motion that would take a joint near its limit, the TCP out of its box, or the gauge further than it may step, never reaches the
 //! robot; nor does any after a stop was asked for. Every one is logged.
+#![allow(clippy::unwrap_used)]
 
 use std::cell::RefCell;
 use std::rc::Rc;

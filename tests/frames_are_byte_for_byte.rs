@@ -1,4 +1,5 @@
 //! What the drivers put on the wire, and what they take from it, is what the instruments' manuals and the servers' sources say.
+#![allow(clippy::unwrap_used)]
 
 use calibench::cell::gauge::{
     Dialect, DigimaticError, DigimaticWord, DisplayUnit, GaugeReading, GaugeReply, LONGEST_LINE, LineReader, LineSettings,

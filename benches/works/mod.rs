@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use calibench::identify::{Model, Problem, TorquePosture};
 use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
-use calibench::robot::{Loads, Posture, Site, SiteIndex};
+use calibench::robot::{Loads, Posture, Postures, Site, SiteIndex, Stances, Vectors, torques};
 use golden::GoldenModel;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -174,6 +174,76 @@ impl<'a> Arm<'a> {
     }
 }
 
+/// Configurations that are worked out at once.
+pub const LANES: usize = 8;
+
+/// Eight nominal arms of the works side by side.
+pub struct Arms<'a> {
+    model: &'a GoldenModel,
+    /// The postures last set.
+    pub postures: Postures<LANES>,
+    /// Moments of the load about their joints, N m.
+    pub tau: [[f64; LANES]; 6],
+    base: [[f64; LANES]; 6],
+    tool: [[f64; LANES]; 3],
+    nominal: Vec<[f64; LANES]>,
+    of_sites: Vec<Vectors<LANES>>,
+    /// Columns of the compliances, in order.
+    yielding: Vec<Vectors<LANES>>,
+    /// Where each parameter acts, and the joint whose torque multiplies it.
+    columns: Vec<(usize, Option<usize>)>,
+}
+
+impl<'a> Arms<'a> {
+    /// Arms of the reference model.
+    pub fn new(model: &'a GoldenModel) -> Self {
+        let sites = SiteIndex::new(6);
+        let of = Arm::new(model).columns.into_iter().map(|(site, torque)| (sites.of(site), torque)).collect();
+        Arms {
+            model,
+            postures: Postures::new(&model.robot),
+            tau: [[0.0; LANES]; 6],
+            base: model.base.to_array().map(|x| [x; LANES]),
+            tool: model.tool.xyz.map(|x| [x; LANES]),
+            nominal: vec![[0.0; LANES]; sites.len()],
+            of_sites: vec![Vectors::ZERO; sites.len()],
+            yielding: vec![Vectors::ZERO; 6],
+            columns: of,
+        }
+    }
+
+    /// Poses and weighs them (W5; with [`Arms::find_columns`], W1); those of a last few configurations that are missing stand as they did.
+    pub fn set(&mut self, configurations: &[[f64; 6]]) {
+        let mut q = [[0.0; LANES]; 6];
+        for (lane, configuration) in configurations.iter().enumerate() {
+            q.iter_mut().zip(configuration).for_each(|(q, angle)| q[lane] = *angle);
+        }
+        let Arms { model: m, base, tool, nominal, .. } = self;
+        self.postures.set_all(&m.robot, &Stances { base, tool, q: &q, deviations: nominal });
+        torques(&m.robot, &self.postures, &m.payload, &m.gravity, &mut self.tau);
+    }
+
+    /// Finds the columns of their position Jacobians.
+    pub fn find_columns(&mut self) {
+        self.postures.columns(&mut self.of_sites);
+        let yielding = self.columns.iter().filter_map(|(place, torque)| Some((place, (*torque)?)));
+        for (column, (place, joint)) in self.yielding.iter_mut().zip(yielding) {
+            *column = self.of_sites[*place];
+            // The reference counts torque as holding the arm, the library as the load's own.
+            for list in [&mut column.x, &mut column.y, &mut column.z] {
+                list.iter_mut().zip(&self.tau[joint]).for_each(|(x, tau)| *x *= -tau);
+            }
+        }
+    }
+
+    /// One of the 31 columns, once they are found.
+    pub fn column(&self, k: usize) -> &Vectors<LANES> {
+        let (place, torque) = self.columns[k];
+        let before = || self.columns[..k].iter().filter(|(_, torque)| torque.is_some()).count();
+        if torque.is_some() { &self.yielding[before()] } else { &self.of_sites[place] }
+    }
+}
+
 /// The golden numbers are kept to 1e-12; TCP in m, torque in N m, columns in m per SI unit up to 50.
 const KINEMATICS_TOLERANCE: f64 = 1e-11;
 
@@ -192,6 +262,25 @@ pub fn check_kinematics(arm: &mut Arm<'_>) {
             (0..31).for_each(|c| assert!((columns[c][r] - jacobian[31 * r + c]).abs() < KINEMATICS_TOLERANCE, "column {c}"));
         }
         (0..6).for_each(|j| assert!((arm.loads.tau[j] + torque[j]).abs() < KINEMATICS_TOLERANCE, "torque {j}"));
+    }
+}
+
+/// Checks that arms side by side are, bit by bit, what each is alone.
+pub fn check_side_by_side(model: &GoldenModel) {
+    let (mut arm, mut arms) = (Arm::new(model), Arms::new(model));
+    let mut alone = [Vector3::zeros(); 31];
+    for configurations in random_configurations(model, 10 * LANES).chunks(LANES) {
+        arms.set(configurations);
+        arms.find_columns();
+        for (lane, q) in configurations.iter().enumerate() {
+            arm.set(q);
+            arm.columns(&mut alone);
+            let bits = |v: Vector3<f64>| [v.x, v.y, v.z].map(f64::to_bits);
+            assert_eq!(bits(arms.postures.tcps().at(lane)), bits(arm.posture.tcp()));
+            for (k, column) in alone.iter().enumerate() {
+                assert_eq!(bits(arms.column(k).at(lane)), bits(*column), "column {k}");
+            }
+        }
     }
 }
 

@@ -2,14 +2,14 @@
 
 use calibench::identify::{Adjustment, Problem, Use};
 use calibench::measure::{Dataset, Measured};
-use calibench::robot::{FramePose, Loads, MdhEntry, Posture, RelTool, Robot, Site, SiteIndex};
+use calibench::robot::{FramePose, Loads, MdhEntry, Posture, Postures, RelTool, Robot, Site, SiteIndex, Stances, Vectors};
 use nalgebra::{Rotation3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::golden::GoldenModel;
-use super::{centring_starts, dataset, frozen_torques, place_in, validation};
+use super::{LANES, centring_starts, dataset, frozen_torques, place_in, validation};
 
 /// One-sigma of each joint after each motion, rad.
 const JOINT_NOISE: f64 = 1e-6;
@@ -28,6 +28,15 @@ struct TrueArm {
     compliance: Vec<f64>,
     deviations: Vec<f64>,
     posture: Posture,
+    side_by_side: Vec<[f64; LANES]>,
+    postures: Postures<LANES>,
+}
+
+/// Configurations side by side, and the load's torques at them.
+struct Configurations {
+    count: usize,
+    q: [[f64; LANES]; 6],
+    tau: [[f64; LANES]; 6],
 }
 
 impl TrueArm {
@@ -38,6 +47,8 @@ impl TrueArm {
             compliance: vec![0.0; model.robot.joints()],
             deviations: vec![0.0; sites],
             posture: Posture::new(&model.robot),
+            side_by_side: vec![[0.0; LANES]; sites],
+            postures: Postures::new(&model.robot),
         }
     }
 
@@ -62,6 +73,20 @@ impl TrueArm {
         }
         self.posture.set(&model.robot, &model.base, &model.tool, q, &self.deviations);
     }
+
+    /// World positions of its TCP at configurations side by side, m.
+    fn tcps(&mut self, model: &GoldenModel, at: &Configurations) -> &Vectors<LANES> {
+        let sites = SiteIndex::new(at.q.len());
+        self.side_by_side.iter_mut().zip(&self.fixed).for_each(|(all, fixed)| *all = [*fixed; LANES]);
+        for (joint, (c, tau)) in self.compliance.iter().zip(&at.tau).enumerate() {
+            let deviations = &mut self.side_by_side[sites.of(Site::Mdh(joint, MdhEntry::Theta))];
+            deviations.iter_mut().zip(tau).for_each(|(deviation, tau)| *deviation += c * tau);
+        }
+        let (base, tool) = (model.base.to_array().map(|x| [x; LANES]), model.tool.xyz.map(|x| [x; LANES]));
+        let stances = Stances { base: &base, tool: &tool, q: &at.q, deviations: &self.side_by_side };
+        self.postures.set_all(&model.robot, &stances);
+        self.postures.tcps()
+    }
 }
 
 /// What a trial is judged by.
@@ -82,7 +107,8 @@ pub struct Trial<'a> {
     model: &'a GoldenModel,
     starts: Vec<Vec<f64>>,
     /// Validation configurations and the load's torques at them, which no parameter changes.
-    validation: Vec<(Vec<f64>, Vec<f64>)>,
+    validation: Vec<Configurations>,
+    validated: usize,
     dataset: Dataset,
     problem: Problem,
     adjustment: Adjustment,
@@ -116,6 +142,7 @@ impl<'a> Trial<'a> {
             model,
             starts: starts.into_iter().map(|s| s.q).collect(),
             validation: Vec::new(),
+            validated: 0,
             adjustment: Adjustment::new(&problem, &start, &all).unwrap(),
             dataset,
             start,
@@ -131,9 +158,17 @@ impl<'a> Trial<'a> {
             tool_turn: FramePose { xyz: [0.0; 3], ..model.tool }.pose().rotation,
             actual: vec![0.0; joints],
         };
-        for q in validation() {
-            trial.weigh(&q);
-            trial.validation.push((q, trial.loads.tau.clone()));
+        let validation = validation();
+        trial.validated = validation.len();
+        for few in validation.chunks(LANES) {
+            let mut at = Configurations { count: few.len(), q: [[0.0; LANES]; 6], tau: [[0.0; LANES]; 6] };
+            for (lane, q) in few.iter().enumerate() {
+                trial.weigh(q);
+                for joint in 0..6 {
+                    (at.q[joint][lane], at.tau[joint][lane]) = (q[joint], trial.loads.tau[joint]);
+                }
+            }
+            trial.validation.push(at);
         }
         trial
     }
@@ -189,12 +224,13 @@ impl<'a> Trial<'a> {
             readings: readings as f64 / self.starts.len() as f64,
             ..Outcome::default()
         };
-        for (q, tau) in &self.validation {
-            self.truth.stand(m, q, tau);
-            self.found.stand(m, q, tau);
-            let error = (self.truth.posture.tcp() - self.found.posture.tcp()).norm();
-            outcome.mean += error / self.validation.len() as f64;
-            outcome.max = outcome.max.max(error);
+        for at in &self.validation {
+            let (truth, found) = (self.truth.tcps(m, at), self.found.tcps(m, at));
+            for lane in 0..at.count {
+                let error = (truth.at(lane) - found.at(lane)).norm();
+                outcome.mean += error / self.validated as f64;
+                outcome.max = outcome.max.max(error);
+            }
         }
         outcome
     }

@@ -17,6 +17,8 @@ pub struct Arm {
     artifact: ArtifactShape,
     /// True TCP in the last frame.
     tool: FramePose,
+    /// Its axes in the last frame.
+    tool_turned: Pose,
     /// True payload.
     pub payload: Payload,
     flaws: Flaws,
@@ -24,6 +26,9 @@ pub struct Arm {
     posture: Posture,
     loads: Loads,
     deviations: Vec<f64>,
+    /// What the first flaws, so many of them, move in every situation alike.
+    fixed: Vec<f64>,
+    of_fixed: usize,
 }
 
 /// What meets the arm's tool at one moment.
@@ -45,7 +50,29 @@ impl Arm {
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
         let balls: Vec<Vector3<f64>> = nominal.balls.iter().map(|b| b.position).collect();
         let artifact = ArtifactShape::of(&balls);
-        Arm { robot, nominal, artifact, tool, payload, flaws, session_s, posture, loads, deviations }
+        let sites = SiteIndex::new(robot.joints());
+        let (mut fixed, mut of_fixed) = (deviations.clone(), 0);
+        // The first only, so that what moves one site is always added up in the same order.
+        for constant in flaws.all.iter().map_while(|flaw| flaw.constant()) {
+            constant.iter().for_each(|&(site, by)| fixed[sites.of(site)] += by);
+            of_fixed += 1;
+        }
+        let tool_turned = FramePose { xyz: [0.0; 3], ..tool }.pose();
+        Arm {
+            robot,
+            nominal,
+            artifact,
+            tool,
+            tool_turned,
+            payload,
+            flaws,
+            session_s,
+            posture,
+            loads,
+            deviations,
+            fixed,
+            of_fixed,
+        }
     }
 
     /// Moves the motors (rad, N); nothing has given way yet.
@@ -66,7 +93,7 @@ impl Arm {
 
     /// `world_from_tool` in the present posture.
     pub fn world_from_tool(&self) -> Pose {
-        self.posture.world_from_tool(&self.tool)
+        self.posture.world_from_turned(&self.tool_turned)
     }
 
     /// `world_from_frame` of the base and of every link, the base first (N + 1), in the present posture.
@@ -104,9 +131,9 @@ impl Arm {
             ..Situation::at_rest(&self.robot, stand.motors, &self.posture, &self.loads, &self.payload)
         };
         let sites = SiteIndex::new(self.robot.joints());
-        self.deviations.fill(0.0);
+        self.deviations.copy_from_slice(&self.fixed);
         let deviations = &mut self.deviations;
-        for flaw in &self.flaws.all {
+        for flaw in &self.flaws.all[self.of_fixed..] {
             flaw.moves(&situation, &mut |site, by| deviations[sites.of(site)] += by);
         }
     }

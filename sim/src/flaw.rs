@@ -9,6 +9,11 @@ use calibench::robot::Site;
 pub trait Flaw: Send + Sync {
     /// Calls `moved(site, by)` for every site that it moves in that situation, SI; what is given for one site adds up.
     fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64));
+
+    /// What it moves, where that is the same in every situation.
+    fn constant(&self) -> Option<Vec<(Site, f64)>> {
+        None
+    }
 }
 
 /// An effect of the catalogue with its true size.
@@ -23,6 +28,10 @@ pub struct TrueEffect {
 impl Flaw for TrueEffect {
     fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
         self.effect.terms(at, &mut |k, site, weight| moved(site, weight * self.sizes[k]));
+    }
+
+    fn constant(&self) -> Option<Vec<(Site, f64)>> {
+        Some(self.effect.constant()?.iter().map(|&(k, site, weight)| (site, weight * self.sizes[k])).collect())
     }
 }
 

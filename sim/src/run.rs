@@ -210,7 +210,19 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
     let poses = &tracker_plan.validation;
     let compensation = compensation(&session, &set_up, &trical.calibration, &validation, poses, &validation_truth)?;
-    Ok(Run { seed: streams.seed, plan, tracker_plan, mastering, campaign, true_arm, trical, tracker, validation, before, compensation })
+    Ok(Run {
+        seed: streams.seed,
+        plan,
+        tracker_plan,
+        mastering,
+        campaign,
+        true_arm,
+        trical,
+        tracker,
+        validation,
+        before,
+        compensation,
+    })
 }
 
 fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, RunError> {

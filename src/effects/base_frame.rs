@@ -1,7 +1,7 @@
 //! `base_frame`: where the robot stands in the world. `T_W0(chi) = Tr(x, y, z) Rz Ry Rx` (paper Eq. 2), six numbers.
 
 use super::family::alone;
-use super::shape::Shape;
+use super::shape::constant;
 use super::{Family, Origin, Owner, ParameterSpec, Scan};
 use crate::robot::{Axis6, Site};
 use crate::units::{DEG, MM, Unit};
@@ -20,10 +20,7 @@ pub(super) const FAMILY: Family = Family {
             let (unit, plausible) = if (*axis as usize) < 3 { (Unit::MM, MM) } else { (Unit::DEG, 0.1 * DEG) };
             ParameterSpec::new(format!("base_{}", axis.name()), unit, plausible)
         });
-        Shape::new(id, parameters.collect(), |_, emit| {
-            Axis6::ALL.into_iter().enumerate().for_each(|(k, axis)| emit(k, Site::Base(axis), 1.0));
-        })
-        .owner(Owner::Session)
-        .built()
+        let terms = Axis6::ALL.into_iter().enumerate().map(|(k, axis)| (k, Site::Base(axis), 1.0)).collect();
+        constant(id, parameters.collect(), terms).owner(Owner::Session).built()
     },
 };

@@ -49,7 +49,7 @@ pub(super) const FAMILY: Family = Family {
                 }
             }
             for k in 0..2 {
-                displace(k, frame, near, &turned[k], &moved[k], emit);
+                displace(k, frame, &near, &turned[k], &moved[k], emit);
             }
         })
         .needs(&[Needs::Masses])

@@ -4,7 +4,7 @@
 //! Subscripts are the paper's: alpha_{i-1}, a_{i-1}, beta_{i-1} stand in the line of joint i (Eq. 1).
 
 use super::family::alone;
-use super::shape::Shape;
+use super::shape::constant;
 use super::{Family, Origin, ParameterSpec, Scan};
 use crate::robot::{MdhEntry, Robot, Site};
 use crate::units::{DEG, MM, Unit};
@@ -21,12 +21,8 @@ pub(super) const FAMILY: Family = Family {
         id.at_most(0)?;
         let sites = sites(subject.robot);
         let parameters = sites.iter().map(|&(i, entry)| describe(subject.robot, i, entry)).collect();
-        Shape::new(id, parameters, move |_, emit| {
-            for (k, &(i, entry)) in sites.iter().enumerate() {
-                emit(k, Site::Mdh(i, entry), 1.0);
-            }
-        })
-        .built()
+        let terms = sites.iter().enumerate().map(|(k, &(i, entry))| (k, Site::Mdh(i, entry), 1.0)).collect();
+        constant(id, parameters, terms).built()
     },
 };
 

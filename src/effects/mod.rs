@@ -159,6 +159,11 @@ pub trait Effect: Send + Sync {
         &[]
     }
 
+    /// Its terms (parameter, site, weight), none of them zero, where they are the same in every situation: they need not be asked for.
+    fn constant(&self) -> Option<&[(usize, Site, f64)]> {
+        None
+    }
+
     /// Calls `emit(parameter, site, weight)` for every site moved: the site's deviation is the sum of weight x parameter (SI).
     fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>);
 

@@ -11,13 +11,14 @@ pub(super) struct Shape<F> {
     parameters: Vec<ParameterSpec>,
     owner: Owner,
     needs: &'static [Needs],
+    constant: Option<Vec<(usize, Site, f64)>>,
     terms: F,
 }
 
 impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> Shape<F> {
     /// A property of the arm, that needs no column.
     pub fn new(id: &Id<'_>, parameters: Vec<ParameterSpec>, terms: F) -> Self {
-        Shape { id: id.whole.into(), parameters, owner: Owner::Robot, needs: &[], terms }
+        Shape { id: id.whole.into(), parameters, owner: Owner::Robot, needs: &[], constant: None, terms }
     }
 
     /// The same, of another owner.
@@ -53,9 +54,25 @@ impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync> Effect for Shape<F> {
         self.needs
     }
 
+    fn constant(&self) -> Option<&[(usize, Site, f64)]> {
+        self.constant.as_deref()
+    }
+
     fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>) {
         (self.terms)(at, emit);
     }
+}
+
+/// An effect whose terms (parameter, site, weight) are the same in every situation.
+pub(super) fn constant(
+    id: &Id<'_>,
+    parameters: Vec<ParameterSpec>,
+    terms: Vec<(usize, Site, f64)>,
+) -> Shape<impl Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> {
+    let all = terms.clone();
+    let emit_all =
+        move |_: &Situation<'_>, emit: &mut Emit<'_>| all.iter().for_each(|&(k, site, weight)| emit(k, site, weight));
+    Shape { constant: Some(terms), ..Shape::new(id, parameters, emit_all) }
 }
 
 /// An effect that does the same to each of `joints` (counted from 0): `parameters(j, "family:J")` are those of joint j, the same number

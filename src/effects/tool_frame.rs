@@ -1,7 +1,7 @@
 //! `tool_frame`: the TCP is not where the coordinate measuring machine said. Three numbers, in the last frame.
 
 use super::family::alone;
-use super::shape::Shape;
+use super::shape::constant;
 use super::{Family, Origin, Owner, ParameterSpec, Scan};
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -17,6 +17,6 @@ pub(super) const FAMILY: Family = Family {
     build: |id, _| {
         id.at_most(0)?;
         let parameters = ["x", "y", "z"].map(|axis| ParameterSpec::new(format!("tool_{axis}"), Unit::MM, 0.03 * MM)).to_vec();
-        Shape::new(id, parameters, |_, emit| (0..3).for_each(|k| emit(k, Site::Tool(k), 1.0))).owner(Owner::Session).built()
+        constant(id, parameters, (0..3).map(|k| (k, Site::Tool(k), 1.0)).collect()).owner(Owner::Session).built()
     },
 };

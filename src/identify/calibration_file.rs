@@ -204,11 +204,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
             .enumerate()
             .map(|(i, r)| JointRange { joint: i + 1, min_deg: r[0] / DEG, max_deg: r[1] / DEG })
             .collect(),
-        setup: c
-            .setups
-            .iter()
-            .map(SetupTable::of)
-            .collect(),
+        setup: c.setups.iter().map(SetupTable::of).collect(),
         effect: tables(&c.model.own, &c.model.effects),
         parameter: c
             .estimates
@@ -302,11 +298,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         estimates,
         correlation,
         unresolved: file.unresolved,
-        setups: file
-            .setup
-            .into_iter()
-            .map(SetupTable::setup)
-            .collect(),
+        setups: file.setup.into_iter().map(SetupTable::setup).collect(),
         samples: f.samples,
         rms: f.rms_mm * MM,
         chi2_per_dof: f.chi2_per_dof,

@@ -4,6 +4,7 @@
 //! ball for tracker samples, and its projection on the line of sight for distances. A left-over reading is a point of the tool
 //! frame, so it enters as a shifted TCP, exactly.
 
+mod abreast;
 mod assembly;
 mod columns;
 mod error;

@@ -137,6 +137,19 @@ pub enum MasteringError {
         /// What an ideally placed one reads.
         ideal: f64,
     },
+    /// A free plunger does not read what it did when the gauge was mastered.
+    #[error(
+        "indicator {} reads {:.4} mm, not {:.4} mm as when nothing touched the mastered gauge; bring the arm clear, or master it anew",
+        axis + 1, free_reading / MM, expected / MM
+    )]
+    NotAsMastered {
+        /// Which.
+        axis: usize,
+        /// What it reads.
+        free_reading: f64,
+        /// What it should.
+        expected: f64,
+    },
 }
 
 /// A plunger that moved less than this has not moved, m: far above drift and vibration, far below the 12.5 mm it should.
@@ -169,20 +182,30 @@ pub fn master<I: Indicator>(
     Ok(Mastering { free_reading, preset_residual: on_ball.map(|reading| reading - preset), time_s: clock_s() })
 }
 
-/// Whether a gauge is still mastered as it was, on another day: its plungers, which nothing may touch now, stand at rest where they did when
-/// they were last free. An indicator that was set anew, lost its supply, or was moved in its channel reads otherwise.
+/// The mastering of a gauge that is mastered still: its plungers, which nothing may touch now, stand at rest where they did when they were
+/// last free, or where they should, if `before` is not known. An indicator that was set anew, lost its supply, or was moved in its channel
+/// reads otherwise.
 ///
 /// Mastering anew is not better where the old one holds: the master ball never seats twice in the same place.
 ///
 /// # Errors
-/// When an indicator fails or does not come to rest.
+/// When an indicator fails, does not come to rest, or stands elsewhere.
 pub fn still_mastered<I: Indicator>(
     indicators: &mut [I; 3],
-    mastering: &Mastering,
+    before: Option<&Mastering>,
+    trical: &TriCal,
     settings: &MasteringSettings,
-) -> Result<bool, MasteringError> {
-    let free = at_rest(indicators, settings)?;
-    Ok((0..3).all(|k| (free[k] - mastering.free_reading[k]).abs() <= settings.free_again_within))
+    clock_s: impl FnOnce() -> f64,
+) -> Result<Mastering, MasteringError> {
+    let free_reading = at_rest(indicators, settings)?;
+    let (expected, within) = match before {
+        Some(mastering) => (mastering.free_reading, settings.free_again_within),
+        None => ([trical.free_reading(); 3], settings.placed_within),
+    };
+    match (0..3).find(|&k| (free_reading[k] - expected[k]).abs() > within) {
+        Some(axis) => Err(MasteringError::NotAsMastered { axis, free_reading: free_reading[axis], expected: expected[axis] }),
+        None => Ok(before.cloned().unwrap_or(Mastering { free_reading, preset_residual: [0.0; 3], time_s: clock_s() })),
+    }
 }
 
 /// Whether free plungers stand where they should, after standing at `on_ball`.

@@ -1,339 +1,496 @@
-//! Forward kinematics of a deviating arm, and the exact columns of its position Jacobian.
+//! Forward kinematics of a deviating arm, and the exact columns of its position Jacobian, of one posture or of several at once.
 //!
 //! `T_world_tool = T(base) * prod_i [ flex_{i-1} Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d) ] * flex_n * tool` (paper Eq. 1, 2, 5, 6).
 //! Every site of deviation is a screw, so its column is either an axis, or `axis x (tcp - point)`: exact, with no differences taken.
+//!
+//! What is written here works on a number of each of several [`Postures`], in lanes; the [`Posture`] is the instance of one lane, and has
+//! the bytes that it has among others.
 
-use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
+use nalgebra::Vector3;
+use pulp::{Simd, WithSimd};
 
-use super::{Axis6, FramePose, MdhEntry, Pose, Robot, Site, SiteIndex, turns};
+use super::frame::Frames;
+use super::lanes::{Axes, Group, Numbers, Vector, in_lanes};
+use super::{Axis6, Frame, FramePose, MdhEntry, Pose, Robot, Site, SiteIndex, Vectors, turns};
 
-/// A frame as its three axes and its origin, in the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
-    /// Unit vector of the x axis.
-    pub x: Vector3<f64>,
-    /// Unit vector of the y axis.
-    pub y: Vector3<f64>,
-    /// Unit vector of the z axis.
-    pub z: Vector3<f64>,
-    /// Origin, m.
-    pub o: Vector3<f64>,
+/// Sine and cosine of an angle in each lane.
+#[derive(Clone, Copy)]
+struct Turn<S: Simd> {
+    sin: Numbers<S>,
+    cos: Numbers<S>,
 }
 
-impl Frame {
-    /// The world frame.
-    pub fn identity() -> Self {
-        Frame { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), o: Vector3::zeros() }
-    }
-
-    /// Axes and origin of a transform.
-    pub fn from_pose(pose: &Pose) -> Self {
-        let r = pose.rotation.matrix();
-        Frame {
-            x: r.column(0).into_owned(),
-            y: r.column(1).into_owned(),
-            z: r.column(2).into_owned(),
-            o: pose.translation.vector,
-        }
-    }
-
-    /// The transform from this frame to the world.
-    pub fn pose(&self) -> Pose {
-        let r = Matrix3::from_columns(&[self.x, self.y, self.z]);
-        Pose::from_parts(Translation3::from(self.o), Rotation3::from_matrix_unchecked(r))
-    }
-
-    /// World coordinates of a point given in this frame.
-    #[inline]
-    pub fn point(&self, p: &Vector3<f64>) -> Vector3<f64> {
-        self.o + self.direction(p)
-    }
-
-    /// World components of a vector given in this frame.
-    #[inline]
-    pub fn direction(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        self.x * v.x + self.y * v.y + self.z * v.z
-    }
-
-    /// Components in this frame of a vector given in the world.
-    #[inline]
-    pub fn components(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        Vector3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
-    }
-
-    /// This frame displaced by `Tr(x, y, z) Rz Ry Rx` along its own axes.
-    fn displaced(&self, v: &[f64]) -> Frame {
-        let d = FramePose { xyz: [v[0], v[1], v[2]], rz_ry_rx: [v[3], v[4], v[5]] }.pose();
-        Frame::from_pose(&(self.pose() * d))
-    }
-}
-
-/// Sine and cosine of an angle, kept from the last evaluation: twists hardly ever change between samples.
+/// Sines and cosines of an angle in each posture, kept from the last evaluation: twists hardly ever change between samples.
 #[derive(Debug, Clone, Copy)]
-struct Trig {
-    angle: f64,
-    sin: f64,
-    cos: f64,
+struct Trigs<const L: usize> {
+    angle: [f64; L],
+    sin: [f64; L],
+    cos: [f64; L],
 }
 
-impl Trig {
-    const ZERO: Trig = Trig { angle: 0.0, sin: 0.0, cos: 1.0 };
+impl<const L: usize> Trigs<L> {
+    const ZERO: Self = Trigs { angle: [0.0; L], sin: [0.0; L], cos: [1.0; L] };
 
-    #[inline]
-    fn at(&mut self, angle: f64) -> (f64, f64) {
-        if angle != self.angle {
-            let (sin, cos) = angle.sin_cos();
-            *self = Trig { angle, sin, cos };
-        }
-        (self.sin, self.cos)
-    }
-}
-
-/// An MDH line with its deviations and its joint's angle.
-#[derive(Debug, Clone, Copy)]
-struct Line {
-    alpha: Trig,
-    a: f64,
-    beta: Trig,
-    theta: Trig,
-    d: f64,
-}
-
-impl Line {
-    /// The frame at the end of this line, of the one where it begins.
     #[inline(always)]
-    fn next(&self, frame: &Frame) -> Frame {
-        let Line { alpha, a, beta, theta, d } = *self;
+    fn of<S: Simd>(&self, group: Group<S>) -> Turn<S> {
+        Turn { sin: group.of(&self.sin), cos: group.of(&self.cos) }
+    }
+
+    #[inline(always)]
+    fn differ(&self, angle: &[f64; L]) -> bool {
+        // All bits at once: a comparison a lane would be a branch a lane.
+        (0..L).fold(0, |bits, l| bits | (angle[l].to_bits() ^ self.angle[l].to_bits())) != 0
+    }
+
+    #[inline(always)]
+    fn turn(&mut self, angle: &[f64; L]) {
+        if self.differ(angle) {
+            self.evaluate(angle);
+        }
+    }
+
+    #[cold]
+    fn evaluate(&mut self, angle: &[f64; L]) {
+        for l in 0..L {
+            // Most often all postures share it.
+            (self.sin[l], self.cos[l]) = if l > 0 && angle[l].to_bits() == angle[l - 1].to_bits() {
+                (self.sin[l - 1], self.cos[l - 1])
+            } else {
+                angle[l].sin_cos()
+            };
+        }
+        self.angle = *angle;
+    }
+}
+
+/// An MDH line in each posture, but for its joint's angle.
+#[derive(Debug, Clone, Copy)]
+struct Lines<const L: usize> {
+    alpha: Trigs<L>,
+    a: [f64; L],
+    beta: Trigs<L>,
+    skewed: bool,
+    d: [f64; L],
+}
+
+impl<const L: usize> Lines<L> {
+    const ZERO: Self = Lines { alpha: Trigs::ZERO, a: [0.0; L], beta: Trigs::ZERO, skewed: false, d: [0.0; L] };
+
+    /// The frames at the end of this line, of those where it begins.
+    #[inline(always)]
+    fn next<S: Simd>(&self, group: Group<S>, theta: Turn<S>, frame: &Axes<S>) -> Axes<S> {
+        let alpha = self.alpha.of(group);
         let y = frame.y * alpha.cos + frame.z * alpha.sin;
         let mut z = frame.z * alpha.cos - frame.y * alpha.sin;
         let mut x = frame.x;
         // Skewed are few lines, and each product here would wait for the one before.
-        if beta.angle != 0.0 {
+        if self.skewed {
+            let beta = self.beta.of(group);
             (x, z) = (x * beta.cos - z * beta.sin, x * beta.sin + z * beta.cos);
         }
-        Frame { x: x * theta.cos + y * theta.sin, y: y * theta.cos - x * theta.sin, z, o: frame.o + frame.x * a + z * d }
+        let o = frame.o + frame.x * group.of(&self.a) + z * group.of(&self.d);
+        Axes { x: x * theta.cos + y * theta.sin, y: y * theta.cos - x * theta.sin, z, o }
     }
 }
 
-/// The arm in one posture: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
+/// The arm in `L` postures at once: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
+///
+/// Joints, deviations and what comes out of them are lists of `[f64; L]`, a number a posture.
 #[derive(Debug, Clone)]
-pub struct Posture {
+pub struct Postures<const L: usize> {
     sites: SiteIndex,
-    base: Frame,
-    /// Rz, Ry, Rx of the base, of which `base` keeps the axes: a base seldom turns between samples.
-    base_turned: [Trig; 3],
+    /// Rz, Ry, Rx of the base, of which frame 0 keeps the axes: a base seldom turns between samples.
+    base_turned: [Trigs<L>; 3],
     /// Frame k before its flex displacement; 0 is the base.
-    rigid: Vec<Frame>,
+    rigid: Vec<Frames<L>>,
     /// Frame k after it; only kept up when something flexes.
-    flexed: Vec<Frame>,
+    flexed: Vec<Frames<L>>,
     flexible: bool,
     /// Rz and Ry of each flex displacement.
-    flex_turned: Vec<[Trig; 2]>,
-    lines: Vec<Line>,
-    tcp: Vector3<f64>,
+    flex_turned: Vec<[Trigs<L>; 2]>,
+    lines: Vec<Lines<L>>,
+    /// Angle of each joint.
+    theta: Vec<Trigs<L>>,
+    tcp: Vectors<L>,
 }
 
-impl Posture {
+/// The arm in one posture.
+pub type Posture = Postures<1>;
+
+/// What a batch of postures is made of, one number a posture.
+#[derive(Debug, Clone, Copy)]
+pub struct Stances<'a, const L: usize> {
+    /// Nominal base in the world: x, y, z (m), rz, ry, rx (rad).
+    pub base: &'a [[f64; L]; 6],
+    /// TCP in the last frame, m.
+    pub tool: &'a [[f64; L]; 3],
+    /// Joint angles, rad (N).
+    pub q: &'a [[f64; L]],
+    /// Deviation of every site, SI (see [`SiteIndex`]).
+    pub deviations: &'a [[f64; L]],
+}
+
+impl<const L: usize> Postures<L> {
     /// A workspace for this arm.
     pub fn new(robot: &Robot) -> Self {
         let n = robot.joints();
-        Posture {
+        Postures {
             sites: SiteIndex::new(n),
-            base: Frame::identity(),
-            base_turned: [Trig::ZERO; 3],
-            rigid: vec![Frame::identity(); n + 1],
-            flexed: vec![Frame::identity(); n + 1],
+            base_turned: [Trigs::ZERO; 3],
+            rigid: vec![Frames::identity(); n + 1],
+            flexed: vec![Frames::identity(); n + 1],
             flexible: false,
-            flex_turned: vec![[Trig::ZERO; 2]; n + 1],
-            lines: vec![Line { alpha: Trig::ZERO, a: 0.0, beta: Trig::ZERO, theta: Trig::ZERO, d: 0.0 }; n],
-            tcp: Vector3::zeros(),
+            flex_turned: vec![[Trigs::ZERO; 2]; n + 1],
+            lines: vec![Lines::ZERO; n],
+            theta: vec![Trigs::ZERO; n],
+            tcp: Vectors::ZERO,
         }
     }
 
-    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI number a site, see [`SiteIndex`]).
-    pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
+    /// Moves the arm to all of them.
+    #[inline]
+    pub fn set_all(&mut self, robot: &Robot, stances: &Stances<'_, L>) {
+        in_lanes::<L, _>(Stand { postures: self, robot, stances });
+    }
+
+    #[inline(always)]
+    fn stand<S: Simd>(&mut self, simd: S, robot: &Robot, stances: &Stances<'_, L>) {
+        let Stances { base, tool, q, deviations } = *stances;
         let n = robot.joints();
-        debug_assert_eq!(deviations.len(), self.sites.len());
-        debug_assert_eq!(q.len(), n);
-        let mut chi = base.to_array();
-        for (c, d) in chi.iter_mut().zip(deviations) {
-            *c += d;
-        }
-        if self.base_turned.iter().zip(&chi[3..]).any(|(turned, angle)| turned.angle != *angle) {
-            self.base = Frame::from_pose(&FramePose::from_array(chi).pose());
-            self.base_turned.iter_mut().zip(&chi[3..]).for_each(|(turned, angle)| _ = turned.at(*angle));
-        }
-        self.base.o = Vector3::new(chi[0], chi[1], chi[2]);
-        self.flexible = false;
+        assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n && self.theta.len() == n);
+        self.place_base(base, deviations);
         // All sines first: between their calls the frames below would leave the registers.
-        for (group, lines) in self.lines.chunks_mut(turns::LANES).enumerate() {
-            let mut angles = [0.0; turns::LANES];
-            let first = group * turns::LANES;
-            for (k, (line, angle)) in lines.iter_mut().zip(&mut angles).enumerate() {
-                let i = first + k;
-                let dev = &deviations[self.sites.link(i)..][..5];
-                let mdh = &robot.links[i].mdh;
-                line.alpha.at(mdh.alpha + dev[0]);
-                line.a = mdh.a + dev[1];
-                line.beta.at(mdh.beta + dev[2]);
-                *angle = q[i] + mdh.theta + dev[3];
-                line.d = mdh.d + dev[4];
-            }
-            let (sin, cos) = turns::sin_cos(&angles);
-            for (k, line) in lines.iter_mut().enumerate() {
-                line.theta = Trig { angle: angles[k], sin: sin[k], cos: cos[k] };
-            }
+        for (i, (lines, theta)) in self.lines.iter_mut().zip(&mut self.theta).enumerate() {
+            let dev = &deviations[self.sites.link(i)..][..5];
+            let mdh = &robot.links[i].mdh;
+            lines.alpha.turn(&sum(mdh.alpha, &dev[0]));
+            lines.a = sum(mdh.a, &dev[1]);
+            lines.beta.turn(&sum(mdh.beta, &dev[2]));
+            lines.skewed = (0..L).fold(0, |bits, l| bits | lines.beta.angle[l].to_bits()) << 1 != 0;
+            (0..L).for_each(|l| theta.angle[l] = q[i][l] + mdh.theta + dev[3][l]);
+            lines.d = sum(mdh.d, &dev[4]);
         }
-        let mut frame = self.base;
-        if (0..=n).any(|k| self.flexes(k, deviations)) {
-            self.bend(0, &mut frame, deviations);
+        self.turn_joints();
+        let flexes = |k: usize| flexes(&deviations[self.sites.flex(k)..][..6]);
+        self.flexible = (0..=n).any(flexes);
+        let tip = self.sites.tool();
+        let tip = [&deviations[tip], &deviations[tip + 1], &deviations[tip + 2]];
+        if self.flexible {
+            self.bend(0, deviations);
             for i in 0..n {
-                frame = self.lines[i].next(&frame);
-                self.bend(i + 1, &mut frame, deviations);
+                for first in (0..L).step_by(S::F64_LANES) {
+                    let group = Group::new(simd, first);
+                    let next = self.lines[i].next(group, self.theta[i].of(group), &self.flexed[i].of(group));
+                    self.rigid[i + 1].put_all(group, &next);
+                }
+                self.bend(i + 1, deviations);
+            }
+            for first in (0..L).step_by(S::F64_LANES) {
+                let group = Group::new(simd, first);
+                self.tcp.put_all(group, self.flexed[n].of(group).point(offset(group, tool, tip)));
             }
         } else {
-            self.rigid[0] = frame;
-            for (line, rigid) in self.lines.iter().zip(&mut self.rigid[1..]) {
-                frame = line.next(&frame);
-                *rigid = frame;
+            for first in (0..L).step_by(S::F64_LANES) {
+                let group = Group::new(simd, first);
+                let mut frame = self.rigid[0].of(group);
+                for ((lines, theta), rigid) in self.lines.iter().zip(&self.theta).zip(&mut self.rigid[1..]) {
+                    frame = lines.next(group, theta.of(group), &frame);
+                    rigid.put_all(group, &frame);
+                }
+                self.tcp.put_all(group, frame.point(offset(group, tool, tip)));
             }
         }
-        let t = &deviations[self.sites.tool()..][..3];
-        let offset = Vector3::new(tool.xyz[0] + t[0], tool.xyz[1] + t[1], tool.xyz[2] + t[2]);
-        self.tcp = frame.point(&offset);
     }
 
-    /// Whether frame k is displaced.
-    #[inline]
-    fn flexes(&self, k: usize, deviations: &[f64]) -> bool {
-        // All bits but the sign's at once: six comparisons would be six branches.
-        deviations[self.sites.flex(k)..][..6].iter().fold(0, |bits, x| bits | x.to_bits()) << 1 != 0
+    /// Sets the base, which is frame 0 before its flex displacement.
+    #[inline(always)]
+    fn place_base(&mut self, base: &[[f64; L]; 6], deviations: &[[f64; L]]) {
+        let mut chi = *base;
+        for (chi, dev) in chi.iter_mut().zip(deviations) {
+            (0..L).for_each(|l| chi[l] += dev[l]);
+        }
+        if self.base_turned.iter().zip(&chi[3..]).any(|(turned, angle)| turned.differ(angle)) {
+            self.turn_base(&chi);
+        }
+        let [x, y, z, ..] = chi;
+        self.rigid[0].o = Vectors { x, y, z };
     }
 
-    fn bend(&mut self, k: usize, frame: &mut Frame, deviations: &[f64]) {
-        self.rigid[k] = *frame;
+    #[cold]
+    fn turn_base(&mut self, chi: &[[f64; L]; 6]) {
+        for l in 0..L {
+            self.rigid[0].put(l, &Frame::from_pose(&FramePose::from_array(chi.map(|x| x[l])).pose()));
+        }
+        self.base_turned.iter_mut().zip(&chi[3..]).for_each(|(turned, angle)| turned.turn(angle));
+    }
+
+    /// Finds the sines and cosines of all joints.
+    #[inline(always)]
+    fn turn_joints(&mut self) {
+        for group in self.theta.chunks_mut(turns::LANES / L) {
+            let (mut angles, mut sin, mut cos) = ([0.0; turns::LANES], [0.0; turns::LANES], [0.0; turns::LANES]);
+            for (k, theta) in group.iter().enumerate() {
+                angles[k * L..][..L].copy_from_slice(&theta.angle);
+            }
+            turns::sin_cos(&angles, &mut sin, &mut cos);
+            for (k, theta) in group.iter_mut().enumerate() {
+                theta.sin.copy_from_slice(&sin[k * L..][..L]);
+                theta.cos.copy_from_slice(&cos[k * L..][..L]);
+            }
+        }
+    }
+
+    /// Displaces frame k.
+    fn bend(&mut self, k: usize, deviations: &[[f64; L]]) {
+        self.flexed[k] = self.rigid[k];
         let v = &deviations[self.sites.flex(k)..][..6];
-        let flexes = self.flexes(k, deviations);
-        if flexes && !self.flexible {
-            self.flexible = true;
-            self.flexed[..k].copy_from_slice(&self.rigid[..k]);
-            self.flex_turned[..k].fill([Trig::ZERO; 2]);
-        }
-        if self.flexible {
-            if flexes {
-                *frame = frame.displaced(v);
+        if flexes(v) {
+            for l in 0..L {
+                let v = [0, 1, 2, 3, 4, 5].map(|axis| v[axis][l]);
+                if v != [0.0; 6] {
+                    self.flexed[k].put(l, &self.rigid[k].at(l).displaced(&v));
+                }
             }
-            self.flex_turned[k][0].at(v[3]);
-            self.flex_turned[k][1].at(v[4]);
-            self.flexed[k] = *frame;
         }
+        self.flex_turned[k][0].turn(&v[3]);
+        self.flex_turned[k][1].turn(&v[4]);
     }
 
     /// Frames after their flex displacements.
-    #[inline]
-    fn frames(&self) -> &[Frame] {
+    #[inline(always)]
+    fn frames(&self) -> &[Frames<L>] {
         if self.flexible { &self.flexed } else { &self.rigid }
     }
 
-    /// World position of the TCP, m.
+    /// World positions of the TCP, m.
     #[inline]
-    pub fn tcp(&self) -> Vector3<f64> {
-        self.tcp
+    pub fn tcps(&self) -> &Vectors<L> {
+        &self.tcp
     }
 
-    /// `world_from_frame` k: 0 is the base, k the frame of link k (counted from 1).
-    #[inline]
-    pub fn frame(&self, k: usize) -> &Frame {
-        &self.frames()[k]
+    /// `world_from_frame` k of one posture: 0 is the base, k the frame of link k (counted from 1).
+    #[inline(always)]
+    pub fn frame_at(&self, lane: usize, k: usize) -> Frame {
+        self.frames()[k].at(lane)
     }
 
-    /// The last frame, that carries the flange and the tool.
-    #[inline]
-    pub fn flange(&self) -> &Frame {
-        &self.frames()[self.rigid.len() - 1]
+    /// Axis and origin of joint `i` (counted from 0) in the world, of one posture.
+    #[inline(always)]
+    pub fn joint_axis_at(&self, lane: usize, i: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let frame = self.rigid[i + 1].at(lane);
+        (frame.z, frame.o)
     }
 
-    /// `world_from_tool`, the tool's axes turned in the flange as `tool` says.
-    pub fn world_from_tool(&self, tool: &FramePose) -> Pose {
-        let turned = FramePose { xyz: [0.0; 3], ..*tool }.pose();
-        Frame { o: self.tcp, ..*self.flange() }.pose() * turned
+    /// Frames k of a group of postures.
+    #[inline(always)]
+    pub(super) fn frames_of<S: Simd>(&self, group: Group<S>, k: usize) -> Axes<S> {
+        self.frames()[k].of(group)
     }
 
-    /// Axis and origin of joint `i` (counted from 0) in the world.
-    #[inline]
-    pub fn joint_axis(&self, i: usize) -> (Vector3<f64>, Vector3<f64>) {
-        let f = &self.rigid[i + 1];
-        (f.z, f.o)
+    /// Axis and origin of joint `k` (counted from 1), or of the base's z axis where `k` is 0, of a group of postures.
+    #[inline(always)]
+    pub(super) fn axes_of<S: Simd>(&self, group: Group<S>, k: usize) -> (Vector<S>, Vector<S>) {
+        let frames = if k == 0 { self.frames() } else { &self.rigid };
+        (frames[k].z.of(group), frames[k].o.of(group))
     }
 
     /// The [column](Posture::column) of every site at its place (see [`SiteIndex`]), but for those of flex displacements.
     ///
     /// All at once they are worked out side by side; one by one each would wait for the choice of its site.
-    pub fn columns(&self, columns: &mut [Vector3<f64>]) {
-        for axis in Axis6::ALL {
-            columns[axis as usize] = self.column(Site::Base(axis));
+    #[inline]
+    pub fn columns(&self, columns: &mut [Vectors<L>]) {
+        in_lanes::<L, _>(WriteColumns { postures: self, columns });
+    }
+
+    #[inline(always)]
+    fn write_columns<S: Simd>(&self, simd: S, columns: &mut [Vectors<L>]) {
+        for first in (0..L).step_by(S::F64_LANES) {
+            let group = Group::new(simd, first);
+            for axis in Axis6::ALL {
+                self.write_column(group, Site::Base(axis), columns);
+            }
+            for i in 0..self.lines.len() {
+                for entry in MdhEntry::ALL {
+                    self.write_column(group, Site::Mdh(i, entry), columns);
+                }
+            }
+            for k in 0..3 {
+                self.write_column(group, Site::Tool(k), columns);
+                self.write_column(group, Site::Target(k), columns);
+            }
         }
-        for i in 0..self.lines.len() {
-            let [alpha, a, beta, theta, d] = MdhEntry::ALL.map(|entry| Site::Mdh(i, entry));
-            let of_link = [self.column(alpha), self.column(a), self.column(beta), self.column(theta), self.column(d)];
-            columns[self.sites.link(i)..][..5].copy_from_slice(&of_link);
+    }
+
+    #[inline(always)]
+    fn write_column<S: Simd>(&self, group: Group<S>, site: Site, columns: &mut [Vectors<L>]) {
+        columns[self.sites.of(site)].put_all(group, self.column_of(group, site));
+    }
+
+    /// The [column](Posture::column) of a site in one posture.
+    #[inline(always)]
+    pub fn column_at(&self, lane: usize, site: Site) -> Vector3<f64> {
+        self.column_of(Group::lane(lane), site).into()
+    }
+
+    /// The [column](Posture::column) of a site in a group of postures.
+    // Always: handed back through memory, each of a Jacobian's columns would wait for the stores of its parts.
+    #[inline(always)]
+    fn column_of<S: Simd>(&self, group: Group<S>, site: Site) -> Vector<S> {
+        let tcp = self.tcp.of(group);
+        match site {
+            Site::Base(axis) => {
+                let [rz, ry, _] = &self.base_turned;
+                let (x, y, z) = (group.vector(&Vector3::x()), group.vector(&Vector3::y()), group.vector(&Vector3::z()));
+                let origin = Axes { x, y, z, o: self.rigid[0].o.of(group) };
+                displacement_column(&origin, axis, [rz.of(group), ry.of(group)], tcp)
+            }
+            Site::Mdh(i, entry) => {
+                let (previous, next) = (&self.frames()[i], &self.rigid[i + 1]);
+                match entry {
+                    MdhEntry::Alpha => previous.x.of(group).cross(tcp - previous.o.of(group)),
+                    MdhEntry::A => previous.x.of(group),
+                    MdhEntry::Beta => {
+                        let Lines { alpha, a, .. } = &self.lines[i];
+                        let alpha = alpha.of(group);
+                        let y = previous.y.of(group) * alpha.cos + previous.z.of(group) * alpha.sin;
+                        y.cross(tcp - previous.o.of(group) - previous.x.of(group) * group.of(a))
+                    }
+                    MdhEntry::Theta => next.z.of(group).cross(tcp - next.o.of(group)),
+                    MdhEntry::D => next.z.of(group),
+                }
+            }
+            Site::Flex(k, axis) => {
+                let origin = Axes { o: self.frames()[k].o.of(group), ..self.rigid[k].of(group) };
+                let still = Turn { sin: group.splat(0.0), cos: group.splat(1.0) };
+                let [rz, ry] = &self.flex_turned[k];
+                let turned = if self.flexible { [rz.of(group), ry.of(group)] } else { [still; 2] };
+                displacement_column(&origin, axis, turned, tcp)
+            }
+            Site::Tool(k) => {
+                let flange = &self.frames()[self.lines.len()];
+                [flange.x, flange.y, flange.z][k].of(group)
+            }
+            Site::Target(k) => -group.vector(&Vector3::ith(k, 1.0)),
         }
-        let flange = self.flange();
-        columns[self.sites.tool()..][..3].copy_from_slice(&[flange.x, flange.y, flange.z]);
-        columns[self.sites.target()..][..3].copy_from_slice(&[-Vector3::x(), -Vector3::y(), -Vector3::z()]);
+    }
+}
+
+impl Posture {
+    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI number a site, see [`SiteIndex`]).
+    #[inline]
+    pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
+        let (base, tool) = (base.to_array().map(|x| [x]), tool.xyz.map(|x| [x]));
+        let (q, deviations) = (q.as_chunks().0, deviations.as_chunks().0);
+        self.set_all(robot, &Stances { base: &base, tool: &tool, q, deviations });
+    }
+
+    /// World position of the TCP, m.
+    #[inline]
+    pub fn tcp(&self) -> Vector3<f64> {
+        self.tcp.at(0)
+    }
+
+    /// `world_from_frame` k: 0 is the base, k the frame of link k (counted from 1).
+    #[inline]
+    pub fn frame(&self, k: usize) -> Frame {
+        self.frame_at(0, k)
+    }
+
+    /// The last frame, that carries the flange and the tool.
+    #[inline]
+    pub fn flange(&self) -> Frame {
+        self.frame_at(0, self.lines.len())
+    }
+
+    /// `world_from_tool`, the tool's axes turned in the flange as `tool` says.
+    pub fn world_from_tool(&self, tool: &FramePose) -> Pose {
+        self.world_from_turned(&FramePose { xyz: [0.0; 3], ..*tool }.pose())
+    }
+
+    /// `world_from_tool`, the tool's axes turned in the flange by `turned`.
+    pub fn world_from_turned(&self, turned: &Pose) -> Pose {
+        Frame { o: self.tcp(), ..self.flange() }.pose() * turned
+    }
+
+    /// Axis and origin of joint `i` (counted from 0) in the world.
+    #[inline]
+    pub fn joint_axis(&self, i: usize) -> (Vector3<f64>, Vector3<f64>) {
+        self.joint_axis_at(0, i)
     }
 
     /// d(TCP)/d(site), m per SI unit of the site; for a target site, d(target)/d(site) with the sign that makes it a column of the model's side.
     ///
     /// The residual is `target - tcp`, so a target site counts negatively here.
-    // Always: handed back through memory, each of a Jacobian's columns would wait for the stores of its parts.
     #[inline(always)]
     pub fn column(&self, site: Site) -> Vector3<f64> {
-        match site {
-            Site::Base(axis) => {
-                let [rz, ry, _] = self.base_turned;
-                displacement_column(&Frame { o: self.base.o, ..Frame::identity() }, axis, [rz, ry], &self.tcp)
-            }
-            Site::Mdh(i, entry) => {
-                let previous = &self.frames()[i];
-                let next = &self.rigid[i + 1];
-                match entry {
-                    MdhEntry::Alpha => previous.x.cross(&(self.tcp - previous.o)),
-                    MdhEntry::A => previous.x,
-                    MdhEntry::Beta => {
-                        let Line { alpha, a, .. } = self.lines[i];
-                        let y = previous.y * alpha.cos + previous.z * alpha.sin;
-                        y.cross(&(self.tcp - previous.o - previous.x * a))
-                    }
-                    MdhEntry::Theta => next.z.cross(&(self.tcp - next.o)),
-                    MdhEntry::D => next.z,
-                }
-            }
-            Site::Flex(k, axis) => {
-                let origin = Frame { o: self.frames()[k].o, ..self.rigid[k] };
-                let turned = if self.flexible { self.flex_turned[k] } else { [Trig::ZERO; 2] };
-                displacement_column(&origin, axis, turned, &self.tcp)
-            }
-            Site::Tool(k) => {
-                let f = self.flange();
-                [f.x, f.y, f.z][k]
-            }
-            Site::Target(k) => -Vector3::ith(k, 1.0),
-        }
+        self.column_at(0, site)
     }
+}
+
+/// [`Postures::set_all`] for the vectors that the processor has. A closure would be compiled for those that all processors have.
+struct Stand<'a, const L: usize> {
+    postures: &'a mut Postures<L>,
+    robot: &'a Robot,
+    stances: &'a Stances<'a, L>,
+}
+
+impl<const L: usize> WithSimd for Stand<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.postures.stand(simd, self.robot, self.stances);
+    }
+}
+
+/// [`Postures::columns`] likewise.
+struct WriteColumns<'a, const L: usize> {
+    postures: &'a Postures<L>,
+    columns: &'a mut [Vectors<L>],
+}
+
+impl<const L: usize> WithSimd for WriteColumns<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.postures.write_columns(simd, self.columns);
+    }
+}
+
+/// Adds a number to that of each posture.
+#[inline(always)]
+fn sum<const L: usize>(a: f64, b: &[f64; L]) -> [f64; L] {
+    let mut sum = *b;
+    (0..L).for_each(|l| sum[l] = a + b[l]);
+    sum
+}
+
+/// Whether a displacement is any in any posture.
+#[inline(always)]
+fn flexes<const L: usize>(displacement: &[[f64; L]]) -> bool {
+    // All bits but the sign's at once: a comparison each would be a branch each.
+    displacement.iter().flatten().fold(0, |bits, x| bits | x.to_bits()) << 1 != 0
+}
+
+/// TCP in the last frame: the nominal one and by how much it differs.
+#[inline(always)]
+fn offset<S: Simd, const L: usize>(group: Group<S>, tool: &[[f64; L]; 3], moved: [&[f64; L]; 3]) -> Vector<S> {
+    let ([x, y, z], [dx, dy, dz]) = (tool, moved);
+    Vector { x: group.of(x) + group.of(dx), y: group.of(y) + group.of(dy), z: group.of(z) + group.of(dz) }
 }
 
 /// Column of one number of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the translation).
 #[inline(always)]
-fn displacement_column(frame: &Frame, axis: Axis6, [rz, ry]: [Trig; 2], tcp: &Vector3<f64>) -> Vector3<f64> {
+fn displacement_column<S: Simd>(frame: &Axes<S>, axis: Axis6, [rz, ry]: [Turn<S>; 2], tcp: Vector<S>) -> Vector<S> {
     let arm = tcp - frame.o;
     match axis {
         Axis6::X => frame.x,
         Axis6::Y => frame.y,
         Axis6::Z => frame.z,
-        Axis6::Rz => frame.z.cross(&arm),
-        Axis6::Ry => (frame.y * rz.cos - frame.x * rz.sin).cross(&arm),
-        Axis6::Rx => ((frame.x * rz.cos + frame.y * rz.sin) * ry.cos - frame.z * ry.sin).cross(&arm),
+        Axis6::Rz => frame.z.cross(arm),
+        Axis6::Ry => (frame.y * rz.cos - frame.x * rz.sin).cross(arm),
+        Axis6::Rx => ((frame.x * rz.cos + frame.y * rz.sin) * ry.cos - frame.z * ry.sin).cross(arm),
     }
 }
 
@@ -408,11 +565,11 @@ mod tests {
                 let column = posture.column(site);
                 assert!((column - difference).norm() < TOLERANCE, "{site}: {column:?} against {difference:?}");
             }
-            let mut together = vec![Vector3::zeros(); index.len()];
+            let mut together = vec![Vectors::ZERO; index.len()];
             posture.columns(&mut together);
             sites.extend((0..3).map(Site::Target));
             for site in sites.into_iter().filter(|site| !matches!(site, Site::Flex(..))) {
-                assert_eq!(together[index.of(site)], posture.column(site), "{site}");
+                assert_eq!(together[index.of(site)].at(0), posture.column(site), "{site}");
             }
         }
     }
@@ -447,6 +604,58 @@ mod tests {
                     assert_eq!(kept.frame(k), fresh.frame(k));
                     for site in Axis6::ALL.map(|axis| Site::Flex(k, axis)).into_iter().chain(Axis6::ALL.map(Site::Base)) {
                         assert_eq!(kept.column(site), fresh.column(site), "{site}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Bits and all: no lane knows of its neighbours.
+    #[test]
+    fn postures_side_by_side_are_those_that_each_has_alone() {
+        const LANES: usize = 8;
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        for joints in [1, 6, 7, 9] {
+            let robot = arm(joints, &mut random);
+            let index = SiteIndex::new(joints);
+            let (mut together, mut alone) = (Postures::<LANES>::new(&robot), Posture::new(&robot));
+            for round in 0..6 {
+                let mut numbers = |count: usize, scale: f64| -> Vec<[f64; LANES]> {
+                    (0..count).map(|_| std::array::from_fn(|_| random.random_range(-scale..scale))).collect()
+                };
+                let (base, tool): ([_; 6], [_; 3]) = (numbers(6, 1.0).try_into().unwrap(), numbers(3, 0.2).try_into().unwrap());
+                let (mut q, mut deviations) = (numbers(joints, 3.0), numbers(index.len(), 0.3));
+                // Where the polynomials of sine and cosine end, one posture must not decide for the others.
+                q[0][3] = 2e6;
+                for k in 0..=joints {
+                    let stiff = |l: usize| round < 2 || (round + k + l).is_multiple_of(3);
+                    for v in &mut deviations[index.flex(k)..][..6] {
+                        (0..LANES).filter(|&l| stiff(l)).for_each(|l| v[l] = 0.0);
+                    }
+                }
+                if round == 5 {
+                    deviations[index.of(Site::Mdh(0, MdhEntry::Beta))][2] = -robot.links[0].mdh.beta;
+                }
+                together.set_all(&robot, &Stances { base: &base, tool: &tool, q: &q, deviations: &deviations });
+                let (mut columns, mut own) = (vec![Vectors::ZERO; index.len()], vec![Vectors::ZERO; index.len()]);
+                together.columns(&mut columns);
+                for lane in 0..LANES {
+                    let of = |list: &[[f64; LANES]]| -> Vec<f64> { list.iter().map(|x| x[lane]).collect() };
+                    let base = FramePose::from_array(base.map(|x| x[lane]));
+                    let tool = FramePose { xyz: tool.map(|x| x[lane]), ..FramePose::default() };
+                    alone.set(&robot, &base, &tool, &of(&q), &of(&deviations));
+                    let bits = |v: Vector3<f64>| [v.x, v.y, v.z].map(f64::to_bits);
+                    assert_eq!(bits(together.tcps().at(lane)), bits(alone.tcp()), "{joints} joints, round {round}");
+                    for k in 0..=joints {
+                        let (one, other) = (together.frame_at(lane, k), alone.frame(k));
+                        assert_eq!([one.x, one.y, one.z, one.o].map(bits), [other.x, other.y, other.z, other.o].map(bits));
+                        for site in Axis6::ALL.map(|axis| Site::Flex(k, axis)) {
+                            assert_eq!(bits(together.column_at(lane, site)), bits(alone.column(site)), "{site}");
+                        }
+                    }
+                    alone.columns(&mut own);
+                    for (column, own) in columns.iter().zip(&own) {
+                        assert_eq!(bits(column.at(lane)), bits(own.at(0)));
                     }
                 }
             }

@@ -2,9 +2,11 @@
 
 mod builtin;
 mod dexterity;
+mod frame;
 mod inverse;
 mod kinematics;
 mod kr6_r700;
+mod lanes;
 mod link;
 mod panda;
 mod rel_tool;
@@ -22,8 +24,9 @@ mod ur5;
 
 pub use builtin::{BUILT_IN, built_in};
 pub use dexterity::dexterity;
+pub use frame::{Frame, Vectors};
 pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
-pub use kinematics::{Frame, Posture, world_from_tool};
+pub use kinematics::{Posture, Postures, Stances, world_from_tool};
 pub use link::{FramePose, Link, MdhLink, Pose};
 pub(crate) use rel_tool::screw;
 pub use rel_tool::{RelTool, RelToolError, rel_tool};
@@ -32,7 +35,7 @@ pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
-pub use statics::{DEFAULT_GRAVITY, Loads, Payload};
+pub use statics::{DEFAULT_GRAVITY, Loads, Payload, torques};
 pub use status_turn::StatusTurn;
 
 /// Robot files are written with nine decimals, in mm, deg and kg: so far may two copies of one arm differ, in SI.

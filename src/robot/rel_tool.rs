@@ -72,7 +72,7 @@ impl RelTool {
     ) -> Result<(), RelToolError> {
         self.moved.copy_from_slice(q);
         self.posture.set(robot, base, tool, &self.moved, &self.drawn);
-        let wanted = *self.posture.flange();
+        let wanted = self.posture.flange();
         let turned = FramePose { xyz: [0.0; 3], ..*tool }.pose();
         let target = self.posture.tcp() + wanted.direction(&(turned.rotation * offset));
         for step in 1..=MOST_STEPS {

@@ -176,7 +176,7 @@ impl ClearanceCheck {
 
     fn place(&mut self, posture: &Posture) {
         for (placed, solid) in self.placed.iter_mut().zip(&self.moving) {
-            *placed = Placed::new(&solid.shape, posture.frame(solid.frame));
+            *placed = Placed::new(&solid.shape, &posture.frame(solid.frame));
         }
     }
 

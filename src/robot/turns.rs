@@ -39,16 +39,18 @@ const WHOLE: f64 = 6_755_399_441_055_744.0;
 
 /// Sines and cosines of these angles (rad), each to 3e-16 of the true number, absolute.
 #[inline]
-pub(super) fn sin_cos(angles: &[f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
-    let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
-    if angles.iter().all(|angle| angle.abs() <= LARGEST) {
-        Arch::new().dispatch(|| lanes(angles, &mut sin, &mut cos));
-    } else {
-        for ((sin, cos), angle) in sin.iter_mut().zip(&mut cos).zip(angles) {
-            (*sin, *cos) = angle.sin_cos();
-        }
+pub(super) fn sin_cos(angles: &[f64; LANES], sin: &mut [f64; LANES], cos: &mut [f64; LANES]) {
+    Arch::new().dispatch(|| lanes(angles, sin, cos));
+    if !angles.iter().fold(true, |all, angle| all & (angle.abs() <= LARGEST)) {
+        far_turns(angles, sin, cos);
     }
-    (sin, cos)
+}
+
+#[cold]
+fn far_turns(angles: &[f64; LANES], sin: &mut [f64; LANES], cos: &mut [f64; LANES]) {
+    for ((sin, cos), angle) in sin.iter_mut().zip(cos).zip(angles).filter(|(_, angle)| angle.abs() > LARGEST) {
+        (*sin, *cos) = angle.sin_cos();
+    }
 }
 
 #[inline(always)]
@@ -77,13 +79,19 @@ fn lanes(angles: &[f64; LANES], sin: &mut [f64; LANES], cos: &mut [f64; LANES]) 
 mod tests {
     use super::*;
 
+    fn both(angles: &[f64; LANES]) -> ([f64; LANES], [f64; LANES]) {
+        let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
+        sin_cos(angles, &mut sin, &mut cos);
+        (sin, cos)
+    }
+
     /// One rounding of each of sine and cosine near one, and half of one of the C library, which is right to 0.55 of it.
     const TOLERANCE: f64 = 3e-16;
 
     fn largest_error(angles: impl Iterator<Item = f64>) -> f64 {
         let angles: Vec<f64> = angles.collect();
         let of_eight = |eight: &[f64]| {
-            let (sin, cos) = sin_cos(eight.try_into().unwrap());
+            let (sin, cos) = both(eight.try_into().unwrap());
             let off = |k: usize| (sin[k] - eight[k].sin()).abs().max((cos[k] - eight[k].cos()).abs());
             (0..LANES).map(off).fold(0.0, f64::max)
         };
@@ -106,9 +114,9 @@ mod tests {
 
     #[test]
     fn nothing_is_turned_by_nothing() {
-        let (sin, cos) = sin_cos(&[0.0; LANES]);
+        let (sin, cos) = both(&[0.0; LANES]);
         assert_eq!((sin, cos), ([0.0; LANES], [1.0; LANES]));
-        let (sin, cos) = sin_cos(&[f64::NAN; LANES]);
+        let (sin, cos) = both(&[f64::NAN; LANES]);
         assert!(sin.iter().chain(&cos).all(|x| x.is_nan()));
     }
 
@@ -119,7 +127,7 @@ mod tests {
             let angles = std::array::from_fn(|i| (f64::from(k) * 8.0 + i as f64).sin() * 400.0);
             let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
             lanes(&angles, &mut sin, &mut cos);
-            assert_eq!((sin, cos), sin_cos(&angles));
+            assert_eq!((sin, cos), both(&angles));
         }
     }
 }

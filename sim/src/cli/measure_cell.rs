@@ -7,13 +7,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use calibench::cell::gauge::{PresetManner, Traffic};
 use calibench::cell::kuka::KukaRobot;
-use calibench::cell::{Guarded, Indicator, LaterClock, Manipulator, Motion, MotionRecord};
+use calibench::cell::{Guarded, LaterClock, Manipulator, Motion, MotionRecord};
 use calibench::files::cannot_be_written;
 use calibench::measure::{
     CalledOff, Campaign, CampaignRecord, CampaignSettings, Cell, CellGauge, CenteringController, Conditions, Dataset, Journal,
-    JournalSession, Mastering, Opened, PlannedPose, Witness, master, read_cell, read_plan,
+    JournalSession, Opened, PlannedPose, Witness, master, read_cell, read_plan, still_mastered,
 };
-use calibench::units::{DEG, MM, UM};
+use calibench::units::{DEG, MM};
 
 use super::cell::disagreement_verdict;
 use super::operator::Operator;
@@ -45,14 +45,13 @@ pub struct CellArguments {
     speed: Option<u8>,
 }
 
-/// A gauge that was mastered earlier reads so closely what it read then when nothing touches it, m: the plungers come to rest at their
-/// stops within some micrometres, and an indicator that lost its preset is off by millimetres.
-const STILL_MASTERED: f64 = 20.0 * UM;
-
-/// Readings averaged of a plunger that nothing touches.
-const FREE_READINGS: usize = 5;
-
-pub fn run(path: &Path, arguments: &CellArguments, plan: &Path, output: Option<&Path>, resume: bool) -> Result<Outcome, Failure> {
+pub fn run(
+    path: &Path,
+    arguments: &CellArguments,
+    plan: &Path,
+    output: Option<&Path>,
+    resume: bool,
+) -> Result<Outcome, Failure> {
     let mut cell = read_cell(path)?;
     cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
     let poses = read_plan(plan, &cell.dataset)?;
@@ -84,7 +83,7 @@ pub fn run(path: &Path, arguments: &CellArguments, plan: &Path, output: Option<&
     operator.ask(&question).map_err(|_| "called off; nothing moved")?;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
     let log = motion_log(output)?;
-    let guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), log);
+    let guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), Box::new(log));
     let mut bar = CampaignBar::new(wanted(&poses));
     let campaign = ReadyCampaign { cell: &cell, poses: &poses, operator: &operator, free_reading };
     let record = campaign.run(guarded, &mut gauges, &mut journal, &mut bar);
@@ -106,7 +105,7 @@ pub fn run(path: &Path, arguments: &CellArguments, plan: &Path, output: Option<&
 fn told(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
     let time: f64 = record.probings.iter().map(|p| p.probing.duration_s).sum();
     format!(
-        "{} of {wanted} planned probings measured, {:.1} s each; {traffic}",
+        "{} of {wanted} planned probings measured, {:.2} s each; {traffic}",
         record.samples.len(),
         time / record.probings.len().max(1) as f64
     )
@@ -133,50 +132,27 @@ fn ready(
     operator: &mut Operator,
     gauges: &mut [CellGauge; 3],
     journal: &Journal,
-    clock_s: impl FnOnce() -> f64,
+    mut clock_s: impl FnMut() -> f64,
 ) -> Result<JournalSession, Failure> {
     let before = journal.last_session();
-    let mastering = if arguments.mastered {
-        still_mastered(cell, gauges, before.map(|session| &session.mastering), clock_s())?
-    } else {
-        master(gauges, operator, &cell.trical, &cell.mastering, clock_s).map_err(|e| hardware(&e))?
+    let known = before.map(|session| &session.mastering);
+    let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
+    let mut kept = |gauges: &mut [CellGauge; 3]| still_mastered(gauges, known, &cell.trical, &cell.mastering, &mut clock_s);
+    let (mastering, mastering_kept) = match forgetful {
+        Some(k) if arguments.mastered => {
+            let why = "keeps no preset, so that each run must master it; leave --mastered out";
+            return Err(format!("indicator {} {why}", k + 1).into());
+        }
+        None if arguments.mastered => (kept(gauges).map_err(|e| hardware(&e))?, before.is_some()),
+        None if before.is_some()
+            && let Ok(mastering) = kept(gauges) =>
+        {
+            (mastering, true)
+        }
+        _ => (master(gauges, operator, &cell.trical, &cell.mastering, clock_s).map_err(|e| hardware(&e))?, false),
     };
     let number = before.map_or(1, |session| session.number + usize::from(arguments.moved));
-    let mastering_kept = arguments.mastered && before.is_some();
     Ok(JournalSession { number, mastering_kept, ..JournalSession::first(mastering) })
-}
-
-/// The free readings of a gauge that was mastered earlier, judged by what they were then, or by what they should be.
-fn still_mastered(
-    cell: &Cell,
-    gauges: &mut [CellGauge; 3],
-    before: Option<&Mastering>,
-    time_s: f64,
-) -> Result<Mastering, Failure> {
-    if let Some(k) = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver) {
-        let why = "keeps no preset, so that each run must master it; leave --mastered out";
-        return Err(format!("indicator {} {why}", k + 1).into());
-    }
-    let mut free_reading = [0.0; 3];
-    for (axis, gauge) in gauges.iter_mut().enumerate() {
-        for _ in 0..FREE_READINGS {
-            let reading = gauge.read().map_err(|e| Hardware(format!("indicator {}: {e}", axis + 1)))?;
-            free_reading[axis] += reading / FREE_READINGS as f64;
-        }
-        let (expected, within) = match before {
-            Some(mastering) => (mastering.free_reading[axis], STILL_MASTERED),
-            None => (cell.trical.free_reading(), cell.mastering.placed_within),
-        };
-        if (free_reading[axis] - expected).abs() > within {
-            let (is, expected) = (free_reading[axis] / MM, expected / MM);
-            let why = "is it touched, or no longer mastered? Bring the arm clear, or leave --mastered out";
-            return Err(Hardware(format!("indicator {} reads {is:.4} mm, not about {expected:.4} mm: {why}", axis + 1)).into());
-        }
-    }
-    match before {
-        Some(mastering) => Ok(mastering.clone()),
-        None => Ok(Mastering { free_reading, preset_residual: [0.0; 3], time_s }),
-    }
 }
 
 /// Controller and model are of one arm; speed and tool are set. Nothing has moved yet.
@@ -254,7 +230,7 @@ fn traffic_of(robot: &KukaRobot, gauges: &[CellGauge; 3]) -> String {
 }
 
 /// Writes every motion to `DATASET.motions.csv` beside the dataset, after those of earlier sessions.
-fn motion_log(output: &Path) -> Result<Box<dyn FnMut(&MotionRecord)>, Failure> {
+fn motion_log(output: &Path) -> Result<impl FnMut(&MotionRecord) + use<>, Failure> {
     let mut path = output.as_os_str().to_owned();
     path.push(".motions.csv");
     let path = PathBuf::from(path);
@@ -262,7 +238,7 @@ fn motion_log(output: &Path) -> Result<Box<dyn FnMut(&MotionRecord)>, Failure> {
     if file.metadata().map_err(|e| cannot_be_written(&path, &e))?.len() == 0 {
         writeln!(file, "time_s,duration_s,motion,target,error").map_err(|e| cannot_be_written(&path, &e))?;
     }
-    Ok(Box::new(move |record: &MotionRecord| {
+    Ok(move |record: &MotionRecord| {
         let (motion, target) = match &record.motion {
             Motion::Joints(q) => ("joints_deg", q.iter().map(|q| format!("{:.5}", q / DEG)).collect::<Vec<_>>()),
             Motion::Tool(offset) => ("tool_mm", offset.iter().map(|v| format!("{:.5}", v / MM)).collect()),
@@ -271,7 +247,7 @@ fn motion_log(output: &Path) -> Result<Box<dyn FnMut(&MotionRecord)>, Failure> {
         let target = target.join(" ");
         // The journal holds what counts; a motion that cannot be logged stops nothing.
         drop(writeln!(file, "{:.3},{:.3},{motion},{target},\"{error}\"", record.time_s, record.duration_s));
-    }))
+    })
 }
 
 fn hardware(error: &(dyn std::error::Error + 'static)) -> Hardware {

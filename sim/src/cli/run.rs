@@ -142,7 +142,9 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure>
     print(&validation_table(&rows))?;
     print("\nHISTOGRAM of the TriCal's position errors")?;
     print(&histogram(&run.trical.validation, 12))?;
-    print("COMPENSATION: targets told to the robot's own controller, which knows the drawing; where the tool then truly stands")?;
+    print(
+        "COMPENSATION: targets told to the robot's own controller, which knows the drawing; where the tool then truly stands",
+    )?;
     print(&compensation_text(run))?;
     print("TRUTH against estimate (the simulated cell keeps score)")?;
     print(&format!(
@@ -168,7 +170,11 @@ fn compensation_text(run: &Run) -> String {
     };
     let rows = [validation_row("as they are", before), validation_row("compensated, by TriCal", after)];
     let told = format!("{}\n{} targets", validation_table(&rows), after.samples);
-    if *refused == 0 { told } else { format!("{told}; {refused} more were refused: out of a joint's limits, or bent the other way") }
+    if *refused == 0 {
+        told
+    } else {
+        format!("{told}; {refused} more were refused: out of a joint's limits, or bent the other way")
+    }
 }
 
 fn title(name: &str) -> &str {

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 
-use super::sample_row::SampleRow;
+use super::abreast::{ABREAST, Abreast};
+use super::sample_row::{Moves, SampleRow};
 use super::{Problem, STRETCH};
 use crate::robot::{Posture, Robot, Site, SiteIndex};
 
@@ -13,22 +14,50 @@ use crate::robot::{Posture, Robot, Site, SiteIndex};
 pub(in crate::identify) struct Workspace {
     pub(super) posture: Posture,
     pub(super) deviations: Vec<f64>,
-    /// Column of every site but the flex displacements'.
-    columns: Vec<Vector3<f64>>,
+    abreast: Abreast,
+    destinations: Destinations,
+}
+
+/// Where the terms of a pattern go.
+#[derive(Default)]
+struct Destinations {
+    /// The pattern, by its place.
+    of: Option<usize>,
+    /// Of each term that goes anywhere: its number, the row of its parameter, and the place of its site, or [`NONE`] for a flex
+    /// displacement.
+    all: Vec<[usize; 3]>,
+}
+
+impl Destinations {
+    fn lay_out(&mut self, pattern: usize, moves: &[Moves], row_of: &[usize]) {
+        let going = moves.iter().enumerate().filter(|(_, moves)| row_of[moves.parameter] != NONE);
+        let place = |moves: &Moves| if matches!(moves.site, Site::Flex(..)) { NONE } else { moves.place };
+        self.of = Some(pattern);
+        self.all.clear();
+        self.all.extend(going.map(|(term, moves)| [term, row_of[moves.parameter], place(moves)]));
+    }
 }
 
 impl Workspace {
     pub(in crate::identify) fn new(robot: &Robot) -> Self {
         let sites = SiteIndex::new(robot.joints()).len();
-        Workspace { posture: Posture::new(robot), deviations: vec![0.0; sites], columns: vec![Vector3::zeros(); sites] }
+        Workspace {
+            posture: Posture::new(robot),
+            deviations: vec![0.0; sites],
+            abreast: Abreast::new(robot),
+            destinations: Destinations::default(),
+        }
     }
 }
+
+/// No row: further than any.
+const NONE: usize = usize::MAX;
 
 /// The whitened problem near some values, `r - J step`, transposed: one row a parameter, the last the residuals themselves, and one
 /// column a scalar residual, so that a sample writes one stretch of memory and `[J r]^T [J r]` is all that a step needs.
 pub(in crate::identify) struct Linearised {
-    /// Row of each parameter of the problem.
-    row_of: Vec<Option<usize>>,
+    /// Row of each parameter of the problem; [`NONE`] for the others'.
+    row_of: Vec<usize>,
     /// (Parameters + 1) x residuals.
     pub transposed: DMatrix<f64>,
 }
@@ -36,8 +65,8 @@ pub(in crate::identify) struct Linearised {
 impl Linearised {
     /// Room for the derivatives by these parameters.
     pub fn new(problem: &Problem, parameters: &[usize]) -> Self {
-        let mut row_of = vec![None; problem.parameters.len()];
-        parameters.iter().enumerate().for_each(|(k, &p)| row_of[p] = Some(k));
+        let mut row_of = vec![NONE; problem.parameters.len()];
+        parameters.iter().enumerate().for_each(|(k, &p)| row_of[p] = k);
         Linearised { row_of, transposed: DMatrix::zeros(parameters.len() + 1, problem.row_count) }
     }
 
@@ -54,26 +83,27 @@ impl Linearised {
 
 impl Problem {
     pub(super) fn pose(&self, row: &SampleRow, values: &[f64], work: &mut Workspace) {
-        row.deviate(&self.patterns[row.pattern], values, &mut work.deviations);
+        work.deviations.fill(0.0);
+        row.deviate(&self.patterns[row.pattern], values, |place, by| work.deviations[place] += by);
         row.pose(&self.robot, &self.setups[row.setup], &mut work.posture, &work.deviations);
     }
 
     /// Residual of one sample, m, of the arm as posed; with the line of sight for a distance.
     pub(super) fn residual(&self, row: &SampleRow, work: &Workspace) -> (Vector3<f64>, Option<Vector3<f64>>) {
         let at = SiteIndex::new(self.robot.joints()).target();
-        row.residual(&work.posture, &work.deviations[at..at + 3])
+        row.residual(&work.posture.tcp(), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
     }
 
     /// Residuals in metres, three a sample (a distance has one and two zeros), without weighting.
     pub fn residuals(&self, values: &[f64]) -> Vec<Vector3<f64>> {
-        let mut work = Workspace::new(&self.robot);
-        self.rows
-            .iter()
-            .map(|row| {
-                self.pose(row, values, &mut work);
-                self.residual(row, &work).0
-            })
-            .collect()
+        let mut abreast = Abreast::new(&self.robot);
+        let mut residuals = Vec::with_capacity(self.rows.len());
+        for rows in self.rows.chunks(ABREAST) {
+            abreast.pose(self, rows, values);
+            let residual = |(lane, row): (usize, &SampleRow)| row.residual(&abreast.tcp(lane), &abreast.target_moved(lane)).0;
+            residuals.extend(rows.iter().enumerate().map(residual));
+        }
+        residuals
     }
 
     /// Evaluates whitened residuals and derivatives of the model side at `values`.
@@ -81,7 +111,6 @@ impl Problem {
         let Linearised { row_of, transposed } = near;
         let width = transposed.nrows();
         let cells = transposed.as_mut_slice();
-        cells.fill(0.0);
         let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len()) * width);
         if self.rows.len() <= STRETCH {
             self.linearise_rows(&self.rows, values, work, row_of, width, of_samples);
@@ -100,9 +129,10 @@ impl Problem {
         }
         let m = width - 1;
         for (row, cells) in self.distances.iter().zip(of_distances.chunks_exact_mut(width)) {
+            cells.fill(0.0);
             row.columns(values, &mut |p, slope| {
-                if let Some(k) = row_of[p] {
-                    cells[k] += slope;
+                if let Some(cell) = cells[..m].get_mut(row_of[p]) {
+                    *cell += slope;
                 }
             });
             cells[m] = row.distance - row.between(values).norm();
@@ -116,41 +146,56 @@ impl Problem {
         rows: &[SampleRow],
         values: &[f64],
         work: &mut Workspace,
-        row_of: &[Option<usize>],
+        row_of: &[usize],
         width: usize,
         mut cells: &mut [f64],
     ) {
         let m = width - 1;
-        for row in rows {
-            self.pose(row, values, work);
-            let (residual, sight) = self.residual(row, work);
-            let (own, others) = cells.split_at_mut(row.height() * (m + 1));
-            cells = others;
-            let moving = self.patterns[row.pattern].iter().zip(&row.weights);
-            let columns = moving.filter_map(|(moves, weight)| Some((row_of[moves.parameter]?, moves, *weight)));
-            if let Some(sight) = sight {
-                columns.for_each(|(k, moves, weight)| own[k] += weight * sight.dot(&work.posture.column(moves.site)));
-                own[m] = residual.x;
-                own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
-                continue;
+        let Workspace { abreast, destinations, .. } = work;
+        destinations.of = None;
+        for rows in rows.chunks(ABREAST) {
+            abreast.pose(self, rows, values);
+            abreast.find_columns();
+            for (lane, row) in rows.iter().enumerate() {
+                let pattern = &self.patterns[row.pattern];
+                if destinations.of != Some(row.pattern) {
+                    destinations.lay_out(row.pattern, pattern, row_of);
+                }
+                let (residual, sight) = row.residual(&abreast.tcp(lane), &abreast.target_moved(lane));
+                let (own, others) = cells.split_at_mut(row.height() * width);
+                cells = others;
+                // Here and not all at once, while it is near.
+                own.fill(0.0);
+                if let Some(sight) = sight {
+                    for &[term, k, place] in &destinations.all {
+                        let flex = || abreast.flex_column(lane, pattern[term].site);
+                        let column = abreast.columns().get(place).map_or_else(flex, |columns| columns.at(lane));
+                        own[k] += row.weights[term] * sight.dot(&column);
+                    }
+                    own[m] = residual.x;
+                    own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
+                    continue;
+                }
+                let (x, yz) = own.split_at_mut(width);
+                let (y, z) = yz.split_at_mut(width);
+                let z = &mut z[..width];
+                for &[term, k, place] in &destinations.all {
+                    let weight = row.weights[term];
+                    // Each on its own: put together in one place, a column would wait there for its parts.
+                    if let Some(column) = abreast.columns().get(place) {
+                        x[k] += weight * column.x[lane];
+                        y[k] += weight * column.y[lane];
+                        z[k] += weight * column.z[lane];
+                    } else {
+                        let column = abreast.flex_column(lane, pattern[term].site);
+                        x[k] += weight * column.x;
+                        y[k] += weight * column.y;
+                        z[k] += weight * column.z;
+                    }
+                }
+                (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
+                row.whiten(x, y, z);
             }
-            let (x, yz) = own.split_at_mut(m + 1);
-            let (y, z) = yz.split_at_mut(m + 1);
-            work.posture.columns(&mut work.columns);
-            for (k, moves, weight) in columns {
-                let flex;
-                let column = if matches!(moves.site, Site::Flex(..)) {
-                    flex = work.posture.column(moves.site);
-                    &flex
-                } else {
-                    &work.columns[moves.place]
-                };
-                x[k] += weight * column.x;
-                y[k] += weight * column.y;
-                z[k] += weight * column.z;
-            }
-            (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
-            row.whiten(x, y, z);
         }
     }
 

@@ -87,7 +87,7 @@ impl Setup {
 
     /// Whether a sample of its dataset belongs to it.
     pub(super) fn holds(&self, sample: &Sample) -> bool {
-        sample.session.as_deref().unwrap_or_default() == self.session
+        sample.session.as_deref().map_or(self.session.is_empty(), |session| session == self.session)
     }
 }
 

@@ -94,6 +94,43 @@ pub(super) enum Target {
     Distance { anchor: Vector3<f64>, distance: f64 },
 }
 
+/// What is found to move a sample's TCP, beside what is expected to.
+struct Found<'a> {
+    sites: SiteIndex,
+    pattern: &'a [Moves],
+    weights: Vec<f64>,
+    /// What moves it, once that is other than the pattern.
+    other: Option<Vec<Moves>>,
+}
+
+impl Found<'_> {
+    #[inline]
+    fn is_expected(&self, parameter: usize, site: Site) -> bool {
+        let same = |moves: &Moves| moves.parameter == parameter && moves.site == site;
+        self.other.is_none() && self.pattern.get(self.weights.len()).is_some_and(same)
+    }
+
+    #[inline]
+    fn add(&mut self, parameter: usize, site: Site, weight: f64) {
+        if !self.is_expected(parameter, site) {
+            let so_far = || self.pattern[..self.weights.len()].to_vec();
+            self.other.get_or_insert_with(so_far).push(Moves { parameter, site, place: self.sites.of(site) });
+        }
+        self.weights.push(weight);
+    }
+
+    /// Adds the terms of an effect that has the same in every situation: a pattern that begins with them goes on with them.
+    #[inline]
+    fn add_constant(&mut self, first: usize, terms: &[(usize, Site, f64)]) {
+        match terms.first() {
+            Some(&(k, site, _)) if self.is_expected(first + k, site) => {
+                self.weights.extend(terms.iter().map(|(_, _, weight)| weight));
+            }
+            _ => terms.iter().for_each(|&(k, site, weight)| self.add(first + k, site, weight)),
+        }
+    }
+}
+
 pub(super) struct SampleRow {
     pub cell: usize,
     pub setup: usize,
@@ -218,21 +255,38 @@ impl SampleRow {
         posture.set(robot, &setup.start, &self.tool, &self.q, deviations);
     }
 
-    /// Deviations of all sites when the parameters that move them have `values`.
+    /// Writes joints (rad), base and TCP of this sample into a lane of several samples'.
     #[inline]
-    pub fn deviate(&self, pattern: &[Moves], values: &[f64], deviations: &mut [f64]) {
-        deviations.fill(0.0);
+    pub fn lay_in<const L: usize>(
+        &self,
+        lane: usize,
+        setup: &Setup,
+        base: &mut [[f64; L]; 6],
+        tool: &mut [[f64; L]; 3],
+        q: &mut [[f64; L]],
+    ) {
+        base.iter_mut().zip(setup.start.to_array()).for_each(|(base, x)| base[lane] = x);
+        tool.iter_mut().zip(self.tool.xyz).for_each(|(tool, x)| tool[lane] = x);
+        q.iter_mut().zip(&self.q).for_each(|(q, angle)| q[lane] = *angle);
+    }
+
+    /// Calls `add(place, by)` for every site that deviates when the parameters that move them have `values`.
+    #[inline]
+    pub fn deviate(&self, pattern: &[Moves], values: &[f64], mut add: impl FnMut(usize, f64)) {
         for (moves, weight) in pattern.iter().zip(&self.weights) {
-            deviations[moves.place] += weight * values[moves.parameter];
+            let value = values[moves.parameter];
+            // As all are where a fit starts, and those always that the data cannot tell.
+            if value != 0.0 {
+                add(moves.place, weight * value);
+            }
         }
     }
 
-    /// Residual, m: three numbers, or one and two zeros for a distance; with the line of sight for a distance.
+    /// Residual with the TCP there, m: three numbers, or one and two zeros for a distance; with the line of sight for a distance.
     #[inline]
-    pub fn residual(&self, posture: &Posture, moved_target: &[f64]) -> (Vector3<f64>, Option<Vector3<f64>>) {
-        let tcp = posture.tcp();
+    pub fn residual(&self, tcp: &Vector3<f64>, target_moved: &Vector3<f64>) -> (Vector3<f64>, Option<Vector3<f64>>) {
         match self.target {
-            Target::Position(target) => (target + Vector3::from_column_slice(moved_target) - tcp, None),
+            Target::Position(target) => (target + target_moved - tcp, None),
             Target::Distance { anchor, distance } => {
                 let sight = tcp - anchor;
                 let length = sight.norm();
@@ -244,19 +298,12 @@ impl SampleRow {
     /// Finds how much of each parameter moves the TCP in the situation of this sample, the arm standing as in `weighed`; what moves it,
     /// where that is other than `pattern`.
     pub fn weigh_moves(&mut self, cell: &Cell, scale: &mut Scale<'_>, pattern: &[Moves]) -> Option<Vec<Moves>> {
-        let sites = SiteIndex::new(scale.robot.joints());
-        let mut other: Option<Vec<Moves>> = None;
         let mut weights = std::mem::take(&mut self.weights);
         weights.clear();
         weights.reserve(pattern.len());
-        self.moves(cell, scale, &mut |parameter, site, weight| {
-            let same = |moves: &Moves| moves.parameter == parameter && moves.site == site;
-            if other.is_some() || !pattern.get(weights.len()).is_some_and(same) {
-                let so_far = || pattern[..weights.len()].to_vec();
-                other.get_or_insert_with(so_far).push(Moves { parameter, site, place: sites.of(site) });
-            }
-            weights.push(weight);
-        });
+        let mut found = Found { sites: SiteIndex::new(scale.robot.joints()), pattern, weights, other: None };
+        self.find_moves(cell, scale, &mut found);
+        let Found { weights, mut other, .. } = found;
         if other.is_none() && weights.len() < pattern.len() {
             other = Some(pattern[..weights.len()].to_vec());
         }
@@ -280,7 +327,7 @@ impl SampleRow {
         self.time_s
     }
 
-    fn moves(&self, cell: &Cell, scale: &mut Scale<'_>, emit: &mut dyn FnMut(usize, Site, f64)) {
+    fn find_moves(&self, cell: &Cell, scale: &mut Scale<'_>, found: &mut Found<'_>) {
         let Scale { robot, setup, posture, compliance, sample, loads } = scale;
         let payload = &cell.payloads[self.payload];
         self.load(robot, cell, &setup.gravity, posture, loads);
@@ -307,11 +354,14 @@ impl SampleRow {
         };
         for placed in &cell.effects {
             let first = placed.first[if placed.first.len() > 1 { self.setup } else { 0 }];
-            placed.effect.terms(&situation, &mut |k, site, weight| {
-                if weight != 0.0 {
-                    emit(first + k, site, weight);
-                }
-            });
+            match placed.effect.constant() {
+                Some(terms) => found.add_constant(first, terms),
+                None => placed.effect.terms(&situation, &mut |k, site, weight| {
+                    if weight != 0.0 {
+                        found.add(first + k, site, weight);
+                    }
+                }),
+            }
         }
     }
 

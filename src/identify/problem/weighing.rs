@@ -54,9 +54,9 @@ impl Problem {
         let weigh = |row: &mut SampleRow, sample: &str, patterns: &[Vec<Moves>], room: &mut WeighingRoom| {
             let WeighingRoom { work, loads } = room;
             let (setup, cell) = (&setups[row.setup], &cells[row.cell]);
-            match values {
-                Some(values) if !drawn => row.deviate(&patterns[row.pattern], values, &mut work.deviations),
-                _ => work.deviations.fill(0.0),
+            work.deviations.fill(0.0);
+            if let Some(values) = values.filter(|_| !drawn) {
+                row.deviate(&patterns[row.pattern], values, |place, by| work.deviations[place] += by);
             }
             row.pose(robot, setup, &mut work.posture, &work.deviations);
             if values.is_none() {

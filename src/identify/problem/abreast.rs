@@ -1,0 +1,75 @@
+//! Samples posed several at once, in the lanes of the processor's registers: each as it would be alone, only sooner.
+
+use nalgebra::Vector3;
+
+use super::Problem;
+use super::sample_row::SampleRow;
+use crate::robot::{Postures, Robot, Site, SiteIndex, Stances, Vectors};
+
+/// Samples posed at once: two registers of four numbers, or one of eight.
+pub(super) const ABREAST: usize = 8;
+
+/// Room for that many samples.
+pub(super) struct Abreast {
+    sites: SiteIndex,
+    base: [[f64; ABREAST]; 6],
+    tool: [[f64; ABREAST]; 3],
+    q: Vec<[f64; ABREAST]>,
+    deviations: Vec<[f64; ABREAST]>,
+    postures: Postures<ABREAST>,
+    columns: Vec<Vectors<ABREAST>>,
+}
+
+impl Abreast {
+    pub fn new(robot: &Robot) -> Self {
+        let sites = SiteIndex::new(robot.joints());
+        Abreast {
+            sites,
+            base: [[0.0; ABREAST]; 6],
+            tool: [[0.0; ABREAST]; 3],
+            q: vec![[0.0; ABREAST]; robot.joints()],
+            deviations: vec![[0.0; ABREAST]; sites.len()],
+            postures: Postures::new(robot),
+            columns: vec![Vectors::ZERO; sites.len()],
+        }
+    }
+
+    /// Poses the arm for these samples, no more than [`ABREAST`], where the parameters have `values`. Lanes left over stand anywhere.
+    pub fn pose(&mut self, problem: &Problem, rows: &[SampleRow], values: &[f64]) {
+        let Abreast { base, tool, q, deviations, postures, .. } = self;
+        deviations.fill([0.0; ABREAST]);
+        for (lane, row) in rows.iter().enumerate() {
+            row.lay_in(lane, &problem.setups[row.setup], base, tool, q);
+            row.deviate(&problem.patterns[row.pattern], values, |place, by| deviations[place][lane] += by);
+        }
+        postures.set_all(&problem.robot, &Stances { base, tool, q, deviations });
+    }
+
+    /// World position of the TCP of one of them, m.
+    pub fn tcp(&self, lane: usize) -> Vector3<f64> {
+        self.postures.tcps().at(lane)
+    }
+
+    /// How far its ball, or measured point, is displaced, world, m.
+    pub fn target_moved(&self, lane: usize) -> Vector3<f64> {
+        let at = self.sites.target();
+        Vector3::new(self.deviations[at][lane], self.deviations[at + 1][lane], self.deviations[at + 2][lane])
+    }
+
+    /// Finds the columns of all sites for those samples.
+    pub fn find_columns(&mut self) {
+        self.postures.columns(&mut self.columns);
+    }
+
+    /// Columns of all sites by their places, once they are found; not those of flex displacements.
+    #[inline]
+    pub fn columns(&self) -> &[Vectors<ABREAST>] {
+        &self.columns
+    }
+
+    /// Column of a flex displacement, of one of them.
+    #[cold]
+    pub fn flex_column(&self, lane: usize, site: Site) -> Vector3<f64> {
+        self.postures.column_at(lane, site)
+    }
+}

@@ -1,0 +1,158 @@
+//! A frame in the world as its axes and its origin, alone and several side by side.
+
+use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
+use pulp::Simd;
+
+use super::lanes::{Axes, Group, Vector};
+use super::{FramePose, Pose};
+
+/// A frame as its three axes and its origin, in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Unit vector of the x axis.
+    pub x: Vector3<f64>,
+    /// Unit vector of the y axis.
+    pub y: Vector3<f64>,
+    /// Unit vector of the z axis.
+    pub z: Vector3<f64>,
+    /// Origin, m.
+    pub o: Vector3<f64>,
+}
+
+impl Frame {
+    /// The world frame.
+    pub fn identity() -> Self {
+        Frame { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), o: Vector3::zeros() }
+    }
+
+    /// Axes and origin of a transform.
+    pub fn from_pose(pose: &Pose) -> Self {
+        let r = pose.rotation.matrix();
+        Frame {
+            x: r.column(0).into_owned(),
+            y: r.column(1).into_owned(),
+            z: r.column(2).into_owned(),
+            o: pose.translation.vector,
+        }
+    }
+
+    /// The transform from this frame to the world.
+    pub fn pose(&self) -> Pose {
+        let r = Matrix3::from_columns(&[self.x, self.y, self.z]);
+        Pose::from_parts(Translation3::from(self.o), Rotation3::from_matrix_unchecked(r))
+    }
+
+    /// World coordinates of a point given in this frame.
+    #[inline]
+    pub fn point(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        self.o + self.direction(p)
+    }
+
+    /// World components of a vector given in this frame.
+    #[inline]
+    pub fn direction(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+
+    /// Components in this frame of a vector given in the world.
+    #[inline]
+    pub fn components(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        Vector3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+
+    /// This frame displaced by `Tr(x, y, z) Rz Ry Rx` along its own axes.
+    pub(super) fn displaced(&self, v: &[f64]) -> Frame {
+        let d = FramePose { xyz: [v[0], v[1], v[2]], rz_ry_rx: [v[3], v[4], v[5]] }.pose();
+        Frame::from_pose(&(self.pose() * d))
+    }
+}
+
+/// Vectors of `L` postures side by side, so that a loop over the lanes fills the lanes of a processor's registers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vectors<const L: usize> {
+    /// Of each posture.
+    pub x: [f64; L],
+    /// Of each posture.
+    pub y: [f64; L],
+    /// Of each posture.
+    pub z: [f64; L],
+}
+
+impl<const L: usize> Vectors<L> {
+    /// All of them zero.
+    pub const ZERO: Self = Vectors { x: [0.0; L], y: [0.0; L], z: [0.0; L] };
+
+    /// That of one posture.
+    #[inline(always)]
+    pub fn at(&self, lane: usize) -> Vector3<f64> {
+        Vector3::new(self.x[lane], self.y[lane], self.z[lane])
+    }
+
+    /// Replaces that of one posture.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, v: &Vector3<f64>) {
+        (self.x[lane], self.y[lane], self.z[lane]) = (v.x, v.y, v.z);
+    }
+
+    /// Those of a group.
+    #[inline(always)]
+    pub(super) fn of<S: Simd>(&self, group: Group<S>) -> Vector<S> {
+        Vector { x: group.of(&self.x), y: group.of(&self.y), z: group.of(&self.z) }
+    }
+
+    /// Replaces those of a group.
+    #[inline(always)]
+    pub(super) fn put_all<S: Simd>(&mut self, group: Group<S>, v: Vector<S>) {
+        group.put(&mut self.x, v.x);
+        group.put(&mut self.y, v.y);
+        group.put(&mut self.z, v.z);
+    }
+}
+
+/// Frames of `L` postures side by side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frames<const L: usize> {
+    pub x: Vectors<L>,
+    pub y: Vectors<L>,
+    pub z: Vectors<L>,
+    pub o: Vectors<L>,
+}
+
+impl<const L: usize> Frames<L> {
+    /// The world frame in each.
+    pub fn identity() -> Self {
+        let mut frames = Frames { x: Vectors::ZERO, y: Vectors::ZERO, z: Vectors::ZERO, o: Vectors::ZERO };
+        (0..L).for_each(|lane| frames.put(lane, &Frame::identity()));
+        frames
+    }
+
+    /// That of one posture.
+    #[inline(always)]
+    pub fn at(&self, lane: usize) -> Frame {
+        Frame { x: self.x.at(lane), y: self.y.at(lane), z: self.z.at(lane), o: self.o.at(lane) }
+    }
+
+    /// Replaces that of one posture.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, frame: &Frame) {
+        self.x.put(lane, &frame.x);
+        self.y.put(lane, &frame.y);
+        self.z.put(lane, &frame.z);
+        self.o.put(lane, &frame.o);
+    }
+
+    /// Those of a group.
+    #[inline(always)]
+    pub fn of<S: Simd>(&self, group: Group<S>) -> Axes<S> {
+        Axes { x: self.x.of(group), y: self.y.of(group), z: self.z.of(group), o: self.o.of(group) }
+    }
+
+    /// Replaces those of a group.
+    #[inline(always)]
+    pub fn put_all<S: Simd>(&mut self, group: Group<S>, axes: &Axes<S>) {
+        self.x.put_all(group, axes.x);
+        self.y.put_all(group, axes.y);
+        self.z.put_all(group, axes.z);
+        self.o.put_all(group, axes.o);
+    }
+}

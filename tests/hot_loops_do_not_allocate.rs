@@ -1,0 +1,64 @@
+//! What is done ten thousand times a second asks for no memory: kinematics, RelTool, identification, and a whole trial of a study.
+#![allow(clippy::unwrap_used)]
+
+#[path = "../benches/works/mod.rs"]
+mod works;
+
+use std::alloc::System;
+
+use calibench::identify::{Adjustment, Problem, Use};
+use nalgebra::Vector3;
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use works::golden;
+use works::trial::Trial;
+
+#[global_allocator]
+static MEMORY: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// How often `work` asks for memory.
+fn requests(mut work: impl FnMut()) -> usize {
+    let region = Region::new(MEMORY);
+    work();
+    let change = region.change();
+    change.allocations + change.reallocations
+}
+
+// One test: another thread's memory would be counted too.
+#[test]
+fn hot_loops_do_not_allocate() {
+    let Some(model) = golden::golden_model() else { return };
+    assert!(requests(|| drop(vec![1.0])) > 0, "what allocates is seen");
+
+    let (mut arm, mut arms) = (works::Arm::new(&model), works::Arms::new(&model));
+    let configurations = works::random_configurations(&model, 20);
+    let mut columns = [Vector3::zeros(); 31];
+    let kinematics = requests(|| {
+        for few in configurations.chunks(works::LANES) {
+            arms.set(few);
+            arms.find_columns();
+        }
+        for q in &configurations {
+            arm.set(q);
+            arm.columns(&mut columns);
+        }
+    });
+    assert_eq!(kinematics, 0);
+
+    let dataset = works::centred(&model);
+    let mut problem = Problem::new(&[("w2", &dataset)], &works::frozen_torques(), Use::Fit).unwrap();
+    let start = problem.start();
+    let all: Vec<usize> = (0..start.len()).collect();
+    let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();
+    let mut identify = || {
+        problem.renew(&[&dataset.samples]).unwrap();
+        adjustment.adjust(&mut problem, &start).unwrap();
+    };
+    // The first may find room for what it keeps.
+    identify();
+    assert_eq!(requests(&mut identify), 0);
+
+    let truths = works::truths();
+    let mut trial = Trial::new(&model);
+    trial.run(&truths[0], 0);
+    assert_eq!(requests(|| _ = trial.run(&truths[1], 1)), 0);
+}
