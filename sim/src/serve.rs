@@ -28,13 +28,13 @@ use tokio::sync::mpsc::unbounded_channel;
 use tokio::task::{LocalSet, spawn_local};
 
 pub use fault::{Fault, Injection, InjectionError, When};
+pub use instrument::Instrument;
 pub use manner::{Maker, Manner};
 pub use program::Loop;
 pub use robot::{RobotManner, VariableServer};
 
 use controller::Controller;
 use floor::Floor;
-use instrument::Instrument;
 use line::Wire;
 
 use crate::interruption::interrupted;

@@ -224,7 +224,8 @@ fn its_verbs_are_those_of_the_program() {
         let usage = help.lines().find(|line| line.starts_with("Usage:")).unwrap_or_default();
         for argument in &words[1..] {
             let name = argument.trim_end_matches("...").trim_end_matches('S');
-            assert!(usage.contains(&format!("<{name}")), "README: `{}` takes no {name}; {usage}", words[0]);
+            let taken = ["<", "["].iter().any(|open| usage.contains(&format!("{open}{name}")));
+            assert!(taken, "README: `{}` takes no {name}; {usage}", words[0]);
         }
         for flag in row.split('`').filter(|quoted| quoted.starts_with("--")) {
             assert!(help.contains(flag), "README: `{}` has no {flag}", words[0]);

@@ -146,7 +146,7 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure>
         "COMPENSATION: targets told to the robot's own controller, which knows the drawing; where the tool then truly stands",
     )?;
     print(&compensation_text(run))?;
-    print("TRUTH against estimate (the simulated cell keeps score)")?;
+    print("\nTRUTH against estimate (the simulated cell keeps score)")?;
     print(&format!(
         "{:.0} % of {} parameters within 1 sigma, {:.0} % within 2, {:.0} % within 3; a perfect model gives 68, 95, 99.7",
         100.0 * run.trical.score.within(1.0),

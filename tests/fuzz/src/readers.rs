@@ -6,12 +6,17 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use calibench::cell::Recording;
-use calibench::effects::{Expression, Subject};
-use calibench::identify::{Model, identify, read_calibration, read_model};
+use calibench::cell::gauge::{DigimaticWord, GaugeReply, LineReader};
+use calibench::cell::kuka::{FrameReader, Value};
+use calibench::cell::scripted::{Script, ScriptedCell};
+use calibench::compensate::{Expected, read_targets};
+use calibench::effects::Subject;
+use calibench::identify::{Model, Use, identify, read_calibration, read_model};
 use calibench::import::{ImportOptions, import};
-use calibench::measure::{Dataset, PLAN_FORMAT, read_dataset, read_plan};
+use calibench::measure::{Conditions, Dataset, Journal, read_cell, read_dataset, read_plan};
 use calibench::robot::load_robot;
 use calibench_sim::scenario::load_scenario;
+use calibench_sim::serve::{Instrument, Manner};
 use calibench_sim::study::RowsReader;
 use tempfile::TempDir;
 
@@ -35,6 +40,14 @@ pub const READERS: &[Reader] = &[
     Reader { name: "foreign_table", feed: foreign_table },
     Reader { name: "iterations_csv", feed: iterations_csv },
     Reader { name: "study_csv", feed: study_csv },
+    Reader { name: "journal", feed: journal },
+    Reader { name: "cell_toml", feed: cell_toml },
+    Reader { name: "targets_csv", feed: targets_csv },
+    Reader { name: "gauge_line", feed: gauge_line },
+    Reader { name: "gauge_word", feed: gauge_word },
+    Reader { name: "gauge_command", feed: gauge_command },
+    Reader { name: "kuka_frame", feed: kuka_frame },
+    Reader { name: "kuka_value", feed: kuka_value },
 ];
 
 /// A folder in memory where there is one: millions of files are written into it.
@@ -92,15 +105,19 @@ fn model_toml(bytes: &[u8]) {
     }
 }
 
+/// As the basis of an effect of one's own, and fitted.
 fn expression(bytes: &[u8]) {
-    if let Ok(text) = str::from_utf8(bytes) {
-        black_box(Expression::parse(text, 6).is_ok());
+    let Ok(text) = str::from_utf8(bytes) else { return };
+    if !text.contains("'''") {
+        let term = format!("terms = [{{ site = \"theta:3\", basis = '''{text}''' }}]");
+        let model = format!("effects = [\"mdh\", \"own\"]\n[[effect]]\nname = \"own\"\nunit = \"deg\"\n{term}\n");
+        model_toml(model.as_bytes());
     }
 }
 
 fn calibration_toml(bytes: &[u8]) {
     if let Ok(calibration) = read_calibration(&file("calibration.toml", bytes)) {
-        black_box(calibration.apply(&PAPER).is_ok());
+        black_box(calibration.predict(&[("paper", &PAPER)], Use::All).is_ok());
     }
 }
 
@@ -109,7 +126,6 @@ fn robot_toml(bytes: &[u8]) {
 }
 
 fn plan_toml(bytes: &[u8]) {
-    let _ = PLAN_FORMAT;
     black_box(read_plan(&file("plan.toml", bytes), &PAPER).is_ok());
 }
 
@@ -138,5 +154,72 @@ fn study_csv(bytes: &[u8]) {
         while let Ok(Some(row)) = rows.next_row() {
             black_box(row.len());
         }
+    }
+}
+
+fn journal(bytes: &[u8]) {
+    let path = file("data.journal", bytes);
+    black_box(Journal::open(&path.with_extension(""), &Conditions::of(&[], &PAPER), true).is_ok());
+}
+
+fn cell_toml(bytes: &[u8]) {
+    LazyLock::force(&PAPER);
+    black_box(read_cell(&file("cell.toml", bytes)).is_ok());
+}
+
+fn targets_csv(bytes: &[u8]) {
+    let expected = Expected { robot: &PAPER.robot, payloads: &PAPER.payloads, by_temperature: None };
+    black_box(read_targets(&file("targets.csv", bytes), &expected).is_ok());
+}
+
+/// What an indicator sends, in pieces: the first byte says how long they are.
+fn gauge_line(bytes: &[u8]) {
+    let Some((piece, sent)) = bytes.split_first() else { return };
+    let mut reader = LineReader::default();
+    for piece in sent.chunks(usize::from(*piece).max(1)) {
+        reader.push(piece);
+        while let Some(line) = reader.line() {
+            black_box(GaugeReply::parse(&line));
+        }
+    }
+}
+
+fn gauge_word(bytes: &[u8]) {
+    if let Some(bits) = bytes.first_chunk() {
+        black_box(DigimaticWord::from_bits(u64::from_le_bytes(*bits)).decode().is_ok());
+    }
+}
+
+/// What a served indicator is asked.
+fn gauge_command(bytes: &[u8]) {
+    let [mut plunger, ..] = ScriptedCell::new(Script::default()).indicators();
+    let mut instrument = Instrument::new("1", Manner::default());
+    for request in bytes.split(|b| *b == b'\r') {
+        black_box(instrument.answer(request, &mut plunger));
+    }
+}
+
+/// What a client or a server sends, in pieces; whole frames go back to the bytes they came of.
+fn kuka_frame(bytes: &[u8]) {
+    let Some((piece, sent)) = bytes.split_first() else { return };
+    let (mut requests, mut responses) = (FrameReader::default(), FrameReader::default());
+    for piece in sent.chunks(usize::from(*piece).max(1)) {
+        requests.push(piece);
+        while let Ok(Some(request)) = requests.request() {
+            black_box(request.encode().is_ok());
+        }
+        responses.push(piece);
+        while let Ok(Some(response)) = responses.response() {
+            black_box(response.encode().is_ok());
+        }
+    }
+}
+
+/// A value that can be read is written as one that can be read.
+fn kuka_value(bytes: &[u8]) {
+    let Ok(text) = str::from_utf8(bytes) else { return };
+    if let Ok(value) = Value::parse(text) {
+        let written = value.to_string();
+        assert!(Value::parse(&written).is_ok(), "`{text}` is written `{written}`");
     }
 }
