@@ -25,7 +25,10 @@ type Shown = (&'static str, &'static [&'static str]);
 const RUNGS: [&str; 5] = ["│ model", "│ base_frame", "│ + ", "Taken", "Against"];
 
 const RIPPLE: [(&str, &[Shown]); 5] = [
-    ("ripple: run", &[("run scenarios/gear-ripple.toml --out runs/ripple", &["│ position error", "│ as drawn", "│ TriCal"])]),
+    (
+        "ripple: run",
+        &[("run scenarios/gear-ripple.toml --out runs/ripple", &["│ position error, mm          ┆", "│ as drawn", "│ TriCal"])],
+    ),
     (
         "ripple: compare",
         &[("compare runs/ripple/trical.toml runs/ripple/trical", &["* Noise", "* The calibration was", "* Joint"])],

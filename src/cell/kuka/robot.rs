@@ -73,18 +73,15 @@ impl KukaRobot {
     /// When the controller does not answer, or a variable is missing.
     pub fn state(&mut self) -> Result<KukaState, LinkError> {
         let names = self.settings.variables.clone();
+        let (mode, program) = (self.enumerator(&names.mode)?, self.enumerator(&names.program)?);
+        let (speed, action) = (self.number(&names.speed)?, self.integer(&names.action)?);
+        // Last, because it is the cause of what the others say: pressed between two questions, it is still the one that is named.
         let emergency_stop = match self.link_value(&names.emergency_stop)? {
             None => None,
             Some(Value::Bool(value)) => Some(value == self.settings.fitness.pressed),
             Some(value) => return Err(unexpected(&names.emergency_stop, &value, "TRUE or FALSE")),
         };
-        Ok(KukaState {
-            mode: self.enumerator(&names.mode)?,
-            program: self.enumerator(&names.program)?,
-            emergency_stop,
-            speed: self.number(&names.speed)?,
-            action: self.integer(&names.action)?,
-        })
+        Ok(KukaState { mode, program, emergency_stop, speed, action })
     }
 
     /// Why the robot may not move now, if it may not.
