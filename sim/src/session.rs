@@ -6,6 +6,7 @@ use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
     Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
     Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, Progress, Sample, SampleSet, Witness, master,
+    parts_by_payload,
 };
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
@@ -84,33 +85,19 @@ impl<'a> Session<'a> {
     /// journal, where there is one, as soon as it ends.
     pub fn probe(&self, poses: &[PlannedPose], mut journal: Option<&mut Journal>, witness: &mut dyn Witness) -> CampaignRecord {
         let settings = centring(self.scenario);
-        let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
-        let mut payloads: Vec<usize> = Vec::new();
-        for pose in poses {
-            if !payloads.contains(&pose.payload) {
-                payloads.push(pose.payload);
-            }
-        }
-        for payload in payloads {
-            self.world.attendant().mount(payload);
-            let places: Vec<usize> = (0..poses.len()).filter(|&k| poses[k].payload == payload).collect();
-            let with_it: Vec<PlannedPose> = places.iter().map(|&k| poses[k].clone()).collect();
+        let mut record = CampaignRecord::default();
+        for part in parts_by_payload(poses) {
+            self.world.attendant().mount(part.payload);
             let (robot, indicators) = (self.world.robot(), self.world.indicators());
             let controller =
                 CenteringController::new(robot, indicators, TriCal::default(), self.mastering.free_reading, settings.clone());
             let mut naming = Naming { world: &self.world, witness: &mut *witness };
             let mut campaign = Campaign::new(controller, CampaignSettings::default());
-            let part = match &mut journal {
-                Some(journal) => campaign.run_journalled(&with_it, journal, &mut naming),
-                None => campaign.run(&with_it, &mut naming),
+            let done = match &mut journal {
+                Some(journal) => campaign.run_journalled(&part.poses, journal, &mut naming),
+                None => campaign.run(&part.poses, &mut naming),
             };
-            record.samples.extend(part.samples);
-            record.probings.extend(part.probings.into_iter().map(|mut probing| {
-                probing.pose = places[probing.pose];
-                probing
-            }));
-            record.aborted = part.aborted;
-            if record.aborted.is_some() {
+            if !record.add(&part, done) {
                 break;
             }
         }

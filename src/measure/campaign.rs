@@ -99,7 +99,7 @@ pub enum Abort {
 }
 
 /// What a campaign brought home.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct CampaignRecord {
     /// One sample for every pose centred, in the order measured.
     pub samples: Vec<Sample>,

@@ -11,7 +11,7 @@ use calibench::cell::{Guarded, LaterClock, Manipulator, Motion, MotionRecord};
 use calibench::files::cannot_be_written;
 use calibench::measure::{
     CalledOff, Campaign, CampaignRecord, CampaignSettings, Cell, CellGauge, CenteringController, Conditions, Dataset, Journal,
-    JournalSession, Opened, PlannedPose, Witness, master, read_cell, read_plan, still_mastered,
+    JournalSession, Opened, PlannedPose, Witness, master, parts_by_payload, read_cell, read_plan, still_mastered,
 };
 use calibench::units::{DEG, MM};
 
@@ -186,30 +186,17 @@ impl ReadyCampaign<'_> {
         witness: &mut dyn Witness,
     ) -> Result<CampaignRecord, CalledOff> {
         let ReadyCampaign { cell, poses, operator, free_reading } = *self;
-        let mut record = CampaignRecord { samples: Vec::new(), probings: Vec::new(), aborted: None };
-        let mut payloads: Vec<usize> = Vec::new();
-        for pose in poses {
-            if !payloads.contains(&pose.payload) {
-                payloads.push(pose.payload);
-            }
-        }
-        for &payload in &payloads {
-            if payloads.len() > 1 {
-                let name = &cell.dataset.payloads[payload].name;
+        let mut record = CampaignRecord::default();
+        let parts = parts_by_payload(poses);
+        for part in &parts {
+            if parts.len() > 1 {
+                let name = &cell.dataset.payloads[part.payload].name;
                 operator.ask(&format!("Mount the payload '{name}' on the arm, if it is not there."))?;
             }
-            let places: Vec<usize> = (0..poses.len()).filter(|&k| poses[k].payload == payload).collect();
-            let with_it: Vec<PlannedPose> = places.iter().map(|&k| poses[k].clone()).collect();
             let (gauges, centring) = (gauges.each_mut(), cell.centring.clone());
             let controller = CenteringController::new(&mut robot, gauges, cell.trical, free_reading, centring);
-            let part = Campaign::new(controller, CampaignSettings::default()).run_journalled(&with_it, journal, witness);
-            record.samples.extend(part.samples);
-            record.probings.extend(part.probings.into_iter().map(|mut probing| {
-                probing.pose = places[probing.pose];
-                probing
-            }));
-            record.aborted = part.aborted;
-            if record.aborted.is_some() {
+            let done = Campaign::new(controller, CampaignSettings::default()).run_journalled(&part.poses, journal, witness);
+            if !record.add(part, done) {
                 break;
             }
         }

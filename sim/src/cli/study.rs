@@ -45,7 +45,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Arguments { trials, first, output, products, .. } = arguments;
     let extent = Extent { first: *first, trials: *trials };
-    if *trials == 0 || first.checked_add(*trials).is_none() {
+    if *trials == 0 || first.checked_add(*trials).is_none_or(|end| end > Extent::END) {
         return Err("--trials: is out of range; give at least 1".into());
     }
     if products.parquet.is_some() && output.is_none() {

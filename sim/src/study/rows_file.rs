@@ -90,7 +90,8 @@ impl RowsReader {
         let number = |column: usize| self.record.get(column).and_then(|v| v.parse::<u64>().ok());
         let Places { points, point, trial, method } = self.place;
         if self.rows == 0
-            && let (Some(points), Some(trial)) = (number(points).filter(|p| *p > 0), number(trial))
+            && let (Some(points), Some(trial)) =
+                (number(points).filter(|p| (1..=Extent::END).contains(p)), number(trial).filter(|t| *t <= Extent::END))
         {
             self.first = RowOfStudy { study: self.record[0].to_owned(), points, trial };
         }

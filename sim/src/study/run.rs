@@ -19,6 +19,11 @@ pub struct Extent {
     pub trials: u64,
 }
 
+impl Extent {
+    /// Beyond this there are no trials: what is reckoned from their numbers stays far from the end of the integers.
+    pub const END: u64 = 1 << 62;
+}
+
 /// Carries out the trials of a study that are not in `file` yet and appends their rows, which `rows` is told too, batch by batch; `done`
 /// is told of every trial of a point.
 ///
