@@ -86,20 +86,21 @@ fn finish(mut journal: Journal, record: &CampaignRecord, poses: &[PlannedPose]) 
     journal.finish(&dataset, record, poses).expect("room on the disk");
 }
 
+/// Measures with the usual settings, by the clock of the cell.
+fn measured(cell: &ScriptedCell, poses: &[PlannedPose], journal: &mut Journal) -> CampaignRecord {
+    let (robot, indicators) = (cell.robot(), cell.indicators());
+    let controller =
+        CenteringController::new(robot, indicators, TriCal::default(), cell.free_reading(), CentringSettings::default());
+    Campaign::new(controller, CampaignSettings::default()).run_journalled(poses, journal, &mut ())
+}
+
 /// The same from the beginning in a cell that is the same every time.
 fn simulate(dataset: &Path, poses: &[PlannedPose], resume: bool) -> Result<(), FileError> {
     let mut journal = ready(dataset, poses, resume)?;
     let cell = ScriptedCell::new(Script::default());
     journal.live_through_again();
     journal.begin_session(JournalSession::first(mastering(&cell)))?;
-    let controller = CenteringController::new(
-        cell.robot(),
-        cell.indicators(),
-        TriCal::default(),
-        cell.free_reading(),
-        CentringSettings::default(),
-    );
-    let record = Campaign::new(controller, CampaignSettings::default()).run_journalled(poses, &mut journal, &mut ());
+    let record = measured(&cell, poses, &mut journal);
     assert_eq!(record.aborted, None);
     finish(journal, &record, poses);
     Ok(())
@@ -297,14 +298,7 @@ fn a_touched_cell_has_a_session_of_its_own() {
     let mut journal = ready(&data, &poses, true).expect("a journal");
     let cell = ScriptedCell::new(Script::default());
     journal.begin_session(JournalSession { number: 2, ..JournalSession::first(mastering(&cell)) }).expect("room");
-    let controller = CenteringController::new(
-        cell.robot(),
-        cell.indicators(),
-        TriCal::default(),
-        cell.free_reading(),
-        CentringSettings::default(),
-    );
-    let record = Campaign::new(controller, CampaignSettings::default()).run_journalled(&poses, &mut journal, &mut ());
+    let record = measured(&cell, &poses, &mut journal);
     finish(journal, &record, &poses);
     let read = read_dataset(&data).expect("a dataset");
     let sessions: Vec<Option<&str>> = read.samples.iter().map(|s| s.session.as_deref()).collect();
@@ -390,14 +384,7 @@ fn a_cell_that_does_otherwise_is_not_the_one_that_was_simulated() {
     journal.live_through_again();
     let cell = ScriptedCell::new(Script { motion_s: 1.5, ..Script::default() });
     journal.begin_session(JournalSession::first(mastering(&cell))).expect("the same mastering");
-    let controller = CenteringController::new(
-        cell.robot(),
-        cell.indicators(),
-        TriCal::default(),
-        cell.free_reading(),
-        CentringSettings::default(),
-    );
-    let record = Campaign::new(controller, CampaignSettings::default()).run_journalled(&poses, &mut journal, &mut ());
+    let record = measured(&cell, &poses, &mut journal);
     let Some(Abort::NotJournalled { why }) = record.aborted else { panic!("{:?}", record.aborted) };
     assert!(why.contains("data.journal:3: the simulated cell does not do this again"), "{why}");
 }

@@ -76,23 +76,8 @@ struct Header {
 
 impl Header {
     fn parse(path: &Path, titles: &Record, expected: &Expected<'_>) -> Result<Header, FileError> {
-        let error = |field: &str, problem: String, remedy: String| FileError {
-            path: path.into(),
-            line: Some(titles.line),
-            field: field.into(),
-            problem,
-            remedy,
-        };
-        let names: Vec<String> = titles.fields.iter().map(|t| t.trim().to_owned()).collect();
-        for (mark, what) in [(';', "semicolons"), ('\t', "tabs")] {
-            if names.len() == 1 && names[0].contains(mark) {
-                let remedy = "separate them by commas and write decimal points";
-                return Err(error("", format!("fields are separated by {what}"), remedy.into()));
-            }
-        }
-        if names.iter().any(|n| n.parse::<f64>().is_ok()) {
-            return Err(error("", "the header is missing".into(), "begin with a line that names the columns".into()));
-        }
+        let error = |field: &str, problem: String, remedy: String| titles.wrong(path, field, problem, remedy);
+        let names = titles.titles(path, "separate them by commas and write decimal points")?;
         let n = expected.robot.joints();
         let known = columns(n);
         let known: Vec<&str> = known.iter().map(String::as_str).collect();

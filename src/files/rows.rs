@@ -20,6 +20,28 @@ pub(crate) struct Record {
     pub cut: bool,
 }
 
+impl Record {
+    /// An error in this row.
+    pub fn wrong(&self, path: &Path, field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
+        FileError { line: Some(self.line), field: field.into(), ..FileError::whole(path, problem, remedy) }
+    }
+
+    /// The names of columns, if this is the header of a table separated by commas; `otherwise` is the remedy where it is separated by
+    /// something else.
+    pub fn titles(&self, path: &Path, otherwise: &str) -> Result<Vec<String>, FileError> {
+        let names: Vec<String> = self.fields.iter().map(|t| t.trim().to_owned()).collect();
+        for (mark, what) in [(';', "semicolons"), ('\t', "tabs")] {
+            if names.len() == 1 && names[0].contains(mark) {
+                return Err(self.wrong(path, "", format!("fields are separated by {what}"), otherwise));
+            }
+        }
+        if names.iter().any(|n| n.parse::<f64>().is_ok()) {
+            return Err(self.wrong(path, "", "the header is missing", "begin with a line that names the columns"));
+        }
+        Ok(names)
+    }
+}
+
 /// The rows of a CSV file with their true line numbers, in bounded memory.
 pub(crate) struct Rows<'a, R> {
     input: R,

@@ -91,27 +91,13 @@ impl Header {
 
     fn parse(path: &Path, titles: &Record, dataset: &Dataset) -> Result<Header, FileError> {
         let joints = dataset.robot.joints();
-        let error = |field: &str, problem: String, remedy: String| FileError {
-            path: path.into(),
-            line: Some(titles.line),
-            field: field.into(),
-            problem,
-            remedy,
-        };
-        let names: Vec<String> = titles.fields.iter().map(|t| t.trim().to_owned()).collect();
-        for (mark, what) in [(';', "semicolons"), ('\t', "tabs")] {
-            if names.len() == 1 && names[0].contains(mark) {
-                let remedy =
-                    "separate them by commas and write decimal points, or bring the file in with `calibench import generic`";
-                return Err(error("", format!("fields are separated by {what}"), remedy.into()));
-            }
-        }
+        let error = |field: &str, problem: String, remedy: String| titles.wrong(path, field, problem, remedy);
+        let otherwise =
+            "separate them by commas and write decimal points, or bring the file in with `calibench import generic`";
+        let names = titles.titles(path, otherwise)?;
         let known = Column::all(joints);
         let known_names: Vec<String> = known.iter().map(|c| c.name()).collect();
         let known_texts: Vec<&str> = known_names.iter().map(String::as_str).collect();
-        if names.iter().any(|n| n.parse::<f64>().is_ok()) {
-            return Err(error("", "the header is missing".into(), "begin with a line that names the columns".into()));
-        }
         let mut seen = HashSet::new();
         let mut header = Header { names: names.clone(), place: HashMap::new(), extra: Vec::new() };
         for (place, name) in names.iter().enumerate() {
