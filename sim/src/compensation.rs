@@ -2,13 +2,13 @@
 //! that knows nothing but the drawing; and where the tool then truly stands is held against where it was wanted.
 
 use calibench::assess::Validation;
-use calibench::compensate::{Compensator, Conditions, Target, Task, Wanted, WorkFrame};
-use calibench::identify::{Calibration, Prediction};
+use calibench::cell::ManipulatorError;
+use calibench::compensate::{Compensator, Conditions, Target, Wanted};
+use calibench::identify::Prediction;
 use calibench::measure::{Dataset, SampleSet};
 use calibench::robot::world_from_tool;
 use nalgebra::Vector3;
 
-use crate::run::RunError;
 use crate::session::Session;
 use crate::tracker::SimulatedTracker;
 
@@ -24,20 +24,19 @@ pub struct Compensation {
 }
 
 /// Sends the tool to the poses that robot and cell as drawn would have at joints `poses` (rad); where it went at those very joints,
-/// which is where the uncompensated targets lead, is `uncompensated` (world, m). `None` when no target can be compensated.
+/// which is where the uncompensated targets lead, is `uncompensated` (world, m). The compensator works in the world. `None` when no target
+/// can be compensated.
 ///
 /// # Errors
-/// When the calibration does not serve, or the robot does not go there.
+/// When the robot does not go there.
 pub(crate) fn compensation(
     session: &Session<'_>,
     tracker: &SimulatedTracker,
-    calibration: &Calibration,
+    compensator: &mut Compensator<'_>,
     cell: &Dataset,
     poses: &[Vec<f64>],
     uncompensated: &[Vector3<f64>],
-) -> Result<Option<Compensation>, RunError> {
-    let task = Task { frame: WorkFrame::World, ..Task::default() };
-    let mut compensator = Compensator::new(calibration, &task)?;
+) -> Result<Option<Compensation>, ManipulatorError> {
     let conditions = Conditions { temp_c: session.temperature_c(), ..Conditions::default() };
     let (mut wanted, mut before, mut joints) = (Vec::new(), Vec::new(), Vec::new());
     for (q, went) in poses.iter().zip(uncompensated) {

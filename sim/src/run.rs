@@ -1,7 +1,7 @@
 //! The whole procedure on the simulated cell: plan, master, probe, identify, validate, and the same with the tracker.
 
 use calibench::assess::Validation;
-use calibench::compensate::TaskError;
+use calibench::compensate::{Compensator, Task, TaskError, WorkFrame};
 use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
 use calibench::measure::{Abort, CampaignRecord, Dataset, Mastering, SampleSet, Witness};
 use calibench::units::MM;
@@ -209,7 +209,8 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     let before = judge(&trical.calibration.as_drawn(), &validation)?;
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
     let poses = &tracker_plan.validation;
-    let compensation = compensation(&session, &set_up, &trical.calibration, &validation, poses, &validation_truth)?;
+    let mut compensator = Compensator::new(&trical.calibration, &Task { frame: WorkFrame::World, ..Task::default() })?;
+    let compensation = compensation(&session, &set_up, &mut compensator, &validation, poses, &validation_truth)?;
     Ok(Run {
         seed: streams.seed,
         plan,
