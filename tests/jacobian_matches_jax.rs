@@ -21,7 +21,7 @@ fn all_columns_match() {
             posture.set(&model.robot, &model.base, &model.tool, q, &model.deviations(&values, &holding[k]));
             for (c, parameter) in model.parameters.iter().enumerate() {
                 let weight = match parameter.site {
-                    calibench::robot::Site::Mdh(j, _) if parameter.compliance => holding[k][j],
+                    calibench::robot::Site::Mdh(j, _) if parameter.compliance => holding[k][usize::from(j)],
                     _ => 1.0,
                 };
                 let column = posture.column(parameter.site) * weight;

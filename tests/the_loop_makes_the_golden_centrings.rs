@@ -79,11 +79,11 @@ impl Arm {
                 "base_rz" => Site::Base(Axis6::Rz),
                 "base_ry" => Site::Base(Axis6::Ry),
                 "base_rx" => Site::Base(Axis6::Rx),
-                "alpha" => Site::Mdh(joint, MdhEntry::Alpha),
-                "a" => Site::Mdh(joint, MdhEntry::A),
-                "d" => Site::Mdh(joint, MdhEntry::D),
-                "theta" => Site::Mdh(joint, MdhEntry::Theta),
-                "beta" => Site::Mdh(joint, MdhEntry::Beta),
+                "alpha" => Site::mdh(joint, MdhEntry::Alpha),
+                "a" => Site::mdh(joint, MdhEntry::A),
+                "d" => Site::mdh(joint, MdhEntry::D),
+                "theta" => Site::mdh(joint, MdhEntry::Theta),
+                "beta" => Site::mdh(joint, MdhEntry::Beta),
                 _ => {
                     compliance[joint] = deviation;
                     continue;
@@ -114,7 +114,7 @@ impl Arm {
         let mut deviations = self.deviations.clone();
         for joint in 0..6 {
             // The program's torque is the one that holds the load, the opposite of the load's own.
-            deviations[sites.of(Site::Mdh(joint, MdhEntry::Theta))] -= self.compliance[joint] * loads.tau[joint];
+            deviations[sites.of(Site::mdh(joint, MdhEntry::Theta))] -= self.compliance[joint] * loads.tau[joint];
         }
         posture.set(&self.robot, &self.base, &self.tool, &self.q, &deviations);
         let world_from_tool = posture.world_from_tool(&self.tool);

@@ -147,7 +147,7 @@ impl<'a> Arm<'a> {
     /// The arm of the reference model.
     pub fn new(model: &'a GoldenModel) -> Self {
         let joints = model.robot.joints();
-        let torque = |site| if let Site::Mdh(joint, _) = site { Some(joint) } else { None };
+        let torque = |site| if let Site::Mdh(joint, _) = site { Some(usize::from(joint)) } else { None };
         Arm {
             model,
             posture: Posture::new(&model.robot),

@@ -58,7 +58,7 @@ impl TrueArm {
         for (p, value) in model.parameters.iter().zip(values) {
             match p.site {
                 // The works count torque as holding the arm, the library as the load's own.
-                Site::Mdh(joint, MdhEntry::Theta) if p.compliance => self.compliance[joint] = p.nominal - value,
+                Site::Mdh(joint, MdhEntry::Theta) if p.compliance => self.compliance[usize::from(joint)] = p.nominal - value,
                 site => self.fixed[sites.of(site)] = value - p.nominal,
             }
         }
@@ -69,7 +69,7 @@ impl TrueArm {
         let sites = SiteIndex::new(q.len());
         self.deviations.copy_from_slice(&self.fixed);
         for (joint, (c, tau)) in self.compliance.iter().zip(tau).enumerate() {
-            self.deviations[sites.of(Site::Mdh(joint, MdhEntry::Theta))] += c * tau;
+            self.deviations[sites.of(Site::mdh(joint, MdhEntry::Theta))] += c * tau;
         }
         self.posture.set(&model.robot, &model.base, &model.tool, q, &self.deviations);
     }
@@ -79,7 +79,7 @@ impl TrueArm {
         let sites = SiteIndex::new(at.q.len());
         self.side_by_side.iter_mut().zip(&self.fixed).for_each(|(all, fixed)| *all = [*fixed; LANES]);
         for (joint, (c, tau)) in self.compliance.iter().zip(&at.tau).enumerate() {
-            let deviations = &mut self.side_by_side[sites.of(Site::Mdh(joint, MdhEntry::Theta))];
+            let deviations = &mut self.side_by_side[sites.of(Site::mdh(joint, MdhEntry::Theta))];
             deviations.iter_mut().zip(tau).for_each(|(deviation, tau)| *deviation += c * tau);
         }
         let (base, tool) = (model.base.to_array().map(|x| [x; LANES]), model.tool.xyz.map(|x| [x; LANES]));

@@ -21,14 +21,14 @@ pub struct Arm {
     tool_turned: Pose,
     /// True payload.
     pub payload: Payload,
+    /// What is wrong with it beyond that.
     flaws: Flaws,
     session_s: f64,
     posture: Posture,
     loads: Loads,
     deviations: Vec<f64>,
-    /// What the first flaws, so many of them, move in every situation alike.
+    /// What the flaws that are the same in every situation move.
     fixed: Vec<f64>,
-    of_fixed: usize,
 }
 
 /// What meets the arm's tool at one moment.
@@ -44,19 +44,21 @@ pub struct Moment {
 
 impl Arm {
     /// The arm of a cell with these flaws, in a session of about so many seconds.
-    pub fn new(parts: &Parts, flaws: Flaws, session_s: f64) -> Self {
+    pub fn new(parts: &Parts, mut flaws: Flaws, session_s: f64) -> Self {
         let Parts { nominal, robot, tool, payload, .. } = parts.clone();
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
         let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
         let balls: Vec<Vector3<f64>> = nominal.balls.iter().map(|b| b.position).collect();
         let artifact = ArtifactShape::of(&balls);
         let sites = SiteIndex::new(robot.joints());
-        let (mut fixed, mut of_fixed) = (deviations.clone(), 0);
-        // The first only, so that what moves one site is always added up in the same order.
-        for constant in flaws.all.iter().map_while(|flaw| flaw.constant()) {
-            constant.iter().for_each(|&(site, by)| fixed[sites.of(site)] += by);
-            of_fixed += 1;
-        }
+        let mut fixed = deviations.clone();
+        flaws.all.retain(|flaw| match flaw.constant() {
+            Some(constant) => {
+                constant.into_iter().for_each(|(site, by)| fixed[sites.of(site)] += by);
+                false
+            }
+            None => true,
+        });
         let tool_turned = FramePose { xyz: [0.0; 3], ..tool }.pose();
         Arm {
             robot,
@@ -71,13 +73,12 @@ impl Arm {
             loads,
             deviations,
             fixed,
-            of_fixed,
         }
     }
 
-    /// Moves the motors (rad, N); nothing has given way yet.
+    /// Moves the motors (rad, N); nothing has given way yet, and the arm stands where its geometry puts it.
     pub fn move_motors(&mut self, motors: &[f64]) {
-        self.deviations.fill(0.0);
+        self.deviations.copy_from_slice(&self.fixed);
         self.posture.set(&self.robot, &self.nominal.base, &self.tool, motors, &self.deviations);
     }
 
@@ -104,7 +105,7 @@ impl Arm {
     /// How far the ball, or the point as measured, stands from its place, world, m; at the moment to which the arm gave way last.
     pub fn target_moved(&self) -> Vector3<f64> {
         let sites = SiteIndex::new(self.robot.joints());
-        Vector3::from_fn(|k, _| self.deviations[sites.of(Site::Target(k))])
+        Vector3::from_fn(|k, _| self.deviations[sites.of(Site::target(k))])
     }
 
     /// Finds the deviations of all sites in the present posture.
@@ -133,7 +134,7 @@ impl Arm {
         let sites = SiteIndex::new(self.robot.joints());
         self.deviations.copy_from_slice(&self.fixed);
         let deviations = &mut self.deviations;
-        for flaw in &self.flaws.all[self.of_fixed..] {
+        for flaw in &self.flaws.all {
             flaw.moves(&situation, &mut |site, by| deviations[sites.of(site)] += by);
         }
     }

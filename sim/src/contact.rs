@@ -100,7 +100,7 @@ impl Channel {
             let (height, sideways) = seen_from_disk(tip);
             let lateral = sideways.norm();
             let over = (lateral - DISK_RADIUS).max(0.0);
-            let distance = over.hypot(height);
+            let distance = (over * over + height * height).sqrt();
             let slope = if over > 0.0 { -over * sideways.dot(&self.along) / lateral } else { 0.0 } - height * advance;
             (distance - radius, slope / distance)
         };

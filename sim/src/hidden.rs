@@ -158,7 +158,7 @@ fn scale_to(rms: f64, robot: &Robot, mut shape: impl FnMut(&[f64]) -> f64) -> f6
 
 /// The angle of joint `j`, counted from 0.
 fn theta(j: usize) -> Site {
-    Site::Mdh(j, MdhEntry::Theta)
+    Site::mdh(j, MdhEntry::Theta)
 }
 
 #[cfg(test)]

@@ -43,7 +43,7 @@ mod with_mujoco {
             match parameter.site {
                 Site::Base(axis) => base[axis as usize] = *value,
                 Site::Mdh(i, entry) => {
-                    let mdh = &mut robot.links[i].mdh;
+                    let mdh = &mut robot.links[usize::from(i)].mdh;
                     let by = value - parameter.nominal;
                     match entry {
                         MdhEntry::Alpha => mdh.alpha += by,

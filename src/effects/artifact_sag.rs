@@ -21,7 +21,7 @@ pub(super) const FAMILY: Family = Family {
         Shape::new(id, vec![parameter("x"), parameter("y")], |at, emit| {
             if let (Some(_), Some(ball), Some(artifact)) = (at.ball(), at.target, at.artifact) {
                 let h = artifact.share_of_height(ball.z);
-                (0..2).for_each(|k| emit(k, Site::Target(k), h * h));
+                (0..2).for_each(|k| emit(k, Site::target(k), h * h));
             }
         })
         .owner(Owner::Artifact)

@@ -20,7 +20,7 @@ pub(super) const FAMILY: Family = Family {
         Shape::new(id, vec![ParameterSpec::new("artifact_scale.s", Unit::UM_PER_M, 4e-5)], |at, emit| {
             if let (Some(_), Some(ball), Some(artifact)) = (at.ball(), at.target, at.artifact) {
                 let from_centre = ball - artifact.centroid;
-                (0..3).for_each(|k| emit(0, Site::Target(k), from_centre[k]));
+                (0..3).for_each(|k| emit(0, Site::target(k), from_centre[k]));
             }
         })
         .owner(Owner::Artifact)

@@ -20,7 +20,7 @@ pub(super) const FAMILY: Family = Family {
         let ball = subject.balls.iter().position(|b| *b == name).ok_or_else(unknown)?;
         Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.04 * MM), move |at, emit| {
             if at.ball() == Some(ball) {
-                (0..3).for_each(|k| emit(k, Site::Target(k), 1.0));
+                (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
             }
         })
         .owner(Owner::Artifact)

@@ -23,8 +23,8 @@ pub(super) const FAMILY: Family = Family {
             |j, name| vec![ParameterSpec::new(format!("{name}.k"), Unit::URAD_PER_NM, plausible(j))],
             |at, j, emit| {
                 let moment = at.posture.frame(j + 1).components(&at.loads.moment[j + 1]);
-                emit(0, Site::Flex(j + 1, Axis6::Rx), moment.x);
-                emit(0, Site::Flex(j + 1, Axis6::Ry), moment.y);
+                emit(0, Site::flex(j + 1, Axis6::Rx), moment.x);
+                emit(0, Site::flex(j + 1, Axis6::Ry), moment.y);
             },
         )
         .needs(&[Needs::Masses])

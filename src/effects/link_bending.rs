@@ -74,7 +74,7 @@ fn length(subject: &Subject<'_>, j: usize) -> f64 {
 fn displace(parameter: usize, k: usize, frame: &Frame, turn: &Vector3<f64>, shift: &Vector3<f64>, emit: &mut Emit<'_>) {
     let (turn, shift) = (frame.components(turn), frame.components(shift));
     for (axis, weight) in Axis6::ALL.into_iter().zip([shift.x, shift.y, shift.z, turn.z, turn.y, turn.x]) {
-        emit(parameter, Site::Flex(k, axis), weight);
+        emit(parameter, Site::flex(k, axis), weight);
     }
 }
 

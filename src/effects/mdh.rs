@@ -21,7 +21,7 @@ pub(super) const FAMILY: Family = Family {
         id.at_most(0)?;
         let sites = sites(subject.robot);
         let parameters = sites.iter().map(|&(i, entry)| describe(subject.robot, i, entry)).collect();
-        let terms = sites.iter().enumerate().map(|(k, &(i, entry))| (k, Site::Mdh(i, entry), 1.0)).collect();
+        let terms = sites.iter().enumerate().map(|(k, &(i, entry))| (k, Site::mdh(i, entry), 1.0)).collect();
         constant(id, parameters, terms).built()
     },
 };

@@ -21,7 +21,7 @@ pub(super) const FAMILY: Family = Family {
         }
         Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.2 * MM), move |at, emit| {
             if at.sample == Some(sample.as_str()) {
-                (0..3).for_each(|k| emit(k, Site::Target(k), 1.0));
+                (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
             }
         })
         // Samples have names of their own within a dataset.

@@ -19,8 +19,8 @@ pub(super) const FAMILY: Family = Family {
         let parameter = |axis| ParameterSpec::new(format!("pedestal.{axis}"), Unit::URAD_PER_NM, 2.0 * URAD);
         Shape::new(id, vec![parameter("x"), parameter("y")], |at, emit| {
             let moment = at.posture.frame(0).components(&at.loads.moment[0]);
-            emit(0, Site::Flex(0, Axis6::Rx), moment.x);
-            emit(1, Site::Flex(0, Axis6::Ry), moment.y);
+            emit(0, Site::flex(0, Axis6::Rx), moment.x);
+            emit(1, Site::flex(0, Axis6::Ry), moment.y);
         })
         .needs(&[Needs::Masses])
         .built()

@@ -98,10 +98,10 @@ where
 
 /// Shifts the TCP by a vector of the last frame, m, where a ball or an indicator is to blame.
 pub(super) fn shift_tool(parameter: usize, by: &Vector3<f64>, emit: &mut Emit<'_>) {
-    (0..3).for_each(|k| emit(parameter, Site::Tool(k), by[k]));
+    (0..3).for_each(|k| emit(parameter, Site::tool(k), by[k]));
 }
 
 /// The angle of joint `j`, counted from 0.
 pub(super) fn theta(j: usize) -> Site {
-    Site::Mdh(j, MdhEntry::Theta)
+    Site::mdh(j, MdhEntry::Theta)
 }

@@ -51,7 +51,7 @@ const REFERENCE_C: f64 = 20.0;
 
 fn grow(at: &Situation<'_>, parameter: usize, share: f64, emit: &mut Emit<'_>) {
     for (i, link) in at.robot.links.iter().enumerate() {
-        emit(parameter, Site::Mdh(i, MdhEntry::A), share * link.mdh.a);
-        emit(parameter, Site::Mdh(i, MdhEntry::D), share * link.mdh.d);
+        emit(parameter, Site::mdh(i, MdhEntry::A), share * link.mdh.a);
+        emit(parameter, Site::mdh(i, MdhEntry::D), share * link.mdh.d);
     }
 }

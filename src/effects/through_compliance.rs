@@ -78,7 +78,7 @@ mod tests {
             let effect = build(id, &Subject::new(&robot, &[])).expect("in the catalogue");
             let mut turned = [0.0; 6];
             effect.terms(&at, &mut |p, site, weight| match site {
-                Site::Mdh(j, _) if p == parameter => turned[j] += weight,
+                Site::Mdh(j, _) if p == parameter => turned[usize::from(j)] += weight,
                 _ => {}
             });
             let step = 1e-3;

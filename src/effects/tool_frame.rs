@@ -17,6 +17,6 @@ pub(super) const FAMILY: Family = Family {
     build: |id, _| {
         id.at_most(0)?;
         let parameters = ["x", "y", "z"].map(|axis| ParameterSpec::new(format!("tool_{axis}"), Unit::MM, 0.03 * MM)).to_vec();
-        constant(id, parameters, (0..3).map(|k| (k, Site::Tool(k), 1.0)).collect()).owner(Owner::Session).built()
+        constant(id, parameters, (0..3).map(|k| (k, Site::tool(k), 1.0)).collect()).owner(Owner::Session).built()
     },
 };

@@ -18,7 +18,7 @@ pub(super) const FAMILY: Family = Family {
         let time = id.time(0)?;
         Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.1 * MM), move |at, emit| {
             if at.is_after(time) {
-                (0..3).for_each(|k| emit(k, Site::Tool(k), 1.0));
+                (0..3).for_each(|k| emit(k, Site::tool(k), 1.0));
             }
         })
         .owner(Owner::Session)

@@ -26,9 +26,9 @@ pub(super) const FAMILY: Family = Family {
         Shape::new(id, parameters, |at, emit| {
             if let (Some(Kind::Point), Some(point)) = (at.kind, at.target) {
                 for axis in 0..3 {
-                    emit(axis, Site::Target(axis), 1.0);
+                    emit(axis, Site::target(axis), 1.0);
                     let turned = Vector3::ith(axis, 1.0).cross(&point);
-                    (0..3).for_each(|k| emit(3 + axis, Site::Target(k), turned[k]));
+                    (0..3).for_each(|k| emit(3 + axis, Site::target(k), turned[k]));
                 }
             }
         })

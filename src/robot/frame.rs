@@ -111,6 +111,7 @@ impl<const L: usize> Vectors<L> {
 
 /// Frames of `L` postures side by side.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
 pub(super) struct Frames<const L: usize> {
     pub x: Vectors<L>,
     pub y: Vectors<L>,

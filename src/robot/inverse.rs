@@ -246,8 +246,8 @@ mod tests {
             let robot = built_in(name).unwrap();
             let n = robot.joints();
             let mut deviations = vec![0.0; SiteIndex::new(n).len()];
-            deviations[SiteIndex::new(n).of(Site::Mdh(2, MdhEntry::Beta))] = 0.02;
-            deviations[SiteIndex::new(n).of(Site::Mdh(4, MdhEntry::A))] = 0.5 * MM;
+            deviations[SiteIndex::new(n).of(Site::mdh(2, MdhEntry::Beta))] = 0.02;
+            deviations[SiteIndex::new(n).of(Site::mdh(4, MdhEntry::A))] = 0.5 * MM;
             let mut arm = Chain::deviating(&robot, &FramePose::default(), &TOOL, deviations);
             let mut solver = InverseKinematics::new(n);
             let mut jacobian = Matrix6xX::zeros(n);

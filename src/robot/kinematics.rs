@@ -63,23 +63,28 @@ impl<const L: usize> Trigs<L> {
     }
 }
 
-/// An MDH line in each posture, but for its joint's angle.
+/// An MDH line in each posture, `theta` being the joint's angle and what is added to it.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(64))] // A register of eight numbers is then no two lines of the cache.
 struct Lines<const L: usize> {
     alpha: Trigs<L>,
     a: [f64; L],
     beta: Trigs<L>,
     skewed: bool,
+    theta: Trigs<L>,
     d: [f64; L],
 }
 
 impl<const L: usize> Lines<L> {
-    const ZERO: Self = Lines { alpha: Trigs::ZERO, a: [0.0; L], beta: Trigs::ZERO, skewed: false, d: [0.0; L] };
+    const ZERO: Self = {
+        let (alpha, beta, theta) = (Trigs::ZERO, Trigs::ZERO, Trigs::ZERO);
+        Lines { alpha, a: [0.0; L], beta, skewed: false, theta, d: [0.0; L] }
+    };
 
     /// The frames at the end of this line, of those where it begins.
     #[inline(always)]
-    fn next<S: Simd>(&self, group: Group<S>, theta: Turn<S>, frame: &Axes<S>) -> Axes<S> {
-        let alpha = self.alpha.of(group);
+    fn next<S: Simd>(&self, group: Group<S>, frame: &Axes<S>) -> Axes<S> {
+        let (alpha, theta) = (self.alpha.of(group), self.theta.of(group));
         let y = frame.y * alpha.cos + frame.z * alpha.sin;
         let mut z = frame.z * alpha.cos - frame.y * alpha.sin;
         let mut x = frame.x;
@@ -109,8 +114,6 @@ pub struct Postures<const L: usize> {
     /// Rz and Ry of each flex displacement.
     flex_turned: Vec<[Trigs<L>; 2]>,
     lines: Vec<Lines<L>>,
-    /// Angle of each joint.
-    theta: Vec<Trigs<L>>,
     tcp: Vectors<L>,
 }
 
@@ -142,7 +145,6 @@ impl<const L: usize> Postures<L> {
             flexible: false,
             flex_turned: vec![[Trigs::ZERO; 2]; n + 1],
             lines: vec![Lines::ZERO; n],
-            theta: vec![Trigs::ZERO; n],
             tcp: Vectors::ZERO,
         }
     }
@@ -157,22 +159,21 @@ impl<const L: usize> Postures<L> {
     fn stand<S: Simd>(&mut self, simd: S, robot: &Robot, stances: &Stances<'_, L>) {
         let Stances { base, tool, q, deviations } = *stances;
         let n = robot.joints();
-        assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n && self.theta.len() == n);
+        assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n);
         self.place_base(base, deviations);
         // All sines first: between their calls the frames below would leave the registers.
-        for (i, (lines, theta)) in self.lines.iter_mut().zip(&mut self.theta).enumerate() {
+        for (i, lines) in self.lines.iter_mut().enumerate() {
             let dev = &deviations[self.sites.link(i)..][..5];
             let mdh = &robot.links[i].mdh;
             lines.alpha.turn(&sum(mdh.alpha, &dev[0]));
             lines.a = sum(mdh.a, &dev[1]);
             lines.beta.turn(&sum(mdh.beta, &dev[2]));
             lines.skewed = (0..L).fold(0, |bits, l| bits | lines.beta.angle[l].to_bits()) << 1 != 0;
-            (0..L).for_each(|l| theta.angle[l] = q[i][l] + mdh.theta + dev[3][l]);
+            (0..L).for_each(|l| lines.theta.angle[l] = q[i][l] + mdh.theta + dev[3][l]);
             lines.d = sum(mdh.d, &dev[4]);
         }
-        self.turn_joints();
-        let flexes = |k: usize| flexes(&deviations[self.sites.flex(k)..][..6]);
-        self.flexible = (0..=n).any(flexes);
+        self.turn_joints(simd);
+        self.flexible = (0..=n).fold(false, |any, k| any | flexes(&deviations[self.sites.flex(k)..][..6]));
         let tip = self.sites.tool();
         let tip = [&deviations[tip], &deviations[tip + 1], &deviations[tip + 2]];
         if self.flexible {
@@ -180,7 +181,7 @@ impl<const L: usize> Postures<L> {
             for i in 0..n {
                 for first in (0..L).step_by(S::F64_LANES) {
                     let group = Group::new(simd, first);
-                    let next = self.lines[i].next(group, self.theta[i].of(group), &self.flexed[i].of(group));
+                    let next = self.lines[i].next(group, &self.flexed[i].of(group));
                     self.rigid[i + 1].put_all(group, &next);
                 }
                 self.bend(i + 1, deviations);
@@ -193,8 +194,8 @@ impl<const L: usize> Postures<L> {
             for first in (0..L).step_by(S::F64_LANES) {
                 let group = Group::new(simd, first);
                 let mut frame = self.rigid[0].of(group);
-                for ((lines, theta), rigid) in self.lines.iter().zip(&self.theta).zip(&mut self.rigid[1..]) {
-                    frame = lines.next(group, theta.of(group), &frame);
+                for (lines, rigid) in self.lines.iter().zip(&mut self.rigid[1..]) {
+                    frame = lines.next(group, &frame);
                     rigid.put_all(group, &frame);
                 }
                 self.tcp.put_all(group, frame.point(offset(group, tool, tip)));
@@ -226,16 +227,44 @@ impl<const L: usize> Postures<L> {
 
     /// Finds the sines and cosines of all joints.
     #[inline(always)]
-    fn turn_joints(&mut self) {
-        for group in self.theta.chunks_mut(turns::LANES / L) {
-            let (mut angles, mut sin, mut cos) = ([0.0; turns::LANES], [0.0; turns::LANES], [0.0; turns::LANES]);
-            for (k, theta) in group.iter().enumerate() {
-                angles[k * L..][..L].copy_from_slice(&theta.angle);
+    fn turn_joints<S: Simd>(&mut self, simd: S) {
+        let mut far = false;
+        if S::F64_LANES > 1 {
+            // The registers hold a joint of several postures,
+            for Lines { theta, .. } in &mut self.lines {
+                far |= turns::any_far(&theta.angle);
+                for first in (0..L).step_by(S::F64_LANES) {
+                    let group = Group::new(simd, first);
+                    let (sin, cos) = turns::sin_cos(group.of(&theta.angle));
+                    group.put(&mut theta.sin, sin);
+                    group.put(&mut theta.cos, cos);
+                }
             }
-            turns::sin_cos(&angles, &mut sin, &mut cos);
-            for (k, theta) in group.iter_mut().enumerate() {
-                theta.sin.copy_from_slice(&sin[k * L..][..L]);
-                theta.cos.copy_from_slice(&cos[k * L..][..L]);
+        } else {
+            // or several joints of a posture.
+            for lines in self.lines.chunks_mut(turns::AT_ONCE / L) {
+                let mut angles = [0.0; turns::AT_ONCE];
+                for (k, Lines { theta, .. }) in lines.iter().enumerate() {
+                    angles[k * L..][..L].copy_from_slice(&theta.angle);
+                }
+                let of = turns::sin_cos_of_all(&angles);
+                far |= of.far;
+                for (k, Lines { theta, .. }) in lines.iter_mut().enumerate() {
+                    theta.sin.copy_from_slice(&of.sin[k * L..][..L]);
+                    theta.cos.copy_from_slice(&of.cos[k * L..][..L]);
+                }
+            }
+        }
+        if far {
+            self.turn_far_joints();
+        }
+    }
+
+    #[cold]
+    fn turn_far_joints(&mut self) {
+        for Lines { theta, .. } in &mut self.lines {
+            for l in (0..L).filter(|&l| turns::is_far(theta.angle[l])) {
+                (theta.sin[l], theta.cos[l]) = theta.angle[l].sin_cos();
             }
         }
     }
@@ -311,12 +340,12 @@ impl<const L: usize> Postures<L> {
             }
             for i in 0..self.lines.len() {
                 for entry in MdhEntry::ALL {
-                    self.write_column(group, Site::Mdh(i, entry), columns);
+                    self.write_column(group, Site::mdh(i, entry), columns);
                 }
             }
             for k in 0..3 {
-                self.write_column(group, Site::Tool(k), columns);
-                self.write_column(group, Site::Target(k), columns);
+                self.write_column(group, Site::tool(k), columns);
+                self.write_column(group, Site::target(k), columns);
             }
         }
     }
@@ -345,6 +374,7 @@ impl<const L: usize> Postures<L> {
                 displacement_column(&origin, axis, [rz.of(group), ry.of(group)], tcp)
             }
             Site::Mdh(i, entry) => {
+                let i = usize::from(i);
                 let (previous, next) = (&self.frames()[i], &self.rigid[i + 1]);
                 match entry {
                     MdhEntry::Alpha => previous.x.of(group).cross(tcp - previous.o.of(group)),
@@ -360,6 +390,7 @@ impl<const L: usize> Postures<L> {
                 }
             }
             Site::Flex(k, axis) => {
+                let k = usize::from(k);
                 let origin = Axes { o: self.frames()[k].o.of(group), ..self.rigid[k].of(group) };
                 let still = Turn { sin: group.splat(0.0), cos: group.splat(1.0) };
                 let [rz, ry] = &self.flex_turned[k];
@@ -368,9 +399,9 @@ impl<const L: usize> Postures<L> {
             }
             Site::Tool(k) => {
                 let flange = &self.frames()[self.lines.len()];
-                [flange.x, flange.y, flange.z][k].of(group)
+                [flange.x, flange.y, flange.z][usize::from(k)].of(group)
             }
-            Site::Target(k) => -group.vector(&Vector3::ith(k, 1.0)),
+            Site::Target(k) => -group.vector(&Vector3::ith(k.into(), 1.0)),
         }
     }
 }
@@ -545,10 +576,10 @@ mod tests {
             let mut deviations: Vec<f64> = (0..index.len()).map(|_| number(0.3)).collect();
             let mut sites: Vec<Site> = Axis6::ALL.into_iter().map(Site::Base).collect();
             for k in 0..=joints {
-                sites.extend(Axis6::ALL.into_iter().map(|axis| Site::Flex(k, axis)));
+                sites.extend(Axis6::ALL.into_iter().map(|axis| Site::flex(k, axis)));
             }
             for i in 0..joints {
-                sites.extend(MdhEntry::ALL.into_iter().map(|entry| Site::Mdh(i, entry)));
+                sites.extend(MdhEntry::ALL.into_iter().map(|entry| Site::mdh(i, entry)));
             }
             sites.extend((0..3).map(Site::Tool));
             assert_eq!(sites.len() + 3, index.len(), "all sites but the target's");
@@ -587,11 +618,11 @@ mod tests {
         };
         let bases = [[0.1, 0.2, 0.3, 0.0, 0.0, 0.0], [0.1, 0.2, 0.4, 0.0, 0.0, 0.0], [0.1, 0.2, 0.4, 0.5, -0.2, 0.1]];
         let cases = [
-            with(Site::Flex(3, Axis6::Rz), 0.2),
-            with(Site::Tool(0), 0.0),
-            with(Site::Flex(5, Axis6::X), 0.01),
+            with(Site::flex(3, Axis6::Rz), 0.2),
+            with(Site::tool(0), 0.0),
+            with(Site::flex(5, Axis6::X), 0.01),
             with(Site::Base(Axis6::Ry), 0.1),
-            with(Site::Mdh(2, MdhEntry::Beta), 0.1),
+            with(Site::mdh(2, MdhEntry::Beta), 0.1),
         ];
         let mut kept = Posture::new(&robot);
         for base in bases.map(FramePose::from_array) {
@@ -602,7 +633,7 @@ mod tests {
                 assert_eq!(kept.tcp(), fresh.tcp());
                 for k in 0..=6 {
                     assert_eq!(kept.frame(k), fresh.frame(k));
-                    for site in Axis6::ALL.map(|axis| Site::Flex(k, axis)).into_iter().chain(Axis6::ALL.map(Site::Base)) {
+                    for site in Axis6::ALL.map(|axis| Site::flex(k, axis)).into_iter().chain(Axis6::ALL.map(Site::Base)) {
                         assert_eq!(kept.column(site), fresh.column(site), "{site}");
                     }
                 }
@@ -634,7 +665,7 @@ mod tests {
                     }
                 }
                 if round == 5 {
-                    deviations[index.of(Site::Mdh(0, MdhEntry::Beta))][2] = -robot.links[0].mdh.beta;
+                    deviations[index.of(Site::mdh(0, MdhEntry::Beta))][2] = -robot.links[0].mdh.beta;
                 }
                 together.set_all(&robot, &Stances { base: &base, tool: &tool, q: &q, deviations: &deviations });
                 let (mut columns, mut own) = (vec![Vectors::ZERO; index.len()], vec![Vectors::ZERO; index.len()]);
@@ -649,7 +680,7 @@ mod tests {
                     for k in 0..=joints {
                         let (one, other) = (together.frame_at(lane, k), alone.frame(k));
                         assert_eq!([one.x, one.y, one.z, one.o].map(bits), [other.x, other.y, other.z, other.o].map(bits));
-                        for site in Axis6::ALL.map(|axis| Site::Flex(k, axis)) {
+                        for site in Axis6::ALL.map(|axis| Site::flex(k, axis)) {
                             assert_eq!(bits(together.column_at(lane, site)), bits(alone.column(site)), "{site}");
                         }
                     }

@@ -57,6 +57,35 @@ impl<S: Simd> Neg for Numbers<S> {
     }
 }
 
+impl<S: Simd> Numbers<S> {
+    /// The same number in all lanes.
+    #[inline(always)]
+    pub fn splat(self, x: f64) -> Self {
+        Numbers(self.0, self.0.splat_f64s(x))
+    }
+
+    /// In each lane this number where that bit of the number in `bits` is set, and `other` where it is not.
+    #[inline(always)]
+    pub fn where_bit(self, bit: u32, bits: Self, other: Self) -> Self {
+        let simd = self.0;
+        let (mask, bits) = (simd.splat_u64s(1 << bit), simd.transmute_u64s_f64s(bits.1));
+        let set = simd.equal_u64s(simd.and_u64s(bits, mask), mask);
+        Numbers(simd, simd.select_f64s(set, self.1, other.1))
+    }
+
+    /// As many numbers as a register holds.
+    #[inline(always)]
+    pub fn new(simd: S, numbers: S::f64s) -> Self {
+        Numbers(simd, numbers)
+    }
+
+    /// What the register holds.
+    #[inline(always)]
+    pub fn held(self) -> S::f64s {
+        self.1
+    }
+}
+
 /// Which of the postures fill a register: those from `first` on.
 #[derive(Clone, Copy)]
 pub(super) struct Group<S: Simd> {

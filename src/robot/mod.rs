@@ -32,7 +32,7 @@ pub(crate) use rel_tool::screw;
 pub use rel_tool::{RelTool, RelToolError, rel_tool};
 pub use rigid_fit::rigid_fit;
 pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
-pub use sites::{Axis6, MdhEntry, Site, SiteIndex};
+pub use sites::{Axis6, MOST_JOINTS, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use statics::{DEFAULT_GRAVITY, Loads, Payload, torques};

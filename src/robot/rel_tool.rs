@@ -125,7 +125,7 @@ impl RelTool {
 
 /// Velocity of the TCP (m/rad) over angular velocity of the tool (rad/rad), world axes, as joint `i` (counted from 0) turns.
 pub(crate) fn screw(posture: &Posture, i: usize) -> Vector6<f64> {
-    let v = posture.column(Site::Mdh(i, MdhEntry::Theta));
+    let v = posture.column(Site::mdh(i, MdhEntry::Theta));
     let (axis, _) = posture.joint_axis(i);
     Vector6::new(v.x, v.y, v.z, axis.x, axis.y, axis.z)
 }

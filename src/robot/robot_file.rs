@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{BUILT_IN, Link, MdhLink, Robot, Shape, Solid, built_in};
+use super::{BUILT_IN, Link, MOST_JOINTS, MdhLink, Robot, Shape, Solid, built_in};
 use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::{DEG, MM};
 
@@ -96,6 +96,10 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
     let joints = document.link.len();
     if joints == 0 {
         return Err(wrong("link", "has no entries", "give one [[link]] for every joint"));
+    }
+    if joints > MOST_JOINTS {
+        let remedy = format!("an arm has no more than {MOST_JOINTS} joints");
+        return Err(wrong("link", &format!("has {joints} entries"), &remedy));
     }
     for (i, link) in document.link.iter().enumerate() {
         check_link(i, link).map_err(|(key, problem, remedy)| wrong(&key, problem, remedy))?;

@@ -41,42 +41,71 @@ impl MdhEntry {
 }
 
 /// A place of deviation. Joints and links are counted from 0 here, from 1 in names.
+///
+/// It is handed on for every term of every effect at every sample: so small, it stays in a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Site {
     /// Robot base in the world, `T(chi) = Tr Rz Ry Rx`; added to the nominal six numbers.
     Base(Axis6),
     /// An MDH entry of a link; added to the nominal entry. `Theta` is the joint's angle.
-    Mdh(usize, MdhEntry),
+    Mdh(u16, MdhEntry),
     /// A small rigid displacement after frame k (0 is the base frame, k the frame of link k), in that frame's axes.
-    Flex(usize, Axis6),
+    Flex(u16, Axis6),
     /// TCP in the last frame (0 x, 1 y, 2 z).
-    Tool(usize),
+    Tool(u16),
     /// The ball, or the measured point, in the world (0 x, 1 y, 2 z).
-    Target(usize),
+    Target(u16),
 }
 
+/// The most joints that an arm may have; none has as many.
+pub const MOST_JOINTS: usize = 1000;
+
 impl Site {
+    /// An MDH entry of link `i`.
+    #[inline]
+    pub const fn mdh(i: usize, entry: MdhEntry) -> Self {
+        Site::Mdh(i as u16, entry)
+    }
+
+    /// A displacement after frame `k`.
+    #[inline]
+    pub const fn flex(k: usize, axis: Axis6) -> Self {
+        Site::Flex(k as u16, axis)
+    }
+
+    /// The TCP along axis `k` (0, 1, 2).
+    #[inline]
+    pub const fn tool(k: usize) -> Self {
+        Site::Tool(k as u16)
+    }
+
+    /// The ball along axis `k` (0, 1, 2).
+    #[inline]
+    pub const fn target(k: usize) -> Self {
+        Site::Target(k as u16)
+    }
+
     /// The site printed so, of an arm with `joints` joints.
     pub fn parse(text: &str, joints: usize) -> Option<Site> {
         let axis = |name: &str| Axis6::ALL.into_iter().find(|a| a.name() == name);
         let xyz = |name: &str| ["x", "y", "z"].iter().position(|n| *n == name);
-        let number = |digits: &str| digits.parse::<usize>().ok();
+        let number = |digits: &str| digits.parse::<usize>().ok().filter(|i| *i <= MOST_JOINTS);
         let parts: Vec<&str> = text.split(':').collect();
         let site = match parts[..] {
             ["base", a] => Site::Base(axis(a)?),
-            ["alpha", i] => Site::Mdh(number(i)?, MdhEntry::Alpha),
-            ["a", i] => Site::Mdh(number(i)?, MdhEntry::A),
-            ["beta", i] => Site::Mdh(number(i)?, MdhEntry::Beta),
-            ["theta", i] => Site::Mdh(number(i)?.checked_sub(1)?, MdhEntry::Theta),
-            ["d", i] => Site::Mdh(number(i)?.checked_sub(1)?, MdhEntry::D),
-            ["flex", k, a] => Site::Flex(number(k)?, axis(a)?),
-            ["tool", a] => Site::Tool(xyz(a)?),
-            ["ball", a] => Site::Target(xyz(a)?),
+            ["alpha", i] => Site::mdh(number(i)?, MdhEntry::Alpha),
+            ["a", i] => Site::mdh(number(i)?, MdhEntry::A),
+            ["beta", i] => Site::mdh(number(i)?, MdhEntry::Beta),
+            ["theta", i] => Site::mdh(number(i)?.checked_sub(1)?, MdhEntry::Theta),
+            ["d", i] => Site::mdh(number(i)?.checked_sub(1)?, MdhEntry::D),
+            ["flex", k, a] => Site::flex(number(k)?, axis(a)?),
+            ["tool", a] => Site::tool(xyz(a)?),
+            ["ball", a] => Site::target(xyz(a)?),
             _ => return None,
         };
         let exists = match site {
-            Site::Mdh(i, _) => i < joints,
-            Site::Flex(k, _) => k <= joints,
+            Site::Mdh(i, _) => usize::from(i) < joints,
+            Site::Flex(k, _) => usize::from(k) <= joints,
             _ => true,
         };
         exists.then_some(site)
@@ -128,20 +157,21 @@ impl SiteIndex {
     }
 
     /// Place of a site in the flat vector.
+    #[inline]
     pub fn of(&self, site: Site) -> usize {
         match site {
             Site::Base(axis) => axis as usize,
-            Site::Mdh(i, entry) => self.link(i) + entry as usize,
-            Site::Flex(k, axis) => self.flex(k) + axis as usize,
-            Site::Tool(k) => self.tool() + k,
-            Site::Target(k) => self.target() + k,
+            Site::Mdh(i, entry) => self.link(i.into()) + entry as usize,
+            Site::Flex(k, axis) => self.flex(k.into()) + axis as usize,
+            Site::Tool(k) => self.tool() + usize::from(k),
+            Site::Target(k) => self.target() + usize::from(k),
         }
     }
 }
 
 impl fmt::Display for Site {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let xyz = |k: &usize| ["x", "y", "z"][*k];
+        let xyz = |k: &u16| ["x", "y", "z"][usize::from(*k)];
         match self {
             Site::Base(axis) => write!(f, "base:{}", axis.name()),
             Site::Mdh(i, MdhEntry::Alpha) => write!(f, "alpha:{i}"),
@@ -164,9 +194,9 @@ mod tests {
     fn a_site_is_read_as_it_is_printed() {
         let joints = 6;
         let mut sites: Vec<Site> = Axis6::ALL.into_iter().map(Site::Base).collect();
-        sites.extend((0..joints).flat_map(|i| MdhEntry::ALL.map(|entry| Site::Mdh(i, entry))));
-        sites.extend((0..=joints).flat_map(|k| Axis6::ALL.map(|axis| Site::Flex(k, axis))));
-        sites.extend((0..3).flat_map(|k| [Site::Tool(k), Site::Target(k)]));
+        sites.extend((0..joints).flat_map(|i| MdhEntry::ALL.map(|entry| Site::mdh(i, entry))));
+        sites.extend((0..=joints).flat_map(|k| Axis6::ALL.map(|axis| Site::flex(k, axis))));
+        sites.extend((0..3).flat_map(|k| [Site::tool(k), Site::target(k)]));
         assert_eq!(sites.len(), SiteIndex::new(joints).len());
         for site in sites {
             assert_eq!(Site::parse(&site.to_string(), joints), Some(site));

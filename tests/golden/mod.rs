@@ -41,7 +41,7 @@ impl GoldenModel {
         let mut deviations = vec![0.0; sites.len()];
         for (p, value) in self.parameters.iter().zip(values) {
             let weight = match p.site {
-                Site::Mdh(j, MdhEntry::Theta) if p.compliance => holding[j],
+                Site::Mdh(j, MdhEntry::Theta) if p.compliance => holding[usize::from(j)],
                 _ => 1.0,
             };
             deviations[sites.of(p.site)] += weight * (value - p.nominal);
@@ -57,7 +57,7 @@ impl GoldenModel {
     /// Table 8's compliances by joint (from 0), rad/(N·m), of holding torques.
     pub fn compliances(&self) -> Vec<(usize, f64)> {
         let of = |p: &GoldenParameter| match p.site {
-            Site::Mdh(joint, _) if p.compliance => Some((joint, p.table8 - p.nominal)),
+            Site::Mdh(joint, _) if p.compliance => Some((joint.into(), p.table8 - p.nominal)),
             _ => None,
         };
         self.parameters.iter().filter_map(of).collect()
@@ -139,11 +139,11 @@ pub fn golden_model() -> Option<GoldenModel> {
         }
     }
     let site = |kind: &str, joint: usize| match kind {
-        "alpha" => Site::Mdh(joint - 1, MdhEntry::Alpha),
-        "a" => Site::Mdh(joint - 1, MdhEntry::A),
-        "beta" => Site::Mdh(joint - 1, MdhEntry::Beta),
-        "theta" | "c" => Site::Mdh(joint - 1, MdhEntry::Theta),
-        "d" => Site::Mdh(joint - 1, MdhEntry::D),
+        "alpha" => Site::mdh(joint - 1, MdhEntry::Alpha),
+        "a" => Site::mdh(joint - 1, MdhEntry::A),
+        "beta" => Site::mdh(joint - 1, MdhEntry::Beta),
+        "theta" | "c" => Site::mdh(joint - 1, MdhEntry::Theta),
+        "d" => Site::mdh(joint - 1, MdhEntry::D),
         base => Site::Base(Axis6::ALL.into_iter().find(|axis| base == format!("base_{}", axis.name())).unwrap()),
     };
     let parameters = model["params"]

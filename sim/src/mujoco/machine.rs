@@ -54,9 +54,9 @@ pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<
         let kinds = (0..balls.len()).map(Kind::Ball);
         constant(&effect, &nominal, None, &mut |site, by| match site {
             Site::Base(axis) => base[axis as usize] += by,
-            Site::Tool(k) => tool.xyz[k] += by,
+            Site::Tool(k) => tool.xyz[usize::from(k)] += by,
             Site::Mdh(i, entry) => {
-                let mdh = &mut robot.links[i].mdh;
+                let mdh = &mut robot.links[usize::from(i)].mdh;
                 *match entry {
                     MdhEntry::Alpha => &mut mdh.alpha,
                     MdhEntry::A => &mut mdh.a,
@@ -70,7 +70,7 @@ pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<
         for (ball, kind) in balls.iter_mut().zip(kinds) {
             constant(&effect, &nominal, Some(kind), &mut |site, by| {
                 if let Site::Target(k) = site {
-                    ball.centre[k] += by;
+                    ball.centre[usize::from(k)] += by;
                 }
             });
         }

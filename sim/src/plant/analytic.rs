@@ -1,5 +1,7 @@
 //! The mechanics in closed form: the arm's screws, statics at the deflected posture, plungers by geometry.
 
+use std::mem::replace;
+
 use calibench::effects::Kind;
 use calibench::robot::{Payload, Pose};
 use nalgebra::{Point3, Vector3};
@@ -11,13 +13,16 @@ use crate::flaw::Flaws;
 use crate::plunger::{Mechanism, PresentedBall};
 use crate::side::Side;
 
-/// The arm is at rest when its TCP moves less than this between two evaluations, m,
-const AT_REST: f64 = 1e-13;
+/// The arm is at rest when its TCP has less than this to go, m,
+const AT_REST: f64 = 1e-12;
 
-/// and the springs are in balance with it when their force changes by less than this, N.
-const IN_BALANCE: f64 = 1e-9;
+/// and no plunger met its ball, or lost it, since the evaluation before: that would change the springs' force by far more than this, N.
+const IN_BALANCE: f64 = 1e-6;
 
-/// Evaluations in which that is sought; some seven are enough, since each shrinks the change to a thousandth.
+/// To what each evaluation shrinks what is to go: the ratio of deflection to arm length.
+const USUAL_SHRINKING: f64 = 1e-3;
+
+/// Evaluations in which that is sought; some four are enough.
 const MOST_EVALUATIONS: usize = 50;
 
 /// The mechanics in closed form.
@@ -47,41 +52,68 @@ impl AnalyticPlant {
     }
 
     /// Seeks the balance of the arm and the plungers' springs.
-    fn balance(&mut self, stand: &Stand<'_>) -> (Pose, Option<PresentedBall>) {
-        let (mut force, mut near, mut ball) = (Vector3::zeros(), None, None);
-        let mut pose = Pose::identity();
-        // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
+    fn balance(&mut self, stand: &Stand<'_>) -> Meeting {
         self.arm.move_motors(stand.motors);
+        let mut meeting = self.meeting();
+        let mut went_before = None;
+        // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
         for _ in 0..MOST_EVALUATIONS {
             let moment = Moment {
-                kind: near.map(Kind::Ball).or((!self.artifact_is_there).then_some(Kind::Point)),
-                reading: ball.map(|b: PresentedBall| b.centre),
-                force,
+                kind: meeting.near.map(Kind::Ball).or((!self.artifact_is_there).then_some(Kind::Point)),
+                reading: meeting.ball.map(|b| b.centre),
+                force: meeting.force,
             };
             let went = self.arm.give_way(stand, &moment);
-            pose = self.arm.world_from_tool();
-            let last = near;
-            near = if self.artifact_is_there { within_reach(&self.balls, &pose.translation.vector) } else { None };
-            ball = near.map(|k| {
-                let PresentedBall { centre, radius } = self.balls[k];
-                let moved = Point3::from(centre + self.arm.target_moved());
-                PresentedBall { centre: pose.inverse_transform_point(&moved).coords, radius }
-            });
-            let pushed: Vector3<f64> = self.gauge.iter().map(|plunger| plunger.force_from(ball.as_ref())).sum();
-            let pushed = pose.rotation * pushed;
-            let change = (pushed - force).norm();
-            force = pushed;
-            if went < AT_REST && change < IN_BALANCE && near == last {
+            let before = replace(&mut meeting, self.meeting());
+            let change = (meeting.force - before.force).norm();
+            if to_go(went, went_before) < AT_REST && change < IN_BALANCE && meeting.near == before.near {
                 break;
             }
+            went_before = Some(went);
         }
-        (pose, ball)
+        meeting
+    }
+
+    /// What meets the gauge in the arm's present posture.
+    fn meeting(&self) -> Meeting {
+        let pose = self.arm.world_from_tool();
+        let near = if self.artifact_is_there { within_reach(&self.balls, &pose.translation.vector) } else { None };
+        let ball = near.map(|k| {
+            let PresentedBall { centre, radius } = self.balls[k];
+            let moved = Point3::from(centre + self.arm.target_moved());
+            PresentedBall { centre: pose.inverse_transform_point(&moved).coords, radius }
+        });
+        let force = ball.map_or(Vector3::zeros(), |ball| {
+            let pushed: Vector3<f64> = self.gauge.iter().map(|plunger| plunger.force_from(Some(&ball))).sum();
+            pose.rotation * pushed
+        });
+        Meeting { pose, near, ball, force }
+    }
+}
+
+/// The gauge at one posture of the arm.
+struct Meeting {
+    /// `world_from_tool`.
+    pose: Pose,
+    /// The ball within reach, by its place, and in the tool's frame.
+    near: Option<usize>,
+    ball: Option<PresentedBall>,
+    /// Of the springs on the tool, world axes, N.
+    force: Vector3<f64>,
+}
+
+/// What is left of a way of which each step is in the same proportion to the one before; no less than the last where they do not shrink.
+fn to_go(step: f64, before: Option<f64>) -> f64 {
+    // The first step may have been along what hardly gives way.
+    match before.map(|before| (step / before).max(USUAL_SHRINKING)) {
+        Some(ratio) if ratio < 0.5 => step * ratio / (1.0 - ratio),
+        _ => step,
     }
 }
 
 impl Plant for AnalyticPlant {
     fn settle(&mut self, stand: &Stand<'_>, form: &mut BallForm) -> Result<Rest, PlantError> {
-        let (world_from_tool, ball) = self.balance(stand);
+        let Meeting { pose: world_from_tool, ball, .. } = self.balance(stand);
         let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
         for (k, side) in self.sides.iter_mut().enumerate() {
             side.moved(at[k] - self.rest_at[k], self.stiction[k]);

@@ -62,7 +62,7 @@ impl<'a> SeenSample<'a> {
                 variance: posed.variance,
                 from_base: posed.posture.tcp() - posed.posture.frame(0).o,
                 world_from_tool: turn * turns[posed.dataset],
-                joint_columns: (0..n).map(|j| posed.posture.column(Site::Mdh(j, MdhEntry::Theta))).collect(),
+                joint_columns: (0..n).map(|j| posed.posture.column(Site::mdh(j, MdhEntry::Theta))).collect(),
                 tau,
                 payload: payload.mass,
             });

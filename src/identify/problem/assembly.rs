@@ -267,7 +267,7 @@ impl<'a> Assembly<'a> {
         problem.check_values()?;
         for moves in problem.patterns.iter().flatten() {
             if let Site::Mdh(i, _) = moves.site {
-                problem.parameters[moves.parameter].link = Some(i);
+                problem.parameters[moves.parameter].link = Some(i.into());
             }
         }
         Ok(problem)

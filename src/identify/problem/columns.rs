@@ -75,9 +75,9 @@ impl Problem {
                 q: row.q().to_vec(),
                 tau: loads.tau.clone(),
                 time_s: row.time_s(),
-                joints: (0..n).map(|j| column(Site::Mdh(j, MdhEntry::Theta))).collect(),
+                joints: (0..n).map(|j| column(Site::mdh(j, MdhEntry::Theta))).collect(),
                 base: [0, 1, 2].map(|k| column(Site::Base(crate::robot::Axis6::ALL[k]))),
-                tool: [0, 1, 2].map(|k| column(Site::Tool(k))),
+                tool: [0, 1, 2].map(|k| column(Site::tool(k))),
             }
         };
         self.rows.iter().map(of_row).collect()

@@ -375,7 +375,7 @@ impl SampleRow {
         }
         let mut covariance = Matrix3::identity() * (sigma * sigma);
         for (i, &sigma_q) in joint_sigmas.iter().enumerate().take(self.q.len()) {
-            let column = posture.column(Site::Mdh(i, MdhEntry::Theta)) * sigma_q;
+            let column = posture.column(Site::mdh(i, MdhEntry::Theta)) * sigma_q;
             covariance += column * column.transpose();
         }
         self.whitener = match self.target {
