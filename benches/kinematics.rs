@@ -41,7 +41,7 @@ fn kinematics(c: &mut Criterion) {
         for q in configurations.chunks(LANES) {
             arms.set(q);
             arms.find_columns();
-            black_box((&arms.postures, arms.column(0), &arms.tau));
+            black_box((&arms.postures, arms.column(0), &arms.loads));
         }
     });
     bench("W5 torques", &mut |configurations| {
@@ -53,7 +53,7 @@ fn kinematics(c: &mut Criterion) {
     bench("W5 side by side", &mut |configurations| {
         for q in configurations.chunks(LANES) {
             arms.set(q);
-            black_box(&arms.tau);
+            black_box(&arms.loads);
         }
     });
     bench("pose alone", &mut |configurations| {

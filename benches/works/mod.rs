@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use calibench::identify::{Model, Problem, TorquePosture};
 use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
-use calibench::robot::{Loads, Posture, Postures, Site, SiteIndex, Stances, Vectors, torques};
+use calibench::robot::{Loads, LoadsAbreast, Posture, Postures, Site, SiteIndex, Stances, Vectors, Weights};
 use golden::GoldenModel;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -148,11 +148,13 @@ impl<'a> Arm<'a> {
     pub fn new(model: &'a GoldenModel) -> Self {
         let joints = model.robot.joints();
         let torque = |site| if let Site::Mdh(joint, _) = site { Some(usize::from(joint)) } else { None };
+        let (mut posture, nominal) = (Posture::new(&model.robot), vec![0.0; SiteIndex::new(joints).len()]);
+        posture.set(&model.robot, &model.base, &model.tool, &vec![0.0; joints], &nominal);
         Arm {
             model,
-            posture: Posture::new(&model.robot),
+            posture,
             loads: Loads::new(joints),
-            nominal: vec![0.0; SiteIndex::new(joints).len()],
+            nominal,
             columns: model.parameters.iter().map(|p| (p.site, if p.compliance { torque(p.site) } else { None })).collect(),
         }
     }
@@ -160,7 +162,7 @@ impl<'a> Arm<'a> {
     /// Poses and weighs the arm (W5; with [`Arm::columns`], W1).
     pub fn set(&mut self, q: &[f64]) {
         let m = self.model;
-        self.posture.set(&m.robot, &m.base, &m.tool, q, &self.nominal);
+        self.posture.turn_to(&m.robot, q, &self.nominal);
         self.loads.weigh(&m.robot, &self.posture, &m.payload, &m.gravity, &Vector3::zeros());
     }
 
@@ -182,10 +184,9 @@ pub struct Arms<'a> {
     model: &'a GoldenModel,
     /// The postures last set.
     pub postures: Postures<LANES>,
-    /// Moments of the load about their joints, N m.
-    pub tau: [[f64; LANES]; 6],
-    base: [[f64; LANES]; 6],
-    tool: [[f64; LANES]; 3],
+    /// Their loads.
+    pub loads: LoadsAbreast<LANES>,
+    weights: Weights<LANES>,
     nominal: Vec<[f64; LANES]>,
     of_sites: Vec<Vectors<LANES>>,
     /// Columns of the compliances, in order.
@@ -199,13 +200,16 @@ impl<'a> Arms<'a> {
     pub fn new(model: &'a GoldenModel) -> Self {
         let sites = SiteIndex::new(6);
         let of = Arm::new(model).columns.into_iter().map(|(site, torque)| (sites.of(site), torque)).collect();
+        let nominal = vec![[0.0; LANES]; sites.len()];
+        let (base, tool) = (model.base.to_array().map(|x| [x; LANES]), model.tool.xyz.map(|x| [x; LANES]));
+        let mut postures = Postures::new(&model.robot);
+        postures.set_all(&model.robot, &Stances { base: &base, tool: &tool, q: &[[0.0; LANES]; 6], deviations: &nominal });
         Arms {
             model,
-            postures: Postures::new(&model.robot),
-            tau: [[0.0; LANES]; 6],
-            base: model.base.to_array().map(|x| [x; LANES]),
-            tool: model.tool.xyz.map(|x| [x; LANES]),
-            nominal: vec![[0.0; LANES]; sites.len()],
+            postures,
+            loads: LoadsAbreast::new(6),
+            weights: Weights::of(&model.payload, &model.gravity),
+            nominal,
             of_sites: vec![Vectors::ZERO; sites.len()],
             yielding: vec![Vectors::ZERO; 6],
             columns: of,
@@ -218,9 +222,9 @@ impl<'a> Arms<'a> {
         for (lane, configuration) in configurations.iter().enumerate() {
             q.iter_mut().zip(configuration).for_each(|(q, angle)| q[lane] = *angle);
         }
-        let Arms { model: m, base, tool, nominal, .. } = self;
-        self.postures.set_all(&m.robot, &Stances { base, tool, q: &q, deviations: nominal });
-        torques(&m.robot, &self.postures, &m.payload, &m.gravity, &mut self.tau);
+        let m = self.model;
+        self.postures.turn_all(&m.robot, &q, &self.nominal);
+        self.loads.weigh(&m.robot, &self.postures, &self.weights);
     }
 
     /// Finds the columns of their position Jacobians.
@@ -231,7 +235,7 @@ impl<'a> Arms<'a> {
             *column = self.of_sites[*place];
             // The reference counts torque as holding the arm, the library as the load's own.
             for list in [&mut column.x, &mut column.y, &mut column.z] {
-                list.iter_mut().zip(&self.tau[joint]).for_each(|(x, tau)| *x *= -tau);
+                list.iter_mut().zip(&self.loads.tau[joint]).for_each(|(x, tau)| *x *= -tau);
             }
         }
     }

@@ -62,29 +62,33 @@ impl TrueArm {
                 site => self.fixed[sites.of(site)] = value - p.nominal,
             }
         }
+        self.deviations.copy_from_slice(&self.fixed);
+        self.posture.set(&model.robot, &model.base, &model.tool, &[0.0; 6], &self.fixed);
+        self.side_by_side.iter_mut().zip(&self.fixed).for_each(|(all, fixed)| *all = [*fixed; LANES]);
+        let (base, tool) = (model.base.to_array().map(|x| [x; LANES]), model.tool.xyz.map(|x| [x; LANES]));
+        let stances = Stances { base: &base, tool: &tool, q: &[[0.0; LANES]; 6], deviations: &self.side_by_side };
+        self.postures.set_all(&model.robot, &stances);
     }
 
     /// Moves it to joints `q` (rad) under the load's torques `tau` (N m).
     fn stand(&mut self, model: &GoldenModel, q: &[f64], tau: &[f64]) {
         let sites = SiteIndex::new(q.len());
-        self.deviations.copy_from_slice(&self.fixed);
         for (joint, (c, tau)) in self.compliance.iter().zip(tau).enumerate() {
-            self.deviations[sites.of(Site::mdh(joint, MdhEntry::Theta))] += c * tau;
+            let angle = sites.of(Site::mdh(joint, MdhEntry::Theta));
+            self.deviations[angle] = self.fixed[angle] + c * tau;
         }
-        self.posture.set(&model.robot, &model.base, &model.tool, q, &self.deviations);
+        self.posture.turn_to(&model.robot, q, &self.deviations);
     }
 
     /// World positions of its TCP at configurations side by side, m.
     fn tcps(&mut self, model: &GoldenModel, at: &Configurations) -> &Vectors<LANES> {
         let sites = SiteIndex::new(at.q.len());
-        self.side_by_side.iter_mut().zip(&self.fixed).for_each(|(all, fixed)| *all = [*fixed; LANES]);
         for (joint, (c, tau)) in self.compliance.iter().zip(&at.tau).enumerate() {
-            let deviations = &mut self.side_by_side[sites.of(Site::mdh(joint, MdhEntry::Theta))];
-            deviations.iter_mut().zip(tau).for_each(|(deviation, tau)| *deviation += c * tau);
+            let angle = sites.of(Site::mdh(joint, MdhEntry::Theta));
+            let fixed = self.fixed[angle];
+            self.side_by_side[angle].iter_mut().zip(tau).for_each(|(deviation, tau)| *deviation = fixed + c * tau);
         }
-        let (base, tool) = (model.base.to_array().map(|x| [x; LANES]), model.tool.xyz.map(|x| [x; LANES]));
-        let stances = Stances { base: &base, tool: &tool, q: &at.q, deviations: &self.side_by_side };
-        self.postures.set_all(&model.robot, &stances);
+        self.postures.turn_all(&model.robot, &at.q, &self.side_by_side);
         self.postures.tcps()
     }
 }
@@ -158,6 +162,7 @@ impl<'a> Trial<'a> {
             tool_turn: FramePose { xyz: [0.0; 3], ..model.tool }.pose().rotation,
             actual: vec![0.0; joints],
         };
+        trial.posture.set(&model.robot, &model.base, &model.tool, &[0.0; 6], &trial.drawn);
         let validation = validation();
         trial.validated = validation.len();
         for few in validation.chunks(LANES) {
@@ -176,7 +181,7 @@ impl<'a> Trial<'a> {
     /// Torques of the load on the nominal arm at commanded joints.
     fn weigh(&mut self, q: &[f64]) {
         let m = self.model;
-        self.posture.set(&m.robot, &m.base, &m.tool, q, &self.drawn);
+        self.posture.turn_to(&m.robot, q, &self.drawn);
         self.loads.weigh(&m.robot, &self.posture, &m.payload, &m.gravity, &Vector3::zeros());
     }
 

@@ -2,7 +2,7 @@
 
 use calibench::effects::{ArtifactShape, Kind, Situation};
 use calibench::measure::Dataset;
-use calibench::robot::{FramePose, Loads, Payload, Pose, Posture, Robot, Site, SiteIndex};
+use calibench::robot::{FramePose, Loads, MdhEntry, Payload, Pose, Posture, Robot, Site, SiteIndex};
 use nalgebra::Vector3;
 
 use crate::flaw::Flaws;
@@ -29,6 +29,10 @@ pub struct Arm {
     deviations: Vec<f64>,
     /// What the flaws that are the same in every situation move.
     fixed: Vec<f64>,
+    /// Places of the sites that other flaws moved since.
+    moved: Vec<usize>,
+    /// Whether the posture has the base, tool and links of those flaws alone.
+    as_fixed: bool,
 }
 
 /// What meets the arm's tool at one moment.
@@ -47,11 +51,10 @@ impl Arm {
     pub fn new(parts: &Parts, mut flaws: Flaws, session_s: f64) -> Self {
         let Parts { nominal, robot, tool, payload, .. } = parts.clone();
         let (posture, loads) = (Posture::new(&robot), Loads::new(robot.joints()));
-        let deviations = vec![0.0; SiteIndex::new(robot.joints()).len()];
         let balls: Vec<Vector3<f64>> = nominal.balls.iter().map(|b| b.position).collect();
         let artifact = ArtifactShape::of(&balls);
         let sites = SiteIndex::new(robot.joints());
-        let mut fixed = deviations.clone();
+        let mut fixed = vec![0.0; sites.len()];
         flaws.all.retain(|flaw| match flaw.constant() {
             Some(constant) => {
                 constant.into_iter().for_each(|(site, by)| fixed[sites.of(site)] += by);
@@ -71,15 +74,34 @@ impl Arm {
             session_s,
             posture,
             loads,
-            deviations,
+            deviations: fixed.clone(),
             fixed,
+            moved: Vec::new(),
+            as_fixed: false,
         }
     }
 
     /// Moves the motors (rad, N); nothing has given way yet, and the arm stands where its geometry puts it.
     pub fn move_motors(&mut self, motors: &[f64]) {
-        self.deviations.copy_from_slice(&self.fixed);
-        self.posture.set(&self.robot, &self.nominal.base, &self.tool, motors, &self.deviations);
+        self.undo_moves();
+        self.stand(motors, true);
+    }
+
+    /// Leaves of the deviations only those of the constant flaws.
+    fn undo_moves(&mut self) {
+        for place in self.moved.drain(..) {
+            self.deviations[place] = self.fixed[place];
+        }
+    }
+
+    /// Moves the arm to `motors` (rad) with its deviations; whether only joints deviate by other than the constant flaws.
+    fn stand(&mut self, motors: &[f64], joints_only: bool) {
+        if joints_only && self.as_fixed {
+            self.posture.turn_to(&self.robot, motors, &self.deviations);
+        } else {
+            self.posture.set(&self.robot, &self.nominal.base, &self.tool, motors, &self.deviations);
+            self.as_fixed = joints_only;
+        }
     }
 
     /// Lets the arm give way to what weighs on it in its present posture; how far its TCP went, m. Each time shrinks that by the ratio of
@@ -87,9 +109,14 @@ impl Arm {
     pub fn give_way(&mut self, stand: &Stand<'_>, moment: &Moment) -> f64 {
         let tcp = self.posture.tcp();
         self.loads.weigh(&self.robot, &self.posture, &self.payload, &self.nominal.gravity, &moment.force);
-        self.deviate(stand, moment);
-        self.posture.set(&self.robot, &self.nominal.base, &self.tool, stand.motors, &self.deviations);
+        let joints_only = self.deviate(stand, moment);
+        self.stand(stand.motors, joints_only);
         (self.posture.tcp() - tcp).norm()
+    }
+
+    /// World position of the TCP in the present posture, m.
+    pub fn tcp(&self) -> Vector3<f64> {
+        self.posture.tcp()
     }
 
     /// `world_from_tool` in the present posture.
@@ -108,8 +135,10 @@ impl Arm {
         Vector3::from_fn(|k, _| self.deviations[sites.of(Site::target(k))])
     }
 
-    /// Finds the deviations of all sites in the present posture.
-    fn deviate(&mut self, stand: &Stand<'_>, moment: &Moment) {
+    /// Finds the deviations of all sites in the present posture; whether only joints, and the target, deviate by other than the constant
+    /// flaws.
+    fn deviate(&mut self, stand: &Stand<'_>, moment: &Moment) -> bool {
+        self.undo_moves();
         let situation = Situation {
             gravity: self.nominal.gravity,
             tool: self.nominal.tool,
@@ -132,10 +161,16 @@ impl Arm {
             ..Situation::at_rest(&self.robot, stand.motors, &self.posture, &self.loads, &self.payload)
         };
         let sites = SiteIndex::new(self.robot.joints());
-        self.deviations.copy_from_slice(&self.fixed);
-        let deviations = &mut self.deviations;
+        let Arm { deviations, moved, .. } = self;
+        let mut joints_only = true;
         for flaw in &self.flaws.all {
-            flaw.moves(&situation, &mut |site, by| deviations[sites.of(site)] += by);
+            flaw.moves(&situation, &mut |site, by| {
+                joints_only &= matches!(site, Site::Mdh(_, MdhEntry::Theta) | Site::Target(_));
+                let place = sites.of(site);
+                deviations[place] += by;
+                moved.push(place);
+            });
         }
+        joints_only
     }
 }

@@ -93,7 +93,8 @@ impl Channel {
             let height = self.normal.dot(&x);
             (height, x - self.normal.as_ref() * height)
         };
-        if seen_from_disk(flat_tip).1.norm_squared() <= DISK_RADIUS * DISK_RADIUS {
+        let lateral_squared = seen_from_disk(flat_tip).1.norm_squared();
+        if lateral_squared <= DISK_RADIUS * DISK_RADIUS {
             return self.at(flat_tip, false, self.normal.into_inner());
         }
         let gap = |tip: f64| {
@@ -104,7 +105,14 @@ impl Channel {
             let slope = if over > 0.0 { -over * sideways.dot(&self.along) / lateral } else { 0.0 } - height * advance;
             (distance - radius, slope / distance)
         };
-        match first_touch(flat_tip, gap) {
+        // The rim touches at once where the disk travels along its normal; askew, it meets the ball no sooner than it would if all of that
+        // brought it nearer.
+        let over = lateral_squared.sqrt() - DISK_RADIUS;
+        let reach = (radius * radius - over * over).max(0.0).sqrt();
+        let askew = (self.along.into_inner() - self.normal.as_ref() * advance).norm();
+        let on_rim = flat_tip - (radius - reach) / advance * (1.0 - askew * over / (reach * advance));
+        let start = if on_rim < flat_tip { on_rim } else { flat_tip };
+        match first_touch(start, gap) {
             Some(tip) if seen_from_disk(tip).0 <= 0.0 => {
                 let (height, sideways) = seen_from_disk(tip);
                 let rim = sideways * (DISK_RADIUS / sideways.norm());

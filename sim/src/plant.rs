@@ -184,9 +184,9 @@ const OUT_OF_REACH: f64 = 0.05;
 
 /// The ball within reach of the plungers of a gauge whose TCP is at `tcp` (world, m), by its place.
 pub fn within_reach(balls: &[PresentedBall], tcp: &Vector3<f64>) -> Option<usize> {
-    let distance = |k: &usize| (balls[*k].centre - tcp).norm();
-    let nearest = (0..balls.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-    (distance(&nearest) < OUT_OF_REACH).then_some(nearest)
+    let squares = balls.iter().map(|ball| (ball.centre - tcp).norm_squared());
+    let (nearest, square) = squares.enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    (square < OUT_OF_REACH * OUT_OF_REACH).then_some(nearest)
 }
 
 /// The mechanics of a cell.

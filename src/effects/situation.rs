@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, Posture, Robot};
+use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, Robot, Standing};
 
 /// What is measured at a sample, as in the column `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub struct Situation<'a> {
     /// Joint angles, rad (N).
     pub q: &'a [f64],
     /// The arm in this posture.
-    pub posture: &'a Posture,
+    pub posture: &'a dyn Standing,
     /// Gravity's moments and forces in it.
     pub loads: &'a Loads,
     /// What the flange carries.
@@ -87,7 +87,8 @@ pub struct Situation<'a> {
 
 impl<'a> Situation<'a> {
     /// An arm at rest under standard gravity that measures nothing, of which nothing else is known.
-    pub fn at_rest(robot: &'a Robot, q: &'a [f64], posture: &'a Posture, loads: &'a Loads, payload: &'a Payload) -> Self {
+    #[inline(always)]
+    pub fn at_rest(robot: &'a Robot, q: &'a [f64], posture: &'a dyn Standing, loads: &'a Loads, payload: &'a Payload) -> Self {
         Situation {
             robot,
             q,

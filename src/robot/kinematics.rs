@@ -114,6 +114,8 @@ pub struct Postures<const L: usize> {
     /// Rz and Ry of each flex displacement.
     flex_turned: Vec<[Trigs<L>; 2]>,
     lines: Vec<Lines<L>>,
+    /// TCP in the last frame.
+    tool: Vectors<L>,
     tcp: Vectors<L>,
 }
 
@@ -145,6 +147,7 @@ impl<const L: usize> Postures<L> {
             flexible: false,
             flex_turned: vec![[Trigs::ZERO; 2]; n + 1],
             lines: vec![Lines::ZERO; n],
+            tool: Vectors::ZERO,
             tcp: Vectors::ZERO,
         }
     }
@@ -155,13 +158,19 @@ impl<const L: usize> Postures<L> {
         in_lanes::<L, _>(Stand { postures: self, robot, stances });
     }
 
+    /// Turns the joints to `q` (rad, N) where base, tool and links are as they were set last: of the deviations, only those of the
+    /// joints' angles are other than they were then.
+    #[inline]
+    pub fn turn_all(&mut self, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
+        in_lanes::<L, _>(Turned { postures: self, robot, q, deviations });
+    }
+
+    /// Sets base, tool and links.
     #[inline(always)]
-    fn stand<S: Simd>(&mut self, simd: S, robot: &Robot, stances: &Stances<'_, L>) {
-        let Stances { base, tool, q, deviations } = *stances;
+    fn shape(&mut self, robot: &Robot, base: &[[f64; L]; 6], tool: &[[f64; L]; 3], deviations: &[[f64; L]]) {
         let n = robot.joints();
-        assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n);
+        assert!(deviations.len() == self.sites.len() && self.lines.len() == n);
         self.place_base(base, deviations);
-        // All sines first: between their calls the frames below would leave the registers.
         for (i, lines) in self.lines.iter_mut().enumerate() {
             let dev = &deviations[self.sites.link(i)..][..5];
             let mdh = &robot.links[i].mdh;
@@ -169,13 +178,25 @@ impl<const L: usize> Postures<L> {
             lines.a = sum(mdh.a, &dev[1]);
             lines.beta.turn(&sum(mdh.beta, &dev[2]));
             lines.skewed = (0..L).fold(0, |bits, l| bits | lines.beta.angle[l].to_bits()) << 1 != 0;
-            (0..L).for_each(|l| lines.theta.angle[l] = q[i][l] + mdh.theta + dev[3][l]);
             lines.d = sum(mdh.d, &dev[4]);
         }
-        self.turn_joints(simd);
         self.flexible = (0..=n).fold(false, |any, k| any | flexes(&deviations[self.sites.flex(k)..][..6]));
         let tip = self.sites.tool();
-        let tip = [&deviations[tip], &deviations[tip + 1], &deviations[tip + 2]];
+        let plus = |k: usize| std::array::from_fn(|l| tool[k][l] + deviations[tip + k][l]);
+        self.tool = Vectors { x: plus(0), y: plus(1), z: plus(2) };
+    }
+
+    /// Turns the joints.
+    #[inline(always)]
+    fn turn<S: Simd>(&mut self, simd: S, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
+        let n = robot.joints();
+        assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n);
+        // All sines first: between their calls the frames below would leave the registers.
+        for (i, lines) in self.lines.iter_mut().enumerate() {
+            let (drawn, dev) = (robot.links[i].mdh.theta, &deviations[self.sites.link(i) + 3]);
+            (0..L).for_each(|l| lines.theta.angle[l] = q[i][l] + drawn + dev[l]);
+        }
+        self.find_sines(simd);
         if self.flexible {
             self.bend(0, deviations);
             for i in 0..n {
@@ -188,7 +209,7 @@ impl<const L: usize> Postures<L> {
             }
             for first in (0..L).step_by(S::F64_LANES) {
                 let group = Group::new(simd, first);
-                self.tcp.put_all(group, self.flexed[n].of(group).point(offset(group, tool, tip)));
+                self.tcp.put_all(group, self.flexed[n].of(group).point(self.tool.of(group)));
             }
         } else {
             for first in (0..L).step_by(S::F64_LANES) {
@@ -198,7 +219,7 @@ impl<const L: usize> Postures<L> {
                     frame = lines.next(group, &frame);
                     rigid.put_all(group, &frame);
                 }
-                self.tcp.put_all(group, frame.point(offset(group, tool, tip)));
+                self.tcp.put_all(group, frame.point(self.tool.of(group)));
             }
         }
     }
@@ -227,7 +248,7 @@ impl<const L: usize> Postures<L> {
 
     /// Finds the sines and cosines of all joints.
     #[inline(always)]
-    fn turn_joints<S: Simd>(&mut self, simd: S) {
+    fn find_sines<S: Simd>(&mut self, simd: S) {
         let mut far = false;
         if S::F64_LANES > 1 {
             // The registers hold a joint of several postures,
@@ -289,6 +310,12 @@ impl<const L: usize> Postures<L> {
     #[inline(always)]
     fn frames(&self) -> &[Frames<L>] {
         if self.flexible { &self.flexed } else { &self.rigid }
+    }
+
+    /// Number of joints.
+    #[inline(always)]
+    pub fn joints(&self) -> usize {
+        self.lines.len()
     }
 
     /// World positions of the TCP, m.
@@ -415,6 +442,13 @@ impl Posture {
         self.set_all(robot, &Stances { base: &base, tool: &tool, q, deviations });
     }
 
+    /// Turns the joints to `q` (rad, N) where base, tool and links are as they were set last: of the deviations, only those of the
+    /// joints' angles are other than they were then.
+    #[inline]
+    pub fn turn_to(&mut self, robot: &Robot, q: &[f64], deviations: &[f64]) {
+        self.turn_all(robot, q.as_chunks().0, deviations.as_chunks().0);
+    }
+
     /// World position of the TCP, m.
     #[inline]
     pub fn tcp(&self) -> Vector3<f64> {
@@ -470,7 +504,26 @@ impl<const L: usize> WithSimd for Stand<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.postures.stand(simd, self.robot, self.stances);
+        let Stances { base, tool, q, deviations } = *self.stances;
+        self.postures.shape(self.robot, base, tool, deviations);
+        self.postures.turn(simd, self.robot, q, deviations);
+    }
+}
+
+/// [`Postures::turn_all`] likewise.
+struct Turned<'a, const L: usize> {
+    postures: &'a mut Postures<L>,
+    robot: &'a Robot,
+    q: &'a [[f64; L]],
+    deviations: &'a [[f64; L]],
+}
+
+impl<const L: usize> WithSimd for Turned<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.postures.turn(simd, self.robot, self.q, self.deviations);
     }
 }
 
@@ -502,13 +555,6 @@ fn sum<const L: usize>(a: f64, b: &[f64; L]) -> [f64; L] {
 fn flexes<const L: usize>(displacement: &[[f64; L]]) -> bool {
     // All bits but the sign's at once: a comparison each would be a branch each.
     displacement.iter().flatten().fold(0, |bits, x| bits | x.to_bits()) << 1 != 0
-}
-
-/// TCP in the last frame: the nominal one and by how much it differs.
-#[inline(always)]
-fn offset<S: Simd, const L: usize>(group: Group<S>, tool: &[[f64; L]; 3], moved: [&[f64; L]; 3]) -> Vector<S> {
-    let ([x, y, z], [dx, dy, dz]) = (tool, moved);
-    Vector { x: group.of(x) + group.of(dx), y: group.of(y) + group.of(dy), z: group.of(z) + group.of(dz) }
 }
 
 /// Column of one number of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the translation).
@@ -628,7 +674,8 @@ mod tests {
         for base in bases.map(FramePose::from_array) {
             for deviations in &cases {
                 let mut fresh = Posture::new(&robot);
-                kept.set(&robot, &base, &tool, &q, deviations);
+                kept.set(&robot, &base, &tool, &[0.0; 6], deviations);
+                kept.turn_to(&robot, &q, deviations);
                 fresh.set(&robot, &base, &tool, &q, deviations);
                 assert_eq!(kept.tcp(), fresh.tcp());
                 for k in 0..=6 {

@@ -16,6 +16,7 @@ mod scene_file;
 mod sites;
 pub mod solids;
 mod spherical_wrist;
+mod standing;
 mod statics;
 mod status_turn;
 mod turns;
@@ -35,7 +36,8 @@ pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MOST_JOINTS, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
-pub use statics::{DEFAULT_GRAVITY, Loads, Payload, torques};
+pub use standing::{InLane, Standing};
+pub use statics::{DEFAULT_GRAVITY, Loads, LoadsAbreast, Payload, Weights};
 pub use status_turn::StatusTurn;
 
 /// Robot files are written with nine decimals, in mm, deg and kg: so far may two copies of one arm differ, in SI.

@@ -1,7 +1,7 @@
 //! RelTool: the small straight move along the tool's own axes by which a controller, knowing only the nominal arm, nulls the
 //! indicators.
 
-use nalgebra::{Matrix6, Matrix6xX, Vector3, Vector6};
+use nalgebra::{Matrix6, Matrix6xX, Rotation3, Vector3, Vector6};
 use thiserror::Error;
 
 use super::{FramePose, MdhEntry, Posture, Robot, Site, SiteIndex};
@@ -31,7 +31,11 @@ pub enum RelToolError {
 #[derive(Debug, Clone)]
 pub struct RelTool {
     stop_after: Option<usize>,
+    /// Turns the tool's axes into those of the flange.
+    turned: Rotation3<f64>,
     posture: Posture,
+    /// Base and tool on which the arm was set up last.
+    set_up: Option<(FramePose, FramePose)>,
     drawn: Vec<f64>,
     wide: Matrix6xX<f64>,
     moved: Vec<f64>,
@@ -43,7 +47,9 @@ impl RelTool {
         let n = robot.joints();
         RelTool {
             stop_after: None,
+            turned: Rotation3::identity(),
             posture: Posture::new(robot),
+            set_up: None,
             drawn: vec![0.0; SiteIndex::new(n).len()],
             wide: Matrix6xX::zeros(n),
             moved: vec![0.0; n],
@@ -55,7 +61,7 @@ impl RelTool {
         RelTool { stop_after: Some(steps), ..RelTool::new(robot) }
     }
 
-    /// Turns joints `q` (rad, N) so that the TCP of the nominal arm moves by `offset` (m) along the axes of `tool` and keeps its
+    /// Turns joints `q` (rad, N) of the arm that the solver is for so that its TCP moves by `offset` (m) along the axes of `tool` and keeps its
     /// orientation to 1e-12. On an error `q` is left as it was.
     ///
     /// Newton on the pose: `J dq = (p* - p, 1/2 vee(E - E^T))` with `E = R* R^T`; the smallest dq where the arm is redundant.
@@ -71,10 +77,15 @@ impl RelTool {
         offset: &Vector3<f64>,
     ) -> Result<(), RelToolError> {
         self.moved.copy_from_slice(q);
-        self.posture.set(robot, base, tool, &self.moved, &self.drawn);
+        if self.set_up == Some((*base, *tool)) {
+            self.posture.turn_to(robot, &self.moved, &self.drawn);
+        } else {
+            self.posture.set(robot, base, tool, &self.moved, &self.drawn);
+            self.turned = tool.pose().rotation;
+            self.set_up = Some((*base, *tool));
+        }
         let wanted = self.posture.flange();
-        let turned = FramePose { xyz: [0.0; 3], ..*tool }.pose();
-        let target = self.posture.tcp() + wanted.direction(&(turned.rotation * offset));
+        let target = self.posture.tcp() + wanted.direction(&(self.turned * offset));
         for step in 1..=MOST_STEPS {
             let is = self.posture.flange();
             let turn = (is.x.cross(&wanted.x) + is.y.cross(&wanted.y) + is.z.cross(&wanted.z)) * 0.5;
@@ -88,7 +99,7 @@ impl RelTool {
                 q.copy_from_slice(&self.moved);
                 return Ok(());
             }
-            self.posture.set(robot, base, tool, &self.moved, &self.drawn);
+            self.posture.turn_to(robot, &self.moved, &self.drawn);
         }
         Err(RelToolError::Singular)
     }

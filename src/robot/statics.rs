@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Group, Numbers, Vector, in_lanes};
-use super::{Posture, Postures, Robot};
+use super::{Posture, Postures, Robot, Vectors};
 
 /// Gravity in a world whose z axis points up, where a file does not say, m/s².
 pub const DEFAULT_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -57,10 +57,11 @@ impl Loads {
         at_tcp: &Vector3<f64>,
     ) {
         let force = (*at_tcp != Vector3::zeros()).then_some(at_tcp);
-        let mut hanging = Hanging::new(Group::lane(0), robot, posture, payload, gravity, force);
+        let weights = Weights::of(payload, gravity);
+        let mut hanging = Hanging::new(Group::lane(0), robot, posture, &weights, force);
         for k in (0..=robot.joints()).rev() {
             let (moment, tau) = hanging.on(k);
-            self.force[k] = gravity * hanging.mass + force.unwrap_or(&Vector3::zeros());
+            self.force[k] = gravity * f64::from(hanging.mass) + force.unwrap_or(&Vector3::zeros());
             self.moment[k] = moment.into();
             if k > 0 {
                 self.tau[k - 1] = tau.into();
@@ -69,38 +70,97 @@ impl Loads {
     }
 }
 
-/// Writes the moment of links and `payload` about +z of each joint into `tau` (N, N·m), of several postures at once: the same numbers
-/// that [`Loads::weigh`] finds of each.
-#[inline]
-pub fn torques<const L: usize>(
-    robot: &Robot,
-    postures: &Postures<L>,
-    payload: &Payload,
-    gravity: &Vector3<f64>,
-    tau: &mut [[f64; L]],
-) {
-    in_lanes::<L, _>(Torques { robot, postures, payload, gravity, tau });
+/// Loads of several postures at rest, side by side.
+#[derive(Debug, Clone)]
+pub struct LoadsAbreast<const L: usize> {
+    /// Moment of the load about +z of each joint, N·m (N).
+    pub tau: Vec<[f64; L]>,
+    /// Moment vector about the origin of frame k, world axes, N·m (N + 1).
+    pub moment: Vec<Vectors<L>>,
+    /// What frame k carries, kg (N + 1).
+    mass: Vec<[f64; L]>,
+    gravity: Vectors<L>,
 }
 
-struct Torques<'a, const L: usize> {
+/// What pulls at each of several postures.
+#[derive(Debug, Clone, Copy)]
+pub struct Weights<const L: usize> {
+    /// Mass of the payload, kg.
+    pub mass: [f64; L],
+    /// Its centre in the last frame, m.
+    pub com: Vectors<L>,
+    /// Gravity in the world, m/s².
+    pub gravity: Vectors<L>,
+}
+
+impl<const L: usize> Weights<L> {
+    /// The same in all of them.
+    pub fn of(payload: &Payload, gravity: &Vector3<f64>) -> Self {
+        let mut weights = Weights { mass: [0.0; L], com: Vectors::ZERO, gravity: Vectors::ZERO };
+        (0..L).for_each(|lane| weights.put(lane, payload, gravity));
+        weights
+    }
+
+    /// Replaces that of one posture.
+    #[inline]
+    pub fn put(&mut self, lane: usize, payload: &Payload, gravity: &Vector3<f64>) {
+        self.mass[lane] = payload.mass;
+        self.com.put(lane, &payload.com);
+        self.gravity.put(lane, gravity);
+    }
+}
+
+impl<const L: usize> LoadsAbreast<L> {
+    /// Room for arms of `joints` joints.
+    pub fn new(joints: usize) -> Self {
+        LoadsAbreast {
+            tau: vec![[0.0; L]; joints],
+            moment: vec![Vectors::ZERO; joints + 1],
+            mass: vec![[0.0; L]; joints + 1],
+            gravity: Vectors::ZERO,
+        }
+    }
+
+    /// Weighs the arm in all of them: the same numbers that [`Loads::weigh`] finds of each, where nothing pushes at the TCP.
+    #[inline]
+    pub fn weigh(&mut self, robot: &Robot, postures: &Postures<L>, weights: &Weights<L>) {
+        in_lanes::<L, _>(Weigh { loads: self, robot, postures, weights });
+    }
+
+    /// Those of one posture.
+    #[inline]
+    pub fn put_into(&self, lane: usize, loads: &mut Loads) {
+        let gravity = self.gravity.at(lane);
+        loads.tau.iter_mut().zip(&self.tau).for_each(|(tau, all)| *tau = all[lane]);
+        loads.moment.iter_mut().zip(&self.moment).for_each(|(moment, all)| *moment = all.at(lane));
+        loads.force.iter_mut().zip(&self.mass).for_each(|(force, mass)| *force = gravity * mass[lane]);
+    }
+}
+
+struct Weigh<'a, const L: usize> {
+    loads: &'a mut LoadsAbreast<L>,
     robot: &'a Robot,
     postures: &'a Postures<L>,
-    payload: &'a Payload,
-    gravity: &'a Vector3<f64>,
-    tau: &'a mut [[f64; L]],
+    weights: &'a Weights<L>,
 }
 
-impl<const L: usize> WithSimd for Torques<'_, L> {
+impl<const L: usize> WithSimd for Weigh<'_, L> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Torques { robot, postures, payload, gravity, tau } = self;
+        let Weigh { loads, robot, postures, weights } = self;
+        loads.gravity = weights.gravity;
         for first in (0..L).step_by(S::F64_LANES) {
             let group = Group::new(simd, first);
-            let mut hanging = Hanging::new(group, robot, postures, payload, gravity, None);
-            for k in (1..=robot.joints()).rev() {
-                group.put(&mut tau[k - 1], hanging.on(k).1);
+            let mut hanging = Hanging::new(group, robot, postures, weights, None);
+            for k in (0..=robot.joints()).rev() {
+                let (moment, tau) = hanging.on(k);
+                loads.moment[k].put_all(group, moment);
+                group.put(&mut loads.mass[k], hanging.mass);
+                if k > 0 {
+                    group.put(&mut loads.tau[k - 1], tau);
+                }
             }
         }
     }
@@ -114,7 +174,7 @@ struct Hanging<'a, S: Simd, const L: usize> {
     gravity: Vector<S>,
     at_tcp: Option<&'a Vector3<f64>>,
     /// Of all of it, kg.
-    mass: f64,
+    mass: Numbers<S>,
     /// About the origin of the world, kg·m.
     first_moment: Vector<S>,
 }
@@ -126,42 +186,29 @@ impl<'a, S: Simd, const L: usize> Hanging<'a, S, L> {
         group: Group<S>,
         robot: &'a Robot,
         postures: &'a Postures<L>,
-        payload: &Payload,
-        gravity: &Vector3<f64>,
+        weights: &Weights<L>,
         at_tcp: Option<&'a Vector3<f64>>,
     ) -> Self {
-        let gravity = group.vector(gravity);
-        let mut hanging = Hanging {
-            group,
-            robot,
-            postures,
-            gravity,
-            at_tcp,
-            mass: payload.mass,
-            first_moment: group.vector(&Vector3::zeros()),
-        };
-        hanging.first_moment = hanging.first_moment_of(robot.joints(), payload.mass, &payload.com);
-        hanging
-    }
-
-    #[inline(always)]
-    fn first_moment_of(&self, k: usize, mass: f64, com: &Vector3<f64>) -> Vector<S> {
-        self.postures.frames_of(self.group, k).point(self.group.vector(com)) * self.group.splat(mass)
+        let mass = group.of(&weights.mass);
+        let first_moment = postures.frames_of(group, robot.joints()).point(weights.com.of(group)) * mass;
+        Hanging { group, robot, postures, gravity: weights.gravity.of(group), at_tcp, mass, first_moment }
     }
 
     /// Adds link `k`, all after it being there, and finds the moment about the origin of its frame, world axes, N·m, and about +z of its
     /// joint. Frame 0 is the base, which has no link and no joint.
     #[inline(always)]
     fn on(&mut self, k: usize) -> (Vector<S>, Numbers<S>) {
+        let group = self.group;
         if k > 0 {
             let link = &self.robot.links[k - 1];
-            self.mass += link.mass;
-            self.first_moment += self.first_moment_of(k, link.mass, &link.com);
+            let mass = group.splat(link.mass);
+            self.mass = self.mass + mass;
+            self.first_moment += self.postures.frames_of(group, k).point(group.vector(&link.com)) * mass;
         }
-        let (axis, origin) = self.postures.axes_of(self.group, k);
-        let mut moment = (self.first_moment - origin * self.group.splat(self.mass)).cross(self.gravity);
+        let (axis, origin) = self.postures.axes_of(group, k);
+        let mut moment = (self.first_moment - origin * self.mass).cross(self.gravity);
         if let Some(force) = self.at_tcp {
-            moment += (self.postures.tcps().of(self.group) - origin).cross(self.group.vector(force));
+            moment += (self.postures.tcps().of(group) - origin).cross(group.vector(force));
         }
         (moment, axis.dot(moment))
     }
@@ -186,17 +233,17 @@ mod tests {
             let mut together = Postures::new(&robot);
             let stances = Stances { base: &[[0.3; 8]; 6], tool: &[[0.1; 8]; 3], q: &q, deviations: &vec![[0.0; 8]; sites] };
             together.set_all(&robot, &stances);
-            let mut tau = vec![[f64::NAN; 8]; n];
-            torques(&robot, &together, &payload, &gravity, &mut tau);
+            let mut abreast = LoadsAbreast::new(n);
+            abreast.weigh(&robot, &together, &Weights::of(&payload, &gravity));
             let (mut alone, mut loads) = (Posture::new(&robot), Loads::new(n));
             for lane in 0..8 {
                 let q: Vec<f64> = q.iter().map(|q| q[lane]).collect();
                 let tool = FramePose { xyz: [0.1; 3], ..FramePose::default() };
                 alone.set(&robot, &FramePose::from_array([0.3; 6]), &tool, &q, &vec![0.0; sites]);
                 loads.weigh(&robot, &alone, &payload, &gravity, &Vector3::zeros());
-                for (tau, own) in tau.iter().zip(&loads.tau) {
-                    assert_eq!(tau[lane].to_bits(), own.to_bits());
-                }
+                let mut of_lane = Loads::new(n);
+                abreast.put_into(lane, &mut of_lane);
+                assert_eq!(of_lane, loads);
             }
         }
     }

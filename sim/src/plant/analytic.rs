@@ -13,8 +13,8 @@ use crate::flaw::Flaws;
 use crate::plunger::{Mechanism, PresentedBall};
 use crate::side::Side;
 
-/// The arm is at rest when its TCP has less than this to go, m,
-const AT_REST: f64 = 1e-12;
+/// The arm is at rest when its TCP has less than this to go, m: a thousandth of what the finest indicator tells apart,
+const AT_REST: f64 = 1e-10;
 
 /// and no plunger met its ball, or lost it, since the evaluation before: that would change the springs' force by far more than this, N.
 const IN_BALANCE: f64 = 1e-6;
@@ -22,7 +22,7 @@ const IN_BALANCE: f64 = 1e-6;
 /// To what each evaluation shrinks what is to go: the ratio of deflection to arm length.
 const USUAL_SHRINKING: f64 = 1e-3;
 
-/// Evaluations in which that is sought; some four are enough.
+/// Evaluations in which that is sought; some three are enough.
 const MOST_EVALUATIONS: usize = 50;
 
 /// The mechanics in closed form.
@@ -51,7 +51,7 @@ impl AnalyticPlant {
         }
     }
 
-    /// Seeks the balance of the arm and the plungers' springs.
+    /// Seeks the balance of the arm and the plungers' springs; what meets the gauge there.
     fn balance(&mut self, stand: &Stand<'_>) -> Meeting {
         self.arm.move_motors(stand.motors);
         let mut meeting = self.meeting();
@@ -76,25 +76,22 @@ impl AnalyticPlant {
 
     /// What meets the gauge in the arm's present posture.
     fn meeting(&self) -> Meeting {
+        let near = if self.artifact_is_there { within_reach(&self.balls, &self.arm.tcp()) } else { None };
+        let Some(k) = near else {
+            return Meeting::default();
+        };
         let pose = self.arm.world_from_tool();
-        let near = if self.artifact_is_there { within_reach(&self.balls, &pose.translation.vector) } else { None };
-        let ball = near.map(|k| {
-            let PresentedBall { centre, radius } = self.balls[k];
-            let moved = Point3::from(centre + self.arm.target_moved());
-            PresentedBall { centre: pose.inverse_transform_point(&moved).coords, radius }
-        });
-        let force = ball.map_or(Vector3::zeros(), |ball| {
-            let pushed: Vector3<f64> = self.gauge.iter().map(|plunger| plunger.force_from(Some(&ball))).sum();
-            pose.rotation * pushed
-        });
-        Meeting { pose, near, ball, force }
+        let PresentedBall { centre, radius } = self.balls[k];
+        let moved = Point3::from(centre + self.arm.target_moved());
+        let ball = PresentedBall { centre: pose.inverse_transform_point(&moved).coords, radius };
+        let pushed: Vector3<f64> = self.gauge.iter().map(|plunger| plunger.force_from(Some(&ball))).sum();
+        Meeting { near, ball: Some(ball), force: pose.rotation * pushed }
     }
 }
 
-/// The gauge at one posture of the arm.
+/// What meets the gauge in one posture of the arm.
+#[derive(Debug, Clone, Copy, Default)]
 struct Meeting {
-    /// `world_from_tool`.
-    pose: Pose,
     /// The ball within reach, by its place, and in the tool's frame.
     near: Option<usize>,
     ball: Option<PresentedBall>,
@@ -113,7 +110,7 @@ fn to_go(step: f64, before: Option<f64>) -> f64 {
 
 impl Plant for AnalyticPlant {
     fn settle(&mut self, stand: &Stand<'_>, form: &mut BallForm) -> Result<Rest, PlantError> {
-        let Meeting { pose: world_from_tool, ball, .. } = self.balance(stand);
+        let ball = self.balance(stand).ball;
         let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
         for (k, side) in self.sides.iter_mut().enumerate() {
             side.moved(at[k] - self.rest_at[k], self.stiction[k]);
@@ -122,8 +119,8 @@ impl Plant for AnalyticPlant {
         // A plunger that hangs up shows the ball where it is not.
         let hung = Vector3::from_fn(|k, _| self.stiction[k] * self.sides[k].value());
         let shown = ball.map(|b| PresentedBall { centre: form.touched(&(b.centre - hung)), ..b });
-        let touches = self.gauge.map(|plunger| plunger.meet(shown.as_ref()));
-        Ok(Rest { world_from_tool, ball, touches, target_moved: self.arm.target_moved() })
+        let touches = self.gauge.each_ref().map(|plunger| plunger.meet(shown.as_ref()));
+        Ok(Rest { world_from_tool: self.arm.world_from_tool(), ball, touches, target_moved: self.arm.target_moved() })
     }
 
     fn frames(&self) -> Vec<Pose> {
@@ -132,7 +129,7 @@ impl Plant for AnalyticPlant {
 
     fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError> {
         let master = master_radius.map(|radius| PresentedBall { centre: Vector3::zeros(), radius });
-        Ok(self.gauge.map(|plunger| plunger.meet(master.as_ref())))
+        Ok(self.gauge.each_ref().map(|plunger| plunger.meet(master.as_ref())))
     }
 
     fn mount(&mut self, payload: &Payload) -> Result<(), PlantError> {

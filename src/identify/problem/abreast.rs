@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::Problem;
-use super::sample_row::SampleRow;
+use super::Setup;
+use super::sample_row::{Moves, SampleRow};
 use crate::robot::{Postures, Robot, Site, SiteIndex, Stances, Vectors};
 
 /// Samples posed at once: two registers of four numbers, or one of eight.
@@ -34,15 +34,38 @@ impl Abreast {
         }
     }
 
-    /// Poses the arm for these samples, no more than [`ABREAST`], where the parameters have `values`. Lanes left over stand anywhere.
-    pub fn pose(&mut self, problem: &Problem, rows: &[SampleRow], values: &[f64]) {
+    /// Poses the arm for these samples, no more than [`ABREAST`], where the parameters have `values`; as drawn without them. Lanes left
+    /// over stand anywhere.
+    pub fn pose(
+        &mut self,
+        robot: &Robot,
+        setups: &[Setup],
+        patterns: &[Vec<Moves>],
+        rows: &[SampleRow],
+        values: Option<&[f64]>,
+    ) {
         let Abreast { base, tool, q, deviations, postures, .. } = self;
         deviations.fill([0.0; ABREAST]);
         for (lane, row) in rows.iter().enumerate() {
-            row.lay_in(lane, &problem.setups[row.setup], base, tool, q);
-            row.deviate(&problem.patterns[row.pattern], values, |place, by| deviations[place][lane] += by);
+            row.lay_in(lane, &setups[row.setup], base, tool, q);
         }
-        postures.set_all(&problem.robot, &Stances { base, tool, q, deviations });
+        match (values, rows) {
+            (Some(values), [first, others @ ..]) if others.iter().all(|row| row.is_moved_as(first)) => {
+                deviate_alike(&patterns[first.pattern], rows, values, deviations);
+            }
+            (Some(values), _) => {
+                for (lane, row) in rows.iter().enumerate() {
+                    row.deviate(&patterns[row.pattern], values, |place, by| deviations[place][lane] += by);
+                }
+            }
+            (None, _) => {}
+        }
+        postures.set_all(robot, &Stances { base, tool, q, deviations });
+    }
+
+    /// All of them.
+    pub fn postures(&self) -> &Postures<ABREAST> {
+        &self.postures
     }
 
     /// World position of the TCP of one of them, m.
@@ -71,5 +94,23 @@ impl Abreast {
     #[cold]
     pub fn flex_column(&self, lane: usize, site: Site) -> Vector3<f64> {
         self.postures.column_at(lane, site)
+    }
+}
+
+/// What [`SampleRow::deviate`] adds for each of some rows that are moved by the same terms.
+fn deviate_alike(pattern: &[Moves], rows: &[SampleRow], values: &[f64], deviations: &mut [[f64; ABREAST]]) {
+    for (term, moves) in pattern.iter().enumerate() {
+        let (value, deviations) = (values[moves.parameter], &mut deviations[moves.place]);
+        if value == 0.0 {
+            continue;
+        }
+        if moves.constant {
+            let by = rows[0].weights[term] * value;
+            deviations.iter_mut().for_each(|deviation| *deviation += by);
+        } else {
+            for (deviation, row) in deviations.iter_mut().zip(rows) {
+                *deviation += row.weights[term] * value;
+            }
+        }
     }
 }

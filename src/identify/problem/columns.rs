@@ -66,7 +66,9 @@ impl Problem {
             };
             let column = |site: Site| whiten(work.posture.column(site));
             let setup = &self.setups[row.setup];
-            row.load(&self.robot, &self.cells[row.cell], &setup.gravity, &work.posture, &mut loads);
+            let cell = &self.cells[row.cell];
+            loads.weigh(&self.robot, &work.posture, row.payload(cell), &setup.gravity, &Vector3::zeros());
+            row.load_further(cell, &work.posture, &mut loads);
             Circumstance {
                 first_row: row.first_row,
                 height: row.height(),

@@ -99,7 +99,7 @@ impl Problem {
         let mut abreast = Abreast::new(&self.robot);
         let mut residuals = Vec::with_capacity(self.rows.len());
         for rows in self.rows.chunks(ABREAST) {
-            abreast.pose(self, rows, values);
+            abreast.pose(&self.robot, &self.setups, &self.patterns, rows, Some(values));
             let residual = |(lane, row): (usize, &SampleRow)| row.residual(&abreast.tcp(lane), &abreast.target_moved(lane)).0;
             residuals.extend(rows.iter().enumerate().map(residual));
         }
@@ -154,7 +154,7 @@ impl Problem {
         let Workspace { abreast, destinations, .. } = work;
         destinations.of = None;
         for rows in rows.chunks(ABREAST) {
-            abreast.pose(self, rows, values);
+            abreast.pose(&self.robot, &self.setups, &self.patterns, rows, Some(values));
             abreast.find_columns();
             for (lane, row) in rows.iter().enumerate() {
                 let pattern = &self.patterns[row.pattern];

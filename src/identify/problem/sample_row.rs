@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use super::Setup;
 use crate::effects::{ArtifactShape, Effect, Kind, Situation};
 use crate::measure::{Dataset, Measured, Noise, Sample};
-use crate::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
+use crate::robot::{FramePose, InLane, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex, Standing};
 use crate::units::MM;
 
 /// One-sigma taken for the weighting of samples whose noise is not stated; their common scale is then estimated from the fit.
@@ -73,13 +73,15 @@ pub(super) struct Moves {
     pub parameter: usize,
     pub site: Site,
     pub place: usize,
+    /// Whether by as much at every sample of a set-up.
+    pub constant: bool,
 }
 
-/// What weighing one sample's arm takes besides the sample: the arm as it stands, and room for its loads.
+/// What weighing one sample's arm takes besides the sample: the arm as it stands, and what gravity loads it with.
 pub(super) struct Scale<'a> {
     pub robot: &'a Robot,
     pub setup: &'a Setup,
-    pub posture: &'a Posture,
+    pub posture: &'a dyn Standing,
     /// Compliance of each joint at present, rad/(N·m).
     pub compliance: &'a [f64],
     /// Name of the sample.
@@ -105,16 +107,16 @@ struct Found<'a> {
 
 impl Found<'_> {
     #[inline]
-    fn is_expected(&self, parameter: usize, site: Site) -> bool {
-        let same = |moves: &Moves| moves.parameter == parameter && moves.site == site;
+    fn is_expected(&self, parameter: usize, site: Site, constant: bool) -> bool {
+        let same = |moves: &Moves| moves.parameter == parameter && moves.site == site && moves.constant == constant;
         self.other.is_none() && self.pattern.get(self.weights.len()).is_some_and(same)
     }
 
     #[inline]
-    fn add(&mut self, parameter: usize, site: Site, weight: f64) {
-        if !self.is_expected(parameter, site) {
+    fn add(&mut self, parameter: usize, site: Site, weight: f64, constant: bool) {
+        if !self.is_expected(parameter, site, constant) {
             let so_far = || self.pattern[..self.weights.len()].to_vec();
-            self.other.get_or_insert_with(so_far).push(Moves { parameter, site, place: self.sites.of(site) });
+            self.other.get_or_insert_with(so_far).push(Moves { parameter, site, place: self.sites.of(site), constant });
         }
         self.weights.push(weight);
     }
@@ -123,10 +125,10 @@ impl Found<'_> {
     #[inline]
     fn add_constant(&mut self, first: usize, terms: &[(usize, Site, f64)]) {
         match terms.first() {
-            Some(&(k, site, _)) if self.is_expected(first + k, site) => {
+            Some(&(k, site, _)) if self.is_expected(first + k, site, true) => {
                 self.weights.extend(terms.iter().map(|(_, _, weight)| weight));
             }
-            _ => terms.iter().for_each(|&(k, site, weight)| self.add(first + k, site, weight)),
+            _ => terms.iter().for_each(|&(k, site, weight)| self.add(first + k, site, weight, true)),
         }
     }
 }
@@ -196,6 +198,11 @@ impl SampleRow {
     /// Joint angles, rad.
     pub fn q(&self) -> &[f64] {
         &self.q
+    }
+
+    /// Whether the same terms move its TCP as another's, those that are constant by as much.
+    pub fn is_moved_as(&self, other: &SampleRow) -> bool {
+        self.pattern == other.pattern && self.setup == other.setup && self.cell == other.cell
     }
 
     /// Whether its noise is stated.
@@ -311,9 +318,14 @@ impl SampleRow {
         other
     }
 
-    /// The loads on the arm of this sample, standing as in `posture`: gravity, the plungers' springs, or torques as measured.
-    pub fn load(&self, robot: &Robot, cell: &Cell, gravity: &Vector3<f64>, posture: &Posture, loads: &mut Loads) {
-        loads.weigh(robot, posture, &cell.payloads[self.payload], gravity, &Vector3::zeros());
+    /// What the flange carries.
+    pub fn payload<'a>(&self, cell: &'a Cell) -> &'a Payload {
+        &cell.payloads[self.payload]
+    }
+
+    /// Adds to gravity's loads on the arm of this sample, standing as in `posture`, those of the plungers' springs, or takes torques as
+    /// measured.
+    pub fn load_further(&self, cell: &Cell, posture: &dyn Standing, loads: &mut Loads) {
         if self.ball.is_some() && cell.contact_force != Vector3::zeros() {
             push(loads, posture, &posture.flange().direction(&cell.contact_force));
         }
@@ -329,8 +341,7 @@ impl SampleRow {
 
     fn find_moves(&self, cell: &Cell, scale: &mut Scale<'_>, found: &mut Found<'_>) {
         let Scale { robot, setup, posture, compliance, sample, loads } = scale;
-        let payload = &cell.payloads[self.payload];
-        self.load(robot, cell, &setup.gravity, posture, loads);
+        self.load_further(cell, *posture, loads);
         let (kind, target) = match self.target {
             Target::Distance { .. } => (Kind::Distance, None),
             Target::Position(place) => (self.ball.map_or(Kind::Point, Kind::Ball), Some(place)),
@@ -350,7 +361,7 @@ impl SampleRow {
             time_s: self.time_s,
             duration_s: setup.duration_s,
             temp_c: self.temp_c,
-            ..Situation::at_rest(robot, &self.q, posture, loads, payload)
+            ..Situation::at_rest(robot, &self.q, *posture, loads, self.payload(cell))
         };
         for placed in &cell.effects {
             let first = placed.first[if placed.first.len() > 1 { self.setup } else { 0 }];
@@ -358,7 +369,7 @@ impl SampleRow {
                 Some(terms) => found.add_constant(first, terms),
                 None => placed.effect.terms(&situation, &mut |k, site, weight| {
                     if weight != 0.0 {
-                        found.add(first + k, site, weight);
+                        found.add(first + k, site, weight, false);
                     }
                 }),
             }
@@ -366,7 +377,7 @@ impl SampleRow {
     }
 
     /// Finds W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, the arm standing as in `posture`.
-    pub fn state_noise(&mut self, cell: &Cell, posture: &Posture) {
+    pub fn state_noise<const L: usize>(&mut self, cell: &Cell, posture: &InLane<'_, L>) {
         let sigma = self.sigma.unwrap_or(UNSTATED_SIGMA);
         let joint_sigmas = &cell.noise.joint;
         if joint_sigmas.is_empty() {
@@ -412,7 +423,7 @@ fn aims(measured: &Measured) -> (Option<usize>, Option<usize>) {
 
 /// Adds a force on the TCP (world, N) to the loads of gravity, but not on joints that gravity leaves unloaded: the springs' force is
 /// known from a data sheet only, and a compliance seen through nothing else would be a calibration of the springs.
-fn push(loads: &mut Loads, posture: &Posture, force: &Vector3<f64>) {
+fn push(loads: &mut Loads, posture: &dyn Standing, force: &Vector3<f64>) {
     for i in 0..loads.tau.len() {
         let (axis, origin) = posture.joint_axis(i);
         let moment = (posture.tcp() - origin).cross(force);

@@ -1,22 +1,30 @@
 //! Weighing the arm of every sample: the loads in its posture, and what each parameter moves under them.
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::linearised::Workspace;
+use super::abreast::{ABREAST, Abreast};
 use super::sample_row::{Moves, SampleRow, Scale};
 use super::{Problem, STRETCH};
 use crate::identify::TorquePosture;
-use crate::robot::{Loads, Robot};
+use crate::robot::{InLane, Loads, LoadsAbreast, Payload, Robot, Weights};
 
-/// Room for weighing the arm.
+/// Room for weighing the arm, of several samples at once.
 pub(super) struct WeighingRoom {
-    work: Workspace,
+    abreast: Abreast,
+    weights: Weights<ABREAST>,
+    all: LoadsAbreast<ABREAST>,
     loads: Loads,
 }
 
 impl WeighingRoom {
     pub(super) fn new(robot: &Robot) -> Self {
-        WeighingRoom { work: Workspace::new(robot), loads: Loads::new(robot.joints()) }
+        WeighingRoom {
+            abreast: Abreast::new(robot),
+            weights: Weights::of(&Payload::none(), &Vector3::zeros()),
+            all: LoadsAbreast::new(robot.joints()),
+            loads: Loads::new(robot.joints()),
+        }
     }
 }
 
@@ -51,49 +59,53 @@ impl Problem {
         for &(joint, p) in compliances.iter() {
             compliance[joint] += values.map_or(parameters[p].spec.prior, |values| values[p]);
         }
-        let weigh = |row: &mut SampleRow, sample: &str, patterns: &[Vec<Moves>], room: &mut WeighingRoom| {
-            let WeighingRoom { work, loads } = room;
-            let (setup, cell) = (&setups[row.setup], &cells[row.cell]);
-            work.deviations.fill(0.0);
-            if let Some(values) = values.filter(|_| !drawn) {
-                row.deviate(&patterns[row.pattern], values, |place, by| work.deviations[place] += by);
+        let standing = values.filter(|_| !drawn);
+        // What moves each of a few rows, where that is other than the pattern it has.
+        let weigh = |few: &mut [SampleRow], samples: &[String], patterns: &[Vec<Moves>], room: &mut WeighingRoom| {
+            let WeighingRoom { abreast, weights, all, loads } = room;
+            abreast.pose(robot, setups, patterns, few, standing);
+            for (lane, row) in few.iter().enumerate() {
+                weights.put(lane, row.payload(&cells[row.cell]), &setups[row.setup].gravity);
             }
-            row.pose(robot, setup, &mut work.posture, &work.deviations);
-            if values.is_none() {
-                row.state_noise(cell, &work.posture);
+            all.weigh(robot, abreast.postures(), weights);
+            let mut others = [const { None }; ABREAST];
+            for (lane, ((row, sample), other)) in few.iter_mut().zip(samples).zip(&mut others).enumerate() {
+                let (setup, cell) = (&setups[row.setup], &cells[row.cell]);
+                let posture = InLane { postures: abreast.postures(), lane };
+                if values.is_none() {
+                    row.state_noise(cell, &posture);
+                }
+                all.put_into(lane, loads);
+                let mut scale = Scale { robot, setup, posture: &posture, compliance, sample, loads };
+                let expected = patterns.get(row.pattern).map_or(&[][..], Vec::as_slice);
+                *other = row.weigh_moves(cell, &mut scale, expected);
             }
-            let mut scale = Scale { robot, setup, posture: &work.posture, compliance, sample, loads };
-            let expected = patterns.get(row.pattern).map_or(&[][..], Vec::as_slice);
-            row.weigh_moves(cell, &mut scale, expected)
+            others
         };
-        let remember = |row: &mut SampleRow, pattern: Vec<Moves>, patterns: &mut Vec<Vec<Moves>>| {
-            row.pattern = patterns.iter().position(|p| *p == pattern).unwrap_or_else(|| {
-                patterns.push(pattern);
-                patterns.len() - 1
-            });
-        };
-        if rows.len() <= STRETCH {
-            for (row, sample) in rows.iter_mut().zip(sample_ids) {
-                if let Some(other) = weigh(row, sample, patterns, scale) {
-                    remember(row, other, patterns);
+        let remember = |few: &mut [SampleRow], others: [Option<Vec<Moves>>; ABREAST], patterns: &mut Vec<Vec<Moves>>| {
+            for (row, other) in few.iter_mut().zip(others) {
+                if let Some(other) = other {
+                    row.pattern = patterns.iter().position(|pattern| *pattern == other).unwrap_or_else(|| {
+                        patterns.push(other);
+                        patterns.len() - 1
+                    });
                 }
             }
-            return;
+        };
+        // The first rows' pattern is mostly that of all.
+        let begun = if rows.len() <= STRETCH { rows.len() } else { ABREAST };
+        for (few, samples) in rows[..begun].chunks_mut(ABREAST).zip(sample_ids.chunks(ABREAST)) {
+            let others = weigh(few, samples, patterns, scale);
+            remember(few, others, patterns);
         }
-        // The first row's pattern is mostly that of all.
-        if let Some(other) = weigh(&mut rows[0], &sample_ids[0], patterns, scale) {
-            remember(&mut rows[0], other, patterns);
-        }
-        let others: Vec<Option<Vec<Moves>>> = rows
-            .par_iter_mut()
-            .zip(sample_ids)
-            .with_min_len(STRETCH)
-            .map_init(|| WeighingRoom::new(robot), |room, (row, sample)| weigh(row, sample, patterns, room))
+        let others: Vec<_> = rows[begun..]
+            .par_chunks_mut(ABREAST)
+            .zip(sample_ids[begun..].par_chunks(ABREAST))
+            .with_min_len(STRETCH / ABREAST)
+            .map_init(|| WeighingRoom::new(robot), |room, (few, samples)| weigh(few, samples, patterns, room))
             .collect();
-        for (row, other) in rows.iter_mut().zip(others) {
-            if let Some(other) = other {
-                remember(row, other, patterns);
-            }
+        for (few, others) in rows[begun..].chunks_mut(ABREAST).zip(others) {
+            remember(few, others, patterns);
         }
     }
 }
