@@ -1,13 +1,14 @@
 """The arm of the works, written once for whatever has numpy's arrays: numpy, JAX, and arrays of CasADi's symbols.
 
-A vector is an array (3, ...), joints and torques are (6, ...), parameters (31, ...); what follows the first axis are poses, robots, or
-both, and is broadcast. `xp` is the array library.
+A vector is an array (3, ...), joints and torques are (6, ...), parameters (31, ...); what follows the first axis are poses,
+robots, or both, and is broadcast. `xp` is the array library.
 """
 
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from works import ALPHA_0, D_1, GRAVITY, MASS, MOMENT, TOOL
 
 Array = Any
@@ -44,7 +45,10 @@ def world_axes(dimensions: int) -> np.ndarray:
 
 
 def frames(xp: ModuleType, rho: Array, q: Array, tau: Array | None = None) -> list[Frame]:
-    """Base and links: T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d), theta = q + offset + c tau (paper Eq. 1); no `tau`, no compliance."""
+    """Base and links: T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d) with theta = q + offset + c tau (paper Eq. 1).
+
+    Without `tau` nothing yields.
+    """
     alpha, a, d = [ALPHA_0, *rho[6:11]], [0.0, *rho[11:16]], [D_1, 0.0, *rho[16:20]]
     chain = [placed(xp, Frame(0.0, *world_axes(q.ndim)), rho[:6])]
     for i in range(6):
@@ -93,7 +97,10 @@ def columns(xp: ModuleType, rho: Array, chain: list[Frame], tau: Array) -> Array
     before = links[:5]
     world = world_axes(point.ndim)
     _, ry = turned(xp, world[0], world[1], rho[3])
-    about = lambda axis, origin: cross(xp, axis, point - origin)  # noqa: E731
+
+    def about(axis: Array, origin: Array) -> Array:
+        return cross(xp, axis, point - origin)
+
     theta = [about(link.z, link.origin) for link in links[1:]]
     y, _ = turned(xp, before[1].y, before[1].z, rho[7])
     found = [
@@ -116,7 +123,7 @@ def reading(xp: ModuleType, chain: list[Frame], ball: Array) -> Array:
 
 
 def rel_tool(xp: ModuleType, rho: Array, q: Array, shift: Array) -> Array:
-    """The controller's RelTool on its drawing `rho`: joints of the pose `shift` (m) away in the gauge's frame, by two Newton steps."""
+    """The controller's RelTool on its drawing `rho`: joints `shift` (m) away in the gauge's frame, by two Newton steps."""
     chain = frames(xp, rho, q)
     here = goal = tool(xp, chain)
     point = goal.origin + shift[0] * goal.x + shift[1] * goal.y + shift[2] * goal.z

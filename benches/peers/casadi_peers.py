@@ -1,13 +1,14 @@
 """CasADi: the arm as symbols, once; C generated from them."""
 
 import ctypes
-import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
 import casadi
 import numpy as np
+
 from arm import columns, frames, tcp, torques
 from compiled import address, library
 from works import NOMINAL, Peer, expect_kinematics, expect_torques, golden_configurations, random_configurations
@@ -28,7 +29,7 @@ void {name}_all(const double *q, long count, double *result) {{
 """
 
 
-def exact(function: np.ufunc):
+def exact(function: np.ufunc) -> Callable[[np.ndarray], np.ndarray]:
     """Sine or cosine; of a number, a quarter turn's is 0 or 1, which leaves nothing to compute."""
     return lambda x: function(x) if x.dtype == object else np.round(function(x), 15)
 
@@ -63,17 +64,23 @@ def compiled(of: dict[str, casadi.Function]) -> ctypes.CDLL:
 
 def peers() -> list[Peer]:
     """W1, W5."""
-    peer = compiled(functions())
-    w1 = lambda q, result: peer.w1_all(address(q), ctypes.c_long(len(q)), address(result))  # noqa: E731
-    w5 = lambda q, result: peer.w5_all(address(q), ctypes.c_long(len(q)), address(result))  # noqa: E731
-    q = golden_configurations()
-    result, tau = np.empty((len(q), 102)), np.empty((len(q), 6))
-    w1(q, result)
+    code = compiled(functions())
+
+    def w1(q: np.ndarray) -> np.ndarray:
+        result = np.empty((len(q), 102))
+        code.w1_all(address(q), ctypes.c_long(len(q)), address(result))
+        return result
+
+    def w5(q: np.ndarray) -> np.ndarray:
+        tau = np.empty((len(q), 6))
+        code.w5_all(address(q), ctypes.c_long(len(q)), address(tau))
+        return tau
+
+    result = w1(golden_configurations())
     expect_kinematics("CasADi", result[:, :3], result[:, 3:96].reshape(-1, 31, 3).transpose(0, 2, 1), result[:, 96:])
-    w5(q, tau)
-    expect_torques("CasADi", tau)
-    few, result, tau = random_configurations(BATCH), np.empty((BATCH, 102)), np.empty((BATCH, 6))
+    expect_torques("CasADi", w5(golden_configurations()))
+    q = random_configurations(BATCH)
     return [
-        Peer("W1", "CasADi, generated C", BATCH, lambda: w1(few, result)),
-        Peer("W5", "CasADi, generated C", BATCH, lambda: w5(few, tau)),
+        Peer("W1", "CasADi, generated C", BATCH, lambda: w1(q)),
+        Peer("W5", "CasADi, generated C", BATCH, lambda: w5(q)),
     ]

@@ -1,6 +1,7 @@
 """C and C++ of the peers: compiled for this machine, called by address."""
 
 import ctypes
+import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -13,9 +14,11 @@ FLAGS = ["-O3", "-march=native", "-DNDEBUG", "-shared", "-fPIC"]
 
 def library(source: Path, *flags: str) -> ctypes.CDLL:
     """A source as a loaded library; the compiler is that of its suffix."""
+    compiler = "g++" if source.suffix == ".cpp" else "gcc"
+    if not shutil.which(compiler):
+        raise SystemExit(f"{compiler} is needed (Debian, Ubuntu: apt install g++)")
     with tempfile.TemporaryDirectory() as scratch:
         built = Path(scratch) / "peer.so"
-        compiler = "g++" if source.suffix == ".cpp" else "gcc"
         subprocess.run([compiler, *FLAGS, str(source), *flags, "-o", str(built), "-lm"], check=True)
         return ctypes.CDLL(str(built))
 

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.optimize
+
 from arm import columns, frames, tcp, torques
 from works import (
     NOMINAL,
@@ -21,13 +22,14 @@ jax.config.update("jax_enable_x64", True)
 #: Configurations at once: their results stay in the second cache.
 BATCH = 200
 DRAWING = jnp.array(NOMINAL)
+#: What XLA would otherwise work out again wherever it is used.
+once = jax.lax.optimization_barrier
 
 
 def w1(q: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """TCP, columns and torques of a configuration (6) of the nominal arm."""
-    # Without the barriers XLA works the frames out again for every column.
-    chain = jax.lax.optimization_barrier(frames(jnp, DRAWING, q))
-    tau = jax.lax.optimization_barrier(torques(jnp, chain))
+    chain = once(frames(jnp, DRAWING, q))
+    tau = once(torques(jnp, chain))
     return tcp(chain), columns(jnp, DRAWING, chain, tau), tau
 
 
@@ -55,13 +57,13 @@ def identify_by_scipy(balls: jax.Array, q: jax.Array) -> np.ndarray:
 @jax.jit
 def identify(balls: jax.Array, q: jax.Array) -> jax.Array:
     """The same by Gauss-Newton on normal equations with scaled columns, compiled as a whole."""
-    tau = w5(q)
+    tau = once(w5(q))
 
     def step(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
         rho, _ = state
-        by_parameters = jacobian(rho, balls, q, tau)
+        by_parameters = once(jacobian(rho, balls, q, tau))
         scale = 1 / jnp.linalg.norm(by_parameters, axis=0)
-        by_parameters *= scale
+        by_parameters = once(by_parameters * scale)
         step = jnp.linalg.solve(by_parameters.T @ by_parameters, -by_parameters.T @ residuals(rho, balls, q, tau))
         return rho + scale * step, jnp.linalg.norm(step)
 

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+
 from arm import frames, reading, rel_tool, tcp
 from jax_peers import DRAWING, identify, residuals, w5
 from works import CENTRED, JOINT_NOISE, MOST_READINGS, READING_NOISE, Peer, ball_poses, expect_trials, table

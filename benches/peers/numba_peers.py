@@ -2,6 +2,7 @@
 
 import numpy as np
 from numba import njit
+
 from works import (
     ALPHA_0,
     D_1,
@@ -17,6 +18,8 @@ from works import (
     random_configurations,
 )
 
+Array = np.ndarray
+
 #: Configurations of one run: their results stay in the second cache.
 BATCH = 400
 COS_ALPHA, SIN_ALPHA = (np.round(f([ALPHA_0, *NOMINAL[6:11]]), 15) for f in (np.cos, np.sin))
@@ -25,7 +28,7 @@ BASE, REACH = NOMINAL[:3].copy(), TOOL[:3].copy()
 
 
 @njit(error_model="numpy", fastmath=True)
-def pose(q, origins, axes):
+def pose(q: Array, origins: Array, axes: Array) -> None:
     """Origins (7, 3) and axes (7, axis, 3) of base and links (paper Eq. 1)."""
     for r in range(3):
         origins[0, r] = BASE[r]
@@ -42,7 +45,7 @@ def pose(q, origins, axes):
 
 
 @njit(error_model="numpy", fastmath=True)
-def weigh(origins, axes, tau):
+def weigh(origins: Array, axes: Array, tau: Array) -> None:
     """Holding torques dU/dq, N m: each joint carries the links beyond it, by their sum of moments."""
     mass, x, y = 0.0, 0.0, 0.0
     for i in range(6, 0, -1):
@@ -55,7 +58,7 @@ def weigh(origins, axes, tau):
 
 
 @njit(error_model="numpy", fastmath=True)
-def about(axis, origin, point, column):
+def about(axis: Array, origin: Array, point: Array, column: Array) -> None:
     """Derivative of a point by a turn about an axis."""
     x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
     column[0] = axis[1] * z - axis[2] * y
@@ -64,7 +67,7 @@ def about(axis, origin, point, column):
 
 
 @njit(error_model="numpy", fastmath=True)
-def w1(q, tcp, columns, tau):
+def w1(q: Array, tcp: Array, columns: Array, tau: Array) -> None:
     """TCPs (n, 3), columns (n, 31, 3) and torques (n, 6) of configurations (n, 6) of the nominal arm."""
     origins, axes = np.empty((7, 3)), np.empty((7, 3, 3))
     for n in range(len(q)):
@@ -90,7 +93,7 @@ def w1(q, tcp, columns, tau):
 
 
 @njit(error_model="numpy", fastmath=True)
-def w5(q, tau):
+def w5(q: Array, tau: Array) -> None:
     """Torques (n, 6) of configurations (n, 6)."""
     origins, axes = np.empty((7, 3)), np.empty((7, 3, 3))
     for n in range(len(q)):

@@ -1,6 +1,7 @@
 """numpy: all poses at once, in array arithmetic."""
 
 import numpy as np
+
 from arm import columns, frames, tcp, torques
 from works import (
     BALL,
@@ -53,7 +54,7 @@ def identify(balls: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def readings(centres: np.ndarray) -> np.ndarray:
-    """Readings (3, n) of ball centres (3, n), m: a plunger's disk meets the ball with its face, beyond its radius with its rim."""
+    """Readings (3, n) of ball centres (3, n), m: a plunger's disk meets the ball with its face, or farther off with its rim."""
     square = centres * centres
     beyond = np.maximum(0.0, np.sqrt(square[[1, 2, 0]] + square[[2, 0, 1]]) - DISK)
     return centres + BALL - np.sqrt(BALL**2 - beyond * beyond)

@@ -4,6 +4,7 @@ from copy import copy
 from itertools import count
 
 import numpy as np
+
 from arm import columns, frames, torques
 from works import NOMINAL, Peer, ball_poses, expect_selection
 
@@ -13,10 +14,11 @@ CHOSEN = 80
 
 
 class Design:
-    """Members among candidates (3 x 31 each, columns scaled), their information's inverse, and each candidate's 3 x 3 variance."""
+    """Members among the candidates, the inverse of their information, and each candidate's 3 x 3 variance."""
 
     def __init__(self, rows: np.ndarray, members: np.ndarray) -> None:
-        self.rows = rows  # (31, 3, candidates)
+        """From rows of the Jacobian (31, 3, candidates), columns scaled, and which candidates are members."""
+        self.rows = rows
         self.members = members.copy()
         chosen = rows[:, :, members].reshape(31, -1)
         information = chosen @ chosen.T

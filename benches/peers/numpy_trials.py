@@ -1,6 +1,7 @@
-"""W4 in numpy: the centrings of many robots at once, those that are done left out; then identifications and validations, as many at once."""
+"""W4 in numpy: centrings of many robots at once, those that are done left out; their identifications, their validations."""
 
 import numpy as np
+
 from arm import frames, reading, rel_tool, tcp
 from numpy_peers import DRAWING, identify, w5
 from works import CENTRED, JOINT_NOISE, MOST_READINGS, READING_NOISE, Peer, ball_poses, expect_trials, table
@@ -37,7 +38,9 @@ def trials(truths: np.ndarray, noise: np.random.Generator) -> np.ndarray:
     found, residual = identify(BALLS[:, None], q)
     points = (tcp(frames(np, rho[:, :, None], VALIDATION, VALIDATION_TORQUES)) for rho in (truths.T, found))
     error = np.linalg.norm(np.subtract(*points), axis=0)
-    return np.stack([error.mean(axis=1), error.max(axis=1), np.sqrt((residual**2).mean(axis=(0, 2))), readings.mean(axis=1)], axis=1)
+    return np.stack(
+        [error.mean(axis=1), error.max(axis=1), np.sqrt((residual**2).mean(axis=(0, 2))), readings.mean(axis=1)], axis=1
+    )
 
 
 def peers() -> list[Peer]:

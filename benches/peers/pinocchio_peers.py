@@ -6,6 +6,7 @@ from pathlib import Path
 import cmeel
 import numpy as np
 import pinocchio
+
 from compiled import address, library
 from works import (
     GOLDEN,
@@ -40,21 +41,28 @@ class InCpp:
     """`pinocchio_peer.cpp` on the arm of the URDF."""
 
     def __init__(self, model: pinocchio.Model) -> None:
+        """From Pinocchio's model of it."""
         self.library = library(HERE / "pinocchio_peer.cpp", *HEADERS)
         self.library.arm.restype = ctypes.c_void_p
-        joints = np.concatenate([
-            np.concatenate([m.rotation.ravel(), m.translation, [i.mass], i.lever, i.inertia.ravel()])
-            for m, i in zip(model.jointPlacements[1:], model.inertias[1:], strict=True)
-        ])
+        joints = np.concatenate(
+            [
+                np.concatenate([m.rotation.ravel(), m.translation, [i.mass], i.lever, i.inertia.ravel()])
+                for m, i in zip(model.jointPlacements[1:], model.inertias[1:], strict=True)
+            ]
+        )
         self.arm = ctypes.c_void_p(self.library.arm(address(joints), address(NOMINAL), address(TOOL)))
 
-    def w1(self, q: np.ndarray, result: np.ndarray) -> None:
+    def w1(self, q: np.ndarray) -> np.ndarray:
         """TCP (3), columns (31 x 3) and torques (6) of configurations (n, 6)."""
+        result = np.empty((len(q), 102))
         self.library.w1(self.arm, address(q), ctypes.c_long(len(q)), address(result))
+        return result
 
-    def w5(self, q: np.ndarray, tau: np.ndarray) -> None:
+    def w5(self, q: np.ndarray) -> np.ndarray:
         """Torques (n, 6) of configurations (n, 6)."""
+        tau = np.empty_like(q)
         self.library.w5(self.arm, address(q), ctypes.c_long(len(q)), address(tau))
+        return tau
 
 
 def in_python(model: pinocchio.Model, data: pinocchio.Data, q: np.ndarray) -> np.ndarray:
@@ -68,16 +76,13 @@ def peers() -> list[Peer]:
     model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])
     data = model.createData()
     cpp = InCpp(model)
-    q = golden_configurations()
-    result, tau = np.empty((len(q), 102)), np.empty((len(q), 6))
-    cpp.w1(q, result)
-    expect_kinematics("Pinocchio", result[:, :3], result[:, 3:96].reshape(-1, 31, 3).transpose(0, 2, 1), result[:, 96:])
-    cpp.w5(q, tau)
-    expect_torques("Pinocchio", tau)
-    expect_torques("Pinocchio from Python", in_python(model, data, q))
-    few, result, tau = random_configurations(BATCH), np.empty((BATCH, 102)), np.empty((BATCH, 6))
+    result = cpp.w1(golden_configurations())
+    expect_kinematics("Pinocchio, C++", result[:, :3], result[:, 3:96].reshape(-1, 31, 3).transpose(0, 2, 1), result[:, 96:])
+    expect_torques("Pinocchio, C++", cpp.w5(golden_configurations()))
+    expect_torques("Pinocchio, Python", in_python(model, data, golden_configurations()))
+    q = random_configurations(BATCH)
     return [
-        Peer("W1", "Pinocchio, C++", BATCH, lambda: cpp.w1(few, result)),
-        Peer("W5", "Pinocchio, C++", BATCH, lambda: cpp.w5(few, tau)),
-        Peer("W5", "Pinocchio, Python", BATCH, lambda: in_python(model, data, few)),
+        Peer("W1", "Pinocchio, C++", BATCH, lambda: cpp.w1(q)),
+        Peer("W5", "Pinocchio, C++", BATCH, lambda: cpp.w5(q)),
+        Peer("W5", "Pinocchio, Python", BATCH, lambda: in_python(model, data, q)),
     ]

@@ -25,7 +25,8 @@ def table(name: str) -> np.ndarray:
 
 
 MODEL = golden("model.json")
-#: The drawing's value of each of the 31 parameters, SI: base x y z rz ry rx | alpha_1..5 | a_1..5 | d_3..6 | theta_2..6 | beta_2 | c_2..6.
+#: The drawing's values of the 31 parameters, SI:
+#: base x y z rz ry rx | alpha_1..5 | a_1..5 | d_3..6 | theta_2..6 | beta_2 | c_2..6.
 NOMINAL = np.array([p["nominal_si"] for p in MODEL["params"]])
 #: What is not among the 31: alpha_0 (rad), d_1 (m).
 ALPHA_0 = np.radians(MODEL["mdh_nominal"][0]["alpha_prev_deg"])
@@ -129,10 +130,12 @@ def expect_selection(name: str, jacobian: np.ndarray, chosen: np.ndarray) -> Non
 
 
 def expect_trials(name: str, outcomes: np.ndarray) -> None:
-    """Mean error, largest error, residual rms (m) and readings a centring of each trial of W4, against an independent program's averages.
+    """Mean and largest error, residual rms (m), readings a centring of each trial of W4: the averages of an independent program.
 
-    Both sides draw their own noise, over 1,000 robots there and these here: 4.5 standard errors of the difference, and the rounding.
+    Both sides draw their own noise: 4.5 standard errors of the difference are allowed, and the reference's rounding.
     """
     wanted, rounding = np.array([1.090e-6, 2.547e-6, 0.807e-6, 2.984]), np.array([0.5e-9, 0.5e-9, 0.5e-9, 0.5e-3])
     error = outcomes.std(axis=0, ddof=1) * np.sqrt(1 / len(outcomes) + 1 / 1000)
-    expect(f"{name}: averages in units of what is allowed", (outcomes.mean(axis=0) - wanted) / (4.5 * error + rounding), 0.0, 1.0)
+    expect(
+        f"{name}: averages in units of what is allowed", (outcomes.mean(axis=0) - wanted) / (4.5 * error + rounding), 0.0, 1.0
+    )
