@@ -104,13 +104,14 @@ def surroundings() -> str:
 def main() -> None:
     """The table of the wanted works."""
     names = sys.argv[1:] or [work.name for work in WORKS]
+    if unknown := set(names) - {work.name for work in WORKS}:
+        raise SystemExit(f"there is no work {', '.join(sorted(unknown))}; there are {', '.join(work.name for work in WORKS)}")
     works = [work for work in WORKS if work.name in names]
     executables = built(works)
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     rivals = peers({work.name for work in works})
-    print(
-        "| work | here: least (median) | peer | its time: least (median) | peer / here: least (median) |\n|---|---|---|---|---|"
-    )
+    print("| work | here: least (median) | peer | its time: least (median) | peer / here: least (median) |")
+    print("|---|---|---|---|---|")
     for work in works:
         for row in rows(work, executables[work.bench], [peer for peer in rivals if peer.work == work.name]):
             print(row, flush=True)

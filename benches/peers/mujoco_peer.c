@@ -13,7 +13,7 @@ void w5(const mjModel *model, mjData *data, const double *q, long count, double 
     }
 }
 
-// Readings of `count` ball centres, m. Geoms 0 to 2 are the plungers' disks, 3 is the ball: each disk advances along its axis by its
+// Readings of `count` ball centres, m. Geoms 0 to 2 are the disks, 3 is the ball: each disk advances along its axis by its
 // distance from the ball, until that is below `near`. Its face is at -`rest` when it reads zero, and `half` before its centre.
 void w6(const mjModel *model, mjData *data, const double *centre, long count, double rest, double half, double near,
         double *reading) {

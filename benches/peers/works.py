@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-GOLDEN = Path(os.environ.get("CALIBENCH_GOLDEN") or Path(__file__).resolve().parents[3] / "shared/golden")
+#: Inputs and reference numbers stand beside the repository.
+GOLDEN = Path(__file__).resolve().parents[3] / "shared/golden"
+if not GOLDEN.is_dir():
+    raise SystemExit(f"the inputs and reference numbers of the works are not at {GOLDEN}")
 
 
 def golden(name: str) -> dict:
@@ -130,7 +132,7 @@ def expect_selection(name: str, jacobian: np.ndarray, chosen: np.ndarray) -> Non
 
 
 def expect_trials(name: str, outcomes: np.ndarray) -> None:
-    """Mean and largest error, residual rms (m), readings a centring of each trial of W4: the averages of an independent program.
+    """Mean and largest error, residual rms (m), readings a centring of trials of W4: averages of an independent program.
 
     Both sides draw their own noise: 4.5 standard errors of the difference are allowed, and the reference's rounding.
     """
