@@ -20,7 +20,7 @@ from works import Peer
 #: Each program is timed so often, in turn with the others, and at least so long each time, s.
 ROUNDS, LONG = 3, 1.0
 MODULES = {
-    "casadi_peers": {"W1", "W5"},
+    "casadi_peers": {"W1", "W2", "W5"},
     "jax_peers": {"W1", "W2", "W5"},
     "jax_trials": {"W4"},
     "mujoco_peers": {"W5", "W6"},

@@ -24,5 +24,7 @@ def library(source: Path, *flags: str) -> ctypes.CDLL:
 
 
 def address(array: np.ndarray) -> ctypes.c_void_p:
-    """Where the numbers of an array are."""
+    """Where the numbers of an array are, one after the other."""
+    if array.dtype != np.float64 or not array.flags.c_contiguous:
+        raise ValueError(f"C reads rows of doubles; this is {array.dtype} with strides {array.strides}")
     return ctypes.c_void_p(array.ctypes.data)

@@ -65,7 +65,7 @@ def random_centres(count: int) -> np.ndarray:
 def ball_poses(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Ball centres (m) and joints (rad) of `w2_measured.csv`, `w2_selection.csv` or `w3_pool.csv`, one pose a row."""
     rows = table(name)
-    return BALLS[rows[:, -7].astype(int)], rows[:, -6:]
+    return BALLS[rows[:, -7].astype(int)], rows[:, -6:].copy()
 
 
 @dataclass(frozen=True)
