@@ -10,8 +10,8 @@ use serde_json::Value;
 
 const HOW_TO_REFRESH: &str = "refresh with `CALIBENCH_WRITE_README=1 cargo test --test readme_is_true`";
 
-/// Folders that are no part of the repository.
-const NOT_OURS: [&str; 5] = [".git", "target", "runs", ".venv", ".venv-view"];
+/// Folders that are no part of the repository, as are Python environments.
+const NOT_OURS: [&str; 3] = [".git", "target", "runs"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace is there")
@@ -262,7 +262,7 @@ fn folders_in(folder: &str) -> BTreeSet<String> {
         .filter_map(Result::ok)
         .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .filter(|name| !NOT_OURS.contains(&name.as_str()))
+        .filter(|name| !NOT_OURS.contains(&name.as_str()) && !name.starts_with(".venv"))
         .map(|name| if folder.is_empty() { name } else { format!("{folder}/{name}") })
         .collect()
 }
