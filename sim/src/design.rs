@@ -5,13 +5,14 @@
 //! on that (`search`); the best are planned in full, every posture clear of the whole artifact, and tried on the simulated cell.
 
 mod artifact;
+mod layouts;
 mod lesson;
 mod page;
 mod search;
+mod survey;
 mod trials;
 
 use calibench::files::FileError;
-use calibench::measure::{Dataset, FreePosesRequest, Measured, Sample, free_poses};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -21,11 +22,10 @@ pub use page::design_page;
 pub use search::{Found, Ground, Site};
 pub use trials::{Held, Verified, verify};
 
-use crate::planning::{Plan, PlanError, layout, plan, pool, wanted};
+use self::layouts::Layouts;
+use self::survey::survey;
+use crate::planning::Plan;
 use crate::scenario::{Document, Scenario};
-
-/// Postures by which all places together show which numbers can be told apart.
-const SHOWING: usize = 1500;
 
 /// One artifact, planned in full and judged.
 #[derive(Debug, Clone, Serialize)]
@@ -131,144 +131,38 @@ impl Watcher for () {
 /// # Errors
 /// When the scenario is not as it must be, has no `[design]`, or no layout determines the robot.
 pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher) -> Result<Design, FileError> {
-    let scenario = document.scenario()?;
-    let Some(asked) = scenario.design.clone() else {
-        return Err(document.wrong(
-            "design",
-            "is missing",
-            "say in [design] how many balls, where, and of what the artifact is made",
-        ));
-    };
-    let workshop = Workshop { document: document.clone(), scenario, design: asked };
-    let Workshop { scenario, design: asked, .. } = &workshop;
-    let ids = scenario.ball_ids();
-    let kept: Vec<usize> = asked.fixed.iter().filter_map(|id| ids.iter().position(|b| b == id)).collect();
-    if !kept.is_empty() && !asked.scales.is_empty() {
-        return Err(document.wrong(
-            "design.scales",
-            "an artifact with fixed balls has its size",
-            "leave out `fixed`, or `scales`",
-        ));
-    }
-    if let Some(name) = asked.without.iter().find(|name| !workshop.has_solid(name)) {
-        return Err(document.wrong("design.without", format!("there is no solid '{name}'"), "name bodies of [[solid]]"));
-    }
-    let grid: Vec<Place> = workshop.grid().into_iter().filter(|p| workshop.is_free(p, &kept)).collect();
+    let workshop = Workshop::open(document)?;
     let layouts = Layouts { workshop: &workshop, seed };
+    let ground = survey(&layouts, watcher)?;
+    let designer = Designer { layouts, ground: &ground, placed: workshop.design.balls - workshop.kept.len(), watcher };
 
-    watcher.stage("probing every place", (grid.len() + kept.len()) as u64);
-    let most = asked.poses_per_ball(asked.balls.min(3).max(kept.len() + 1).min(asked.balls));
-    let pools: Vec<Option<Dataset>> = grid
-        .par_iter()
-        .map(|place| {
-            let found = layouts.postures(&Artifact { kept: kept.clone(), placed: vec![*place] }, kept.len());
-            watcher.step();
-            found.map(|f| f.filter(|cell| cell.samples.len() >= most))
-        })
-        .collect::<Result<_, _>>()?;
-    let all_kept = Artifact { kept: kept.clone(), placed: Vec::new() };
-    let kept_pools: Vec<Dataset> = (0..kept.len())
-        .map(|k| {
-            let found = layouts.postures(&all_kept, k)?.filter(|cell| cell.samples.len() >= most);
-            watcher.step();
-            found.ok_or_else(|| {
-                document.wrong("design.fixed", format!("ball '{}' cannot be probed", ids[kept[k]]), "place it anew")
-            })
-        })
-        .collect::<Result<_, _>>()?;
-    let reachable = pools.iter().flatten().count();
-    if reachable + kept.len() < asked.balls {
-        let problem = format!("of {} places {reachable} can be probed", grid.len());
-        return Err(document.wrong("design.min_mm", problem, "move the box, take a finer step, or other riser heights"));
-    }
-    let blame = |e: PlanError| scenario.blame_plan(&e);
-    let model = &scenario.model;
-    let sought = Sought::new(&together(kept_pools.iter().chain(pools.iter().flatten())), model).map_err(blame)?;
-    let workspace = Workspace::new(&scenario.dataset(), model, &sought, layouts.workspace()?).map_err(blame)?;
-    let lesson = |cell: &Dataset| Lesson::new(cell, model, &sought).map_err(blame);
-    let sites: Vec<Option<Site>> = grid
-        .par_iter()
-        .zip(&pools)
-        .map(|(place, cell)| {
-            let lesson = cell.as_ref().map(lesson).transpose()?.flatten();
-            Ok::<_, FileError>(lesson.map(|lesson| Site { place: *place, lesson }))
-        })
-        .collect::<Result<_, _>>()?;
-    drop(pools);
-    let kept_lessons = kept.iter().zip(&kept_pools).map(|(&b, cell)| Ok(lesson(cell)?.map(|l| (b, l))));
-    let kept_lessons = kept_lessons.collect::<Result<Vec<_>, FileError>>()?.into_iter().flatten().collect();
-    let at: Vec<Option<usize>> =
-        sites.iter().scan(0, |next, site| Some(site.as_ref().map(|_| std::mem::replace(next, *next + 1)))).collect();
-    let sites: Vec<Site> = sites.into_iter().flatten().collect();
-    let all: Vec<usize> = (0..sites.len()).collect();
-    let ground = Ground { workshop: &workshop, kept: kept_lessons, sites, sought: &sought, workspace: &workspace, seed };
-
-    let placed = asked.balls - kept.len();
-    let (map, found) = if placed == 1 {
-        watcher.stage("the ball at every place", all.len() as u64);
-        let worst: Vec<Option<f64>> = all
-            .par_iter()
-            .map(|&s| {
-                let worst = ground.with_chosen_postures(&[s]).map(|p| p.worst().0);
-                watcher.step();
-                worst
-            })
-            .collect();
-        let map = grid.iter().zip(&at).map(|(p, at)| OnMap { centre_mm: p.centre_mm, worst_um: at.and_then(|s| worst[s]) });
-        let allowed = |s: &usize| ground.is_allowed(&[*s]);
-        let mut found: Vec<Found> = all
-            .iter()
-            .filter(|s| allowed(s))
-            .filter_map(|&s| worst[s].map(|worst_um| Found { sites: vec![s], worst_um }))
-            .collect();
-        found.sort_by(|a, b| a.worst_um.total_cmp(&b.worst_um).then_with(|| a.sites.cmp(&b.sites)));
-        (Some(map.collect()), found)
-    } else {
-        watcher.stage("exchanging places", 1);
-        (None, ground.search(placed, &all))
+    let (map, found) = match designer.placed {
+        1 => designer.place_one(),
+        placed => {
+            watcher.stage("exchanging places", 1);
+            (None, ground.search(placed, &ground.all()))
+        }
     };
-    let judge = |artifact: &Artifact, name: &str| layouts.judged(artifact, name, &sought, &workspace);
     watcher.stage("planning the best", 1);
-    let best_of = |found: &[Found], name: &str| {
-        let finalists = found.iter().take(asked.finalists).map(|f| judge(&ground.artifact(&f.sites), name));
-        finalists.flatten().min_by(|a, b| a.worst_um.total_cmp(&b.worst_um))
-    };
-    let Some(mut best) = best_of(&found, "recommended") else {
+    let Some(mut best) = designer.best_of(&found, "recommended") else {
         let remedy = "widen the box, allow more mass, or more probings";
         return Err(document.wrong("design", "no layout can be built, probed and determines the robot", remedy));
     };
-    let mut compared: Vec<Judged> = Vec::new();
-    let own = Artifact { kept: (0..ids.len()).collect(), placed: Vec::new() };
-    compared.extend(judge(&own, "the scenario's own"));
-    if asked.balls > 3 {
-        let three = match kept.len() {
-            0..3 => best_of(&ground.search(3 - kept.len(), &all), "best of three balls"),
-            3 => judge(&all_kept, "the three that are fixed"),
-            _ => None,
-        };
-        compared.extend(three);
-    }
-    watcher.stage("smaller and smaller", asked.scales.len() as u64);
-    let mut front = Vec::with_capacity(asked.scales.len());
-    for &scale in &asked.scales {
-        let among: Vec<usize> = all.iter().copied().filter(|&s| workshop.is_within(&ground.sites[s].place, scale)).collect();
-        let judged = best_of(&ground.search(placed, &among), "best of its size");
-        front.push(OnFront { scale, judged });
-        watcher.step();
-    }
+    let mut compared = designer.compared();
+    let front = designer.front();
     if trials > 0 {
         watcher.stage("trials", trials * (1 + compared.len() as u64));
         for judged in std::iter::once(&mut best).chain(&mut compared) {
             let Some(Full { scenario, plan, predicted, .. }) = &judged.full else { continue };
-            judged.verified = verify(scenario, plan, (&workspace, predicted), (seed, trials), &|| watcher.step());
+            judged.verified = verify(scenario, plan, (&ground.workspace, predicted), (seed, trials), &|| watcher.step());
         }
     }
     Ok(Design {
-        name: scenario.name.clone(),
-        question: scenario.question.clone(),
+        name: workshop.scenario.name.clone(),
+        question: workshop.scenario.question.clone(),
         seed,
-        places: [grid.len(), ground.sites.len()],
-        workspace_poses: workspace.poses.len(),
+        places: [ground.grid.len(), ground.sites.len()],
+        workspace_poses: ground.workspace.poses.len(),
         best,
         compared,
         map,
@@ -276,87 +170,73 @@ pub fn design(document: &Document, seed: u64, trials: u64, watcher: &dyn Watcher
     })
 }
 
-/// Artifacts in the cell.
-struct Layouts<'a> {
-    workshop: &'a Workshop,
-    seed: u64,
+/// A design once the places are known.
+struct Designer<'a> {
+    layouts: Layouts<'a>,
+    ground: &'a Ground<'a>,
+    /// Balls to be placed.
+    placed: usize,
+    watcher: &'a dyn Watcher,
 }
 
-impl Layouts<'_> {
-    /// The cell with the postures found at one ball of an artifact as samples, and no other ball; `None` where there is none.
-    fn postures(&self, artifact: &Artifact, ball: usize) -> Result<Option<Dataset>, FileError> {
-        let scenario = self.workshop.document(artifact, 1)?.scenario()?;
-        let Ok(found) = pool(&scenario, &[ball], self.workshop.design.pool_per_place, self.seed) else { return Ok(None) };
-        let mut cell = scenario.dataset();
-        cell.balls = vec![cell.balls[ball].clone()];
-        cell.samples = found
-            .into_iter()
-            .enumerate()
-            .map(|(k, c)| Sample::new(k.to_string(), c.q, Measured::Ball { ball: 0, reading: None }))
-            .collect();
-        Ok(Some(cell))
+impl Designer<'_> {
+    /// The one ball tried at every place: the map, and what can be built, best first.
+    fn place_one(&self) -> (Option<Vec<OnMap>>, Vec<Found>) {
+        let Designer { ground, watcher, .. } = self;
+        let all = ground.all();
+        watcher.stage("the ball at every place", all.len() as u64);
+        let of_one = |&s: &usize| {
+            let worst = ground.with_chosen_postures(&[s]).map(|p| p.worst().0);
+            watcher.step();
+            worst
+        };
+        let worst: Vec<Option<f64>> = all.par_iter().map(of_one).collect();
+        let on_map = |place: &Place, site: &Option<usize>| OnMap {
+            centre_mm: place.centre_mm,
+            worst_um: site.and_then(|s| worst[s]),
+        };
+        let map = ground.grid.iter().map(|(place, site)| on_map(place, site)).collect();
+        let of = |s: usize| worst[s].map(|worst_um| Found { sites: vec![s], worst_um });
+        let mut found: Vec<Found> = all.into_iter().filter(|&s| ground.is_allowed(&[s])).filter_map(of).collect();
+        found.sort_by(|a, b| a.worst_um.total_cmp(&b.worst_um).then_with(|| a.sites.cmp(&b.sites)));
+        (Some(map), found)
     }
 
-    /// Postures all over the workspace, clear of what stays when the artifact is away, rad.
-    fn workspace(&self) -> Result<Vec<Vec<f64>>, FileError> {
-        let scenario = &self.workshop.scenario;
-        let (cell, layout) = (scenario.dataset(), layout(scenario));
-        free_poses(&FreePosesRequest {
-            robot: &cell.robot,
-            base: &cell.base,
-            tool: &cell.tool,
-            surroundings: &layout.without_artifact,
-            margins: layout.margins,
-            facing: None,
-            count: self.workshop.design.workspace_poses,
-            seed: self.seed,
-        })
-        .map_err(|e| scenario.blame_plan(&e.into()))
+    fn judged(&self, artifact: &Artifact, name: &str) -> Option<Judged> {
+        self.layouts.judged(artifact, name, &self.ground.sought, &self.ground.workspace)
     }
 
-    /// An artifact planned in full, every posture clear of all of it; `None` where it cannot be planned or leaves something undetermined.
-    fn judged(&self, artifact: &Artifact, name: &str, sought: &Sought, workspace: &Workspace) -> Option<Judged> {
-        let balls = artifact.kept.len() + artifact.placed.len();
-        let document = self.workshop.document(artifact, self.workshop.design.poses_per_ball(balls)).ok()?;
-        let scenario = document.scenario().ok()?;
-        let plan = plan(&scenario, self.seed).ok()?;
-        let probed = plan.probings.iter().filter(|p| !p.reserve).map(|p| {
-            let measured = Measured::Ball { ball: p.ball, reading: None };
-            Sample { payload: p.payload, ..Sample::new(&*p.id, p.contact.clone(), measured) }
-        });
-        let cell = Dataset { samples: probed.collect(), ..scenario.dataset() };
-        let predicted = workspace.predicted(&sought.information(&cell, &scenario.model).ok()??)?;
-        Some(Judged {
-            name: name.into(),
-            balls: self.workshop.balls(artifact),
-            probings: wanted(&plan.probings),
-            worst_um: predicted.worst().0,
-            mean_um: predicted.mean(),
-            mass_kg: self.workshop.mass_kg(artifact),
-            size_mm: self.workshop.size_mm(artifact),
-            verified: None,
-            full: Some(Full { document, scenario, plan, predicted }),
-        })
+    /// The best of the finalists, planned in full.
+    fn best_of(&self, found: &[Found], name: &str) -> Option<Judged> {
+        let finalists = found.iter().take(self.layouts.workshop.design.finalists);
+        let judged = finalists.filter_map(|f| self.judged(&self.ground.artifact(&f.sites), name));
+        judged.min_by(|a, b| a.worst_um.total_cmp(&b.worst_um))
     }
-}
 
-/// Samples of several cells with a ball each, as one cell: so many of each that all together are a few.
-fn together<'a>(cells: impl Iterator<Item = &'a Dataset> + Clone) -> Dataset {
-    let of_each = (SHOWING / cells.clone().count().max(1)).max(3);
-    let mut all = Dataset::default();
-    for (k, cell) in cells.enumerate() {
-        if k == 0 {
-            all = Dataset { balls: Vec::new(), samples: Vec::new(), ..cell.clone() };
-        }
-        let mut ball = cell.balls[0].clone();
-        ball.id = format!("place {k}");
-        all.balls.push(ball);
-        let stride = (cell.samples.len() / of_each).max(1);
-        all.samples.extend(cell.samples.iter().step_by(stride).take(of_each).enumerate().map(|(n, s)| Sample {
-            id: format!("{k} {n}"),
-            measured: Measured::Ball { ball: k, reading: None },
-            ..s.clone()
-        }));
+    /// The scenario's own artifact, and one of three balls.
+    fn compared(&self) -> Vec<Judged> {
+        let workshop = self.layouts.workshop;
+        let own = Artifact { kept: (0..workshop.scenario.ball_ids().len()).collect(), placed: Vec::new() };
+        let three = match workshop.kept.len() {
+            _ if workshop.design.balls <= 3 => None,
+            kept @ 0..3 => self.best_of(&self.ground.search(3 - kept, &self.ground.all()), "best of three balls"),
+            3 => self.judged(&workshop.all_kept(), "the three that are fixed"),
+            _ => None,
+        };
+        self.judged(&own, "the scenario's own").into_iter().chain(three).collect()
     }
-    all
+
+    /// The best of every size.
+    fn front(&self) -> Vec<OnFront> {
+        let Designer { layouts: Layouts { workshop, .. }, ground, watcher, .. } = self;
+        watcher.stage("smaller and smaller", workshop.design.scales.len() as u64);
+        let of_scale = |&scale: &f64| {
+            let within = |s: &usize| workshop.is_within(&ground.sites[*s].place, scale);
+            let among: Vec<usize> = ground.all().into_iter().filter(within).collect();
+            let judged = self.best_of(&ground.search(self.placed, &among), "best of its size");
+            watcher.step();
+            OnFront { scale, judged }
+        };
+        workshop.design.scales.iter().map(of_scale).collect()
+    }
 }

@@ -34,9 +34,39 @@ pub struct Workshop {
     pub scenario: Scenario,
     /// What is asked.
     pub design: DesignToml,
+    /// Balls of the scenario that stay, by place.
+    pub kept: Vec<usize>,
 }
 
 impl Workshop {
+    /// For what the scenario's `[design]` asks.
+    ///
+    /// # Errors
+    /// When the scenario is not as it must be, or has no `[design]` that can be followed.
+    pub fn open(document: &Document) -> Result<Self, FileError> {
+        let scenario = document.scenario()?;
+        let Some(design) = scenario.design.clone() else {
+            let remedy = "say in [design] how many balls, where, and of what the artifact is made";
+            return Err(document.wrong("design", "is missing", remedy));
+        };
+        let ids = scenario.ball_ids();
+        let kept: Vec<usize> = design.fixed.iter().filter_map(|id| ids.iter().position(|b| b == id)).collect();
+        if !kept.is_empty() && !design.scales.is_empty() {
+            let remedy = "leave out `fixed`, or `scales`";
+            return Err(document.wrong("design.scales", "an artifact with fixed balls has its size", remedy));
+        }
+        let workshop = Workshop { document: document.clone(), scenario, design, kept };
+        if let Some(name) = workshop.design.without.iter().find(|name| !workshop.has_solid(name)) {
+            return Err(document.wrong("design.without", format!("there is no solid '{name}'"), "name bodies of [[solid]]"));
+        }
+        Ok(workshop)
+    }
+
+    /// The balls that stay, alone.
+    pub fn all_kept(&self) -> Artifact {
+        Artifact { kept: self.kept.clone(), placed: Vec::new() }
+    }
+
     /// Every place of the grid: row by row from the least corner of the box, lowest riser first.
     pub fn grid(&self) -> Vec<Place> {
         let DesignToml { min_mm, max_mm, step_mm, riser_heights_mm, table_mm, stem_mm, .. } = &self.design;

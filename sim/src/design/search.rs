@@ -31,12 +31,14 @@ pub struct Ground<'a> {
     pub workshop: &'a Workshop,
     /// Balls that stay.
     pub kept: Vec<(usize, Lesson)>,
-    /// Places for the others.
+    /// Every place where a ball may stand, and which of the sites it is; none where it cannot be probed.
+    pub grid: Vec<(Place, Option<usize>)>,
+    /// Places that can be probed.
     pub sites: Vec<Site>,
     /// What is sought.
-    pub sought: &'a Sought,
+    pub sought: Sought,
     /// Where it is judged.
-    pub workspace: &'a Workspace,
+    pub workspace: Workspace,
     /// Seed.
     pub seed: u64,
 }
@@ -51,6 +53,11 @@ pub struct Found {
 }
 
 impl Ground<'_> {
+    /// All sites, by place.
+    pub fn all(&self) -> Vec<usize> {
+        (0..self.sites.len()).collect()
+    }
+
     /// The artifact with balls at these sites.
     pub fn artifact(&self, sites: &[usize]) -> Artifact {
         Artifact {

@@ -50,6 +50,7 @@ function response(axis, [column, title, divisor]) {
   });
   const shown = methods.filter((name) => rows(name).length);
   if (!shown.length) return null;
+  const medians = shown.flatMap((name) => rows(name).map((row) => row[1]));
   // Points that differ in nothing else are joined.
   const joined = (name) => Object.values(Object.groupBy(rows(name), (row) => places(points[row[6]], axis)))
     .filter((group) => group.length > 1).map((group) => group.toSorted((a, b) => a[0] - b[0]));
@@ -63,7 +64,10 @@ function response(axis, [column, title, divisor]) {
   const option = (theme, width) => {
     const right = named && width > 600 ? 150 : 26;
     const label_width = Math.max(30, (width - 74 - right) / (scale.labels?.length ?? 1) - 8);
-    const y_axis = axis_of(theme, title, 52, { scale: false, min: 0, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } });
+    // By ratios where some medians are many times others; the least is then no zero.
+    const [low, high] = [Math.min(...medians), Math.max(...medians)];
+    const height = low > 0 && high / low > 20 ? { type: "log", min: 10 ** Math.floor(Math.log10(low)) } : { scale: false, min: 0 };
+    const y_axis = axis_of(theme, title, 52, { ...height, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } });
     const margin = 0.06 * (scale.high - scale.low || 1);
     const x = scale.kind === "category"
       ? { ...axis_of(theme, axis, width > 600 ? 38 : 64), type: "category", data: scale.labels, axisLabel: { color: theme.quiet, fontSize: 11, interval: 0, width: Math.min(130, label_width), overflow: "break", lineHeight: 13 } }

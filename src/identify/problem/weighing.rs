@@ -98,6 +98,9 @@ impl Problem {
             let others = weigh(few, samples, patterns, scale);
             remember(few, others, patterns);
         }
+        if begun == rows.len() {
+            return;
+        }
         let others: Vec<_> = rows[begun..]
             .par_chunks_mut(ABREAST)
             .zip(sample_ids[begun..].par_chunks(ABREAST))

@@ -1,0 +1,122 @@
+//! The columns of the position Jacobian: every site is a screw, so its column is an axis, or `axis x (tcp - point)`.
+
+use nalgebra::Vector3;
+use pulp::{Simd, WithSimd};
+
+use super::super::lanes::{Axes, Group, Vector, in_lanes};
+use super::super::{Axis6, MdhEntry, Site, Vectors};
+use super::Postures;
+use super::lines::{Lines, Turn};
+
+impl<const L: usize> Postures<L> {
+    /// The [column](Posture::column) of every site at its place (see [`SiteIndex`]), but for those of flex displacements.
+    ///
+    /// All at once they are worked out side by side; one by one each would wait for the choice of its site.
+    #[inline]
+    pub fn columns(&self, columns: &mut [Vectors<L>]) {
+        in_lanes::<L, _>(WriteColumns { postures: self, columns });
+    }
+
+    #[inline(always)]
+    fn write_columns<S: Simd>(&self, simd: S, columns: &mut [Vectors<L>]) {
+        for first in (0..L).step_by(S::F64_LANES) {
+            let group = Group::new(simd, first);
+            for axis in Axis6::ALL {
+                self.write_column(group, Site::Base(axis), columns);
+            }
+            for i in 0..self.lines.len() {
+                for entry in MdhEntry::ALL {
+                    self.write_column(group, Site::mdh(i, entry), columns);
+                }
+            }
+            for k in 0..3 {
+                self.write_column(group, Site::tool(k), columns);
+                self.write_column(group, Site::target(k), columns);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn write_column<S: Simd>(&self, group: Group<S>, site: Site, columns: &mut [Vectors<L>]) {
+        columns[self.sites.of(site)].put_all(group, self.column_of(group, site));
+    }
+
+    /// The [column](Posture::column) of a site in one posture.
+    #[inline(always)]
+    pub fn column_at(&self, lane: usize, site: Site) -> Vector3<f64> {
+        self.column_of(Group::lane(lane), site).into()
+    }
+
+    /// The [column](Posture::column) of a site in a group of postures.
+    // Always: handed back through memory, each of a Jacobian's columns would wait for the stores of its parts.
+    #[inline(always)]
+    fn column_of<S: Simd>(&self, group: Group<S>, site: Site) -> Vector<S> {
+        let tcp = self.tcp.of(group);
+        match site {
+            Site::Base(axis) => {
+                let [rz, ry, _] = &self.base_turned;
+                let (x, y, z) = (group.vector(&Vector3::x()), group.vector(&Vector3::y()), group.vector(&Vector3::z()));
+                let origin = Axes { x, y, z, o: self.rigid[0].o.of(group) };
+                displacement_column(&origin, axis, [rz.of(group), ry.of(group)], tcp)
+            }
+            Site::Mdh(i, entry) => {
+                let i = usize::from(i);
+                let (previous, next) = (&self.frames()[i], &self.rigid[i + 1]);
+                match entry {
+                    MdhEntry::Alpha => previous.x.of(group).cross(tcp - previous.o.of(group)),
+                    MdhEntry::A => previous.x.of(group),
+                    MdhEntry::Beta => {
+                        let Lines { alpha, a, .. } = &self.lines[i];
+                        let alpha = alpha.of(group);
+                        let y = previous.y.of(group) * alpha.cos + previous.z.of(group) * alpha.sin;
+                        y.cross(tcp - previous.o.of(group) - previous.x.of(group) * group.of(a))
+                    }
+                    MdhEntry::Theta => next.z.of(group).cross(tcp - next.o.of(group)),
+                    MdhEntry::D => next.z.of(group),
+                }
+            }
+            Site::Flex(k, axis) => {
+                let k = usize::from(k);
+                let origin = Axes { o: self.frames()[k].o.of(group), ..self.rigid[k].of(group) };
+                let still = Turn { sin: group.splat(0.0), cos: group.splat(1.0) };
+                let [rz, ry] = &self.flex_turned[k];
+                let turned = if self.flexible { [rz.of(group), ry.of(group)] } else { [still; 2] };
+                displacement_column(&origin, axis, turned, tcp)
+            }
+            Site::Tool(k) => {
+                let flange = &self.frames()[self.lines.len()];
+                [flange.x, flange.y, flange.z][usize::from(k)].of(group)
+            }
+            Site::Target(k) => -group.vector(&Vector3::ith(k.into(), 1.0)),
+        }
+    }
+}
+
+/// [`Postures::columns`] for the vectors that the processor has.
+struct WriteColumns<'a, const L: usize> {
+    postures: &'a Postures<L>,
+    columns: &'a mut [Vectors<L>],
+}
+
+impl<const L: usize> WithSimd for WriteColumns<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.postures.write_columns(simd, self.columns);
+    }
+}
+
+/// Column of one number of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the translation).
+#[inline(always)]
+fn displacement_column<S: Simd>(frame: &Axes<S>, axis: Axis6, [rz, ry]: [Turn<S>; 2], tcp: Vector<S>) -> Vector<S> {
+    let arm = tcp - frame.o;
+    match axis {
+        Axis6::X => frame.x,
+        Axis6::Y => frame.y,
+        Axis6::Z => frame.z,
+        Axis6::Rz => frame.z.cross(arm),
+        Axis6::Ry => (frame.y * rz.cos - frame.x * rz.sin).cross(arm),
+        Axis6::Rx => ((frame.x * rz.cos + frame.y * rz.sin) * ry.cos - frame.z * ry.sin).cross(arm),
+    }
+}
