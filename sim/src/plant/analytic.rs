@@ -4,6 +4,7 @@ use std::mem::replace;
 
 use calibench::effects::Kind;
 use calibench::robot::{Payload, Pose};
+use calibench::units::MM;
 use nalgebra::{Point3, Vector3};
 
 use super::{BallForm, Parts, Plant, PlantError, Rest, Stand, within_reach};
@@ -18,6 +19,9 @@ const AT_REST: f64 = 1e-10;
 
 /// and no plunger met its ball, or lost it, since the evaluation before: that would change the springs' force by far more than this, N.
 const IN_BALANCE: f64 = 1e-6;
+
+/// An arm that still moves by so much has none, m: it is softer than its gauge, or than its own weight asks.
+const COLLAPSED: f64 = 1.0 * MM;
 
 /// To what each evaluation shrinks what is to go: the ratio of deflection to arm length.
 const USUAL_SHRINKING: f64 = 1e-3;
@@ -52,11 +56,12 @@ impl AnalyticPlant {
     }
 
     /// Seeks the balance of the arm and the plungers' springs; what meets the gauge there.
-    fn balance(&mut self, stand: &Stand<'_>) -> Meeting {
+    ///
+    /// A plunger that meets its ball by the arm's giving way, and loses it so, leaves the arm where it was last, some micrometres off.
+    fn balance(&mut self, stand: &Stand<'_>) -> Result<Meeting, PlantError> {
         self.arm.move_motors(stand.motors);
         let mut meeting = self.meeting();
         let mut went_before = None;
-        // An arm softer than its gauge finds no balance: it is left where it was last, and no centring there succeeds.
         for _ in 0..MOST_EVALUATIONS {
             let moment = Moment {
                 kind: meeting.near.map(Kind::Ball).or((!self.artifact_is_there).then_some(Kind::Point)),
@@ -67,11 +72,17 @@ impl AnalyticPlant {
             let before = replace(&mut meeting, self.meeting());
             let change = (meeting.force - before.force).norm();
             if to_go(went, went_before) < AT_REST && change < IN_BALANCE && meeting.near == before.near {
-                break;
+                return Ok(meeting);
             }
             went_before = Some(went);
         }
-        meeting
+        match went_before {
+            Some(went) if went >= COLLAPSED || went.is_nan() => {
+                let detail = format!("after {MOST_EVALUATIONS} evaluations the arm still moves by {:.1} mm", went / MM);
+                Err(PlantError::Restless { detail })
+            }
+            _ => Ok(meeting),
+        }
     }
 
     /// What meets the gauge in the arm's present posture.
@@ -110,7 +121,7 @@ fn to_go(step: f64, before: Option<f64>) -> f64 {
 
 impl Plant for AnalyticPlant {
     fn settle(&mut self, stand: &Stand<'_>, form: &mut BallForm) -> Result<Rest, PlantError> {
-        let ball = self.balance(stand).ball;
+        let ball = self.balance(stand)?.ball;
         let at = ball.map_or(Vector3::repeat(FREE_READING), |b| b.centre);
         for (k, side) in self.sides.iter_mut().enumerate() {
             side.moved(at[k] - self.rest_at[k], self.stiction[k]);
