@@ -191,10 +191,8 @@ impl Designer<'_> {
             worst
         };
         let worst: Vec<Option<f64>> = all.par_iter().map(of_one).collect();
-        let on_map = |place: &Place, site: &Option<usize>| OnMap {
-            centre_mm: place.centre_mm,
-            worst_um: site.and_then(|s| worst[s]),
-        };
+        let on_map =
+            |place: &Place, site: &Option<usize>| OnMap { centre_mm: place.centre_mm, worst_um: site.and_then(|s| worst[s]) };
         let map = ground.grid.iter().map(|(place, site)| on_map(place, site)).collect();
         let of = |s: usize| worst[s].map(|worst_um| Found { sites: vec![s], worst_um });
         let mut found: Vec<Found> = all.into_iter().filter(|&s| ground.is_allowed(&[s])).filter_map(of).collect();

@@ -11,8 +11,8 @@ mod lines;
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 
-use super::frame::Frames;
 use self::lines::{Lines, Trigs};
+use super::frame::Frames;
 use super::lanes::{Axes, Group, Vector, in_lanes};
 use super::{Frame, FramePose, Pose, Robot, Site, SiteIndex, Vectors, turns};
 
@@ -267,7 +267,6 @@ impl<const L: usize> Postures<L> {
         let frames = if k == 0 { self.frames() } else { &self.rigid };
         (frames[k].z.of(group), frames[k].o.of(group))
     }
-
 }
 
 impl Posture {
