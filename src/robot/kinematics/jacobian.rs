@@ -9,7 +9,7 @@ use super::Postures;
 use super::lines::{Lines, Turn};
 
 impl<const L: usize> Postures<L> {
-    /// The [column](Posture::column) of every site at its place (see [`SiteIndex`]), but for those of flex displacements.
+    /// The [column](super::Posture::column) of every site at its place (see [`SiteIndex`](crate::robot::SiteIndex)), but for those of flex displacements.
     ///
     /// All at once they are worked out side by side; one by one each would wait for the choice of its site.
     #[inline]
@@ -41,13 +41,13 @@ impl<const L: usize> Postures<L> {
         columns[self.sites.of(site)].put_all(group, self.column_of(group, site));
     }
 
-    /// The [column](Posture::column) of a site in one posture.
+    /// The [column](super::Posture::column) of a site in one posture.
     #[inline(always)]
     pub fn column_at(&self, lane: usize, site: Site) -> Vector3<f64> {
         self.column_of(Group::lane(lane), site).into()
     }
 
-    /// The [column](Posture::column) of a site in a group of postures.
+    /// The [column](super::Posture::column) of a site in a group of postures.
     // Always: handed back through memory, each of a Jacobian's columns would wait for the stores of its parts.
     #[inline(always)]
     fn column_of<S: Simd>(&self, group: Group<S>, site: Site) -> Vector<S> {
