@@ -22,6 +22,8 @@ pub const CELL_FORMAT: &str = "calibench-cell/1";
 pub struct Cell {
     /// What is measured with what: robot, base, tool, payloads, balls, noise; no samples.
     pub dataset: Dataset,
+    /// A scenario of the same cell, where there is one: it knows the bodies among which poses are planned.
+    pub scenario: Option<PathBuf>,
     /// The robot.
     pub robot: KukaSettings,
     /// Speed override during the measurement, %.
@@ -71,6 +73,7 @@ impl std::fmt::Display for Place {
 struct CellToml {
     format: String,
     dataset: PathBuf,
+    scenario: Option<PathBuf>,
     robot: RobotToml,
     indicator: Vec<IndicatorToml>,
     #[serde(default)]
@@ -250,7 +253,8 @@ pub fn read_cell(path: &Path) -> Result<Cell, FileError> {
         let problem = format!("`{}` is not read by this version", file.format);
         return Err(reading.wrong("format", problem, &format!("write `{CELL_FORMAT}`")));
     }
-    let named = path.parent().unwrap_or(Path::new("")).join(&file.dataset);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let named = folder.join(&file.dataset);
     if !named.exists() {
         let problem = format!("{} is not there", named.display());
         return Err(reading.wrong("dataset", problem, "name a dataset.toml, relative to this file"));
@@ -281,6 +285,7 @@ pub fn read_cell(path: &Path) -> Result<Cell, FileError> {
         guards,
         trical,
         dataset,
+        scenario: file.scenario.map(|named| folder.join(named)),
     })
 }
 

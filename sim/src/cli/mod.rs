@@ -17,6 +17,7 @@ mod merge;
 mod next;
 mod operator;
 mod plan;
+mod plan_cell;
 mod precision;
 mod precision_tables;
 mod progress;

@@ -1,4 +1,4 @@
-//! `plan SCENARIO -o PLAN`.
+//! `plan SCENARIO|CELL -o PLAN`.
 
 use std::path::PathBuf;
 
@@ -6,6 +6,7 @@ use calibench::assess::Detectability;
 use calibench::measure::write_plan;
 use calibench::report::{detectability_json, detectability_text};
 
+use super::plan_cell::{is_cell, scenario_of};
 use super::progress::Waiting;
 use super::{Failure, Outcome, print, print_json, seed};
 use crate::planning::{Chosen, as_drawn, plan, shown};
@@ -13,7 +14,8 @@ use crate::scenario::load_scenario;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Scenario file
+    /// Scenario file, or the cell.toml of a real cell that names one
+    #[arg(value_name = "SCENARIO|CELL")]
     scenario: PathBuf,
     /// Where to write the plan (TOML); a file that is there is replaced
     #[arg(short, long, visible_alias = "out")]
@@ -27,13 +29,19 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let scenario = load_scenario(&arguments.scenario)?;
+    let (scenario, dataset) = if is_cell(&arguments.scenario) {
+        scenario_of(&arguments.scenario)?
+    } else {
+        let scenario = load_scenario(&arguments.scenario)?;
+        let dataset = scenario.dataset();
+        (scenario, dataset)
+    };
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let waiting = Waiting::new("planning");
     let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
     drop(waiting);
     if let Some(path) = &arguments.output {
-        write_plan(path, &plan.probings, &scenario.dataset())?;
+        write_plan(path, &plan.probings, &dataset)?;
     }
     let drawn = as_drawn(&scenario, &plan.probings, seed);
     let detectability = Detectability::of_plan(&drawn, &shown(&scenario.model, &drawn))?;

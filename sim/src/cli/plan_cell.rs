@@ -1,0 +1,79 @@
+//! `plan CELL -o PLAN`: a plan for a real cell, made in the scenario that its file names.
+
+use std::path::Path;
+
+use calibench::files::{FileError, field_error, read_text};
+use calibench::measure::{CELL_FORMAT, Dataset, read_cell};
+use calibench::robot::world_from_tool;
+use calibench::units::{DEG, MM};
+use toml::Table;
+
+use crate::scenario::{Scenario, load_scenario};
+
+/// So far, m, may the scenario have a ball or the TCP from where the cell has it: clearances are a few millimetres.
+const SAME_PLACE: f64 = 1.0 * MM;
+/// So far, rad, may it have the tool turned.
+const SAME_TURN: f64 = 0.1 * DEG;
+
+/// Whether this is the file of a real cell, and no scenario. A file that is neither is left to the scenario's reader to name.
+pub fn is_cell(path: &Path) -> bool {
+    let format = |text: String| text.parse::<Table>().ok()?.get("format")?.as_str().map(|format| format == CELL_FORMAT);
+    read_text(path).ok().and_then(format).unwrap_or(false)
+}
+
+/// The scenario that a cell's file names, and the cell's own dataset, for whose names the plan is written.
+///
+/// # Errors
+/// When the file is not as it must be, names no scenario, or the scenario is of another cell.
+pub fn scenario_of(path: &Path) -> Result<(Scenario, Dataset), FileError> {
+    let cell = read_cell(path)?;
+    let wrong = |problem: String, remedy: &str| match read_text(path) {
+        Ok(text) => field_error(path, &text, "scenario", problem, remedy),
+        Err(error) => error,
+    };
+    let Some(named) = cell.scenario else {
+        let remedy = "name a scenario of the same cell, relative to this file: it has the bodies among which poses are planned";
+        return Err(wrong("is missing".into(), remedy));
+    };
+    if !named.exists() {
+        return Err(wrong(format!("{} is not there", named.display()), "name a scenario, relative to this file"));
+    }
+    let scenario = load_scenario(&named)?;
+    if let Some(difference) = difference(&scenario.dataset(), &cell.dataset) {
+        let problem = format!("{} is of another cell: {difference}", named.display());
+        return Err(wrong(problem, "make robot, base, tool, balls and payloads those of the dataset"));
+    }
+    Ok((scenario, cell.dataset))
+}
+
+/// What a plan would go wrong by.
+fn difference(scenario: &Dataset, cell: &Dataset) -> Option<String> {
+    let names = |dataset: &Dataset| -> [Vec<String>; 2] {
+        let balls = dataset.balls.iter().map(|b| b.id.clone()).collect();
+        [balls, dataset.payloads.iter().map(|p| p.name.clone()).collect()]
+    };
+    if scenario.robot.name != cell.robot.name || scenario.robot.joints() != cell.robot.joints() {
+        return Some(format!("its robot is {}, the dataset's {}", scenario.robot.name, cell.robot.name));
+    }
+    for (what, (theirs, own)) in ["balls", "payloads"].iter().zip(names(scenario).into_iter().zip(names(cell))) {
+        if theirs != own {
+            return Some(format!("its {what} are {theirs:?}, the dataset's {own:?}"));
+        }
+    }
+    for (theirs, own) in scenario.balls.iter().zip(&cell.balls) {
+        let apart = (theirs.position - own.position).norm();
+        if apart > SAME_PLACE {
+            return Some(format!("ball '{}' stands {:.1} mm away", own.id, apart / MM));
+        }
+    }
+    // Whatever differs of arm, base and tool shows at the tool in one posture or another.
+    for angle in [0.0, 0.7] {
+        let tool = |d: &Dataset| world_from_tool(&d.robot, &d.base, &d.tool, &vec![angle; d.robot.joints()]);
+        let step = tool(scenario).inv_mul(&tool(cell));
+        let (apart, turned) = (step.translation.vector.norm(), step.rotation.angle());
+        if apart > SAME_PLACE || turned > SAME_TURN {
+            return Some(format!("its tool is {:.1} mm and {:.2} deg away", apart / MM, turned / DEG));
+        }
+    }
+    None
+}
