@@ -9,7 +9,8 @@ use super::Postures;
 use super::lines::{Lines, Turn};
 
 impl<const L: usize> Postures<L> {
-    /// The [column](super::Posture::column) of every site at its place (see [`SiteIndex`](crate::robot::SiteIndex)), but for those of flex displacements.
+    /// The [column](super::Posture::column) of every site at its place (see [`SiteIndex`](crate::robot::SiteIndex)), but for those of
+    /// flex displacements.
     ///
     /// All at once they are worked out side by side; one by one each would wait for the choice of its site.
     #[inline]
