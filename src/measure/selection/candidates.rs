@@ -20,7 +20,7 @@ pub struct Candidates {
     /// Three rows of `parameters` a candidate, columns scaled.
     rows: Vec<f64>,
     /// The same, [`LANES`] candidates interleaved: block, parameter, row, lane.
-    blocks: Vec<[Lanes; 3]>,
+    blocks: Vec<Block>,
     /// Natural logarithms of the column scales taken out, summed.
     log_scale: f64,
 }
@@ -49,11 +49,11 @@ impl Candidates {
         }
         let scaled: Vec<f64> =
             rows.chunks_exact(parameters).flat_map(|row| row.iter().zip(&scale).map(|(x, s)| x / s)).collect();
-        let mut blocks = vec![[[0.0; LANES]; 3]; groups.len().div_ceil(LANES) * parameters];
+        let mut blocks = vec![Block([[0.0; LANES]; 3]); groups.len().div_ceil(LANES) * parameters];
         for (candidate, rows) in scaled.chunks_exact(3 * parameters).enumerate() {
             let block = &mut blocks[candidate / LANES * parameters..][..parameters];
             for (row, numbers) in rows.chunks_exact(parameters).enumerate() {
-                block.iter_mut().zip(numbers).for_each(|(b, x)| b[row][candidate % LANES] = *x);
+                block.iter_mut().zip(numbers).for_each(|(b, x)| b.0[row][candidate % LANES] = *x);
             }
         }
         let log_scale = scale.iter().map(|s| s.ln()).sum();
@@ -89,10 +89,15 @@ impl Candidates {
         &self.rows[candidate * 3 * self.parameters..][..3 * self.parameters]
     }
 
-    pub(super) fn blocks(&self) -> std::slice::ChunksExact<'_, [Lanes; 3]> {
+    fn blocks(&self) -> std::slice::ChunksExact<'_, Block> {
         self.blocks.chunks_exact(self.parameters)
     }
 }
+
+/// A number of each row and lane, so placed that no register is filled from two lines of the cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+struct Block([Lanes; 3]);
 
 /// A change of the inverse information by `-sign F F^T`, with F of m x 3.
 #[derive(Debug, Clone)]
@@ -132,7 +137,13 @@ impl Field {
     /// The pass is compiled for several generations of processors and takes the best there is. Multiplications and additions are
     /// not contracted and their order is fixed, so the numbers do not depend on which it takes.
     pub(super) fn pass(&mut self, candidates: &Candidates, turns: &[Turn], open: &[Lanes]) -> Option<Best> {
-        pulp::Arch::new().dispatch(Pass { field: self, candidates, turns, open })
+        let pass = Pass { field: self, candidates, turns, open };
+        // Registers of eight numbers would be put together from two blocks, and taken apart again.
+        #[cfg(target_arch = "x86_64")]
+        if let Some(four) = pulp::x86::V3::try_new() {
+            return pulp::Simd::vectorize(four, pass);
+        }
+        pulp::Arch::new().dispatch(pass)
     }
 }
 
@@ -176,13 +187,13 @@ impl pulp::WithSimd for Pass<'_> {
 
 /// `A F` (3 x 3) of every lane.
 #[inline(always)]
-fn product(block: &[[Lanes; 3]], factor: &[[f64; 3]]) -> [[Lanes; 3]; 3] {
+fn product(block: &[Block], factor: &[[f64; 3]]) -> [[Lanes; 3]; 3] {
     let mut t = [[[0.0; LANES]; 3]; 3];
     for (a, f) in block.iter().zip(factor) {
         for r in 0..3 {
             for s in 0..3 {
                 for l in 0..LANES {
-                    t[r][s][l] += a[r][l] * f[s];
+                    t[r][s][l] += a.0[r][l] * f[s];
                 }
             }
         }
