@@ -30,11 +30,11 @@ fn hot_loops_do_not_allocate() {
     assert!(requests(|| drop(vec![1.0])) > 0, "what allocates is seen");
 
     let (mut arm, mut arms) = (works::Arm::new(&model), works::Arms::new(&model));
-    let configurations = works::random_configurations(&model, 20);
+    let configurations = works::random_configurations(&model, 24);
     let mut columns = [Vector3::zeros(); 31];
     let kinematics = requests(|| {
-        for few in configurations.chunks(works::LANES) {
-            arms.set(few);
+        for eight in configurations.as_chunks().0 {
+            arms.set(&works::SideBySide::of(eight));
             arms.find_columns();
         }
         for q in &configurations {

@@ -179,6 +179,18 @@ impl<'a> Arm<'a> {
 /// Configurations that are worked out at once.
 pub const LANES: usize = 8;
 
+/// Configurations side by side, rad: a register holds one joint of all of them.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub struct SideBySide([[f64; LANES]; 6]);
+
+impl SideBySide {
+    /// Eight configurations.
+    pub fn of(configurations: &[[f64; 6]; LANES]) -> Self {
+        SideBySide(std::array::from_fn(|joint| configurations.map(|q| q[joint])))
+    }
+}
+
 /// Eight nominal arms of the works side by side.
 pub struct Arms<'a> {
     model: &'a GoldenModel,
@@ -216,14 +228,10 @@ impl<'a> Arms<'a> {
         }
     }
 
-    /// Poses and weighs them (W5; with [`Arms::find_columns`], W1); those of a last few configurations that are missing stand as they did.
-    pub fn set(&mut self, configurations: &[[f64; 6]]) {
-        let mut q = [[0.0; LANES]; 6];
-        for (lane, configuration) in configurations.iter().enumerate() {
-            q.iter_mut().zip(configuration).for_each(|(q, angle)| q[lane] = *angle);
-        }
+    /// Poses and weighs them (W5; with [`Arms::find_columns`], W1).
+    pub fn set(&mut self, SideBySide(q): &SideBySide) {
         let m = self.model;
-        self.postures.turn_all(&m.robot, &q, &self.nominal);
+        self.postures.turn_all(&m.robot, q, &self.nominal);
         self.loads.weigh(&m.robot, &self.postures, &self.weights);
     }
 
@@ -235,7 +243,7 @@ impl<'a> Arms<'a> {
             *column = self.of_sites[*place];
             // The reference counts torque as holding the arm, the library as the load's own.
             for list in [&mut column.x, &mut column.y, &mut column.z] {
-                list.iter_mut().zip(&self.loads.tau[joint]).for_each(|(x, tau)| *x *= -tau);
+                list.iter_mut().zip(self.loads.tau(joint)).for_each(|(x, tau)| *x *= -tau);
             }
         }
     }
@@ -273,8 +281,8 @@ pub fn check_kinematics(arm: &mut Arm<'_>) {
 pub fn check_side_by_side(model: &GoldenModel) {
     let (mut arm, mut arms) = (Arm::new(model), Arms::new(model));
     let mut alone = [Vector3::zeros(); 31];
-    for configurations in random_configurations(model, 10 * LANES).chunks(LANES) {
-        arms.set(configurations);
+    for configurations in random_configurations(model, 10 * LANES).as_chunks().0 {
+        arms.set(&SideBySide::of(configurations));
         arms.find_columns();
         for (lane, q) in configurations.iter().enumerate() {
             arm.set(q);

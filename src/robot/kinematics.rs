@@ -9,11 +9,11 @@ mod jacobian;
 mod lines;
 
 use nalgebra::Vector3;
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Scalar, Simd, WithSimd};
 
 use self::lines::{Lines, Trigs};
 use super::frame::Frames;
-use super::lanes::{Axes, Group, Vector, in_lanes};
+use super::lanes::{Axes, Group, Vector, fill_registers};
 use super::{Frame, FramePose, Pose, Robot, Site, SiteIndex, Vectors, turns};
 
 /// The arm in `L` postures at once: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
@@ -73,14 +73,16 @@ impl<const L: usize> Postures<L> {
     /// Moves the arm to all of them.
     #[inline]
     pub fn set_all(&mut self, robot: &Robot, stances: &Stances<'_, L>) {
-        in_lanes::<L, _>(Stand { postures: self, robot, stances });
+        let Stances { base, tool, q, deviations } = *stances;
+        self.shape(robot, base, tool, deviations);
+        self.turn_all(robot, q, deviations);
     }
 
     /// Turns the joints to `q` (rad, N) where base, tool and links are as they were set last: of the deviations, only those of the
     /// joints' angles are other than they were then.
     #[inline]
     pub fn turn_all(&mut self, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
-        in_lanes::<L, _>(Turned { postures: self, robot, q, deviations });
+        Arch::new().dispatch(Turned { postures: self, robot, q, deviations });
     }
 
     /// Sets base, tool and links.
@@ -109,12 +111,33 @@ impl<const L: usize> Postures<L> {
     fn turn<S: Simd>(&mut self, simd: S, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
         let n = robot.joints();
         assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n);
-        // All sines first: between their calls the frames below would leave the registers.
-        for (i, lines) in self.lines.iter_mut().enumerate() {
-            let (drawn, dev) = (robot.links[i].mdh.theta, &deviations[self.sites.link(i) + 3]);
-            (0..L).for_each(|l| lines.theta.angle[l] = q[i][l] + drawn + dev[l]);
+        if fill_registers::<L>() {
+            self.turn_joints(simd, robot, q, deviations);
+        } else {
+            self.turn_joints(Scalar::new(), robot, q, deviations);
         }
+        // All sines first: between their calls the frames would leave the registers.
         self.find_sines(simd);
+        if fill_registers::<L>() { self.lay_out(simd, deviations) } else { self.lay_out(Scalar::new(), deviations) }
+    }
+
+    /// Finds the angles of all joints.
+    #[inline(always)]
+    fn turn_joints<S: Simd>(&mut self, simd: S, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
+        for (i, lines) in self.lines.iter_mut().enumerate() {
+            for first in (0..L).step_by(S::F64_LANES) {
+                let group = Group::new(simd, first);
+                let drawn = group.splat(robot.links[i].mdh.theta);
+                let angle = group.of(&q[i]) + drawn + group.of(&deviations[self.sites.link(i) + 3]);
+                group.put(&mut lines.theta.angle, angle);
+            }
+        }
+    }
+
+    /// Finds the frames, from base to flange.
+    #[inline(always)]
+    fn lay_out<S: Simd>(&mut self, simd: S, deviations: &[[f64; L]]) {
+        let n = self.lines.len();
         if self.flexible {
             self.bend(0, deviations);
             for i in 0..n {
@@ -168,7 +191,7 @@ impl<const L: usize> Postures<L> {
     #[inline(always)]
     fn find_sines<S: Simd>(&mut self, simd: S) {
         let mut far = false;
-        if S::F64_LANES > 1 {
+        if fill_registers::<L>() {
             // The registers hold a joint of several postures,
             for Lines { theta, .. } in &mut self.lines {
                 far |= turns::any_far(&theta.angle);
@@ -186,7 +209,7 @@ impl<const L: usize> Postures<L> {
                 for (k, Lines { theta, .. }) in lines.iter().enumerate() {
                     angles[k * L..][..L].copy_from_slice(&theta.angle);
                 }
-                let of = turns::sin_cos_of_all(&angles);
+                let of = turns::sin_cos_of_all(simd, &angles);
                 far |= of.far;
                 for (k, Lines { theta, .. }) in lines.iter_mut().enumerate() {
                     theta.sin.copy_from_slice(&of.sin[k * L..][..L]);
@@ -328,25 +351,7 @@ impl Posture {
     }
 }
 
-/// [`Postures::set_all`] for the vectors that the processor has. A closure would be compiled for those that all processors have.
-struct Stand<'a, const L: usize> {
-    postures: &'a mut Postures<L>,
-    robot: &'a Robot,
-    stances: &'a Stances<'a, L>,
-}
-
-impl<const L: usize> WithSimd for Stand<'_, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Stances { base, tool, q, deviations } = *self.stances;
-        self.postures.shape(self.robot, base, tool, deviations);
-        self.postures.turn(simd, self.robot, q, deviations);
-    }
-}
-
-/// [`Postures::turn_all`] likewise.
+/// [`Postures::turn_all`] with all that the processor has. A closure would be compiled for what all processors have.
 struct Turned<'a, const L: usize> {
     postures: &'a mut Postures<L>,
     robot: &'a Robot,

@@ -1,7 +1,7 @@
 //! Arithmetic on several postures at once, in the lanes of a processor's registers; one posture is the instance of one lane.
 //!
 //! No closure may stand where these are used: it would be compiled for the registers that all processors have.
-//! Nothing is contracted into fused operations, so that a lane holds the bytes that its posture has alone.
+//! A product is fused with a sum where this says so and nowhere else, so that a lane holds the bytes that its posture has alone.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
@@ -11,10 +11,27 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 /// Lanes of the widest registers; as many postures fill registers of any kind.
 const WIDEST: usize = 8;
 
-/// Does work on `L` postures in the widest registers that the processor has, one lane at a time where they would not be filled.
+/// Whether `L` postures fill the widest registers, or are worked on one after another.
+pub(super) const fn fill_registers<const L: usize>() -> bool {
+    L.is_multiple_of(WIDEST)
+}
+
+/// Does work on `L` postures with all that the processor has, one lane at a time where they would not fill its registers.
 #[inline(always)]
 pub(super) fn in_lanes<const L: usize, W: WithSimd>(work: W) -> W::Output {
-    if L.is_multiple_of(WIDEST) { Arch::new().dispatch(work) } else { work.with_simd(Scalar::new()) }
+    // What is fused is a single instruction only where it is compiled for a processor that has it.
+    if fill_registers::<L>() { Arch::new().dispatch(work) } else { Arch::new().dispatch(OneAfterAnother(work)) }
+}
+
+struct OneAfterAnother<W>(W);
+
+impl<W: WithSimd> WithSimd for OneAfterAnother<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> W::Output {
+        self.0.with_simd(Scalar::new())
+    }
 }
 
 /// As many numbers as a register holds.
@@ -64,13 +81,24 @@ impl<S: Simd> Numbers<S> {
         Numbers(self.0, self.0.splat_f64s(x))
     }
 
-    /// In each lane this number where that bit of the number in `bits` is set, and `other` where it is not.
+    /// This and the product of two others, rounded once.
     #[inline(always)]
-    pub fn where_bit(self, bit: u32, bits: Self, other: Self) -> Self {
+    pub fn plus(self, a: Self, b: Self) -> Self {
+        Numbers(self.0, self.0.mul_add_f64s(a.1, b.1, self.1))
+    }
+
+    /// This less the product of two others, rounded once.
+    #[inline(always)]
+    pub fn less(self, a: Self, b: Self) -> Self {
+        Numbers(self.0, self.0.negate_mul_add_f64s(a.1, b.1, self.1))
+    }
+
+    /// Where that bit of these numbers is set.
+    #[inline(always)]
+    pub fn bit(self, bit: u32) -> Choice<S> {
         let simd = self.0;
-        let (mask, bits) = (simd.splat_u64s(1 << bit), simd.transmute_u64s_f64s(bits.1));
-        let set = simd.equal_u64s(simd.and_u64s(bits, mask), mask);
-        Numbers(simd, simd.select_f64s(set, self.1, other.1))
+        let (mask, bits) = (simd.splat_u64s(1 << bit), simd.transmute_u64s_f64s(self.1));
+        Choice(simd, simd.equal_u64s(simd.and_u64s(bits, mask), mask))
     }
 
     /// As many numbers as a register holds.
@@ -83,6 +111,24 @@ impl<S: Simd> Numbers<S> {
     #[inline(always)]
     pub fn held(self) -> S::f64s {
         self.1
+    }
+}
+
+/// Some of the lanes.
+#[derive(Clone, Copy)]
+pub(super) struct Choice<S: Simd>(S, S::m64s);
+
+impl<S: Simd> Choice<S> {
+    /// One number in these lanes, another in the rest.
+    #[inline(always)]
+    pub fn of(self, here: Numbers<S>, elsewhere: Numbers<S>) -> Numbers<S> {
+        Numbers(self.0, self.0.select_f64s(self.1, here.1, elsewhere.1))
+    }
+
+    /// The lanes that are either of these or of the others, not of both.
+    #[inline(always)]
+    pub fn xor(self, other: Self) -> Self {
+        Choice(self.0, self.0.xor_m64s(self.1, other.1))
     }
 }
 
@@ -156,11 +202,35 @@ pub(super) struct Vector<S: Simd> {
 }
 
 impl<S: Simd> Vector<S> {
+    /// Products fused.
     #[inline(always)]
     pub fn dot(self, other: Self) -> Numbers<S> {
-        self.x * other.x + self.y * other.y + self.z * other.z
+        (self.x * other.x).plus(self.y, other.y).plus(self.z, other.z)
     }
 
+    /// This and a multiple of another, fused.
+    #[inline(always)]
+    pub fn plus(self, other: Self, by: Numbers<S>) -> Self {
+        Vector { x: self.x.plus(other.x, by), y: self.y.plus(other.y, by), z: self.z.plus(other.z, by) }
+    }
+
+    /// This less a multiple of another, fused.
+    #[inline(always)]
+    pub fn less(self, other: Self, by: Numbers<S>) -> Self {
+        Vector { x: self.x.less(other.x, by), y: self.y.less(other.y, by), z: self.z.less(other.z, by) }
+    }
+
+    /// The cross product, its second products fused.
+    #[inline(always)]
+    pub fn cross_fused(self, other: Self) -> Self {
+        Vector {
+            x: (self.y * other.z).less(self.z, other.y),
+            y: (self.z * other.x).less(self.x, other.z),
+            z: (self.x * other.y).less(self.y, other.x),
+        }
+    }
+
+    /// The cross product, nothing fused: for what is asked of single postures in code compiled for all processors.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         Vector {
@@ -224,9 +294,9 @@ pub(super) struct Axes<S: Simd> {
 }
 
 impl<S: Simd> Axes<S> {
-    /// World coordinates of a point given in this frame.
+    /// World coordinates of a point given in this frame, products fused.
     #[inline(always)]
     pub fn point(&self, p: Vector<S>) -> Vector<S> {
-        self.o + (self.x * p.x + self.y * p.y + self.z * p.z)
+        self.o.plus(self.x, p.x).plus(self.y, p.y).plus(self.z, p.z)
     }
 }

@@ -56,15 +56,34 @@ impl Loads {
         gravity: &Vector3<f64>,
         at_tcp: &Vector3<f64>,
     ) {
+        in_lanes::<1, _>(WeighOne { loads: self, robot, posture, weights: &Weights::of(payload, gravity), at_tcp });
+    }
+}
+
+/// [`Loads::weigh`] with all that the processor has.
+struct WeighOne<'a> {
+    loads: &'a mut Loads,
+    robot: &'a Robot,
+    posture: &'a Posture,
+    weights: &'a Weights<1>,
+    at_tcp: &'a Vector3<f64>,
+}
+
+impl WithSimd for WeighOne<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let WeighOne { loads, robot, posture, weights, at_tcp } = self;
         let force = (*at_tcp != Vector3::zeros()).then_some(at_tcp);
-        let weights = Weights::of(payload, gravity);
-        let mut hanging = Hanging::new(Group::lane(0), robot, posture, &weights, force);
+        let gravity = weights.gravity.at(0);
+        let mut hanging = Hanging::new(Group::lane(0), robot, posture, weights, force);
         for k in (0..=robot.joints()).rev() {
             let (moment, tau) = hanging.on(k);
-            self.force[k] = gravity * f64::from(hanging.mass) + force.unwrap_or(&Vector3::zeros());
-            self.moment[k] = moment.into();
+            loads.force[k] = gravity * f64::from(hanging.mass) + at_tcp;
+            loads.moment[k] = moment.into();
             if k > 0 {
-                self.tau[k - 1] = tau.into();
+                loads.tau[k - 1] = tau.into();
             }
         }
     }
@@ -73,13 +92,20 @@ impl Loads {
 /// Loads of several postures at rest, side by side.
 #[derive(Debug, Clone)]
 pub struct LoadsAbreast<const L: usize> {
-    /// Moment of the load about +z of each joint, N·m (N).
-    pub tau: Vec<[f64; L]>,
-    /// Moment vector about the origin of frame k, world axes, N·m (N + 1).
-    pub moment: Vec<Vectors<L>>,
-    /// What frame k carries, kg (N + 1).
-    mass: Vec<[f64; L]>,
-    gravity: Vectors<L>,
+    /// On each frame (N + 1).
+    on: Vec<LoadAbreast<L>>,
+}
+
+/// What one frame carries.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))] // A register of eight numbers is then no two lines of the cache.
+struct LoadAbreast<const L: usize> {
+    /// Moment vector about its origin, world axes, N·m.
+    moment: Vectors<L>,
+    /// The same about +z of its joint, N·m.
+    tau: [f64; L],
+    /// kg.
+    mass: [f64; L],
 }
 
 /// What pulls at each of several postures.
@@ -113,12 +139,13 @@ impl<const L: usize> Weights<L> {
 impl<const L: usize> LoadsAbreast<L> {
     /// Room for arms of `joints` joints.
     pub fn new(joints: usize) -> Self {
-        LoadsAbreast {
-            tau: vec![[0.0; L]; joints],
-            moment: vec![Vectors::ZERO; joints + 1],
-            mass: vec![[0.0; L]; joints + 1],
-            gravity: Vectors::ZERO,
-        }
+        LoadsAbreast { on: vec![LoadAbreast { moment: Vectors::ZERO, tau: [0.0; L], mass: [0.0; L] }; joints + 1] }
+    }
+
+    /// Moments of the loads about +z of joint `i` (counted from 0), N·m.
+    #[inline]
+    pub fn tau(&self, i: usize) -> &[f64; L] {
+        &self.on[i + 1].tau
     }
 
     /// Weighs the arm in all of them: the same numbers that [`Loads::weigh`] finds of each, where nothing pushes at the TCP.
@@ -127,13 +154,17 @@ impl<const L: usize> LoadsAbreast<L> {
         in_lanes::<L, _>(Weigh { loads: self, robot, postures, weights });
     }
 
-    /// Those of one posture.
+    /// Those of one posture, weighed with these weights.
     #[inline]
-    pub fn put_into(&self, lane: usize, loads: &mut Loads) {
-        let gravity = self.gravity.at(lane);
-        loads.tau.iter_mut().zip(&self.tau).for_each(|(tau, all)| *tau = all[lane]);
-        loads.moment.iter_mut().zip(&self.moment).for_each(|(moment, all)| *moment = all.at(lane));
-        loads.force.iter_mut().zip(&self.mass).for_each(|(force, mass)| *force = gravity * mass[lane]);
+    pub fn put_into(&self, lane: usize, weights: &Weights<L>, loads: &mut Loads) {
+        let gravity = weights.gravity.at(lane);
+        for (k, on) in self.on.iter().enumerate() {
+            loads.moment[k] = on.moment.at(lane);
+            loads.force[k] = gravity * on.mass[lane];
+            if k > 0 {
+                loads.tau[k - 1] = on.tau[lane];
+            }
+        }
     }
 }
 
@@ -150,17 +181,15 @@ impl<const L: usize> WithSimd for Weigh<'_, L> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Weigh { loads, robot, postures, weights } = self;
-        loads.gravity = weights.gravity;
         for first in (0..L).step_by(S::F64_LANES) {
             let group = Group::new(simd, first);
             let mut hanging = Hanging::new(group, robot, postures, weights, None);
             for k in (0..=robot.joints()).rev() {
                 let (moment, tau) = hanging.on(k);
-                loads.moment[k].put_all(group, moment);
-                group.put(&mut loads.mass[k], hanging.mass);
-                if k > 0 {
-                    group.put(&mut loads.tau[k - 1], tau);
-                }
+                let on = &mut loads.on[k];
+                on.moment.put_all(group, moment);
+                group.put(&mut on.tau, tau);
+                group.put(&mut on.mass, hanging.mass);
             }
         }
     }
@@ -203,12 +232,13 @@ impl<'a, S: Simd, const L: usize> Hanging<'a, S, L> {
             let link = &self.robot.links[k - 1];
             let mass = group.splat(link.mass);
             self.mass = self.mass + mass;
-            self.first_moment += self.postures.frames_of(group, k).point(group.vector(&link.com)) * mass;
+            let com = self.postures.frames_of(group, k).point(group.vector(&link.com));
+            self.first_moment = self.first_moment.plus(com, mass);
         }
         let (axis, origin) = self.postures.axes_of(group, k);
-        let mut moment = (self.first_moment - origin * self.mass).cross(self.gravity);
+        let mut moment = self.first_moment.less(origin, self.mass).cross_fused(self.gravity);
         if let Some(force) = self.at_tcp {
-            moment += (self.postures.tcps().of(group) - origin).cross(group.vector(force));
+            moment += (self.postures.tcps().of(group) - origin).cross_fused(group.vector(force));
         }
         (moment, axis.dot(moment))
     }
@@ -234,7 +264,8 @@ mod tests {
             let stances = Stances { base: &[[0.3; 8]; 6], tool: &[[0.1; 8]; 3], q: &q, deviations: &vec![[0.0; 8]; sites] };
             together.set_all(&robot, &stances);
             let mut abreast = LoadsAbreast::new(n);
-            abreast.weigh(&robot, &together, &Weights::of(&payload, &gravity));
+            let weights = Weights::of(&payload, &gravity);
+            abreast.weigh(&robot, &together, &weights);
             let (mut alone, mut loads) = (Posture::new(&robot), Loads::new(n));
             for lane in 0..8 {
                 let q: Vec<f64> = q.iter().map(|q| q[lane]).collect();
@@ -242,7 +273,7 @@ mod tests {
                 alone.set(&robot, &FramePose::from_array([0.3; 6]), &tool, &q, &vec![0.0; sites]);
                 loads.weigh(&robot, &alone, &payload, &gravity, &Vector3::zeros());
                 let mut of_lane = Loads::new(n);
-                abreast.put_into(lane, &mut of_lane);
+                abreast.put_into(lane, &weights, &mut of_lane);
                 assert_eq!(of_lane, loads);
             }
         }

@@ -1,21 +1,21 @@
 //! Sines and cosines of all joints of an arm, or of a joint of several arms, at once.
 //!
-//! No branch and no table, so that they fill the lanes of a processor's registers. Nothing is contracted into fused operations, so that
-//! the bytes are the same whatever the lanes.
+//! No branch and no table, so that they fill the lanes of a processor's registers. Products are fused with sums where this says so and
+//! nowhere else, so that the bytes are the same whatever the lanes.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Simd;
 
 use super::lanes::Numbers;
 
 /// Angles of one posture that are turned at once; most arms have six or seven joints.
 pub(super) const AT_ONCE: usize = 8;
 
-/// Beyond this (rad), some 160,000 turns, the multiples of a right angle below are not exact, and the C library is to be asked.
+/// Beyond this (rad), some 160,000 turns, the C library is to be asked.
 const LARGEST: f64 = 1e6;
 
-/// A right angle in three parts, the first two of 33 bits: their products with whole numbers below 2^20 are exact (Cody & Waite 1980;
-/// the parts are those of FDLIBM's `e_rem_pio2.c`, Sun 1993).
-const RIGHT: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
+/// A right angle, and what it lacks of one: multiples of both are taken off an angle with one rounding each (Cody & Waite 1980), and
+/// those below 2^20 leave an error of 2^-86 and the roundings.
+const RIGHT: [f64; 2] = [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17];
 
 /// Sine less its argument over its cube, and cosine less `1 - z / 2` over `z²`, as polynomials of `z = r²`, `|r| <= pi / 4`, to 2^-58
 /// (FDLIBM's `k_sin.c` and `k_cos.c`, Sun 1993).
@@ -49,17 +49,17 @@ pub(super) fn is_far(angle: f64) -> bool {
 #[inline(always)]
 pub(super) fn sin_cos<S: Simd>(angle: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
     let (one, half, whole) = (angle.splat(1.0), angle.splat(0.5), angle.splat(WHOLE));
-    let counted = angle * angle.splat(std::f64::consts::FRAC_2_PI) + whole;
+    let counted = whole.plus(angle, angle.splat(std::f64::consts::FRAC_2_PI));
     let rights = counted - whole;
-    let [most, more, rest] = RIGHT;
-    let r = ((angle - rights * angle.splat(most)) - rights * angle.splat(more)) - rights * angle.splat(rest);
+    let [most, rest] = RIGHT;
+    let r = angle.less(rights, angle.splat(most)).less(rights, angle.splat(rest));
     let z = r * r;
-    let s = r + z * r * polynomial(z, SINE);
-    let high = one - half * z;
-    let c = high + (((one - high) - half * z) + z * z * polynomial(z, COSINE));
+    let s = r.plus(z * r, polynomial(z, SINE));
+    let c = one.plus(z, (-half).plus(z, polynomial(z, COSINE)));
     // Every odd right angle swaps the two, and two of them turn the sign.
-    let (sin, cos) = (c.where_bit(0, counted, s), (-s).where_bit(0, counted, c));
-    ((-sin).where_bit(1, counted, sin), (-cos).where_bit(1, counted, cos))
+    let (odd, two) = (counted.bit(0), counted.bit(1));
+    let (sin, cos) = (odd.of(c, s), odd.of(s, c));
+    (two.of(-sin, sin), two.xor(odd).of(-cos, cos))
 }
 
 #[inline(always)]
@@ -67,8 +67,8 @@ fn polynomial<S: Simd>(z: Numbers<S>, coefficients: [f64; 6]) -> Numbers<S> {
     let [a0, a1, a2, a3, a4, a5] = coefficients;
     // By Estrin's scheme: by Horner's each would wait for the one before.
     let zz = z * z;
-    let pair = (z.splat(a0) + z * z.splat(a1)) + zz * (z.splat(a2) + z * z.splat(a3));
-    pair + (zz * zz) * (z.splat(a4) + z * z.splat(a5))
+    let low = z.splat(a0).plus(z, z.splat(a1)).plus(zz, z.splat(a2).plus(z, z.splat(a3)));
+    low.plus(zz * zz, z.splat(a4).plus(z, z.splat(a5)))
 }
 
 /// Sines and cosines of several angles.
@@ -81,26 +81,15 @@ pub(super) struct SinCos {
 }
 
 /// Sines and cosines of angles (rad).
-#[inline]
-pub(super) fn sin_cos_of_all(angles: &[f64; AT_ONCE]) -> SinCos {
-    Arch::new().dispatch(OfAll(angles))
-}
-
-struct OfAll<'a>(&'a [f64; AT_ONCE]);
-
-impl WithSimd for OfAll<'_> {
-    type Output = SinCos;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> SinCos {
-        let mut of = SinCos { sin: [0.0; AT_ONCE], cos: [0.0; AT_ONCE], far: any_far(self.0) };
-        let registers = S::as_mut_simd_f64s(&mut of.sin).0.iter_mut().zip(S::as_mut_simd_f64s(&mut of.cos).0);
-        for ((sin, cos), angles) in registers.zip(S::as_simd_f64s(self.0).0) {
-            let (sines, cosines) = sin_cos(Numbers::new(simd, *angles));
-            (*sin, *cos) = (sines.held(), cosines.held());
-        }
-        of
+#[inline(always)]
+pub(super) fn sin_cos_of_all<S: Simd>(simd: S, angles: &[f64; AT_ONCE]) -> SinCos {
+    let mut of = SinCos { sin: [0.0; AT_ONCE], cos: [0.0; AT_ONCE], far: any_far(angles) };
+    let registers = S::as_mut_simd_f64s(&mut of.sin).0.iter_mut().zip(S::as_mut_simd_f64s(&mut of.cos).0);
+    for ((sin, cos), angles) in registers.zip(S::as_simd_f64s(angles).0) {
+        let (sines, cosines) = sin_cos(Numbers::new(simd, *angles));
+        (*sin, *cos) = (sines.held(), cosines.held());
     }
+    of
 }
 
 /// Whether any of them is [far](is_far).
@@ -115,12 +104,23 @@ pub(super) fn any_far<const N: usize>(angles: &[f64; N]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use pulp::Scalar;
+    use pulp::{Arch, Scalar, WithSimd};
 
     use super::*;
 
+    struct OfAll<'a>(&'a [f64; AT_ONCE]);
+
+    impl WithSimd for OfAll<'_> {
+        type Output = SinCos;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> SinCos {
+            sin_cos_of_all(simd, self.0)
+        }
+    }
+
     fn both(angles: &[f64; AT_ONCE]) -> ([f64; AT_ONCE], [f64; AT_ONCE]) {
-        let SinCos { sin, cos, .. } = sin_cos_of_all(angles);
+        let SinCos { sin, cos, .. } = Arch::new().dispatch(OfAll(angles));
         (sin, cos)
     }
 
@@ -162,7 +162,7 @@ mod tests {
     fn lanes_change_no_byte() {
         for k in 0..10_000 {
             let angles = std::array::from_fn(|i| (f64::from(k) * 8.0 + i as f64).sin() * 400.0);
-            assert_eq!(OfAll(&angles).with_simd(Scalar::new()), sin_cos_of_all(&angles));
+            assert_eq!(sin_cos_of_all(Scalar::new(), &angles), Arch::new().dispatch(OfAll(&angles)));
         }
     }
 }

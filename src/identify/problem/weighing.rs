@@ -75,7 +75,7 @@ impl Problem {
                 if values.is_none() {
                     row.state_noise(cell, &posture);
                 }
-                all.put_into(lane, loads);
+                all.put_into(lane, weights, loads);
                 let mut scale = Scale { robot, setup, posture: &posture, compliance, sample, loads };
                 let expected = patterns.get(row.pattern).map_or(&[][..], Vec::as_slice);
                 *other = row.weigh_moves(cell, &mut scale, expected);

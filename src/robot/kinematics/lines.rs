@@ -76,15 +76,15 @@ impl<const L: usize> Lines<L> {
     #[inline(always)]
     pub fn next<S: Simd>(&self, group: Group<S>, frame: &Axes<S>) -> Axes<S> {
         let (alpha, theta) = (self.alpha.of(group), self.theta.of(group));
-        let y = frame.y * alpha.cos + frame.z * alpha.sin;
-        let mut z = frame.z * alpha.cos - frame.y * alpha.sin;
+        let y = (frame.y * alpha.cos).plus(frame.z, alpha.sin);
+        let mut z = (frame.z * alpha.cos).less(frame.y, alpha.sin);
         let mut x = frame.x;
         // Skewed are few lines, and each product here would wait for the one before.
         if self.skewed {
             let beta = self.beta.of(group);
-            (x, z) = (x * beta.cos - z * beta.sin, x * beta.sin + z * beta.cos);
+            (x, z) = ((x * beta.cos).less(z, beta.sin), (x * beta.sin).plus(z, beta.cos));
         }
-        let o = frame.o + frame.x * group.of(&self.a) + z * group.of(&self.d);
-        Axes { x: x * theta.cos + y * theta.sin, y: y * theta.cos - x * theta.sin, z, o }
+        let o = frame.o.plus(frame.x, group.of(&self.a)).plus(z, group.of(&self.d));
+        Axes { x: (x * theta.cos).plus(y, theta.sin), y: (y * theta.cos).less(x, theta.sin), z, o }
     }
 }
