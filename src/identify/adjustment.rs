@@ -14,6 +14,10 @@ const STEP_TOLERANCE: f64 = 1e-8;
 
 const MAX_ITERATIONS: usize = 60;
 
+/// Steps that end in a posture weighed anew have converged when what is left of them is shorter than this; they shrink by the ratio of
+/// deflection to arm length or faster.
+const LEFT_OVER: f64 = 1e-5;
+
 /// The posture has settled when a weighing changes no combination of parameters by more than this share of its uncertainty.
 const SETTLED: f64 = 1e-3;
 
@@ -133,37 +137,65 @@ impl Adjustment {
         self.noise_stated = problem.noise_stated();
         self.values.copy_from_slice(start);
         self.iterations = 0;
-        let settles = problem.depends_on_values();
-        // Torques that will be weighed anew deserve no more digits than the weighing will leave.
-        self.descend(problem, if settles { SETTLED } else { STEP_TOLERANCE })?;
-        if settles {
-            let mut weighed = if problem.acts_through_compliance() { start.to_vec() } else { self.values.clone() };
-            let through = problem.acts_through_compliance();
-            let most = if through { MOST_WEIGHINGS_THROUGH_COMPLIANCE } else { MOST_WEIGHINGS };
-            // A load and a compliance enter as their product: full steps of one against the other may swing ever further, half steps
-            // settle.
-            let share = if through { 0.5 } else { 1.0 };
-            for _ in 0..most {
-                weighed.iter_mut().zip(&self.values).for_each(|(w, v)| *w += share * (v - *w));
-                problem.reweigh(&weighed);
-                self.descend(problem, SETTLED)?;
-                if self.sigmas_from(&weighed) < SETTLED {
-                    break;
-                }
-            }
-            self.descend(problem, STEP_TOLERANCE)?;
+        if !problem.depends_on_values() {
+            return self.descend(problem, STEP_TOLERANCE);
         }
-        Ok(())
+        let through = problem.acts_through_compliance();
+        if !through {
+            if self.stride(problem) {
+                return Ok(());
+            }
+            self.values.copy_from_slice(start);
+            problem.reweigh(start);
+        }
+        // Torques that will be weighed anew deserve no more digits than the weighing will leave.
+        self.descend(problem, SETTLED)?;
+        let mut weighed = if through { start.to_vec() } else { self.values.clone() };
+        let most = if through { MOST_WEIGHINGS_THROUGH_COMPLIANCE } else { MOST_WEIGHINGS };
+        // A load and a compliance enter as their product: full steps of one against the other may swing ever further, half steps settle.
+        let share = if through { 0.5 } else { 1.0 };
+        for _ in 0..most {
+            weighed.iter_mut().zip(&self.values).for_each(|(w, v)| *w += share * (v - *w));
+            problem.reweigh(&weighed);
+            self.descend(problem, SETTLED)?;
+            if self.sigmas_from(&weighed) < SETTLED {
+                break;
+            }
+        }
+        self.descend(problem, STEP_TOLERANCE)
+    }
+
+    /// Weighs the arm where each step ends and steps on from there, as long as every step is at most half of the one before; whether that
+    /// led to the end. Sums of squares cannot tell: each weighing changes them.
+    fn stride(&mut self, problem: &mut Problem) -> bool {
+        let mut before: Option<f64> = None;
+        while self.iterations < MAX_ITERATIONS {
+            if before.is_some() {
+                problem.reweigh(&self.values);
+            }
+            if self.linearise(problem).is_err() || self.factor_scaled(0.0).is_err() {
+                return false;
+            }
+            let length = self.solve();
+            let ratio = before.map_or(0.5, |before| length / before);
+            if ratio > 0.5 || ratio.is_nan() {
+                return false;
+            }
+            self.iterations += 1;
+            std::mem::swap(&mut self.values, &mut self.trial);
+            if length * ratio / (1.0 - ratio) < LEFT_OVER {
+                self.chi2 = (self.chi2 - length * length).max(0.0);
+                self.stop = Stop::Converged;
+                return true;
+            }
+            before = Some(length);
+        }
+        false
     }
 
     /// Steps down from the present values until a step is shorter than `tolerance`.
     fn descend(&mut self, problem: &Problem, tolerance: f64) -> Result<(), FitError> {
-        problem.linearise(&self.values, &mut self.work, &mut self.near);
-        self.chi2 = self.near.chi2() + self.penalty(&self.values);
-        if !self.chi2.is_finite() {
-            return Err(FitError::NotFinite);
-        }
-        self.form_normal_equations();
+        self.linearise(problem)?;
         let mut lambda = 0.0;
         self.stop = Stop::IterationLimit;
         let last = self.iterations + MAX_ITERATIONS;
@@ -175,16 +207,7 @@ impl Adjustment {
                 lambda = f64::max(10.0 * lambda, 1e-10);
                 continue;
             }
-            self.step.copy_from(&self.gradient);
-            self.step.component_mul_assign(&self.scale);
-            self.factor.solve_in_place(self.step.as_mut_slice());
-            // |J step|, but for the damping: what the step does to the whitened residuals, however ill-determined the unknowns.
-            let terms = self.step.iter().zip(&self.gradient).zip(&self.scale);
-            let length = terms.map(|((step, gradient), scale)| step * gradient * scale).sum::<f64>().max(0.0).sqrt();
-            self.trial.copy_from_slice(&self.values);
-            for (k, &p) in self.kept.iter().enumerate() {
-                self.trial[p] += self.step[k] * self.scale[k];
-            }
+            let length = self.solve();
             self.iterations += 1;
             if lambda == 0.0 && length < tolerance {
                 // So short a step changes chi-square by its square and the normal matrix less: neither is evaluated again.
@@ -209,6 +232,31 @@ impl Adjustment {
             }
         }
         Ok(())
+    }
+
+    /// Linearises the problem at the present values.
+    fn linearise(&mut self, problem: &Problem) -> Result<(), FitError> {
+        problem.linearise(&self.values, &mut self.work, &mut self.near);
+        self.chi2 = self.near.chi2() + self.penalty(&self.values);
+        if !self.chi2.is_finite() {
+            return Err(FitError::NotFinite);
+        }
+        self.form_normal_equations();
+        Ok(())
+    }
+
+    /// Finds the step of the normal matrix as it was factored, and the values where it ends; its length, |J step| but for the damping:
+    /// what it does to the whitened residuals, however ill-determined the unknowns.
+    fn solve(&mut self) -> f64 {
+        self.step.copy_from(&self.gradient);
+        self.step.component_mul_assign(&self.scale);
+        self.factor.solve_in_place(self.step.as_mut_slice());
+        self.trial.copy_from_slice(&self.values);
+        for (k, &p) in self.kept.iter().enumerate() {
+            self.trial[p] += self.step[k] * self.scale[k];
+        }
+        let terms = self.step.iter().zip(&self.gradient).zip(&self.scale);
+        terms.map(|((step, gradient), scale)| step * gradient * scale).sum::<f64>().max(0.0).sqrt()
     }
 
     /// Normal matrix and gradient at the values where the problem was last linearised, which are the present ones.

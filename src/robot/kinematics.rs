@@ -74,7 +74,12 @@ impl<const L: usize> Postures<L> {
     #[inline]
     pub fn set_all(&mut self, robot: &Robot, stances: &Stances<'_, L>) {
         let Stances { base, tool, q, deviations } = *stances;
-        self.shape(robot, base, tool, deviations);
+        if fill_registers::<L>() {
+            Arch::new().dispatch(Shaped { postures: self, robot, stances });
+        } else {
+            // One lane is no vector: the compiler would gather its numbers into one all the same.
+            self.shape(robot, base, tool, deviations);
+        }
         self.turn_all(robot, q, deviations);
     }
 
@@ -348,6 +353,23 @@ impl Posture {
     #[inline(always)]
     pub fn column(&self, site: Site) -> Vector3<f64> {
         self.column_at(0, site)
+    }
+}
+
+/// Base, tool and links of [`Postures::set_all`] with all that the processor has.
+struct Shaped<'a, const L: usize> {
+    postures: &'a mut Postures<L>,
+    robot: &'a Robot,
+    stances: &'a Stances<'a, L>,
+}
+
+impl<const L: usize> WithSimd for Shaped<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Stances { base, tool, deviations, .. } = *self.stances;
+        self.postures.shape(self.robot, base, tool, deviations);
     }
 }
 
