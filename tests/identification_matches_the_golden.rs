@@ -116,3 +116,34 @@ fn a_tool_on_axis_six_loses_four_parameters() {
         assert!(left_out.contains(&name), "{name}: {left_out:?}");
     }
 }
+
+/// Of a parameter's own uncertainty, the others held: what differences of chi-square by a thousandth of it can tell.
+const NO_FARTHER: f64 = 1e-4;
+
+/// No matter where and how often the arm was weighed on the way.
+#[test]
+fn no_parameter_would_rather_be_elsewhere_with_the_arm_weighed_where_it_stands() {
+    let Some(dataset) = measured() else { return };
+    let mut problem = Problem::new(&[("w2", &dataset)], &Model::paper(), Use::Fit).unwrap();
+    let fit = fit(&mut problem).unwrap();
+    assert!(fit.iterations <= 5, "weighed at every step, not after several: {} steps", fit.iterations);
+    problem.settle_loads(&fit.values);
+    let noise = dataset.noise.ball.unwrap();
+    let chi2 = |values: &[f64]| problem.residuals(values).iter().map(|r| (r / noise).norm_squared()).sum::<f64>();
+    let at = chi2(&fit.values);
+    assert!((fit.chi2 / at - 1.0).abs() < 1e-8, "{} is said, {at} is", fit.chi2);
+    for &p in &fit.kept {
+        let moved = |by: f64| {
+            let mut values = fit.values.clone();
+            values[p] += by;
+            chi2(&values)
+        };
+        // Held alone a parameter is known far better: chi-square rises by one within its conditional sigma.
+        let probe = 1e-6;
+        let curvature = (moved(probe) + moved(-probe) - 2.0 * at) / (2.0 * probe * probe);
+        let conditional = curvature.sqrt().recip();
+        let h = 1e-2 * conditional;
+        let off = (moved(h) - moved(-h)) / (4.0 * h * curvature);
+        assert!(off.abs() < NO_FARTHER * conditional, "{} by {} of its sigma", problem.parameters()[p].name, off / conditional);
+    }
+}
