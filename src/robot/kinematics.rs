@@ -7,14 +7,16 @@
 
 mod jacobian;
 mod lines;
+mod posture;
 
 use nalgebra::Vector3;
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
 use self::lines::{Lines, Trigs};
+pub use self::posture::Posture;
 use super::frame::Frames;
 use super::lanes::{Axes, Group, Vector, fill_registers};
-use super::{Frame, FramePose, Pose, Robot, Site, SiteIndex, Vectors, turns};
+use super::{Frame, FramePose, Pose, Robot, SiteIndex, Vectors, turns};
 
 /// The arm in `L` postures at once: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
 ///
@@ -36,9 +38,6 @@ pub struct Postures<const L: usize> {
     tool: Vectors<L>,
     tcp: Vectors<L>,
 }
-
-/// The arm in one posture.
-pub type Posture = Postures<1>;
 
 /// What a batch of postures is made of, one number a posture.
 #[derive(Debug, Clone, Copy)]
@@ -294,65 +293,6 @@ impl<const L: usize> Postures<L> {
     pub(super) fn axes_of<S: Simd>(&self, group: Group<S>, k: usize) -> (Vector<S>, Vector<S>) {
         let frames = if k == 0 { self.frames() } else { &self.rigid };
         (frames[k].z.of(group), frames[k].o.of(group))
-    }
-}
-
-impl Posture {
-    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI number a site, see [`SiteIndex`]).
-    #[inline]
-    pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
-        let (base, tool) = (base.to_array().map(|x| [x]), tool.xyz.map(|x| [x]));
-        let (q, deviations) = (q.as_chunks().0, deviations.as_chunks().0);
-        self.set_all(robot, &Stances { base: &base, tool: &tool, q, deviations });
-    }
-
-    /// Turns the joints to `q` (rad, N) where base, tool and links are as they were set last: of the deviations, only those of the
-    /// joints' angles are other than they were then.
-    #[inline]
-    pub fn turn_to(&mut self, robot: &Robot, q: &[f64], deviations: &[f64]) {
-        self.turn_all(robot, q.as_chunks().0, deviations.as_chunks().0);
-    }
-
-    /// World position of the TCP, m.
-    #[inline]
-    pub fn tcp(&self) -> Vector3<f64> {
-        self.tcp.at(0)
-    }
-
-    /// `world_from_frame` k: 0 is the base, k the frame of link k (counted from 1).
-    #[inline]
-    pub fn frame(&self, k: usize) -> Frame {
-        self.frame_at(0, k)
-    }
-
-    /// The last frame, that carries the flange and the tool.
-    #[inline]
-    pub fn flange(&self) -> Frame {
-        self.frame_at(0, self.lines.len())
-    }
-
-    /// `world_from_tool`, the tool's axes turned in the flange as `tool` says.
-    pub fn world_from_tool(&self, tool: &FramePose) -> Pose {
-        self.world_from_turned(&FramePose { xyz: [0.0; 3], ..*tool }.pose())
-    }
-
-    /// `world_from_tool`, the tool's axes turned in the flange by `turned`.
-    pub fn world_from_turned(&self, turned: &Pose) -> Pose {
-        Frame { o: self.tcp(), ..self.flange() }.pose() * turned
-    }
-
-    /// Axis and origin of joint `i` (counted from 0) in the world.
-    #[inline]
-    pub fn joint_axis(&self, i: usize) -> (Vector3<f64>, Vector3<f64>) {
-        self.joint_axis_at(0, i)
-    }
-
-    /// d(TCP)/d(site), m per SI unit of the site; for a target site, d(target)/d(site) with the sign that makes it a column of the model's side.
-    ///
-    /// The residual is `target - tcp`, so a target site counts negatively here.
-    #[inline(always)]
-    pub fn column(&self, site: Site) -> Vector3<f64> {
-        self.column_at(0, site)
     }
 }
 

@@ -87,7 +87,8 @@ function response(axis, [column, title, divisor]) {
       series: [...lines, ...shown.map((name, k) => bars(theme, name, rows(name), shown.length > 1 ? 8 * k - 4 : 0))],
     };
   };
-  return element("figure", {}, element("p", { class: "title" }, title), chart(`${title} over ${axis}`, 300, option));
+  const told = named ? `${title}; a line for each ${others[0]}` : title;
+  return element("figure", {}, element("p", { class: "title" }, told), chart(`${title} over ${axis}`, 300, option));
 }
 
 const axis_of = axis;

@@ -3,7 +3,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::robot::{Axis6, Link, MdhEntry, MdhLink};
+use crate::robot::{Axis6, Link, MdhEntry, MdhLink, Site};
 
 /// Step of the central difference; its truncation (1e-10 relative) and rounding (1e-11) are both under the tolerance.
 const STEP: f64 = 1e-5;
