@@ -6,9 +6,12 @@
 
 mod abreast;
 mod assembly;
+mod cell;
 mod columns;
+mod distance_row;
 mod error;
 mod linearised;
+mod moves;
 mod parameter;
 mod sample_row;
 mod samples_view;
@@ -19,11 +22,14 @@ use std::sync::Arc;
 
 use self::assembly::Assembly;
 pub use self::assembly::missing;
+use self::cell::Cell;
 pub(crate) use self::columns::Circumstance;
+use self::distance_row::DistanceRow;
 pub use self::error::ProblemError;
 pub(super) use self::linearised::{Linearised, Workspace};
+use self::moves::Moves;
 pub use self::parameter::{Knowledge, Parameter, Setup, Use};
-use self::sample_row::{Cell, DistanceRow, Moves, SampleRow};
+use self::sample_row::SampleRow;
 pub use self::samples_view::PosedSample;
 use self::weighing::WeighingRoom;
 use super::{Model, TorquePosture};

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::Setup;
-use super::sample_row::{Moves, SampleRow};
+use super::moves::Moves;
+use super::sample_row::SampleRow;
 use crate::robot::{Postures, Robot, Site, SiteIndex, Stances, Vectors};
 
 /// Samples posed at once: two registers of four numbers, or one of eight.

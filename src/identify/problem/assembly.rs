@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::sample_row::{Cell, DistanceRow, Placed, SampleRow};
+use super::cell::{Cell, Placed};
+use super::distance_row::DistanceRow;
+use super::sample_row::SampleRow;
 use super::start::{start, worlds_own};
 use super::weighing::WeighingRoom;
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};

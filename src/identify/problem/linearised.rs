@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 
 use super::abreast::{ABREAST, Abreast};
-use super::sample_row::{Moves, SampleRow};
+use super::moves::Moves;
+use super::sample_row::SampleRow;
 use super::{Problem, STRETCH};
 use crate::robot::{Posture, Robot, Site, SiteIndex};
 

@@ -1,10 +1,12 @@
 //! One sample in the least-squares problem: where the TCP should be, how surely, and which parameters move it there.
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::Setup;
-use crate::effects::{ArtifactShape, Effect, Kind, Situation};
-use crate::measure::{Dataset, Measured, Noise, Sample};
+use super::cell::Cell;
+use super::moves::{Found, Moves};
+use crate::effects::{Kind, Situation};
+use crate::measure::{Measured, Sample};
 use crate::robot::{FramePose, InLane, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex, Standing};
 use crate::units::MM;
 
@@ -13,69 +15,6 @@ const UNSTATED_SIGMA: f64 = 0.1 * MM;
 
 /// A joint that gravity loads less than this, N·m, is taken as unloaded.
 const UNLOADED: f64 = 1e-6;
-
-/// An effect with the parameters that it was given.
-pub(super) struct Placed {
-    pub(super) effect: Box<dyn Effect>,
-    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
-    pub(super) first: Vec<usize>,
-}
-
-/// What the samples of one dataset share.
-pub(super) struct Cell {
-    pub effects: Vec<Placed>,
-    tool: FramePose,
-    /// Turns the tool's axes into those of the last frame.
-    tool_turn: Rotation3<f64>,
-    /// Force of the plungers on the tool when a ball is centred, axes of the last frame, N.
-    contact_force: Vector3<f64>,
-    payloads: Vec<Payload>,
-    balls: Vec<Vector3<f64>>,
-    artifact: ArtifactShape,
-    anchors: Vec<Vector3<f64>>,
-    noise: Noise,
-    measured_torques: bool,
-}
-
-impl Cell {
-    /// Of a dataset whose balls are taken to stand at `balls` to begin with.
-    pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, measured_torques: bool) -> Self {
-        let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
-        // A sample may name a payload that does not exist; it then carries nothing.
-        let payloads = dataset.payloads.iter().cloned().chain([Payload::none()]).collect();
-        Cell {
-            artifact: ArtifactShape::of(&balls),
-            effects,
-            tool: dataset.tool,
-            tool_turn,
-            contact_force: tool_turn * dataset.contact_force,
-            payloads,
-            balls,
-            anchors: dataset.anchors.iter().map(|a| a.position).collect(),
-            noise: dataset.noise.clone(),
-            measured_torques,
-        }
-    }
-}
-
-impl Cell {
-    /// The user's expression by which an effect moves a site, in words; empty where it is not written by a user.
-    pub fn expression(&self, effect: &str, site: Site) -> String {
-        let own = self.effects.iter().find(|p| p.effect.id() == effect).map(|p| &p.effect);
-        let text = own.and_then(|e| (0..e.parameters().len()).find_map(|p| e.expression(p, site)));
-        text.map(|text| format!(": `{text}` at {site}")).unwrap_or_default()
-    }
-}
-
-/// What a parameter moves: a site, and its place in the vector of deviations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Moves {
-    pub parameter: usize,
-    pub site: Site,
-    pub place: usize,
-    /// Whether by as much at every sample of a set-up.
-    pub constant: bool,
-}
 
 /// What weighing one sample's arm takes besides the sample: the arm as it stands, and what gravity loads it with.
 pub(super) struct Scale<'a> {
@@ -94,43 +33,6 @@ pub(super) struct Scale<'a> {
 pub(super) enum Target {
     Position(Vector3<f64>),
     Distance { anchor: Vector3<f64>, distance: f64 },
-}
-
-/// What is found to move a sample's TCP, beside what is expected to.
-struct Found<'a> {
-    sites: SiteIndex,
-    pattern: &'a [Moves],
-    weights: Vec<f64>,
-    /// What moves it, once that is other than the pattern.
-    other: Option<Vec<Moves>>,
-}
-
-impl Found<'_> {
-    #[inline]
-    fn is_expected(&self, parameter: usize, site: Site, constant: bool) -> bool {
-        let same = |moves: &Moves| moves.parameter == parameter && moves.site == site && moves.constant == constant;
-        self.other.is_none() && self.pattern.get(self.weights.len()).is_some_and(same)
-    }
-
-    #[inline]
-    fn add(&mut self, parameter: usize, site: Site, weight: f64, constant: bool) {
-        if !self.is_expected(parameter, site, constant) {
-            let so_far = || self.pattern[..self.weights.len()].to_vec();
-            self.other.get_or_insert_with(so_far).push(Moves { parameter, site, place: self.sites.of(site), constant });
-        }
-        self.weights.push(weight);
-    }
-
-    /// Adds the terms of an effect that has the same in every situation: a pattern that begins with them goes on with them.
-    #[inline]
-    fn add_constant(&mut self, first: usize, terms: &[(usize, Site, f64)]) {
-        match terms.first() {
-            Some(&(k, site, _)) if self.is_expected(first + k, site, true) => {
-                self.weights.extend(terms.iter().map(|(_, _, weight)| weight));
-            }
-            _ => terms.iter().for_each(|&(k, site, weight)| self.add(first + k, site, weight, true)),
-        }
-    }
 }
 
 pub(super) struct SampleRow {
@@ -435,36 +337,4 @@ fn push(loads: &mut Loads, posture: &dyn Standing, force: &Vector3<f64>) {
     }
     loads.moment[0] += (posture.tcp() - posture.frame(0).o).cross(force);
     loads.force[0] += force;
-}
-
-/// A known distance between two balls: `d - |b1 - b2|`.
-#[derive(Debug, Clone)]
-pub(super) struct DistanceRow {
-    pub balls: [Vector3<f64>; 2],
-    /// First of three parameters of each ball, where it has them.
-    pub parameters: [Option<usize>; 2],
-    pub distance: f64,
-    pub weight: f64,
-}
-
-impl DistanceRow {
-    /// From the second ball to the first, m.
-    pub fn between(&self, values: &[f64]) -> Vector3<f64> {
-        let position = |b: usize| match self.parameters[b] {
-            Some(p) => self.balls[b] + Vector3::new(values[p], values[p + 1], values[p + 2]),
-            None => self.balls[b],
-        };
-        position(0) - position(1)
-    }
-
-    /// Calls `emit(parameter, d(distance)/d(parameter))` for the coordinates that it depends on.
-    pub fn columns(&self, values: &[f64], emit: &mut dyn FnMut(usize, f64)) {
-        let between = self.between(values);
-        let direction = between / between.norm().max(f64::MIN_POSITIVE);
-        for (first, sign) in self.parameters.iter().zip([1.0, -1.0]) {
-            if let Some(p) = first {
-                (0..3).for_each(|axis| emit(p + axis, sign * direction[axis]));
-            }
-        }
-    }
 }

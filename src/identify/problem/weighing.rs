@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::abreast::{ABREAST, Abreast};
-use super::sample_row::{Moves, SampleRow, Scale};
+use super::moves::Moves;
+use super::sample_row::{SampleRow, Scale};
 use super::{Problem, STRETCH};
 use crate::identify::TorquePosture;
 use crate::robot::{InLane, Loads, LoadsAbreast, Payload, Robot, Weights};

@@ -9,7 +9,8 @@ use crate::robot::{Frame, FramePose, Pose, Robot, Site};
 pub type Posture = Postures<1>;
 
 impl Posture {
-    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI number a site, see [`SiteIndex`]).
+    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI number a
+    /// site, see [`SiteIndex`](crate::robot::SiteIndex)).
     #[inline]
     pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
         let (base, tool) = (base.to_array().map(|x| [x]), tool.xyz.map(|x| [x]));

@@ -1,0 +1,58 @@
+//! What the samples of one dataset share: the cell where they were taken, and the effects that move it.
+
+use nalgebra::{Rotation3, Vector3};
+
+use crate::effects::{ArtifactShape, Effect};
+use crate::measure::{Dataset, Noise};
+use crate::robot::{FramePose, Payload, Site};
+
+/// An effect with the parameters that it was given.
+pub(super) struct Placed {
+    pub effect: Box<dyn Effect>,
+    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
+    pub first: Vec<usize>,
+}
+
+/// What the samples of one dataset share.
+pub(super) struct Cell {
+    pub effects: Vec<Placed>,
+    pub tool: FramePose,
+    /// Turns the tool's axes into those of the last frame.
+    pub tool_turn: Rotation3<f64>,
+    /// Force of the plungers on the tool when a ball is centred, axes of the last frame, N.
+    pub contact_force: Vector3<f64>,
+    pub payloads: Vec<Payload>,
+    pub balls: Vec<Vector3<f64>>,
+    pub artifact: ArtifactShape,
+    pub anchors: Vec<Vector3<f64>>,
+    pub noise: Noise,
+    pub measured_torques: bool,
+}
+
+impl Cell {
+    /// Of a dataset whose balls are taken to stand at `balls` to begin with.
+    pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, measured_torques: bool) -> Self {
+        let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
+        // A sample may name a payload that does not exist; it then carries nothing.
+        let payloads = dataset.payloads.iter().cloned().chain([Payload::none()]).collect();
+        Cell {
+            artifact: ArtifactShape::of(&balls),
+            effects,
+            tool: dataset.tool,
+            tool_turn,
+            contact_force: tool_turn * dataset.contact_force,
+            payloads,
+            balls,
+            anchors: dataset.anchors.iter().map(|a| a.position).collect(),
+            noise: dataset.noise.clone(),
+            measured_torques,
+        }
+    }
+
+    /// The user's expression by which an effect moves a site, in words; empty where it is not written by a user.
+    pub fn expression(&self, effect: &str, site: Site) -> String {
+        let own = self.effects.iter().find(|p| p.effect.id() == effect).map(|p| &p.effect);
+        let text = own.and_then(|e| (0..e.parameters().len()).find_map(|p| e.expression(p, site)));
+        text.map(|text| format!(": `{text}` at {site}")).unwrap_or_default()
+    }
+}
