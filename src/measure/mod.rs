@@ -4,6 +4,7 @@ mod campaign;
 mod campaign_files;
 mod cell_devices;
 mod cell_file;
+mod cell_toml;
 mod centring;
 mod centring_failure;
 mod columns;

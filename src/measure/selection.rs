@@ -8,15 +8,16 @@
 
 mod candidates;
 mod design;
+mod search;
 
 pub use candidates::Candidates;
 
-use candidates::{Field, LANES, Lanes};
 use design::Design;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use search::Search;
 use thiserror::Error;
 
 use crate::identify::Observability;
@@ -139,14 +140,10 @@ pub enum SelectionError {
     Linalg(#[from] LinalgError),
 }
 
-/// An excursion must gain this much in `ln det M`, well above rounding (1e-12) and 1e-11 of O1, to count.
-const GAIN: f64 = 1e-9;
 /// Singular values below this share of the largest, of columns at equal scale, are rounding (1e-16) rather than information.
 const LEAST_SEEN: f64 = 1e-10;
 /// Share of the poses drawn at random, that makes the starts differ; the others are the best to add, which spares half the moves.
 const DRAWN: f64 = 0.3;
-/// Accepted excursions between two computations from the poses alone.
-const REFRESH: usize = 64;
 
 /// Chooses the poses.
 ///
@@ -208,15 +205,7 @@ impl<'a> Plan<'a> {
 
     /// A design that no excursion improves, from the random beginning of this start.
     fn run(&self, start: usize) -> Result<(Vec<usize>, Start), SelectionError> {
-        let mut field = Field::new(self.candidates);
-        let mut search = Search {
-            plan: self,
-            home: Design::new(self.candidates, &self.groups, &self.quotas, &self.beginning(start), &mut field)?,
-            away: field.clone(),
-            field,
-            open: vec![[0.0; LANES]; self.candidates.len().div_ceil(LANES)],
-            moves: 0,
-        };
+        let mut search = Search::new(self, &self.beginning(start))?;
         search.fill()?;
         search.improve()?;
         let poses: Vec<usize> = search.home.poses().collect();
@@ -258,116 +247,9 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// A start under way: the design at home, and the field of the pool that goes with it.
-struct Search<'a> {
-    plan: &'a Plan<'a>,
-    home: Design<'a>,
-    field: Field,
-    /// The field on an excursion.
-    away: Field,
-    /// Room for which candidates may be added.
-    open: Vec<Lanes>,
-    moves: usize,
-}
-
-impl<'a> Search<'a> {
-    /// Adds the best poses until every quota is met.
-    fn fill(&mut self) -> Result<(), SelectionError> {
-        let quotas = &self.plan.quotas;
-        loop {
-            let short: Vec<bool> = self.home.counts().iter().zip(quotas).map(|(count, quota)| count < quota).collect();
-            let best = if short.contains(&true) {
-                self.home.best_addition(&mut self.field, |g| short[g], &mut self.open)
-            } else {
-                None
-            };
-            let Some(best) = best else { break };
-            self.home.add(best.candidate);
-            self.moves += 1;
-        }
-        Ok(self.home.refresh(&mut self.field)?)
-    }
-
-    /// Goes on longer and longer excursions until the longest fails.
-    fn improve(&mut self) -> Result<(), SelectionError> {
-        let mut accepted = 0;
-        while self.too_many() || self.too_few() {
-            accepted += 1;
-            if accepted % REFRESH == 0 {
-                self.home.refresh(&mut self.field)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Excursions that first take poses too many. Whether one succeeded; home is then where it ended.
-    fn too_many(&mut self) -> bool {
-        let mut out = self.home.clone();
-        for length in 1..=self.plan.request.excursion {
-            let field = if length == 1 { &mut self.field } else { &mut self.away };
-            let Some(best) = out.best_addition(field, |_| true, &mut self.open) else {
-                return false;
-            };
-            if length == 1 {
-                self.away.copy_from(&self.field);
-                self.home.told();
-            }
-            out.add(best.candidate);
-            let mut back = out.clone();
-            let Plan { groups, quotas, fixed, .. } = self.plan;
-            for _ in 0..length {
-                let counts = back.counts().to_vec();
-                let Some(pose) = back.least_missed(|c| !fixed[c] && counts[groups[c]] > quotas[groups[c]]) else {
-                    return false;
-                };
-                back.remove(pose);
-            }
-            if self.keep(back, 2 * length) {
-                std::mem::swap(&mut self.field, &mut self.away);
-                return true;
-            }
-        }
-        false
-    }
-
-    /// Excursions that first give poses away.
-    fn too_few(&mut self) -> bool {
-        let mut out = self.home.clone();
-        for length in 1..=self.plan.request.excursion {
-            let Plan { quotas, fixed, .. } = self.plan;
-            let Some(pose) = out.least_missed(|c| !fixed[c]) else {
-                return false;
-            };
-            out.remove(pose);
-            let mut back = out.clone();
-            self.away.copy_from(&self.field);
-            for _ in 0..length {
-                let counts = back.counts().to_vec();
-                let Some(best) = back.best_addition(&mut self.away, |g| counts[g] < quotas[g], &mut self.open) else {
-                    return false;
-                };
-                back.add(best.candidate);
-            }
-            if self.keep(back, 2 * length) {
-                std::mem::swap(&mut self.field, &mut self.away);
-                return true;
-            }
-        }
-        false
-    }
-
-    fn keep(&mut self, back: Design<'a>, moves: usize) -> bool {
-        let better = back.log_det() > self.home.log_det() + GAIN;
-        if better {
-            self.home = back;
-            self.moves += moves;
-        }
-        better
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::candidates::{Field, LANES};
     use super::*;
     use rand::RngExt;
 
