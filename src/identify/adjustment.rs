@@ -177,6 +177,7 @@ impl Adjustment {
                 return false;
             }
             let length = self.solve();
+            // The first has none before it: as much again may be left.
             let ratio = before.map_or(0.5, |before| length / before);
             if ratio > 0.5 || ratio.is_nan() {
                 return false;

@@ -110,24 +110,11 @@ impl<const L: usize> Postures<L> {
         self.tool = Vectors { x: plus(0), y: plus(1), z: plus(2) };
     }
 
-    /// Turns the joints.
+    /// Turns the joints, in the lanes of `simd`; several joints of one posture may fill the registers that the processor has at its `widest`.
     #[inline(always)]
-    fn turn<S: Simd>(&mut self, simd: S, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
+    fn turn<S: Simd>(&mut self, simd: S, widest: impl Simd, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
         let n = robot.joints();
         assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n);
-        if fill_registers::<L>() {
-            self.turn_joints(simd, robot, q, deviations);
-        } else {
-            self.turn_joints(Scalar::new(), robot, q, deviations);
-        }
-        // All sines first: between their calls the frames would leave the registers.
-        self.find_sines(simd);
-        if fill_registers::<L>() { self.lay_out(simd, deviations) } else { self.lay_out(Scalar::new(), deviations) }
-    }
-
-    /// Finds the angles of all joints.
-    #[inline(always)]
-    fn turn_joints<S: Simd>(&mut self, simd: S, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
         for (i, lines) in self.lines.iter_mut().enumerate() {
             for first in (0..L).step_by(S::F64_LANES) {
                 let group = Group::new(simd, first);
@@ -136,6 +123,9 @@ impl<const L: usize> Postures<L> {
                 group.put(&mut lines.theta.angle, angle);
             }
         }
+        // All sines first: between their calls the frames would leave the registers.
+        self.find_sines(widest);
+        self.lay_out(simd, deviations);
     }
 
     /// Finds the frames, from base to flange.
@@ -326,7 +316,12 @@ impl<const L: usize> WithSimd for Turned<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.postures.turn(simd, self.robot, self.q, self.deviations);
+        let Turned { postures, robot, q, deviations } = self;
+        if fill_registers::<L>() {
+            postures.turn(simd, simd, robot, q, deviations);
+        } else {
+            postures.turn(Scalar::new(), simd, robot, q, deviations);
+        }
     }
 }
 

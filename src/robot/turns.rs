@@ -48,14 +48,14 @@ pub(super) fn is_far(angle: f64) -> bool {
 /// Sines and cosines of angles (rad) that are not [far](is_far), each to 3e-16 of the true number, absolute.
 #[inline(always)]
 pub(super) fn sin_cos<S: Simd>(angle: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
-    let (one, half, whole) = (angle.splat(1.0), angle.splat(0.5), angle.splat(WHOLE));
+    let whole = angle.splat(WHOLE);
     let counted = whole.plus(angle, angle.splat(std::f64::consts::FRAC_2_PI));
     let rights = counted - whole;
     let [most, rest] = RIGHT;
     let r = angle.less(rights, angle.splat(most)).less(rights, angle.splat(rest));
     let z = r * r;
     let s = r.plus(z * r, polynomial(z, SINE));
-    let c = one.plus(z, (-half).plus(z, polynomial(z, COSINE)));
+    let c = z.splat(1.0).plus(z, z.splat(-0.5).plus(z, polynomial(z, COSINE)));
     // Every odd right angle swaps the two, and two of them turn the sign.
     let (odd, two) = (counted.bit(0), counted.bit(1));
     let (sin, cos) = (odd.of(c, s), odd.of(s, c));
