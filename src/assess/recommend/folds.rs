@@ -5,8 +5,8 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::postures::Postures;
 use crate::identify::Circumstance;
+use crate::measure::Postures;
 
 /// Parts of every division.
 const FOLDS: usize = 10;
@@ -32,6 +32,15 @@ pub enum Division {
 }
 
 impl Division {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Division::Random => "postures",
+            Division::Time => "time",
+            Division::Blocks => "blocks",
+        }
+    }
+
     /// In words, after "predicted from the others in".
     pub fn words(self) -> &'static str {
         match self {
@@ -53,7 +62,7 @@ pub(super) struct Folds {
 impl Folds {
     /// The divisions that a campaign of these postures bears.
     pub fn all(postures: &Postures, circumstances: &[Circumstance]) -> Vec<Folds> {
-        let n = postures.len();
+        let n = postures.count();
         let count = FOLDS.min(n);
         let mut order: Vec<usize> = (0..n).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
@@ -71,7 +80,7 @@ impl Folds {
 
 /// k-means in joint space, every joint alike, from centres that are far apart.
 fn blocks(postures: &Postures, circumstances: &[Circumstance], count: usize) -> Vec<usize> {
-    let points: Vec<&[f64]> = postures.samples.iter().map(|s| circumstances[s[0]].q.as_slice()).collect();
+    let points: Vec<&[f64]> = postures.members().iter().map(|s| circumstances[s[0]].q.as_slice()).collect();
     let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut centres: Vec<Vec<f64>> = vec![points[random.random_range(0..points.len())].to_vec()];
