@@ -11,6 +11,7 @@ mod examination;
 mod heat_map;
 mod hypotheses;
 mod ladder;
+mod level;
 mod library;
 mod next;
 mod noise_floor;

@@ -11,6 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::elsewhere::Elsewhere;
 use super::examination::Examination;
+use super::level::Level;
 use super::relevance::Relevance;
 use crate::effects::Owner;
 use crate::identify::{FitError, IdentifyError, Knowledge, Parameter, linalg};
@@ -143,7 +144,17 @@ impl WorkspaceError {
         let mut sizes = &relevance.root * of_candidates;
         sizes.column_iter_mut().for_each(|mut c| c += &relevance.mean);
         let parameters = errors_of_fit - absorbed * &sizes;
-        let errors = fitted * parameters + candidates * sizes;
+        let level = Level::of(examination, &parameters, &sizes);
+        let mut errors = (fitted * parameters + candidates * sizes) * level.factor;
+        if level.white > 0.0 {
+            errors
+                .iter_mut()
+                .for_each(|e| *e += level.white * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random));
+        }
+        let widened: Vec<f64> = (0..DRAWS)
+            .map(|_| (level.spread * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random)).exp())
+            .collect();
+        errors.column_iter_mut().zip(&widened).for_each(|(mut draw, w)| draw *= *w);
 
         let count = poses.len();
         let mut sum = DVector::<f64>::zeros(count);
