@@ -68,6 +68,10 @@ pub struct WorkspaceError {
     pub mean: Banded,
     /// Largest of the poses, m.
     pub max: Banded,
+    /// Mean over the poses inside the joint ranges of the fit, and a tenth of them beyond, m; `None` where no pose is.
+    pub ranges_seen: Option<Banded>,
+    /// Mean over the others, where nothing was measured, m.
+    pub elsewhere: Option<Banded>,
     /// Pose by pose.
     pub poses: Vec<ExpectedError>,
 }
@@ -159,12 +163,22 @@ impl WorkspaceError {
         let count = poses.len();
         let mut sum = DVector::<f64>::zeros(count);
         let (mut means, mut maxima) = (Vec::with_capacity(DRAWS), Vec::with_capacity(DRAWS));
+        let ranges = examination.problem.joint_ranges();
+        let seen: Vec<bool> = poses.iter().map(|q| inside(q, &ranges)).collect();
+        let mut parts = [Vec::new(), Vec::new()];
         for draw in errors.column_iter() {
             let lengths = DVector::from_fn(count, |p, _| draw.rows(3 * p, 3).norm());
             means.push(lengths.mean());
             maxima.push(lengths.max());
+            for (part, inside) in parts.iter_mut().zip([true, false]) {
+                let own: Vec<f64> = lengths.iter().zip(&seen).filter(|(_, s)| **s == inside).map(|(l, _)| *l).collect();
+                if !own.is_empty() {
+                    part.push(own.iter().sum::<f64>() / own.len() as f64);
+                }
+            }
             sum += lengths;
         }
+        let [ranges_seen, elsewhere] = parts.map(|draws| (!draws.is_empty()).then(|| Banded::of(draws)));
         let base_from_world = there.base.pose().inverse();
         let expected = |(p, q): (usize, &Vec<f64>)| {
             let tcp = world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
@@ -173,8 +187,16 @@ impl WorkspaceError {
             ExpectedError { q: q.clone(), tcp, radius, height, error: sum[p] / DRAWS as f64 }
         };
         let poses = poses.iter().enumerate().map(expected).collect();
-        Ok(Some(WorkspaceError { mean: Banded::of(means), max: Banded::of(maxima), poses }))
+        Ok(Some(WorkspaceError { mean: Banded::of(means), max: Banded::of(maxima), ranges_seen, elsewhere, poses }))
     }
+}
+
+/// Share of a joint's range by which a pose may lie beyond it and still be where the fit has seen the arm.
+const MARGIN: f64 = 0.1;
+
+/// Whether a pose (rad, N) is inside the joint ranges of a fit, or hardly outside.
+fn inside(q: &[f64], ranges: &[[f64; 2]]) -> bool {
+    q.iter().zip(ranges).all(|(q, r)| (r[0] - MARGIN * (r[1] - r[0])..=r[1] + MARGIN * (r[1] - r[0])).contains(q))
 }
 
 /// Errors of the fitted parameters (SI, a column a draw): what `noise` (whitened, residuals x draws) does to them, and how far the truth,
