@@ -5,7 +5,7 @@ use super::examination::Examination;
 use super::heat_map::Curve;
 use super::library::Library;
 use super::rung::{Objection, ProvingGround, Rung, add, rung};
-use crate::effects::{self, Subject};
+use crate::effects;
 use crate::identify::{IdentifyError, Model, Use, missing};
 use crate::measure::Dataset;
 
@@ -205,7 +205,7 @@ pub fn whole_library(
 fn is_judged(id: &str, model: &Model, ground: ProvingGround<'_>) -> bool {
     ground.checks.iter().all(|(_, check)| {
         let balls = check.ball_ids();
-        let subject = Subject { own: &model.own, ..Subject::new(&check.robot, &balls) };
+        let subject = model.subject(&check.robot, &balls);
         effects::build(id, &subject).is_ok_and(|e| missing(e.as_ref(), check, model, Use::All).is_none())
     })
 }

@@ -45,7 +45,9 @@ pub use residual_views::{
     WorstSample,
 };
 pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung};
-pub use symptoms::{Symptom, Unphysical};
+pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};
+
+pub use crate::effects::Unphysical;

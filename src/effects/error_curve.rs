@@ -4,7 +4,7 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Origin, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -14,6 +14,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "the same, summed over k = 1..40",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::JointAngle],
+    role: Role::AnyShape,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-3),
+    period: Period::None,
+    meaning: Meaning { physics: "a joint errs by a smooth curve of its own angle", look: "" },
+    stray: Stray::None,
     members: each_joint,
     build: |id, subject| {
         let parameters = |_, name: &str| {
