@@ -15,6 +15,7 @@ mod library;
 mod next;
 mod noise_floor;
 mod outside_range;
+mod recommend;
 mod relevance;
 mod residual_views;
 mod rung;
@@ -38,6 +39,7 @@ pub use next::{
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};
+pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
 pub use relevance::Relevance;
 pub(crate) use residual_views::SeenSample;
 pub use residual_views::{

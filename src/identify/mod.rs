@@ -16,7 +16,7 @@ pub use calibration::{Application, Calibration, Estimate, IdentifyError, Measure
 pub use calibration_file::{read_calibration, write_calibration};
 pub use fit::{Fit, FitError, Stop, Unresolved, fit, fit_some, independent_parameters, observability_of};
 pub use linalg::LinalgError;
-pub use model::{Model, ORDINARY_WIDTH, TorquePosture};
+pub use model::{FREELY_FITTED, Model, ORDINARY_WIDTH, TorquePosture};
 pub use model_file::{check_effects, read_model, write_model, write_model_like};
 pub use observability::Observability;
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};

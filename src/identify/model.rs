@@ -35,6 +35,9 @@ pub struct Model {
     pub registry: Registry,
 }
 
+/// Ids of the families of [`Role::Baseline`] in the catalogue: the paper's model.
+pub const FREELY_FITTED: [&str; 3] = ["base_frame", "mdh", "joint_compliance"];
+
 /// One-sigma, in plausible sizes, of an effect that was added to the model: an ordinary one is not shrunk by a tenth, an absurd one is.
 pub const ORDINARY_WIDTH: f64 = 3.0;
 
@@ -107,5 +110,21 @@ impl Model {
 impl Default for Model {
     fn default() -> Self {
         Model::paper()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::CATALOGUE;
+
+    #[test]
+    fn what_is_freely_fitted_is_what_the_families_say() {
+        let baseline: Vec<&str> = CATALOGUE.iter().filter(|f| f.role == Role::Baseline).map(|f| f.id).collect();
+        assert_eq!(baseline, FREELY_FITTED);
+        let model = Model::paper();
+        assert!(model.is_freely_fitted("joint_compliance:3") && !model.is_freely_fitted("harmonic1:2"));
+        assert!(model.holds("joint_compliance:3") && !model.holds("harmonic1:2"));
+        assert_eq!((model.width_of("mdh"), model.width_of("harmonic1:2")), (f64::INFINITY, ORDINARY_WIDTH));
     }
 }
