@@ -23,6 +23,7 @@ pub mod plant;
 pub mod plunger;
 pub mod precision;
 mod proposal_files;
+pub mod prove;
 pub mod random;
 pub mod run;
 pub mod scenario;

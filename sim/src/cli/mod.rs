@@ -21,6 +21,7 @@ mod plan_cell;
 mod precision;
 mod precision_tables;
 mod progress;
+mod prove;
 mod rehearsal;
 mod report;
 mod run;
@@ -96,6 +97,8 @@ enum Verb {
     Merge(merge::Arguments),
     /// How far a centred ball stands from where the master ball stood (paper Table 3), and what that is made of
     Precision(precision::Arguments),
+    /// Does the advice hold? Measured campaigns are divided, and what one part recommends is judged on the other
+    Prove(prove::Arguments),
     /// Blind trials of the diagnosis, held against the truth
     Suite(suite::Arguments),
     /// Where a calibration fails: noise floor, lack of fit, residuals by ball, tool, base and joint
@@ -149,6 +152,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Design(a) => design::run(a),
         Verb::Merge(a) => merge::run(a),
         Verb::Precision(a) => precision::run(a),
+        Verb::Prove(a) => prove::run(a),
         Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Compensate(a) => compensate::run(a),

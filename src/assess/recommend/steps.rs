@@ -49,8 +49,7 @@ fn judged(
     let mut ids: Vec<&str> = sets.iter().flatten().copied().collect();
     ids.sort_unstable();
     ids.dedup();
-    let family = |id: &str| id.split(':').next().unwrap_or_default().to_owned();
-    let candidates = ids.iter().map(|id| Candidate { id: (*id).to_owned(), family: family(id) }).collect();
+    let candidates = ids.iter().map(|id| Candidate::new((*id).to_owned())).collect();
     let wide = Examination::with(datasets, before, candidates)?;
     let mut linear = Linear::new(&wide);
     for (sample, id) in wide.problem().sample_ids().iter().enumerate() {

@@ -1,0 +1,124 @@
+//! `prove DATASET...`: does the advice hold at postures that it has not seen?
+
+use std::path::PathBuf;
+
+use calibench::files::write_whole;
+use calibench::measure::Dataset;
+use serde_json::json;
+
+use super::progress::Waiting;
+use super::{Failure, Outcome, named, print, print_json, read_datasets, seed};
+use crate::prove::{Proof, Summary, by_campaigns, by_places, by_postures, by_short_campaigns};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Dataset folders; each is divided by itself
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Parts of the postures, drawn at random, that are left out one after the other; 0 for none
+    #[arg(long, default_value_t = 5)]
+    folds: usize,
+    /// Leave out the places of an artifact as well: balls whose names agree before a slash
+    #[arg(long)]
+    places: bool,
+    /// The datasets are campaigns of one robot: predict each by the robot of the others as well
+    #[arg(long)]
+    campaigns: bool,
+    /// Campaigns of only so many postures as well
+    #[arg(long, value_name = "POSTURES")]
+    short: Option<usize>,
+    /// How many of those short campaigns are drawn from each dataset
+    #[arg(long, default_value_t = 5, requires = "short")]
+    draws: usize,
+    /// Take every n-th row only
+    #[arg(long, default_value_t = 1)]
+    every: usize,
+    /// Seed of what is drawn
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
+    seed: u64,
+    /// Where to write the table (Markdown); a file that is there is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut datasets = read_datasets(&arguments.datasets)?;
+    for (_, dataset) in &mut datasets {
+        thin(dataset, arguments.every.max(1));
+    }
+    let named = named(&datasets);
+    let waiting = Waiting::new("proving");
+    let mut proofs: Vec<Proof> = Vec::new();
+    for (name, dataset) in &named {
+        waiting.now(format!("proving {name}"));
+        if arguments.folds > 1 {
+            proofs.extend(by_postures(name, dataset, arguments.folds, arguments.seed)?);
+        }
+        if arguments.places {
+            proofs.extend(by_places(name, dataset)?);
+        }
+        if let Some(postures) = arguments.short {
+            proofs.extend(by_short_campaigns(name, dataset, postures, arguments.draws, arguments.seed)?);
+        }
+    }
+    if arguments.campaigns {
+        proofs.extend(by_campaigns(&named, arguments.seed)?);
+    }
+    drop(waiting);
+    let table = markdown(&proofs);
+    if let Some(path) = &arguments.output {
+        write_whole(path, table.as_bytes())?;
+    }
+    if arguments.json {
+        print_json(&json!({"format": "calibench-proof/1", "summary": Summary::of(&proofs), "proofs": proofs}))?;
+    } else {
+        print(&table)?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Every n-th row.
+fn thin(dataset: &mut Dataset, every: usize) {
+    let samples = std::mem::take(&mut dataset.samples);
+    dataset.samples = samples.into_iter().step_by(every).collect();
+}
+
+/// The proofs as a table, and what they come to.
+fn markdown(proofs: &[Proof]) -> String {
+    let mut out = String::from(
+        "| data | left out | postures fitted, judged | geometry mm | default mm | recommended mm | which | ratio | predicted / measured, default | recommended | verdict | s |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    let number = |x: Option<f64>, digits: usize| x.map_or("-".into(), |x| format!("{x:.digits$}"));
+    for p in proofs {
+        out.push_str(&format!(
+            "| {} | {} | {}, {} | {} | {:.4} | {:.4} | {} | {:.3} | {} | {} | {} | {:.1} |\n",
+            p.robot,
+            p.fold,
+            p.postures[0],
+            p.postures[1],
+            number(p.geometry_mm, 4),
+            p.default_mm,
+            p.recommended_mm,
+            p.kind,
+            p.ratio(),
+            number(p.predicted_over_measured[0], 2),
+            number(p.predicted_over_measured[1], 2),
+            p.verdict,
+            p.seconds
+        ));
+    }
+    let s = Summary::of(proofs);
+    out.push_str(&format!(
+        "\n{} divisions: recommended over default {:.3} on average, {:.3} at worst, at most 1.02 in {:.0} %; predicted over measured within 0.8 to 1.25 in {:.0} % (default model) and {:.0} % (recommended).\n",
+        s.proofs,
+        s.mean_ratio,
+        s.worst_ratio,
+        100.0 * s.harmless,
+        100.0 * s.predictions_fair[0],
+        100.0 * s.predictions_fair[1]
+    ));
+    out
+}
