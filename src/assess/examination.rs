@@ -6,6 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::background::Background;
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
+use crate::effects::EffectId;
 use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
 
@@ -110,6 +111,20 @@ impl Examination {
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
     }
 
+    /// The same with these candidates in place of the library.
+    ///
+    /// # Errors
+    /// As [`Examination::new`].
+    pub(super) fn with(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        candidates: Vec<Candidate>,
+    ) -> Result<Self, IdentifyError> {
+        let mut problem = Problem::new(datasets, model, Use::Fit)?;
+        let fit = fit(&mut problem)?;
+        Examination::of(datasets, model, problem, fit, Library { candidates, untestable: Vec::new() })
+    }
+
     /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
     /// plausible: what acts through them would else seem to move nothing.
     ///
@@ -120,7 +135,7 @@ impl Examination {
         let mut problem = Problem::new(&datasets, model, Use::Fit)?;
         let mut fit = fit(&problem)?;
         for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
-            if parameter.effect.split(':').next() == Some("joint_compliance") {
+            if EffectId::new(&parameter.effect).family() == "joint_compliance" {
                 *value = parameter.spec.prior;
             }
         }

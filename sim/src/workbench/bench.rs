@@ -1,6 +1,6 @@
 //! What the user has opened and done.
 
-use calibench::assess::{CellLayout, Examination, Objection, Proposal, WORKSPACE_POSES, propose, rung, workspace_poses};
+use calibench::assess::{CellLayout, Examination, Objection, Proposal, WORKSPACE_POSES, propose, step, workspace_poses};
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
 use calibench::report::{Page, PageSubject, Recommended, Standing, Views, next_json, objection_sentence, rung_json, step_json};
@@ -218,7 +218,7 @@ impl Bench {
     pub fn add(&mut self, effect: &str, force: bool) -> Result<Value, Refusal> {
         self.room()?;
         let after = self.with_data(|datasets, here| {
-            let wanted = Wanted::parse(effect, &here.rung.model, datasets[0].1)?;
+            let wanted = Wanted::parse(effect, &here.rung.model, datasets)?;
             wanted.take(datasets, &here.rung, here.ground())
         });
         let after = after.map_err(|e| Refusal::field("effect", with_reasons(&e)))?;
@@ -237,8 +237,7 @@ impl Bench {
             let mut model = here.rung.model.with(&effect.name);
             let name = effect.name.clone();
             model.own.push(effect);
-            let after = rung(datasets, &model, here.ground())?;
-            Ok::<_, Refusal>(calibench::assess::Rung { added: vec![name], ..after })
+            Ok::<_, Refusal>(step(datasets, &here.rung, &model, vec![name], here.ground())?)
         })?;
         self.taken(after, force)
     }
