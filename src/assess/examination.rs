@@ -120,8 +120,8 @@ impl Examination {
         model: &Model,
         candidates: Vec<Candidate>,
     ) -> Result<Self, IdentifyError> {
-        let mut problem = Problem::new(datasets, model, Use::Fit)?;
-        let fit = fit(&mut problem)?;
+        let problem = Problem::new(datasets, model, Use::Fit)?;
+        let fit = fit(&problem)?;
         Examination::of(datasets, model, problem, fit, Library { candidates, untestable: Vec::new() })
     }
 

@@ -322,8 +322,6 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         let key = |field: &str| format!("parameter[{k}].{field}");
         let unit = Unit::from_symbol(&p.unit)
             .ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit known here", p.unit), again))?;
-        check_parameter(p, unit, &effects, &subject)
-            .map_err(|(field, problem, remedy)| field_error(path, &text, &key(field), problem, remedy))?;
         for (field, sigma) in [("sigma", Some(p.sigma)), ("sigma_noise", p.sigma_noise), ("stated_sigma", p.stated_sigma)] {
             if sigma.is_some_and(|s| s < 0.0) {
                 return Err(wrong(&key(field), "is negative".into(), again));
@@ -332,6 +330,8 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         if estimates.iter().any(|e| e.name == p.name) {
             return Err(wrong(&key("name"), format!("'{}' stands twice", p.name), "keep one of the two"));
         }
+        check_parameter(p, unit, &effects, &subject)
+            .map_err(|(field, problem, remedy)| field_error(path, &text, &key(field), problem, remedy))?;
         estimates.push(Estimate {
             name: p.name.clone(),
             effect: p.effect.clone(),

@@ -112,7 +112,7 @@ fn kind_of_all(table: &OwnEffectTable) -> Option<bool> {
             Some(Site::Base(axis) | Site::Flex(_, axis)) => Some(turn(axis)),
             Some(Site::Mdh(_, entry)) => Some(!matches!(entry, MdhEntry::A | MdhEntry::D)),
             Some(Site::Tool(_) | Site::Target(_)) => Some(false),
-            None => site.starts_with("ball:").then_some(false),
+            None => None,
         }
     };
     let mut all = table.terms.iter().map(|t| turns(&t.site));

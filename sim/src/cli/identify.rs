@@ -37,7 +37,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(waiting);
     if let Some(path) = &arguments.output {
         write_calibration(&calibration, path)?;
-        calibration.check_residual(&named(&datasets), &read_calibration(path)?)?;
+        // Not a device or a pipe, which cannot be read back.
+        if path.is_file() {
+            calibration.check_residual(&named(&datasets), &read_calibration(path)?)?;
+        }
     }
     if arguments.json {
         print_json(&calibration_json(&calibration))?;

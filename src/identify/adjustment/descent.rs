@@ -23,6 +23,9 @@ const DIFFERENCE: f64 = 1e-2;
 /// By how much chi-square under the loads at the values may differ from what the fast path left.
 const SAME: f64 = 1e-6;
 
+/// And by this share of the variance of unit weight, a tenth of a sigma, which no conclusion rests on.
+const OF_A_SIGMA: f64 = 1e-2;
+
 /// Holds a parameter where it is.
 const HELD: f64 = 1e12;
 
@@ -213,7 +216,8 @@ impl Adjustment {
     /// When the numbers are not finite.
     pub(in crate::identify) fn confirm(&mut self, problem: &Problem, start: &[f64]) -> Result<(), FitError> {
         let chi2 = self.chi2_at(problem, false)?;
-        let same = (chi2 - self.chi2).abs() <= SAME * chi2 + 1e-9;
+        let unit = if self.dof == 0 { 1.0 } else { chi2 / self.dof as f64 };
+        let same = (chi2 - self.chi2).abs() <= SAME * chi2 + OF_A_SIGMA * unit;
         self.trial.copy_from_slice(start);
         let begun = self.chi2_at(problem, true)?;
         let worse = begun < chi2 && self.kept.iter().any(|&p| start[p] != 0.0);

@@ -123,7 +123,7 @@ impl Problem {
     pub(super) fn load_nominal(&mut self) {
         self.settled = None;
         let mut state = std::mem::take(&mut self.drawn);
-        let mut room = std::mem::replace(&mut self.room, None).unwrap_or_else(|| WeighingRoom::new(&self.robot));
+        let mut room = self.room.take().unwrap_or_else(|| WeighingRoom::new(&self.robot));
         state.compliance.resize(self.robot.joints(), 0.0);
         state.compliance.fill(0.0);
         for &(joint, p) in &self.compliances {
