@@ -12,6 +12,7 @@ mod heat_map;
 mod hypotheses;
 mod ladder;
 mod library;
+mod misfit;
 mod next;
 mod noise_floor;
 mod outside_range;
@@ -32,6 +33,7 @@ pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
 pub use library::{Candidate, Library, Untestable};
+pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
     actions, propose,

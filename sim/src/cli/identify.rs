@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use calibench::identify::{Calibration, identify, write_calibration};
-use calibench::report::{calibration_json, parameter_table, unresolved_sentences};
+use calibench::assess::unbelievable;
+use calibench::identify::{Calibration, Use, identify, write_calibration};
+use calibench::report::{calibration_json, parameter_table, unbelievable_sentence, unresolved_sentences};
 use calibench::units::MM;
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets};
+use super::{DoNotFit, Failure, Outcome, blame_data, gate, model_for, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -20,6 +21,9 @@ pub struct Arguments {
     /// Where to write the calibration (TOML); a file that is there is replaced
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
+    /// Go on with data that do not fit the robot; every result says so
+    #[arg(long)]
+    force: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -30,14 +34,23 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting");
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let calibration = identify(&named(&datasets), &model).map_err(blame)?;
     drop(waiting);
+    let absurd = unbelievable_sentence(&unbelievable(&calibration));
+    if let (Some(sentence), false) = (&absurd, arguments.force) {
+        return Err(Box::new(DoNotFit(sentence.clone())));
+    }
     if let Some(path) = &arguments.output {
         write_calibration(&calibration, path)?;
     }
     if arguments.json {
-        print_json(&calibration_json(&calibration))?;
+        let mut document = calibration_json(&calibration);
+        gate.mark(&mut document);
+        print_json(&document)?;
     } else {
+        gate.tell()?;
+        absurd.iter().try_for_each(|sentence| print(sentence))?;
         print(&story(&calibration))?;
     }
     Ok(Outcome::Done)
