@@ -95,7 +95,7 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
     let whole = Campaign::of(&[(name, dataset)], which)?;
     let some = whole.selection(ROWS);
     let fitted = frames::fit(&some);
-    let [most, ordinary] = expected(&some, &fitted.frames);
+    let [most, _] = expected(&some, &fitted.frames);
     let reach = reach(&whole.robot);
     let nominal = NominalFit {
         dataset: name.into(),
@@ -108,7 +108,7 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
     if fitted.dof < LEAST_FREEDOM {
         return Some(DataFit { nominal, misfit: None });
     }
-    let search = search::Search { dataset, whole: &whole, some: &some, nominal: &fitted, reach, most, ordinary };
+    let search = search::Search { dataset, whole: &whole, some: &some, nominal: &fitted, reach, most };
     let found = search.run();
     let misfit = found.map(|(cause, slips)| Misfit {
         within_expected: cause == Cause::Slips && fitted.robust <= most,

@@ -58,9 +58,8 @@ pub(super) struct Search<'a> {
     pub nominal: &'a Fitted,
     /// How far the arm reaches, m.
     pub reach: f64,
-    /// At most expected of the nominal arm, and its median, m.
+    /// At most expected of the nominal arm, m.
     pub most: f64,
-    pub ordinary: f64,
 }
 
 /// Slips undone, and what is then left.
@@ -95,8 +94,9 @@ impl Search<'_> {
         }
         let singles_left = |t: &Trial, limit: f64| self.explains(t, limit, &gross);
         let mut found = self.confirmed(tried, by_all, singles_left);
-        let best = found.first().map(|t| t.score);
-        if too_large && best.is_none_or(|b| b > self.ordinary) {
+        let best = found.first().map(|t| t.fitted.robust);
+        let is_ordinary = |t: &Trial| t.fitted.robust <= expected(&undone(self.some, &t.slips), &t.fitted.frames)[1];
+        if too_large && !found.first().is_some_and(is_ordinary) {
             let all = Slip::all(self.some);
             let pairs: Vec<Vec<Slip>> = (0..all.len())
                 .flat_map(|i| (0..all.len()).map(move |k| (i, k)))
@@ -106,7 +106,7 @@ impl Search<'_> {
             let few = self.some.selection(PAIRS_SCREENED);
             let pairs = self.confirmed(try_all(&few, &pairs, false), false, singles_left);
             if let Some(pair) = pairs.first()
-                && best.is_none_or(|b| pair.score < PAIR_IS_BETTER * b)
+                && best.is_none_or(|b| pair.fitted.robust < PAIR_IS_BETTER * b)
             {
                 found = pairs;
             }
