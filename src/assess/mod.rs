@@ -11,17 +11,20 @@ mod examination;
 mod heat_map;
 mod hypotheses;
 mod ladder;
+mod level;
 mod library;
 mod misfit;
 mod next;
 mod noise_floor;
 mod outside_range;
+mod recommend;
 mod relevance;
 mod residual_views;
 mod rung;
 mod sweep;
 mod symptoms;
 mod validation;
+mod withdrawal;
 mod workspace;
 mod workspace_map;
 
@@ -31,7 +34,7 @@ pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, d
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Place, Unplaced, place};
-pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
+pub use ladder::{Climb, Ladder, Top, ladder};
 pub use library::{Candidate, Library, Untestable};
 pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{
@@ -40,14 +43,16 @@ pub use next::{
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};
+pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
 pub use relevance::Relevance;
 pub(crate) use residual_views::SeenSample;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,
 };
-pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung};
+pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
 pub use symptoms::{Symptom, Unphysical};
 pub use validation::{HistogramBin, Validation};
+pub use withdrawal::Contradiction;
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};

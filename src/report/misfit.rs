@@ -112,6 +112,19 @@ pub fn unbelievable_sentence(corrections: &[Unbelievable]) -> Option<String> {
     ))
 }
 
+/// Corrections that are not believable, as the document of data that do not fit.
+pub fn unbelievable_json(corrections: &[Unbelievable]) -> Value {
+    let one = |c: &Unbelievable| json!({ "parameter": c.parameter, "deviation": c.unit.from_si(c.deviation), "unit": c.unit.symbol, "plausible_sizes": c.sizes });
+    json!({
+        "format": "calibench-misfit/1",
+        "verdict": "data_do_not_fit",
+        "cause": "corrections",
+        "corrections": corrections.iter().map(one).collect::<Vec<Value>>(),
+        "slips": [],
+        "sentence": unbelievable_sentence(corrections),
+    })
+}
+
 /// A length as people read it: three figures.
 fn length(m: f64) -> String {
     let mm = m / MM;

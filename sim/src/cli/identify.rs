@@ -3,8 +3,12 @@
 use std::path::PathBuf;
 
 use calibench::assess::unbelievable;
-use calibench::identify::{Calibration, Use, identify, write_calibration};
-use calibench::report::{calibration_json, parameter_table, unbelievable_sentence, unresolved_sentences};
+use calibench::identify::{
+    Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, read_calibration, write_calibration,
+};
+use calibench::report::{
+    calibration_json, parameter_table, unbelievable_json, unbelievable_sentence, unresolved_sentences, wider_sentence,
+};
 use calibench::units::MM;
 
 use super::progress::Waiting;
@@ -35,14 +39,22 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting");
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
-    let calibration = identify(&named(&datasets), &model).map_err(blame)?;
+    let calibration = match identify(&named(&datasets), &model) {
+        Err(e @ IdentifyError::Inconsistent { .. }) => return Err(e.into()),
+        other => other.map_err(blame)?,
+    };
     drop(waiting);
-    let absurd = unbelievable_sentence(&unbelievable(&calibration));
+    let corrections = unbelievable(&calibration);
+    let absurd = unbelievable_sentence(&corrections);
     if let (Some(sentence), false) = (&absurd, arguments.force) {
+        if arguments.json {
+            print_json(&unbelievable_json(&corrections))?;
+        }
         return Err(Box::new(DoNotFit(sentence.clone())));
     }
     if let Some(path) = &arguments.output {
         write_calibration(&calibration, path)?;
+        calibration.check_residual(&named(&datasets), &read_calibration(path)?)?;
     }
     if arguments.json {
         let mut document = calibration_json(&calibration);
@@ -53,7 +65,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         absurd.iter().try_for_each(|sentence| print(sentence))?;
         print(&story(&calibration))?;
     }
-    Ok(Outcome::Done)
+    match calibration.outcome {
+        Some(FitOutcome::Converged) | None => Ok(Outcome::Done),
+        Some(other) => {
+            eprintln!("warning: the fit {}: do not use this calibration", other.in_words());
+            Ok(Outcome::ExpectationFailed)
+        }
+    }
 }
 
 /// A calibration in words and tables.
@@ -61,9 +79,10 @@ pub fn story(c: &Calibration) -> String {
     let mut out = parameter_table(c);
     let o = &c.observability;
     out.push_str(&format!(
-        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D), chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps\n",
-        c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations
+        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D), chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps, {}\n",
+        c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations, c.outcome.map_or("outcome not stated", FitOutcome::name)
     ));
+    out.push_str(&wider_sentence(c));
     if !c.noise_stated {
         out.push_str(
             "The data do not state their noise: uncertainties are scaled by the residuals, and chi2 says nothing of the fit.\n",

@@ -188,9 +188,9 @@ mod tests {
 
     #[test]
     fn quantile_of_one_normal_number_squared() {
-        // 3.2905² and 0.6745²; Wilson-Hilferty is good to 1 % in the tail.
+        // 3.2905² and 0.6745²; Wilson-Hilferty is at its worst at one degree of freedom.
         let [upper, median] = quantiles(&DMatrix::from_diagonal(&DVector::from_vec(vec![1.0])));
-        assert!((upper / 10.828 - 1.0).abs() < 0.02 && (median / 0.4549 - 1.0).abs() < 0.05, "{upper} {median}");
+        assert!((upper / 10.828 - 1.0).abs() < 0.04 && (median / 0.4549 - 1.0).abs() < 0.05, "{upper} {median}");
     }
 
     #[test]
