@@ -241,7 +241,7 @@ fn try_slips(name: &str, dataset: &Dataset, only: impl Fn(usize) -> bool) -> Sco
             }
         };
         score.cases += 1;
-        let traceless = fit.nominal.plain <= 1.1 * clean.nominal.plain;
+        let traceless = fit.nominal.plain <= 1.2 * clean.nominal.plain;
         score.traceless += usize::from(fit.misfit.is_none() && traceless);
         score.passed += usize::from(fit.misfit.is_none() && !traceless);
         score.named += usize::from(named);
