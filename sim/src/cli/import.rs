@@ -55,11 +55,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let options = ImportOptions { holdout, map: arguments.map.clone(), sets };
     let waiting = Waiting::new("reading");
     let (dataset, report) = import(&arguments.format, &files, &options)?;
-    let name = arguments.output.display().to_string();
-    let datasets = [(name, dataset)];
+    let datasets = [(String::new(), dataset)];
     let gate = gate(&datasets, Use::All, arguments.force, arguments.json)?;
     drop(waiting);
-    let [(folder, dataset)] = datasets;
+    let [(_, dataset)] = datasets;
+    let folder = arguments.output.display().to_string();
     write_dataset(&dataset, &arguments.output)?;
     let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
     let all = dataset.samples.len();

@@ -329,16 +329,19 @@ impl Gate {
     }
 }
 
-/// Whether the data fit their robot at all, judged by the rows that `which` takes; before anything is identified.
+/// Whether the data fit their robot at all, judged by the rows that `which` takes; before anything is identified. A dataset that has no
+/// folder yet has no name.
 ///
 /// # Errors
 /// Where they do not fit, unless `force`: exit code 2, and with `json` one document on standard output.
 fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
-    let fits = data_fit(&named(datasets), which);
+    // Another arm's data are refused as that.
+    let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
+    let fits = if one_arm { data_fit(&named(datasets), which) } else { Vec::new() };
     let misfit = fits.iter().find_map(|fit| fit.misfit.as_ref());
-    let sentence = misfit.map(|m| match datasets.len() {
-        1 => misfit_sentence(m),
-        _ => format!("{}: {}", m.nominal.dataset, misfit_sentence(m)),
+    let sentence = misfit.map(|m| match m.nominal.dataset.as_str() {
+        "" => misfit_sentence(m),
+        name => format!("{name}/samples.csv: {}", misfit_sentence(m)),
     });
     if let (Some(misfit), Some(sentence), false) = (misfit, &sentence, force) {
         if json {
