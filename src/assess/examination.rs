@@ -6,6 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::background::Background;
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
+use crate::effects::EffectId;
 use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
 
@@ -134,7 +135,7 @@ impl Examination {
         let mut problem = Problem::new(&datasets, model, Use::Fit)?;
         let mut fit = fit(&problem)?;
         for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
-            if parameter.effect.split(':').next() == Some("joint_compliance") {
+            if EffectId::new(&parameter.effect).family() == "joint_compliance" {
                 *value = parameter.spec.prior;
             }
         }

@@ -51,8 +51,10 @@ pub use residual_views::{
     WorstSample,
 };
 pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
-pub use symptoms::{Symptom, Unphysical};
+pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};
 pub use withdrawal::Contradiction;
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};
+
+pub use crate::effects::Unphysical;

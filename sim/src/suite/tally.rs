@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use calibench::effects::EffectId;
 use serde::Serialize;
 
 use super::Outcome;
@@ -110,7 +111,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
     let over: Vec<f64> = predictions().map(|o| o.predicted_mm / o.before_mm).collect();
     let mut families: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for o in one() {
-        let family = |id: &str| id.split(':').next().unwrap_or_default().to_owned();
+        let family = |id: &str| EffectId::new(id).family().to_owned();
         let said = if o.claimed() {
             if o.top_right_merged { family(&o.hidden) } else { family(&o.top) }
         } else {

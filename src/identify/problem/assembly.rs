@@ -11,7 +11,7 @@ use super::sample_row::SampleRow;
 use super::start::{start, worlds_own};
 use super::weighing::LoadState;
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
-use crate::effects::{self, Effect, Needs, Owner, ParameterSpec, Subject};
+use crate::effects::{self, Effect, Needs, Owner, ParameterSpec};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Robot, Site};
@@ -130,7 +130,7 @@ impl<'a> Assembly<'a> {
         let mut robot_owned: HashMap<String, usize> = HashMap::new();
         for (d, (label, dataset)) in self.datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
-            let subject = Subject { own: &model.own, ..Subject::new(&self.robot, &balls) };
+            let subject = model.subject(&self.robot, &balls);
             let mut wanted: Vec<(String, Belief)> = Vec::new();
             let probed = |b: usize| {
                 let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
