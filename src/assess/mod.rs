@@ -13,6 +13,7 @@ mod hypotheses;
 mod ladder;
 mod level;
 mod library;
+mod misfit;
 mod next;
 mod noise_floor;
 mod outside_range;
@@ -35,6 +36,7 @@ pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Top, ladder};
 pub use library::{Candidate, Library, Untestable};
+pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
     actions, propose,

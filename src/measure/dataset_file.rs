@@ -8,6 +8,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use super::dataset_toml::{AnchorToml, BallDistanceToml, BallToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, describe};
+use super::limits::{Impossible, impossible};
 use super::samples_file::read_samples;
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise};
@@ -153,11 +154,13 @@ impl Reading<'_> {
 
     /// The dataset that the keys describe, without its samples; its base is the world's frame where none is given.
     pub fn dataset(&self, file: DatasetToml, folder: &Path) -> Result<Dataset, FileError> {
+        // What cannot be written down as a table is refused below, by its key.
+        let impossible = toml::Table::try_from(&file).ok().and_then(|table| impossible(&table));
         let robot = self.robot(&file.robot, folder)?;
         let payloads = self.payloads(&file.payload)?;
         let balls = self.balls(&file.ball)?;
         let t = &file.tool;
-        Ok(Dataset {
+        let dataset = Dataset {
             base: file.base.map_or(FramePose::default(), |b| frame([b.x_mm, b.y_mm, b.z_mm], [b.a_deg, b.b_deg, b.c_deg])),
             tool: frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg]),
             tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
@@ -176,7 +179,11 @@ impl Reading<'_> {
             provenance: file.provenance,
             samples: Vec::new(),
             hash: String::new(),
-        })
+        };
+        match impossible {
+            Some(Impossible { key, problem, remedy }) => Err(self.wrong(key, problem, remedy)),
+            None => Ok(dataset),
+        }
     }
 
     fn robot(&self, reference: &str, folder: &Path) -> Result<Arc<Robot>, FileError> {
@@ -204,10 +211,10 @@ impl Reading<'_> {
         let mut seen: Vec<&str> = Vec::new();
         for (k, name) in names.enumerate() {
             let at = format!("{table}[{k}].{key}");
-            if name.is_empty() || name.trim() != name || name.contains(['\n', '\r']) {
+            if name.is_empty() || name.trim() != name || name.contains(char::is_control) {
                 return Err(self.wrong(
                     at,
-                    format!("{name:?} is empty, has spaces around it, or ends a line"),
+                    format!("{name:?} is empty, has spaces around it, or has control characters"),
                     "give a plain name",
                 ));
             }

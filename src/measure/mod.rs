@@ -21,6 +21,7 @@ mod journal_entry;
 mod journal_lines;
 mod journal_place;
 mod last_motion;
+mod limits;
 mod mastering;
 mod order;
 mod parts;

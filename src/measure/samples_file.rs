@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::columns::Column;
+use super::limits::{TEMPERATURE_C, TORQUE_NM};
 use super::{Dataset, Measured, Sample, SampleSet};
 use crate::files::{FileError, Record, Rows, name_remedy};
 use crate::robot::Robot;
@@ -308,6 +309,11 @@ impl<'a> Row<'a> {
         let robot: &Robot = &dataset.robot;
         let joints = robot.joints();
         let id = self.required(Column::Id)?;
+        for column in [Column::Id, Column::Session, Column::Repeat] {
+            if self.text(column).is_some_and(|name| name.contains(char::is_control)) {
+                return Err(self.error(column, "has control characters", "give a plain name"));
+            }
+        }
         for k in 0..joints {
             self.required(Column::Joint(k))?;
         }
@@ -332,13 +338,13 @@ impl<'a> Row<'a> {
             set,
             payload,
             time_s: self.number(Column::Time, 1.0)?,
-            temp_c: self.number(Column::Temperature, 1.0)?,
+            temp_c: self.possible(Column::Temperature, TEMPERATURE_C, self.number(Column::Temperature, 1.0)?)?,
             approach: self.signs(Column::Approach, joints, &[-1, 0, 1])?,
             plungers: self.signs(Column::Plunger, 3, &[-1, 1])?.map(|s| [s[0], s[1], s[2]]),
             repeat: self.text(Column::Repeat).map(str::to_owned),
             session: self.text(Column::Session).map(str::to_owned),
             q_commanded: self.numbers(Column::Commanded, joints, DEG)?,
-            tau: self.numbers(Column::Torque, joints, 1.0)?,
+            tau: self.torques(joints)?,
             sigma: self.positive(Column::Sigma, UM)?,
             extra: self
                 .header
@@ -348,6 +354,25 @@ impl<'a> Row<'a> {
                 .collect(),
             ..Sample::new(id, q, self.measured(dataset)?)
         })
+    }
+
+    /// A number that a cell can have.
+    fn possible(&self, column: Column, [least, most]: [f64; 2], value: Option<f64>) -> Result<Option<f64>, FileError> {
+        match value {
+            Some(v) if !(least..=most).contains(&v) => {
+                let problem = format!("{v} is impossible in a cell: at least {least}, at most {most}");
+                Err(self.error(column, problem, "give it in the unit of the column, or leave it empty"))
+            }
+            value => Ok(value),
+        }
+    }
+
+    fn torques(&self, joints: usize) -> Result<Option<Vec<f64>>, FileError> {
+        let torques = self.numbers(Column::Torque, joints, 1.0)?;
+        for (k, tau) in torques.iter().flatten().enumerate() {
+            self.possible(Column::Torque(k), TORQUE_NM, Some(*tau))?;
+        }
+        Ok(torques)
     }
 
     fn count_fields(&self) -> Result<(), FileError> {

@@ -10,6 +10,7 @@ mod json;
 mod ladder;
 mod ladder_sentences;
 mod meaning;
+mod misfit;
 mod next;
 mod page;
 mod tables;
@@ -24,6 +25,7 @@ pub use heat_map::{curve_line, heat_map_text};
 pub use json::{calibration_json, validation_json};
 pub use ladder::{ladder_json, rung_json, rung_table, step_json};
 pub use ladder_sentences::{advice, objection_sentence, rung_sentence, symptom_sentence, top_sentences};
+pub use misfit::{misfit_json, misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_json, unbelievable_sentence};
 pub use next::{detectability_json, detectability_text, next_json, next_sentences, next_table};
 pub use page::{
     CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageSubject, Standing, Views, chart_page_html, page_html,

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use calibench::assess::{Examination, WorkspacePoses, diagnose_examined};
+use calibench::identify::Use;
 use calibench::report::{diagnosis_json, diagnosis_text, extrapolation_sentence};
 
 use super::progress::Stages;
-use super::{Failure, Outcome, blame_data, model_for, named, outlook, print, print_json, read_datasets, recommended};
+use super::{Failure, Outcome, blame_data, gate, model_for, named, outlook, print, print_json, read_datasets, recommended};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -19,6 +20,9 @@ pub struct Arguments {
     /// Show which joint's error follows what, also where an effect of the catalogue explains it
     #[arg(long)]
     heat_map: bool,
+    /// Go on with data that do not fit the robot; the result says so
+    #[arg(long)]
+    force: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -28,6 +32,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let named = named(&datasets);
     let bar = Stages::new(3);
     bar.begin("fitting the model");
@@ -42,8 +47,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let commands = recommended(&arguments.datasets, arguments.model.as_deref());
     if arguments.json {
-        print_json(&diagnosis_json(&diagnosis, outlook.as_ref(), &commands))?
+        let mut document = diagnosis_json(&diagnosis, outlook.as_ref(), &commands);
+        gate.mark(&mut document);
+        print_json(&document)?
     } else {
+        gate.tell()?;
         print(&diagnosis_text(&diagnosis, outlook.as_ref(), &commands, arguments.heat_map))?
     }
     Ok(Outcome::Done)

@@ -2,12 +2,17 @@
 
 use std::path::PathBuf;
 
-use calibench::identify::{Calibration, IdentifyError, Outcome as FitOutcome, identify, read_calibration, write_calibration};
-use calibench::report::{calibration_json, parameter_table, unresolved_sentences, wider_sentence};
+use calibench::assess::unbelievable;
+use calibench::identify::{
+    Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, read_calibration, write_calibration,
+};
+use calibench::report::{
+    calibration_json, parameter_table, unbelievable_json, unbelievable_sentence, unresolved_sentences, wider_sentence,
+};
 use calibench::units::MM;
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets};
+use super::{DoNotFit, Failure, Outcome, blame_data, gate, model_for, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -20,6 +25,9 @@ pub struct Arguments {
     /// Where to write the calibration (TOML); a file that is there is replaced
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
+    /// Go on with data that do not fit the robot; every result says so
+    #[arg(long)]
+    force: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -30,11 +38,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting");
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let calibration = match identify(&named(&datasets), &model) {
         Err(e @ IdentifyError::Inconsistent { .. }) => return Err(e.into()),
         other => other.map_err(blame)?,
     };
     drop(waiting);
+    let corrections = unbelievable(&calibration);
+    let absurd = unbelievable_sentence(&corrections);
+    if let (Some(sentence), false) = (&absurd, arguments.force) {
+        if arguments.json {
+            print_json(&unbelievable_json(&corrections))?;
+        }
+        return Err(Box::new(DoNotFit(sentence.clone())));
+    }
     if let Some(path) = &arguments.output {
         write_calibration(&calibration, path)?;
         // Not a device or a pipe, which cannot be read back.
@@ -43,8 +60,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     if arguments.json {
-        print_json(&calibration_json(&calibration))?;
+        let mut document = calibration_json(&calibration);
+        gate.mark(&mut document);
+        print_json(&document)?;
     } else {
+        gate.tell()?;
+        absurd.iter().try_for_each(|sentence| print(sentence))?;
         print(&story(&calibration))?;
     }
     match calibration.outcome {

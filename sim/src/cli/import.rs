@@ -2,11 +2,15 @@
 
 use std::path::PathBuf;
 
+use calibench::identify::Use;
 use calibench::import::{Holdout, ImportOptions, import};
 use calibench::measure::{SampleSet, write_dataset};
+use calibench::report::nominal_fit_line;
+use calibench::units::MM;
+use serde_json::json;
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, print, seed};
+use super::{Failure, Outcome, gate, print, print_json, seed};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -30,6 +34,12 @@ pub struct Arguments {
     /// Seed of that choice
     #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
+    /// Write the dataset although its data do not fit the robot
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document in place of text
+    #[arg(long)]
+    json: bool,
 }
 
 fn fraction(text: &str) -> Result<f64, String> {
@@ -45,11 +55,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let options = ImportOptions { holdout, map: arguments.map.clone(), sets };
     let waiting = Waiting::new("reading");
     let (dataset, report) = import(&arguments.format, &files, &options)?;
+    let datasets = [(String::new(), dataset)];
+    let gate = gate(&datasets, Use::All, arguments.force, arguments.json)?;
     drop(waiting);
+    let [(_, dataset)] = datasets;
+    let folder = arguments.output.display().to_string();
     write_dataset(&dataset, &arguments.output)?;
-    print(&report.to_string())?;
     let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
-    let (all, folder) = (dataset.samples.len(), arguments.output.display());
+    let all = dataset.samples.len();
+    if arguments.json {
+        let fit = gate.fits.first().map(|f| {
+            let n = &f.nominal;
+            json!({ "residual_mm": n.residual / MM, "residual_all_rows_mm": n.plain / MM, "expected_mm": n.expected / MM,
+                "residual_percent_of_reach": 100.0 * n.residual / n.reach, "words": nominal_fit_line(n) })
+        });
+        let mut document = json!({ "format": "calibench-import-report/1", "rows_read": report.rows_read, "rows_kept": report.rows_kept,
+            "rows_skipped": report.skipped.len(), "samples": all, "validation": kept, "dataset": folder, "nominal_fit": fit });
+        gate.mark(&mut document);
+        print_json(&document)?;
+        return Ok(Outcome::Done);
+    }
+    print(&report.to_string())?;
+    gate.tell()?;
     print(&format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
     Ok(Outcome::Done)
 }

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use calibench::assess::{CellLayout, Examination, WORKSPACE_POSES, diagnose_examined, propose, workspace_poses};
+use calibench::identify::Use;
 use calibench::measure::Dataset;
 use calibench::report::{next_json, next_sentences, next_table};
 use calibench::units::MM;
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, blame_data, model_for, named, print, print_json, read_datasets, seed};
+use super::{Failure, Outcome, blame_data, gate, model_for, named, print, print_json, read_datasets, seed};
 use crate::planning::layout;
 use crate::proposal_files::write_proposal;
 use crate::scenario::load_scenario;
@@ -31,6 +32,9 @@ pub struct Arguments {
     /// Seed of the postures that are tried
     #[arg(long, value_parser = seed, default_value = "1", allow_negative_numbers = true)]
     seed: u64,
+    /// Go on with data that do not fit the robot
+    #[arg(long)]
+    force: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -42,6 +46,7 @@ const SAME_PLACE: f64 = 1.0 * MM;
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let first = &datasets[0].1;
     let (layout, reference) = match &arguments.scenario {
@@ -65,9 +70,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let mut document = next_json(&proposal);
         document["cell_known"] = layout.is_known.into();
         document["written"] = written.into();
+        gate.mark(&mut document);
         print_json(&document)?;
         return Ok(Outcome::Done);
     }
+    gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
     print(&next_table(&proposal))?;
     for sentence in next_sentences(&proposal) {
         print(&sentence)?;

@@ -1,0 +1,290 @@
+//! From a nominal fit to a verdict: gross rows, slips one at a time, then plausible pairs.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::campaign::{Campaign, Seen};
+use super::expected::expected;
+use super::frames::{Fitted, Frames, fit, flanges, misses};
+use super::slip::{LENGTHS, Slip, scaled};
+use super::{Cause, SlipTried};
+use crate::measure::Dataset;
+use crate::robot::Pose;
+use crate::units::DEG;
+
+/// Rows on which slips are tried before the best are tried on more.
+const SCREENED: usize = 80;
+const PAIRS_SCREENED: usize = 40;
+/// Slips that are tried on more rows.
+const CONFIRMED: usize = 8;
+/// A row is gross beyond this many times what the others leave,
+const GROSS: f64 = 12.0;
+/// and beyond this share of the reach: what is less is an outlier that a diagnosis names.
+const GROSS_OF_REACH: f64 = 0.03;
+/// A slip explains a misfit when it leaves this share or less.
+const EXPLAINS: f64 = 1.0 / 2.0;
+/// Where the data fit, a slip must leave this share or less to be believed.
+const BETTER: f64 = 1.0 / 3.0;
+/// Fewer degrees of freedom for each unknown leave so little by chance that no slip is believed for it.
+const FREEDOM_PER_UNKNOWN: isize = 2;
+/// Two slips are preferred to one when they leave this share of it.
+const PAIR_IS_BETTER: f64 = 1.0 / 5.0;
+/// Slips that leave less than this multiple of the best one's residual cannot be told from it.
+const ALIKE: f64 = 1.25;
+/// What an unknown of its own counts against a slip.
+const FREEDOM: f64 = 1.5;
+/// Share of gross rows beside which a slip still explains the others.
+const FEW_GROSS: f64 = 0.05;
+/// More gross rows than this share are no single rows.
+const MOST_GROSS: f64 = 0.2;
+/// A base is stated where its origin lies within this of the fitted one, m, and then it should not be turned by more than this, rad.
+const STATED: f64 = 0.05;
+const TURNED: f64 = 20.0 * DEG;
+/// A slip puts the base where it is stated when it is turned by no more than this, rad.
+const PUT_RIGHT: f64 = 2.0 * DEG;
+/// Best tries that are told when none explains the misfit.
+const TOLD: usize = 3;
+/// Gross rows named one by one.
+const NAMED: usize = 20;
+
+/// Farthest zero that is sought of a joint mastered wrongly, tenths of a degree.
+const FURTHEST: i32 = 300;
+
+/// What is known before slips are tried.
+pub(super) struct Search<'a> {
+    pub dataset: &'a Dataset,
+    pub whole: &'a Campaign,
+    pub some: &'a Campaign,
+    pub nominal: &'a Fitted,
+    /// How far the arm reaches, m.
+    pub reach: f64,
+    /// At most expected of the nominal arm, m.
+    pub most: f64,
+}
+
+/// Slips undone, and what is then left.
+struct Trial {
+    slips: Vec<Slip>,
+    fitted: Fitted,
+    /// Residual, m, on the scale of the data as they are, with unknowns of its own counted against it.
+    score: f64,
+}
+
+impl Search<'_> {
+    /// The cause of a misfit, with the slips; `None` where the data fit.
+    pub fn run(&self) -> Option<(Cause, Vec<SlipTried>)> {
+        let gross = self.gross_rows();
+        let too_large = self.nominal.robust > self.most;
+        let singles: Vec<Vec<Slip>> = Slip::all(self.some).into_iter().map(|s| vec![s]).collect();
+        let screen = self.some.selection(SCREENED);
+        let before = fit(&screen);
+        // Where but a few rows are gross, what a slip does to them counts; elsewhere what it does to the others.
+        let by_all = !too_large;
+        let mut tried = try_all(&screen, &singles, by_all);
+        if !too_large && gross.is_empty() {
+            // No unknown of its own: that could only be better.
+            tried.retain(|t| !t.slips[0].adds_freedom() && t.score <= BETTER * before.plain);
+            let enough = self.nominal.dof >= FREEDOM_PER_UNKNOWN * self.nominal.unknowns as isize;
+            tried.truncate(if enough { tried.len() } else { 0 });
+            let found = self.confirmed(tried, true, |t, _| t.score <= BETTER * self.nominal.plain);
+            if found.is_empty() {
+                return self.base_misplaced();
+            }
+            return Some((Cause::Slips, self.told(found)));
+        }
+        let singles_left = |t: &Trial, limit: f64| self.explains(t, limit, &gross);
+        let mut found = self.confirmed(tried, by_all, singles_left);
+        let best = found.first().map(|t| t.fitted.robust);
+        let is_ordinary = |t: &Trial| t.fitted.robust <= expected(&undone(self.some, &t.slips), &t.fitted.frames)[1];
+        if too_large && !found.first().is_some_and(is_ordinary) {
+            let all = Slip::all(self.some);
+            let pairs: Vec<Vec<Slip>> = (0..all.len())
+                .flat_map(|i| (0..all.len()).map(move |k| (i, k)))
+                .filter(|&(i, k)| all[i].goes_with(&all[k]) && (i < k || !all[k].goes_with(&all[i])))
+                .map(|(i, k)| vec![all[i].clone(), all[k].clone()])
+                .collect();
+            let few = self.some.selection(PAIRS_SCREENED);
+            let pairs = self.confirmed(try_all(&few, &pairs, false), false, singles_left);
+            if let Some(pair) = pairs.first()
+                && best.is_none_or(|b| pair.fitted.robust < PAIR_IS_BETTER * b)
+            {
+                found = pairs;
+            }
+        }
+        if found.is_empty() && too_large {
+            found = self.confirmed(try_all(&screen, &odd_zeros(&screen), false), false, singles_left);
+        }
+        if !found.is_empty() {
+            return Some((Cause::Slips, self.told(found)));
+        }
+        let few = gross.len() as f64 <= MOST_GROSS * self.whole.shots.len() as f64;
+        if !too_large && few {
+            return Some((Cause::Rows, self.rows(&gross)));
+        }
+        let mut tried = try_all(&screen, &singles, false);
+        tried.sort_by(|a, b| a.score.total_cmp(&b.score));
+        tried.truncate(TOLD);
+        Some((Cause::Unknown, self.told(tried)))
+    }
+
+    /// Rows of all that are far beyond anything expected, with their misses, m; the farthest first. Known distances between balls count.
+    fn gross_rows(&self) -> Vec<(usize, f64)> {
+        let misses = misses(self.whole, &self.nominal.frames);
+        let limit = self.gross(self.nominal.robust);
+        let mut gross: Vec<(usize, f64)> = misses.into_iter().enumerate().filter(|(_, d)| *d > limit).collect();
+        gross.sort_by(|a, b| b.1.total_cmp(&a.1));
+        gross
+    }
+
+    /// Beyond what a row is gross where the others leave `robust`, m.
+    fn gross(&self, robust: f64) -> f64 {
+        (GROSS * robust).max(GROSS_OF_REACH * self.reach)
+    }
+
+    /// A base turned from where it is stated, though its origin is there: a slip that turns it back leaves no other trace.
+    fn base_misplaced(&self) -> Option<(Cause, Vec<SlipTried>)> {
+        let campaign = self.some;
+        let stands = |(place, base): (&super::campaign::Place, &Pose)| {
+            let stated = place.base.pose();
+            let (near, shift) = (stated.translation.vector, base.translation.vector);
+            place.base_free && (near - shift).norm() <= STATED
+        };
+        let bases = &self.nominal.frames.bases;
+        if self.turned(&self.nominal.frames) >= TURNED && campaign.places.iter().zip(bases).all(stands) {
+            let slips: Vec<Vec<Slip>> = Slip::turning_the_base(campaign).into_iter().map(|s| vec![s]).collect();
+            let mut tried = try_all(campaign, &slips, false);
+            tried.retain(|t| t.score <= 1.1 * self.nominal.robust && self.turned(&t.fitted.frames) <= PUT_RIGHT);
+            return (!tried.is_empty()).then(|| (Cause::Base, self.told(tried)));
+        }
+        let in_unit = |by: f64| {
+            campaign.places.iter().zip(bases).all(|(place, base)| {
+                let (stated, found) = (Vector3::from(place.base.xyz) * by, base.translation.vector);
+                place.base_free && (stated - found).norm() <= 0.02 * found.norm()
+            })
+        };
+        let by = LENGTHS.into_iter().find(|by| in_unit(*by))?;
+        let words = format!("the stated base {}", scaled(by));
+        Some((Cause::Base, vec![SlipTried { slip: "base_unit".into(), residual: self.nominal.robust, words }]))
+    }
+
+    /// Whether a trial leaves what may be expected, and no gross rows to speak of.
+    fn explains(&self, trial: &Trial, limit: f64, gross: &[(usize, f64)]) -> bool {
+        let left = trial.fitted.misses.iter().filter(|d| **d > self.gross(trial.fitted.robust)).count();
+        let all = trial.fitted.misses.len();
+        let before = gross.len() as f64 / (self.whole.shots.len() + self.whole.ties.len()) as f64;
+        let few = (left as f64) <= (FEW_GROSS * all as f64).min(0.25 * before * all as f64);
+        let better = trial.score <= EXPLAINS * if gross.is_empty() { self.nominal.robust } else { self.nominal.plain };
+        trial.fitted.robust <= limit && few && better
+    }
+
+    /// Tries the best on more rows, and keeps those that pass and cannot be told from the best of them.
+    fn confirmed(&self, mut tried: Vec<Trial>, by_all: bool, passes: impl Fn(&Trial, f64) -> bool) -> Vec<Trial> {
+        tried.sort_by(|a, b| a.score.total_cmp(&b.score));
+        tried.truncate(CONFIRMED);
+        let slips: Vec<Vec<Slip>> = tried.into_iter().map(|t| t.slips).collect();
+        let mut again = try_all(self.some, &slips, by_all);
+        again.retain(|t| {
+            let limit = expected(&undone(self.some, &t.slips), &t.fitted.frames)[0];
+            t.fitted.robust <= limit && passes(t, limit)
+        });
+        again.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let best = again.first().map_or(0.0, |t| t.score);
+        again.retain(|t| t.score <= ALIKE * best);
+        again.sort_by(|a, b| self.turned(&a.fitted.frames).total_cmp(&self.turned(&b.fitted.frames)));
+        again
+    }
+
+    /// How far the base of a trial is turned from the stated one, where that is what tells slips apart; rad.
+    fn turned(&self, frames: &Frames) -> f64 {
+        let turn =
+            |(base, place): (&Pose, &super::campaign::Place)| (place.base.pose().rotation.inverse() * base.rotation).angle();
+        frames.bases.iter().zip(&self.some.places).map(turn).fold(0.0, f64::max)
+    }
+
+    fn told(&self, trials: Vec<Trial>) -> Vec<SlipTried> {
+        let told = |t: Trial| {
+            let names: Vec<String> = t.slips.iter().map(|s| s.name(self.some)).collect();
+            let words: Vec<String> = t.slips.iter().map(|s| s.words(self.some)).collect();
+            SlipTried { slip: names.join("+"), residual: t.fitted.robust, words: words.join(" and ") }
+        };
+        let mut seen = Vec::new();
+        let mut all: Vec<SlipTried> = trials.into_iter().map(told).collect();
+        all.retain(|t| {
+            let new = !seen.contains(&t.slip);
+            seen.push(t.slip.clone());
+            new
+        });
+        all
+    }
+
+    fn rows(&self, gross: &[(usize, f64)]) -> Vec<SlipTried> {
+        let row = |&(k, miss): &(usize, f64)| {
+            let Some(shot) = self.whole.shots.get(k) else {
+                let [a, b] = self.whole.ties[k - self.whole.shots.len()].between.map(|b| &self.whole.balls[b].id);
+                let words =
+                    format!("without the stated distance of balls {a} and {b}, {:.0} mm off, the nominal arm", miss * 1e3);
+                return SlipTried { slip: format!("ball_distance:{a}:{b}"), residual: self.nominal.robust, words };
+            };
+            let id = &self.dataset.samples[shot.source[1]].id;
+            let words = format!("without sample {id}, {:.0} mm off, the nominal arm", miss * 1e3);
+            SlipTried { slip: format!("sample:{id}"), residual: self.nominal.robust, words }
+        };
+        gross.iter().take(NAMED).map(row).collect()
+    }
+}
+
+fn undone(campaign: &Campaign, slips: &[Slip]) -> Campaign {
+    slips.iter().fold(campaign.clone(), |c, slip| slip.undone(&c))
+}
+
+/// Tries each of these on the rows of a campaign; scored `by_all` rows, or by those not set aside.
+fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
+    let own = signal(campaign);
+    let one = |slips: &Vec<Slip>| {
+        let changed = undone(campaign, slips);
+        if changed.shots.len() < campaign.shots.len() / 2 {
+            return None;
+        }
+        let fitted = fit(&changed);
+        // An arm that hardly moves leaves little: compare in parts of the motion.
+        let scale = if slips.iter().any(Slip::rescales_motion) { own / signal(&changed).max(f64::MIN_POSITIVE) } else { 1.0 };
+        let freedom = if slips.iter().any(Slip::adds_freedom) { FREEDOM } else { 1.0 };
+        let score = if by_all { fitted.plain } else { fitted.robust } * scale * freedom;
+        Some(Trial { slips: slips.clone(), fitted, score })
+    };
+    all.par_iter().filter_map(one).collect()
+}
+
+/// The zero of each joint that leaves least, to a tenth of a degree: mastered wrongly.
+fn odd_zeros(campaign: &Campaign) -> Vec<Vec<Slip>> {
+    let left = |j: usize, tenths: i32| {
+        let zero = f64::from(tenths) * 0.1 * DEG;
+        (fit(&Slip::JointZero(j, zero).undone(campaign)).robust, tenths)
+    };
+    let best = |j: usize, all: Vec<i32>| all.into_iter().map(|t| left(j, t)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let zero = |j: usize| {
+        let (_, coarse) = best(j, (-FURTHEST..=FURTHEST).step_by(20).collect())?;
+        let (_, near) = best(j, (coarse - 20..=coarse + 20).step_by(4).collect())?;
+        let (_, at) = best(j, (near - 4..=near + 4).collect())?;
+        Some(vec![Slip::JointZero(j, f64::from(at) * 0.1 * DEG)])
+    };
+    (0..campaign.robot.joints()).into_par_iter().filter_map(zero).collect()
+}
+
+/// How far the flange moves while one thing is measured: root mean square about the mean of each ball's rows, or of all points', m.
+fn signal(campaign: &Campaign) -> f64 {
+    let flanges = flanges(&campaign.robot, campaign);
+    let mut groups = std::collections::BTreeMap::new();
+    for (shot, flange) in campaign.shots.iter().zip(&flanges) {
+        let ball = match shot.seen {
+            Seen::Ball { ball, .. } => ball,
+            _ => usize::MAX,
+        };
+        groups.entry((shot.setup, ball)).or_insert_with(Vec::new).push(flange.translation.vector);
+    }
+    let squares = |all: &Vec<nalgebra::Vector3<f64>>| {
+        let mean = all.iter().sum::<nalgebra::Vector3<f64>>() / all.len() as f64;
+        all.iter().map(|p| (p - mean).norm_squared()).sum::<f64>()
+    };
+    (groups.values().map(squares).sum::<f64>() / campaign.shots.len().max(1) as f64).sqrt()
+}

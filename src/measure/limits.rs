@@ -1,0 +1,93 @@
+//! Values that no cell can have: of datasets and, as they are checked in the same words, of scenarios.
+
+use toml::Value;
+
+/// Which numbers of `dataset.toml` lie where, by the end of their keys: least, most, and what to look at.
+///
+/// The bounds are generous: they refuse a wrong unit or a slip of the keyboard, never a large cell.
+const KEYS: &[(&str, [f64; 2], &str)] = &[
+    ("tool.x_mm", [-1e4, 1e4], MM),
+    ("tool.y_mm", [-1e4, 1e4], MM),
+    ("tool.z_mm", [-1e4, 1e4], MM),
+    ("x_mm", [-5e4, 5e4], MM),
+    ("y_mm", [-5e4, 5e4], MM),
+    ("z_mm", [-5e4, 5e4], MM),
+    ("d_mm", [0.0, 1e5], MM),
+    ("a_deg", [-360.0, 360.0], TURN),
+    ("b_deg", [-360.0, 360.0], TURN),
+    ("c_deg", [-360.0, 360.0], TURN),
+    ("mass_kg", [0.0, 5e3], "give the mass in kilograms"),
+    ("com_mm", [-1e4, 1e4], MM),
+    ("contact_force_n", [-1e3, 1e3], "give the force in newtons"),
+    ("gravity_m_s2", [-30.0, 30.0], "give gravity in m/s2"),
+    ("sigma_um", [0.0, 1e6], UM),
+    ("ball_um", [0.0, 1e6], UM),
+    ("point_um", [0.0, 1e6], UM),
+    ("joint_arcsec", [0.0, 1e5], "give the angle in seconds of arc"),
+];
+const MM: &str = "give the length in millimetres";
+const UM: &str = "give the length in micrometres";
+const TURN: &str = "give the angle in degrees, within a turn";
+
+/// Temperatures of a robot, deg C.
+pub(super) const TEMPERATURE_C: [f64; 2] = [-90.0, 200.0];
+/// Torques of a joint, N·m.
+pub(super) const TORQUE_NM: [f64; 2] = [-1e6, 1e6];
+
+/// A number that no cell can have.
+pub(super) struct Impossible {
+    pub key: String,
+    pub problem: String,
+    pub remedy: &'static str,
+}
+
+/// The first number of a description that no cell can have; free keys of `provenance` are nobody's business.
+pub(super) fn impossible(description: &toml::Table) -> Option<Impossible> {
+    let parts = description.iter().filter(|(key, _)| *key != "provenance");
+    parts.into_iter().find_map(|(key, value)| walk(key, value))
+}
+
+fn walk(key: &str, value: &Value) -> Option<Impossible> {
+    match value {
+        Value::Float(v) => judge(key, *v),
+        Value::Integer(v) => judge(key, *v as f64),
+        Value::Array(list) => list.iter().enumerate().find_map(|(k, v)| walk(&format!("{key}[{k}]"), v)),
+        Value::Table(table) => table.iter().find_map(|(k, v)| walk(&format!("{key}.{k}"), v)),
+        _ => None,
+    }
+}
+
+fn judge(key: &str, value: f64) -> Option<Impossible> {
+    let plain =
+        key.rsplit_once('[').filter(|(_, end)| end.ends_with(']') && !end.contains('.')).map_or(key, |(start, _)| start);
+    let ends = |end: &str| plain.strip_suffix(end).is_some_and(|start| start.is_empty() || start.ends_with('.'));
+    let (_, [least, most], remedy) = KEYS.iter().find(|(end, ..)| ends(end))?;
+    // Not the other way round: what is not a number is not within either.
+    if (*least..=*most).contains(&value) {
+        return None;
+    }
+    let problem = format!("{value} is impossible in a cell: at least {least}, at most {most}");
+    Some(Impossible { key: key.into(), problem, remedy })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_cell_has_is_named_by_its_key() {
+        for (text, key) in [
+            ("[[ball]]\nx_mm = 1.0\n[[ball]]\nx_mm = 1e5", Some("ball[1].x_mm")),
+            ("[tool]\nz_mm = 12000.0", Some("tool.z_mm")),
+            ("[base]\na_deg = 785.0", Some("base.a_deg")),
+            ("[[payload]]\nmass_kg = 6000", Some("payload[0].mass_kg")),
+            ("[[payload]]\ncom_mm = [0.0, nan, 0.0]", Some("payload[0].com_mm[1]")),
+            ("[noise]\njoint_arcsec = [1.0, -1.0]", Some("noise.joint_arcsec[1]")),
+            ("gravity_m_s2 = [0.0, 0.0, -9810.0]", Some("gravity_m_s2[2]")),
+            ("[base]\nx_mm = 12000.0\n[provenance]\nx_mm = 1e9", None),
+        ] {
+            let found = impossible(&text.parse().expect("TOML"));
+            assert_eq!(found.map(|i| i.key).as_deref(), key, "{text}");
+        }
+    }
+}
