@@ -269,8 +269,7 @@ mod tests {
         let listed = |text: &str| toml::from_str::<HiddenToml>(text).expect("keys").listed().remove(0);
         let hidden = |text: &str| toml::from_str::<HiddenToml>(text).expect("keys").flaws(&cell).expect("fits").remove(0);
         let unknown = UNKNOWN.map(|name| (name, listed(&format!("[{name}]\nrms_urad = 60.0")).joints[0]));
-        for (name, joint) in unknown.into_iter().chain([("third_harmonic", 2), ("cross_coupled_wrist", 4)])
-        {
+        for (name, joint) in unknown.into_iter().chain([("third_harmonic", 2), ("cross_coupled_wrist", 4)]) {
             let flaw = hidden(&format!("[{name}]\nrms_urad = 60.0"));
             let rms = rms(flaw.as_ref(), &cell, joint - 1) / URAD;
             // Two thousand other postures: 2 % of chance, more for a bump that few of them meet.

@@ -16,7 +16,7 @@ use crate::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, design
 pub struct Arguments {
     /// Scenario file with a [suite]
     scenario: PathBuf,
-    /// Only trials of these classes, by name or by how the names begin (`unknown`); they are the same as in the whole suite
+    /// Only trials of these classes, by name, or, where none has it, by how the names begin (`unknown`); they are the same as in the whole suite
     #[arg(long, num_args = 1.., value_name = "CLASS")]
     class: Vec<String>,
     /// Only so many trials of each class
@@ -86,24 +86,24 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// The cases that are asked for.
 fn chosen(suite: &Suite, arguments: &Arguments) -> Result<Vec<Case>, Failure> {
     let known = suite.classes();
+    let mut of_classes: Vec<&str> = Vec::new();
     for class in &arguments.class {
-        if !known.iter().any(|k| is_of(k, class)) {
+        let named: Vec<&str> = known.iter().filter(|k| *k == class).copied().collect();
+        let begin = known.iter().filter(|k| k.strip_prefix(class.as_str()).is_some_and(|rest| rest.starts_with('_'))).copied();
+        let named = if named.is_empty() { begin.collect() } else { named };
+        if named.is_empty() {
             let list = known.join(", ");
             return Err(format!("--class {class}: there is no such class; those of this suite are {list}").into());
         }
+        of_classes.extend(named);
     }
     let asked = |case: &&Case| {
-        let of_class = arguments.class.is_empty() || arguments.class.iter().any(|class| is_of(&case.class, class));
+        let of_class = arguments.class.is_empty() || of_classes.contains(&case.class.as_str());
         of_class && arguments.each.is_none_or(|each| case.place < each)
     };
     let mut all: Vec<Case> = suite.cases().iter().filter(asked).step_by(arguments.every.max(1)).cloned().collect();
     all.truncate(arguments.trials.unwrap_or(usize::MAX));
     Ok(all)
-}
-
-/// Whether a class has that name, or begins with it up to a `_`.
-fn is_of(class: &str, name: &str) -> bool {
-    class == name || (class.starts_with(name) && class[name.len()..].starts_with('_'))
 }
 
 fn compare_designs(scenario: &Scenario, seed: u64, trials: usize, arguments: &Arguments) -> Result<Outcome, Failure> {

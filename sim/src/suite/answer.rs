@@ -22,13 +22,7 @@ const NAMING: [&str; 4] = ["identified", "indistinguishable", "partly", "suspect
 
 /// The columns of an outcome that the diagnosis decides; `visible` says how visible each hidden effect is, `chi2_left` what the fit
 /// leaves with the first finding.
-pub(super) fn answer(
-    diagnosis: &Diagnosis,
-    case: &Case,
-    hidden: &Hidden,
-    visible: &[f64],
-    chi2_left: Option<f64>,
-) -> Outcome {
+pub(super) fn answer(diagnosis: &Diagnosis, case: &Case, hidden: &Hidden, visible: &[f64], chi2_left: Option<f64>) -> Outcome {
     let is_true = |effect: &str| hidden.effects.iter().any(|(id, _)| same(id, effect));
     let twins = hidden.flaws.twins();
     let joints = hidden.joints();
@@ -93,10 +87,14 @@ impl Judged<'_> {
             }
             Kind::Effects { .. } => names && o.top_right_merged && !too_much,
             Kind::Outliers { .. } => self.both_suspected() && !too_much,
-            Kind::MovedBall { .. } => if names { self.ball_named() } else { open },
-            Kind::Clutter { .. } | Kind::Dense if o.claimed() => {
-                self.largest.is_some_and(|id| same(id, &o.top)) && !too_much
+            Kind::MovedBall { .. } => {
+                if names {
+                    self.ball_named()
+                } else {
+                    open
+                }
             }
+            Kind::Clutter { .. } | Kind::Dense if o.claimed() => self.largest.is_some_and(|id| same(id, &o.top)) && !too_much,
             Kind::Clutter { .. } | Kind::Dense => open || (nothing && self.diagnosis.chi2_per_dof <= NOTHING_LEFT),
             Kind::Unknown { .. } => o.said_so,
         }

@@ -117,15 +117,14 @@ pub(super) fn all(ids: &[String], robots: &[(String, Vec<String>)], spec: &Suite
     class(&format!("nothing_{name}"), condition, vec![Kind::Nothing; spec.trials_of_nothing]);
     class("one", as_stated, singles(ids, spec));
     class("two", as_stated, (0..spec.trials_of_two).map(|k| pair(ids, k)).collect());
-    let clutter = spec.clutter.iter().flat_map(|&size| vec![Kind::Clutter { size }; spec.trials_of_clutter]);
-    class("clutter", as_stated, clutter.collect());
+    class("clutter", as_stated, by_turns(&spec.clutter, spec.trials_of_clutter, |size| Kind::Clutter { size }));
     class("dense", as_stated, vec![Kind::Dense; spec.trials_of_dense]);
     let outliers = Kind::Outliers { count: 2, mm: spec.outlier_mm };
     class("two_outliers", as_stated, vec![outliers; spec.trials_of_outliers]);
     class("moved_ball", as_stated, vec![Kind::MovedBall { mm: spec.moved_ball_mm }; spec.trials_of_moved_ball]);
     for flaw in UNKNOWN {
-        let of = |&size: &f64| vec![Kind::Unknown { flaw: flaw.into(), size }; spec.trials_of_unknown];
-        class(&format!("unknown_{flaw}"), as_stated, spec.unknown_sizes.iter().flat_map(of).collect());
+        let of = |size| Kind::Unknown { flaw: flaw.into(), size };
+        class(&format!("unknown_{flaw}"), as_stated, by_turns(&spec.unknown_sizes, spec.trials_of_unknown, of));
     }
     let (name, condition) = understated(spec.noise_understated);
     class(&name, condition, mixed(ids, spec.trials_of_understated));
@@ -141,6 +140,11 @@ pub(super) fn all(ids: &[String], robots: &[(String, Vec<String>)], spec: &Suite
 fn singles(ids: &[String], spec: &SuiteToml) -> Vec<Kind> {
     let of = |id: &String, size: f64| vec![Kind::Effects { ids: vec![id.clone()], size }; spec.trials_per_effect];
     ids.iter().flat_map(|id| spec.sizes.iter().flat_map(move |&size| of(id, size))).collect()
+}
+
+/// So many trials of each size, the sizes by turns: the first trials of a class have something of each.
+fn by_turns(sizes: &[f64], trials: usize, kind: impl Fn(f64) -> Kind) -> Vec<Kind> {
+    (0..trials).flat_map(|_| sizes.iter().map(|&size| kind(size))).collect()
 }
 
 /// Two effects far apart in the catalogue, each about as often as any other.
@@ -164,7 +168,8 @@ mod tests {
 
     #[test]
     fn a_trial_keeps_its_streams_when_classes_come_and_go() {
-        let case = |class: &str, place| Case { class: class.into(), place, kind: Kind::Nothing, condition: Condition::AsStated };
+        let case =
+            |class: &str, place| Case { class: class.into(), place, kind: Kind::Nothing, condition: Condition::AsStated };
         let trials = [case("two", 0), case("two", 1), case("dense", 0)].map(|c| c.trial());
         assert!(trials[0] + 1 == trials[1] && trials[0] != trials[2]);
     }

@@ -89,7 +89,8 @@ pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut
     match &case.kind {
         Kind::Nothing => Hidden::of(Vec::new(), "nothing", 0.0),
         Kind::Unknown { flaw, size } => {
-            let text = format!("[{flaw}]\nrms_urad = {}", size * UNKNOWN_RMS_URAD);
+            let keys = unknown_keys(flaw, random);
+            let text = format!("[{flaw}]\nrms_urad = {}\n{keys}", size * UNKNOWN_RMS_URAD);
             Hidden { flaws: toml::from_str(&text).unwrap_or_default(), ..Hidden::of(Vec::new(), "unknown", *size) }
         }
         Kind::Effects { ids, size } => {
@@ -124,6 +125,25 @@ pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut
             let flaws = HiddenToml { moved_ball, ..HiddenToml::default() };
             Hidden { flaws, ..Hidden::of(Vec::new(), "moved_ball", *mm) }
         }
+    }
+}
+
+/// The keys of a flaw beside its size: which joint errs, and how, differ from trial to trial.
+fn unknown_keys(flaw: &str, random: &mut ChaCha8Rng) -> String {
+    let mut joint = |from: usize, to: usize| format!("joint = {}", random.random_range(from..=to));
+    match flaw {
+        "asymmetric_tooth" => format!("{}\nteeth = {}", joint(1, 4), random.random_range(5..=15)),
+        "beat" => {
+            let joint = joint(1, 4);
+            let first: f64 = random.random_range(3.2..7.8);
+            format!("{joint}\nper_turn = [{first}, {}]", first * random.random_range(1.05..1.25))
+        }
+        "bilinear_coupling" => joint(1, 4),
+        "cable_spring" => joint(4, 5),
+        "gear_defect" => format!("centre_deg = {}", random.random_range(45.0..90.0)),
+        "posture_spring" => format!("{}\nphase_deg = {}", joint(2, 3), random.random_range(0.0..360.0)),
+        "smooth_field" => format!("{}\nseed = {}", joint(1, 4), random.random_range(0..1_000_000)),
+        _ => String::new(),
     }
 }
 
@@ -200,6 +220,41 @@ fn put_off(data: &mut Dataset, id: &str, sizes: &[f64]) {
             Measured::Ball { reading: Some(reading), .. } => *reading += offset,
             Measured::Point(at) => *at += offset,
             _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hidden::UNKNOWN;
+    use crate::random::Streams;
+    use calibench::measure::Sample;
+
+    #[test]
+    fn every_unknown_flaw_is_drawn_and_no_two_trials_are_alike() {
+        for flaw in UNKNOWN {
+            let drawn: Vec<HiddenToml> = (0..40)
+                .map(|trial| {
+                    let mut random = Streams { seed: 1, trial }.stream("suite");
+                    let text = format!("[{flaw}]\nrms_urad = 60.0\n{}", unknown_keys(flaw, &mut random));
+                    toml::from_str(&text).unwrap_or_else(|e| panic!("{flaw}: {e}"))
+                })
+                .collect();
+            assert!(drawn.iter().all(|d| d.listed().len() == 1 && d.listed()[0].name == flaw), "{flaw}");
+            assert!(drawn.iter().any(|d| *d != drawn[0]), "{flaw} is always the same");
+        }
+    }
+
+    #[test]
+    fn joints_are_read_to_the_step_and_no_finer() {
+        let sample = Sample::new("a", vec![0.123_456_7, -1.0], Measured::Point(Vector3::zeros()));
+        let mut data = Dataset { samples: vec![sample], ..Dataset::default() };
+        let condition = Condition::Quantised { deg: 0.01 };
+        let case = Case { class: "quantised".into(), place: 0, kind: Kind::Nothing, condition };
+        disturb(&mut data, &case, &Hidden::of(Vec::new(), "nothing", 0.0));
+        for (read, was) in data.samples[0].q.iter().zip([0.123_456_7, -1.0]) {
+            assert!((read / DEG * 100.0 - (read / DEG * 100.0).round()).abs() < 1e-9 && (read - was).abs() <= 0.005 * DEG);
         }
     }
 }

@@ -82,8 +82,7 @@ pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 pub fn tally(outcomes: &[Outcome]) -> Tally {
     // Trials under a condition of their own count in their own row alone.
     let plain = |o: &&Outcome| o.class.starts_with(o.kind);
-    let of =
-        |kind: &'static str| outcomes.iter().filter(move |o| plain(o) && o.kind == kind && o.verdict != "not_measured");
+    let of = |kind: &'static str| outcomes.iter().filter(move |o| plain(o) && o.kind == kind && o.verdict != "not_measured");
     let detected = |o: &Outcome| o.verdict != "nothing_left";
     let one = || of("one").filter(|o| o.testable);
     let claimed = || one().filter(|o| o.claimed());

@@ -98,13 +98,7 @@ fn claims(verdict: &str) -> bool {
 }
 
 /// Measures, calibrates, diagnoses, and compares.
-pub(super) fn trial(
-    scenario: &Scenario,
-    plans: &Plans,
-    case: &Case,
-    seed: u64,
-    advice: Advice,
-) -> Result<Outcome, TrialError> {
+pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, seed: u64, advice: Advice) -> Result<Outcome, TrialError> {
     let streams = Streams { seed, trial: case.trial() };
     let mut random = streams.stream("suite");
     let mut hidden = hide(case, scenario, plans, &mut random);
