@@ -136,10 +136,24 @@ pub(super) fn all(ids: &[String], robots: &[(String, Vec<String>)], spec: &Suite
     cases
 }
 
-/// Every effect alone, at every size.
+/// Every effect alone, at every size; in an order in which the first trials are of all parts of the catalogue, and of all sizes.
 fn singles(ids: &[String], spec: &SuiteToml) -> Vec<Kind> {
     let of = |id: &String, size: f64| vec![Kind::Effects { ids: vec![id.clone()], size }; spec.trials_per_effect];
-    ids.iter().flat_map(|id| spec.sizes.iter().flat_map(move |&size| of(id, size))).collect()
+    let all: Vec<Kind> = ids.iter().flat_map(|id| spec.sizes.iter().flat_map(move |&size| of(id, size))).collect();
+    let stride = golden_stride(all.len());
+    (0..all.len()).map(|k| all[k * stride % all.len()].clone()).collect()
+}
+
+/// About 0.618 of a number, and without a common factor with it: its multiples go through all places and leave no large gap on the way.
+fn golden_stride(length: usize) -> usize {
+    let common = |mut a: usize, mut b: usize| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let first = (0.618 * length as f64) as usize;
+    (first.max(1)..).find(|&stride| common(stride, length) <= 1).unwrap_or(1)
 }
 
 /// So many trials of each size, the sizes by turns: the first trials of a class have something of each.
@@ -172,6 +186,18 @@ mod tests {
             |class: &str, place| Case { class: class.into(), place, kind: Kind::Nothing, condition: Condition::AsStated };
         let trials = [case("two", 0), case("two", 1), case("dense", 0)].map(|c| c.trial());
         assert!(trials[0] + 1 == trials[1] && trials[0] != trials[2]);
+    }
+
+    #[test]
+    fn a_stride_goes_through_all_places_and_spreads_at_once() {
+        for length in [1, 2, 10, 143, 572, 600] {
+            let stride = golden_stride(length);
+            let mut places: Vec<usize> = (0..length).map(|k| k * stride % length).collect();
+            let first = &places[..length.min(8)];
+            assert!((0..4).all(|q| length < 10 || first.iter().any(|p| 4 * p / length == q)), "{length}: {first:?}");
+            places.sort_unstable();
+            assert!(places.into_iter().eq(0..length), "{length}");
+        }
     }
 
     /// 11 and the number of effects of a six-joint arm have no common factor: a class goes through the whole catalogue.

@@ -1,8 +1,8 @@
 //! One blind trial.
 
-use calibench::assess::{Examination, Validation, WorkspaceError, diagnose_examined};
+use calibench::assess::{Diagnosis, Examination, Validation, WorkspaceError, diagnose_examined};
 use calibench::files::FileError;
-use calibench::identify::{Calibration, IdentifyError, Use, identify};
+use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
 use calibench::measure::{Dataset, Measured};
 use calibench::units::MM;
 use nalgebra::Vector3;
@@ -11,10 +11,10 @@ use thiserror::Error;
 
 use super::advice::{Advice, advised};
 use super::answer::answer;
-use super::hide::{disturb, hide};
+use super::hide::{Hidden, disturb, hide};
 use super::{Case, Kind};
 use crate::random::Streams;
-use crate::run::{Plans, RunError, measure_all};
+use crate::run::{Measurements, Plans, RunError, measure_all};
 use crate::scenario::Scenario;
 
 /// Why a trial gave nothing.
@@ -100,74 +100,105 @@ fn claims(verdict: &str) -> bool {
 /// Measures, calibrates, diagnoses, and compares.
 pub(super) fn trial(scenario: &Scenario, plans: &Plans, case: &Case, seed: u64, advice: Advice) -> Result<Outcome, TrialError> {
     let streams = Streams { seed, trial: case.trial() };
-    let mut random = streams.stream("suite");
-    let mut hidden = hide(case, scenario, plans, &mut random);
+    let hidden = hide(case, scenario, plans, &mut streams.stream("suite"));
     let scenario = scenario.with_truth(hidden.truth(scenario))?;
-    let model = &scenario.model;
-    let said = Outcome {
-        case: case.to_string(),
-        class: case.class.clone(),
-        kind: hidden.kind,
-        hidden: hidden.names(),
-        size: hidden.size,
-        ..Outcome::default()
-    };
-    let mut measured = match measure_all(&scenario, streams, plans, &mut ()) {
-        Ok(measured) => measured,
+    let (said, class, names) = (case.to_string(), case.class.clone(), hidden.names());
+    let (kind, size) = (hidden.kind, hidden.size);
+    let judged = match measure_all(&scenario, streams, plans, &mut ()) {
+        Ok(mut measured) => {
+            disturb(&mut measured.fit, case, &hidden);
+            Trial::of(case, &scenario.model, &measured, advice).judged(hidden)?
+        }
         // A robot so wrong that its balls cannot be centred has shown it without any diagnosis.
-        Err(RunError::Campaign(_)) => return Ok(Outcome { verdict: "not_measured", ..said }),
+        Err(RunError::Campaign(_)) => Outcome { verdict: "not_measured", ..Outcome::default() },
         Err(e) => return Err(e.into()),
     };
-    disturb(&mut measured.fit, case, &hidden);
-    let data = [("fit", &measured.fit)];
-    let examination = Examination::new(&data, model)?;
-    let diagnosis = diagnose_examined(&data, &examination)?;
-    let poses: Vec<Vec<f64>> = measured.validation.samples.iter().map(|s| s.q.clone()).collect();
-    let predicted = WorkspaceError::predict(&data, &examination, &diagnosis.relevance, &poses)?;
-    let end = measured.fit.samples.iter().filter_map(|s| s.time_s).reduce(f64::max);
-    let truth = at_truth(&measured.validation, &measured.validation_truth, end);
-    let error = |calibration: &Calibration| -> Result<f64, IdentifyError> {
-        let prediction = calibration.predict(&[("truth", &truth)], Use::Validation)?;
-        Ok(Validation::of(&prediction).map_or(f64::NAN, |v| v.mean / MM))
-    };
-    // What the data cannot test they do not see: it is no contributor.
-    let untestable = |id: &str| diagnosis.untestable.iter().any(|u| u.effect == id);
-    let testable = !hidden.effects.iter().any(|(id, _)| untestable(id));
-    hidden.effects.retain(|(id, _)| hidden.kind == "one" || !untestable(id));
-    let visible = examination.visible_rms(&data, &hidden.effects).unwrap_or_default();
+    Ok(Outcome { case: said, class, kind, hidden: names, size, ..judged })
+}
 
-    let claimed = diagnosis.findings.first().filter(|_| claims(diagnosis.verdict.name()));
-    let with_claimed = claimed.and_then(|f| identify(&data, &model.with(&f.hypothesis.in_model)).ok());
-    let chi2_left = with_claimed.as_ref().map(|c| c.chi2_per_dof);
-    let advised = advised(&data, model, with_claimed, &poses, advice);
-    let before_mm = error(&examination.calibration(&data))?;
-    let after_mm = advised.as_ref().map_or(Ok(before_mm), |a| error(&a.calibration))?;
-    let with_hidden = || {
-        let model = hidden.effects.iter().fold(model.clone(), |m, (id, _)| m.with(id));
-        identify(&data, &model).and_then(|c| error(&c)).ok()
-    };
-    let known = matches!(case.kind, Kind::Effects { .. } | Kind::Outliers { .. });
-    let [low, high] = predicted.as_ref().map_or([f64::NAN; 2], |w| [w.mean.low / MM, w.mean.high / MM]);
-    let expected_after = advised.as_ref().and_then(|a| a.expected_mm);
-    Ok(Outcome {
-        case: said.case,
-        class: said.class,
-        kind: said.kind,
-        hidden: said.hidden,
-        size: said.size,
-        visible: visible.iter().map(|v| v * v).sum::<f64>().sqrt(),
-        testable,
-        before_mm,
-        predicted_mm: predicted.map_or(f64::NAN, |w| w.mean.expected / MM),
-        predicted_low_mm: low,
-        predicted_high_mm: high,
-        after_mm: Some(after_mm),
-        oracle_mm: known.then(with_hidden).flatten(),
-        predicted_after_mm: expected_after.map(|e| e[0]),
-        predicted_after_low_mm: expected_after.map(|e| e[1]),
-        predicted_after_high_mm: expected_after.map(|e| e[2]),
-        ..answer(&diagnosis, case, &hidden, &visible, chi2_left)
-    })
+/// A robot that was measured, and how it truly is.
+struct Trial<'a> {
+    case: &'a Case,
+    model: &'a Model,
+    fit: &'a Dataset,
+    truth: Dataset,
+    /// Joint angles at which the error is judged, rad.
+    poses: Vec<Vec<f64>>,
+    advice: Advice,
+}
+
+/// What came of following a diagnosis.
+struct Followed {
+    chi2_left: Option<f64>,
+    after_mm: Option<f64>,
+    expected_mm: Option<[f64; 3]>,
+}
+
+impl<'a> Trial<'a> {
+    fn of(case: &'a Case, model: &'a Model, measured: &'a Measurements, advice: Advice) -> Self {
+        let end = measured.fit.samples.iter().filter_map(|s| s.time_s).reduce(f64::max);
+        let truth = at_truth(&measured.validation, &measured.validation_truth, end);
+        let poses = measured.validation.samples.iter().map(|s| s.q.clone()).collect();
+        Trial { case, model, fit: &measured.fit, truth, poses, advice }
+    }
+
+    /// Diagnoses, and holds the answer against what is hidden.
+    fn judged(&self, mut hidden: Hidden) -> Result<Outcome, IdentifyError> {
+        let data = [("fit", self.fit)];
+        let examination = Examination::new(&data, self.model)?;
+        let diagnosis = diagnose_examined(&data, &examination)?;
+        let predicted = WorkspaceError::predict(&data, &examination, &diagnosis.relevance, &self.poses)?;
+        // What the data cannot test they do not see: it is no contributor.
+        let untestable = |id: &str| diagnosis.untestable.iter().any(|u| u.effect == id);
+        let testable = !hidden.effects.iter().any(|(id, _)| untestable(id));
+        hidden.effects.retain(|(id, _)| hidden.kind == "one" || !untestable(id));
+        let visible = examination.visible_rms(&data, &hidden.effects).unwrap_or_default();
+        let followed = self.followed(&diagnosis)?;
+        let before_mm = self.error_mm(&examination.calibration(&data))?;
+        let mean = predicted.map_or([f64::NAN; 3], |w| [w.mean.expected, w.mean.low, w.mean.high].map(|v| v / MM));
+        let after = followed.expected_mm;
+        Ok(Outcome {
+            visible: visible.iter().map(|v| v * v).sum::<f64>().sqrt(),
+            testable,
+            before_mm,
+            predicted_mm: mean[0],
+            predicted_low_mm: mean[1],
+            predicted_high_mm: mean[2],
+            after_mm: Some(followed.after_mm.unwrap_or(before_mm)),
+            oracle_mm: self.oracle_mm(&hidden),
+            predicted_after_mm: after.map(|e| e[0]),
+            predicted_after_low_mm: after.map(|e| e[1]),
+            predicted_after_high_mm: after.map(|e| e[2]),
+            ..answer(&diagnosis, self.case, &hidden, &visible, followed.chi2_left)
+        })
+    }
+
+    /// Fits what the diagnosis claims, and what is advised.
+    fn followed(&self, diagnosis: &Diagnosis) -> Result<Followed, IdentifyError> {
+        let data = [("fit", self.fit)];
+        let claimed = diagnosis.findings.first().filter(|_| claims(diagnosis.verdict.name()));
+        let with_claimed = claimed.and_then(|f| identify(&data, &self.model.with(&f.hypothesis.in_model)).ok());
+        let chi2_left = with_claimed.as_ref().map(|c| c.chi2_per_dof);
+        let advised = advised(&data, self.model, with_claimed, &self.poses, self.advice);
+        let after_mm = advised.as_ref().map(|a| self.error_mm(&a.calibration)).transpose()?;
+        Ok(Followed { chi2_left, after_mm, expected_mm: advised.and_then(|a| a.expected_mm) })
+    }
+
+    /// Mean position error over the workspace, mm.
+    fn error_mm(&self, calibration: &Calibration) -> Result<f64, IdentifyError> {
+        let prediction = calibration.predict(&[("truth", &self.truth)], Use::Validation)?;
+        Ok(Validation::of(&prediction).map_or(f64::NAN, |v| v.mean / MM))
+    }
+
+    /// The same of a model that knows what is hidden, where that is a few effects of the catalogue.
+    fn oracle_mm(&self, hidden: &Hidden) -> Option<f64> {
+        if !matches!(self.case.kind, Kind::Effects { .. } | Kind::Outliers { .. }) {
+            return None;
+        }
+        let model = hidden.effects.iter().fold(self.model.clone(), |m, (id, _)| m.with(id));
+        let calibration = identify(&[("fit", self.fit)], &model).ok()?;
+        self.error_mm(&calibration).ok()
+    }
 }
 
 /// The validation poses with the TCP where it truly was, at the end of the session: what drifts has drifted by then.
