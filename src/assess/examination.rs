@@ -110,6 +110,20 @@ impl Examination {
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
     }
 
+    /// The same with these candidates in place of the library.
+    ///
+    /// # Errors
+    /// As [`Examination::new`].
+    pub(super) fn with(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        candidates: Vec<Candidate>,
+    ) -> Result<Self, IdentifyError> {
+        let mut problem = Problem::new(datasets, model, Use::Fit)?;
+        let fit = fit(&mut problem)?;
+        Examination::of(datasets, model, problem, fit, Library { candidates, untestable: Vec::new() })
+    }
+
     /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
     /// plausible: what acts through them would else seem to move nothing.
     ///

@@ -15,12 +15,14 @@ mod library;
 mod next;
 mod noise_floor;
 mod outside_range;
+mod recommend;
 mod relevance;
 mod residual_views;
 mod rung;
 mod sweep;
 mod symptoms;
 mod validation;
+mod withdrawal;
 mod workspace;
 mod workspace_map;
 
@@ -30,7 +32,7 @@ pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, d
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Place, Unplaced, place};
-pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
+pub use ladder::{Climb, Ladder, Top, ladder};
 pub use library::{Candidate, Library, Untestable};
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
@@ -38,14 +40,16 @@ pub use next::{
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};
+pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
 pub use relevance::Relevance;
 pub(crate) use residual_views::SeenSample;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,
 };
-pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung};
+pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
 pub use symptoms::{Symptom, Unphysical};
 pub use validation::{HistogramBin, Validation};
+pub use withdrawal::Contradiction;
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};
