@@ -37,7 +37,7 @@ pub(super) fn advised(
         Advice::Diagnosis => Some(Advised { calibration: with_claimed?, expected_mm: None }),
         Advice::Ladder => {
             let climbed = ladder(data, model, ProvingGround { poses, checks: &[] }, &mut |_| ()).ok()?;
-            let (rung, _) = climbed.recommended();
+            let rung = climbed.recommended();
             let expected = rung.workspace.as_ref().map(|w| [w.mean.expected, w.mean.low, w.mean.high].map(|v| v / MM));
             Some(Advised { calibration: rung.calibration.clone(), expected_mm: expected })
         }
