@@ -53,13 +53,10 @@ impl Suite {
     /// The suite of a scenario.
     ///
     /// # Errors
-    /// When a scenario of another robot cannot be read, or there are fewer samples than balls.
+    /// When a number of the suite is out of its bounds, or a scenario of another robot cannot be read.
     pub fn new(scenario: &Scenario, spec: &SuiteToml) -> Result<Self, FileError> {
+        check(scenario, spec)?;
         let balls = scenario.ball_ids().len();
-        if spec.few_samples < balls {
-            let remedy = format!("give at least {balls}, one for each ball");
-            return Err(scenario.wrong("suite.few_samples", format!("is {}", spec.few_samples), remedy));
-        }
         let mut few = scenario.clone();
         few.plan.poses_per_ball = spec.few_samples.div_ceil(balls);
         let mut cells = vec![scenario.clone(), few];
@@ -125,6 +122,47 @@ impl Planned<'_> {
         };
         cases.par_iter().map(one).collect()
     }
+}
+
+/// Trials of one kind.
+const MOST_TRIALS: usize = 10_000;
+
+/// That the numbers of a suite are within their bounds.
+fn check(scenario: &Scenario, spec: &SuiteToml) -> Result<(), FileError> {
+    for (key, value) in [
+        ("trials_per_effect", spec.trials_per_effect),
+        ("trials_of_nothing", spec.trials_of_nothing),
+        ("trials_of_clutter", spec.trials_of_clutter),
+        ("trials_of_dense", spec.trials_of_dense),
+        ("trials_of_two", spec.trials_of_two),
+        ("trials_of_unknown", spec.trials_of_unknown),
+        ("trials_of_outliers", spec.trials_of_outliers),
+        ("trials_of_moved_ball", spec.trials_of_moved_ball),
+        ("trials_of_understated", spec.trials_of_understated),
+        ("trials_of_quantised", spec.trials_of_quantised),
+        ("trials_of_few", spec.trials_of_few),
+        ("trials_of_robot", spec.trials_of_robot),
+    ] {
+        if value > MOST_TRIALS {
+            let remedy = format!("give a whole number up to {MOST_TRIALS}");
+            return Err(scenario.wrong(&format!("suite.{key}"), format!("is {value}"), remedy));
+        }
+    }
+    for (key, value) in [
+        ("noise_wrong", spec.noise_wrong),
+        ("noise_understated", spec.noise_understated),
+        ("quantised_deg", spec.quantised_deg),
+    ] {
+        if value <= 0.0 {
+            return Err(scenario.wrong(&format!("suite.{key}"), format!("is {value}"), "give a positive number"));
+        }
+    }
+    let balls = scenario.ball_ids().len();
+    if spec.few_samples < balls {
+        let remedy = format!("give at least {balls}, one for each ball");
+        return Err(scenario.wrong("suite.few_samples", format!("is {}", spec.few_samples), remedy));
+    }
+    Ok(())
 }
 
 /// Ids of everything that may be hidden in a cell's robot.
