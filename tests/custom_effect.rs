@@ -4,14 +4,18 @@
 use std::fs;
 use std::sync::Arc;
 
-use calibench::effects::{Subject, ids};
+use calibench::assess::Library;
+use calibench::effects::{
+    Effect, EffectError, Emit, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Registry, Role,
+    Scan, Situation, Stray, Subject, ids,
+};
 use calibench::identify::{
     Calibration, Model, Problem, ProblemError, Use, identify, missing, read_calibration, read_model, write_calibration,
     write_model,
 };
 use calibench::measure::{Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, Payload, built_in, world_from_tool};
-use calibench::units::{DEG, UM};
+use calibench::robot::{FramePose, MdhEntry, Payload, Site, built_in, world_from_tool};
+use calibench::units::{DEG, UM, URAD, Unit};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,7 +44,11 @@ terms = [{ site = "theta:5", basis = "tau5*(temp_c - 20)", group = "sag" }]
 "#;
 
 /// What the robot truly does: 0.004 and -0.007 deg of ripple, 30 urad/(N·m) for every kelvin.
-const TRUE_COEFFICIENTS: [(&str, f64); 3] = [("ripple3.1", 0.004), ("ripple3.2", -0.007), ("warm_wrist.sag", 30.0)];
+const TRUE_COEFFICIENTS: [(&str, f64); 4] =
+    [("ripple3.1", 0.004), ("ripple3.2", -0.007), ("warm_wrist.sag", 30.0), ("cable_drag.c", CABLE_DRAG)];
+
+/// How far the cables of a third party's effect pull, urad.
+const CABLE_DRAG: f64 = 200.0;
 
 /// One-sigma of each coordinate of a point: a laser tracker's.
 const NOISE: f64 = 20.0 * UM;
@@ -59,7 +67,7 @@ fn a_few_lines_of_toml_make_an_effect() {
     // Identified like any other: the coefficients come back, with their uncertainties.
     let data = measured(&model);
     let calibration = identify(&[("d", &data)], &model).unwrap();
-    for (name, truth) in TRUE_COEFFICIENTS {
+    for (name, truth) in TRUE_COEFFICIENTS.into_iter().take(3) {
         let found = calibration.estimate(name).unwrap();
         let (value, sigma) = (found.unit.from_si(found.value), found.unit.from_si(found.sigma));
         assert!((value - truth).abs() < 4.0 * sigma, "{name}: {value} +- {sigma} {}, truly {truth}", found.unit.symbol);
@@ -131,6 +139,64 @@ fn what_an_expression_needs_must_be_measured() {
         }
         other => panic!("{other}"),
     }
+}
+
+/// `cable_drag`, written by a third party: the cables along the arm pull joint 1 towards its middle.
+struct CableDrag([ParameterSpec; 1]);
+
+impl Effect for CableDrag {
+    fn id(&self) -> &str {
+        CABLE.id
+    }
+
+    fn parameters(&self) -> &[ParameterSpec] {
+        &self.0
+    }
+
+    fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>) {
+        emit(0, Site::mdh(0, MdhEntry::Theta), (3.0 * at.q[0]).tanh());
+    }
+}
+
+static CABLE: Family = Family {
+    id: "cable_drag",
+    arguments: "",
+    what: "cables pull joint 1 back",
+    equation: "theta_1 += c tanh(3 q_1)",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    follows: &[Follows::JointAngle],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-3),
+    period: Period::None,
+    meaning: Meaning { physics: "the cables along the arm pull joint 1 towards its middle", look: "look at the hoses" },
+    stray: Stray::None,
+    members: |_| vec![String::new()],
+    build: |id, _| {
+        id.at_most(0)?;
+        Ok(Box::new(CableDrag([ParameterSpec::new("cable_drag.c", Unit::URAD, 50.0 * URAD)])))
+    },
+};
+
+#[test]
+fn a_family_of_a_third_party_is_fitted_and_offered_like_any_other() {
+    let registry = Registry::default().with(&CABLE).unwrap();
+    let model = Model { registry, ..Model::of(&["base_frame", "mdh", "cable_drag"]) };
+    let data = measured(&model);
+    let calibration = identify(&[("d", &data)], &model).unwrap();
+    let found = calibration.estimate("cable_drag.c").unwrap();
+    let (value, sigma) = (found.value / URAD, found.sigma / URAD);
+    assert!((value - CABLE_DRAG).abs() < 4.0 * sigma && CABLE_DRAG > 8.0 * sigma, "{value} +- {sigma} urad");
+
+    let without = model.without("cable_drag");
+    let offered = Library::new(&[("d", &data)], &without);
+    assert!(offered.place("cable_drag").is_some(), "a diagnosis finds it among all others");
+    // A program that does not know it says so.
+    let unknown = Model::of(&["base_frame", "cable_drag"]);
+    let error = identify(&[("d", &data)], &unknown).unwrap_err().to_string();
+    assert!(error.contains("'cable_drag'"), "{error}");
+    assert!(matches!(model.registry.clone().with(&CABLE), Err(EffectError::Taken { .. })));
 }
 
 /// A hundred and fifty points of a robot that truly has the effects of `model` at [`TRUE_COEFFICIENTS`], and noise.

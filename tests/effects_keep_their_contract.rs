@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use calibench::effects::{CATALOGUE, Effect, Needs, Scan, Subject, build};
+use calibench::effects::{CATALOGUE, Effect, Follows, Needs, Scan, Subject, build, family};
 use calibench::identify::{Fit, Model, Problem, TorquePosture, Use, fit};
 use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
 use calibench::robot::{FramePose, Payload, built_in, world_from_tool};
@@ -89,9 +89,7 @@ fn model(effect: &dyn Effect) -> Model {
 fn make_true(data: &mut Dataset, model: &Model, values: &[f64]) {
     // Readings enter some effects, with thousandths of their size.
     for _ in 0..5 {
-        let mut problem = Problem::new(&[("d", data)], model, Use::Fit).unwrap();
-        problem.settle_loads(values);
-        problem.settle_loads(values);
+        let problem = Problem::new(&[("d", data)], model, Use::Fit).unwrap();
         let residuals = problem.residuals(values);
         let (robot, base, tool) = (data.robot.clone(), data.base, data.tool);
         for (sample, residual) in data.samples.iter_mut().zip(residuals) {
@@ -132,8 +130,8 @@ fn what_is_injected_is_recovered() {
         let mut data = cell.clone();
         let truth = injected(&Problem::new(&[("d", &data)], &model, Use::Fit).unwrap());
         make_true(&mut data, &model, &truth);
-        let mut problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
-        let found: Fit = fit(&mut problem).unwrap_or_else(|e| panic!("{id}: {e}"));
+        let problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
+        let found: Fit = fit(&problem).unwrap_or_else(|e| panic!("{id}: {e}"));
         assert!(found.rms < 0.01 * UM, "{id}: rms {:.3} um is left", found.rms / UM);
         if id == "mdh" {
             continue; // what it shares with the base, and parallel axes among them, the data cannot tell
@@ -212,7 +210,7 @@ fn names_are_unique_and_sizes_plausible() {
     let mut families = BTreeSet::new();
     for family in CATALOGUE {
         assert!(families.insert(family.id), "{} stands twice in the catalogue", family.id);
-        assert!(!family.what.is_empty() && !family.equation.is_empty());
+        assert!(!family.what.is_empty() && !family.equation.is_empty() && !family.meaning.physics.is_empty());
     }
     let mut names = BTreeSet::new();
     for id in ids(&subject) {
@@ -221,8 +219,40 @@ fn names_are_unique_and_sizes_plausible() {
         for p in effect.parameters() {
             assert!(names.insert(p.name.clone()), "{} stands twice", p.name);
             assert!(p.prior > 0.0 && p.prior.is_finite() && p.nominal.is_finite(), "{}", p.name);
+            let range = family(&id).unwrap().linear_range;
+            assert!(range.holds(p, 3.0 * p.prior), "{}: three plausible sizes are not believable", p.name);
         }
     }
+}
+
+#[test]
+fn what_a_family_is_said_to_follow_is_what_its_columns_follow() {
+    let data = cell();
+    let balls = data.ball_ids();
+    let subject = Subject::new(&data.robot, &balls);
+    for id in ids(&subject) {
+        let (effect, follows) = (build(&id, &subject).unwrap(), family(&id).unwrap().follows);
+        let needs = |need| effect.needs().contains(&need);
+        let said = |any: &[Follows]| any.iter().any(|f| follows.contains(f));
+        assert_eq!(needs(Needs::Commanded), said(&[Follows::Commanded]), "{id}");
+        assert_eq!(needs(Needs::Plungers), said(&[Follows::Plunger]), "{id}");
+        assert_eq!(needs(Needs::Readings), said(&[Follows::Reading]), "{id}");
+        assert!(!needs(Needs::Approach) || said(&[Follows::Approach]), "{id}");
+        assert!(!(needs(Needs::Time) || needs(Needs::Temperature)) || said(&[Follows::Time, Follows::Temperature]), "{id}");
+        let of_load = [Follows::Load, Follows::JointTorque, Follows::OtherTorque];
+        assert_eq!(needs(Needs::Torques) || needs(Needs::Masses) || needs(Needs::Compliance), said(&of_load), "{id}");
+    }
+}
+
+#[test]
+fn an_effect_of_a_sample_that_is_not_there_is_refused() {
+    let data = cell();
+    let balls = data.ball_ids();
+    let samples: Vec<String> = data.samples.iter().map(|s| s.id.clone()).collect();
+    let subject = Subject { samples: Some(&samples), ..Subject::new(&data.robot, &balls) };
+    assert!(build("outlier:b007", &subject).is_ok());
+    let refused = build("outlier:nope", &subject).err().unwrap().to_string();
+    assert!(refused.contains("'nope'"), "{refused}");
 }
 
 #[test]

@@ -1,31 +1,23 @@
 //! Shape mismatch: what is truly there has the shape of a catalogue effect only roughly, so that the model that fits it is a little wrong.
 //!
 //! A catalogue fixes what its effects are not linear in: an exponent, a torque at which play closes, a time constant, a moment. A robot
-//! need not keep to it. At full mismatch the true constants lie anywhere in the ranges below; at a share of it, in that share of them.
+//! need not keep to it. At full mismatch the true constants lie anywhere in the ranges that the effect's file gives; at a share of it,
+//! in that share of them.
 
-use calibench::effects::Situation;
+use calibench::effects::{EffectId, Situation, Stray, family};
 use calibench::robot::Site;
 use rand::{Rng, RngExt};
 
 use crate::flaw::{Flaw, TrueEffect};
 
-/// Stiffening grows with a power from 2.2 to 3.8 of the torque, where the catalogue says 3.
-const EXPONENT: f64 = 3.0;
-const EXPONENT_SPREAD: f64 = 0.8;
-/// Play closes at half to twice the torque.
-const CLOSING_SPREAD: f64 = 2.0;
-/// Warm-up takes 0.6 to 1.6 times as long.
-const TIME_SPREAD: f64 = 1.6;
-/// Up to so much of a harmonic's size appears at three times its order.
-const OVERTONE: f64 = 0.05;
 /// Steps happen within these shares of the session.
 const STEPS: [f64; 2] = [0.05, 0.95];
 
 /// How the shape of an effect is distorted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Distortion {
-    /// `|x|³` becomes `|x|` to this power.
-    Power(f64),
+    /// `|x|` to the nominal power becomes `|x|` to another.
+    Power { nominal: f64, truly: f64 },
     /// `tanh(x)` becomes `tanh(x / this)`.
     Closing(f64),
     /// So much of the third multiple is added to `sin` and `cos`.
@@ -47,17 +39,17 @@ pub(crate) fn misshapen(effect: TrueEffect, mismatch: f64, rng: &mut impl Rng) -
     let draw = rng.random_range(-1.0..=1.0f64);
     let swing = mismatch * draw;
     let id = effect.effect.id();
-    let distortion = match id.split(':').next().unwrap_or(id) {
-        "stiffening" => Distortion::Power(EXPONENT + EXPONENT_SPREAD * swing),
-        "gravity_backlash" => Distortion::Closing(CLOSING_SPREAD.powf(swing)),
-        "thermal_growth" => Distortion::Slower(TIME_SPREAD.powf(swing)),
-        "harmonic1" | "harmonic2" | "harmonic" => Distortion::Overtone(OVERTONE * swing),
-        "base_step" | "joint_step" | "tool_step" => {
-            let stated = id.rsplit(':').next().and_then(|t| t.parse().ok()).unwrap_or(0.0);
+    let distortion = match family(id).map_or(Stray::None, |f| f.stray) {
+        Stray::None => return Box::new(effect),
+        Stray::Power { nominal, spread } => Distortion::Power { nominal, truly: nominal + spread * swing },
+        Stray::Closing(factor) => Distortion::Closing(factor.powf(swing)),
+        Stray::Slower(factor) => Distortion::Slower(factor.powf(swing)),
+        Stray::Overtone(share) => Distortion::Overtone(share * swing),
+        Stray::Moment => {
+            let stated = EffectId::new(id).last_argument().and_then(|t| t.parse().ok()).unwrap_or(0.0);
             let share = STEPS[0] + (STEPS[1] - STEPS[0]) * 0.5 * (1.0 + draw);
             Distortion::Moved { stated, share, way: mismatch }
         }
-        _ => return Box::new(effect),
     };
     Box::new(Misshapen { effect, distortion })
 }
@@ -66,7 +58,7 @@ impl Distortion {
     /// What the catalogue's weight becomes; sines have even numbers, cosines odd ones.
     fn weight(self, parameter: usize, w: f64) -> f64 {
         match self {
-            Distortion::Power(power) => w.signum() * w.abs().powf(power / EXPONENT),
+            Distortion::Power { nominal, truly } => w.signum() * w.abs().powf(truly / nominal),
             Distortion::Closing(torque) => (w.atanh() / torque).tanh(),
             // sin 3a = 3 sin a - 4 sin³ a, cos 3a = 4 cos³ a - 3 cos a
             Distortion::Overtone(share) => {
@@ -82,7 +74,7 @@ impl Distortion {
         match self {
             Distortion::Slower(factor) => time_s / factor,
             Distortion::Moved { stated, share, way } => time_s + way * (stated - share * duration_s),
-            Distortion::Power(_) | Distortion::Closing(_) | Distortion::Overtone(_) => time_s,
+            Distortion::Power { .. } | Distortion::Closing(_) | Distortion::Overtone(_) => time_s,
         }
     }
 }
@@ -104,7 +96,7 @@ mod tests {
     #[test]
     fn no_mismatch_is_the_catalogue() {
         let none = [
-            Distortion::Power(EXPONENT),
+            Distortion::Power { nominal: 3.0, truly: 3.0 },
             Distortion::Closing(1.0),
             Distortion::Overtone(0.0),
             Distortion::Slower(1.0),
@@ -122,7 +114,7 @@ mod tests {
     #[test]
     fn shapes_become_what_they_are_said_to() {
         let x = 0.6f64;
-        assert!((Distortion::Power(2.2).weight(0, -x.powi(3)) + x.powf(2.2)).abs() < 1e-14);
+        assert!((Distortion::Power { nominal: 3.0, truly: 2.2 }.weight(0, -x.powi(3)) + x.powf(2.2)).abs() < 1e-14);
         assert!((Distortion::Closing(2.0).weight(0, x.tanh()) - (x / 2.0).tanh()).abs() < 1e-14);
         let overtone = Distortion::Overtone(0.05);
         assert!((overtone.weight(0, x.sin()) - x.sin() - 0.05 * (3.0 * x).sin()).abs() < 1e-14);

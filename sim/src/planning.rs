@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use calibench::assess::CellLayout;
-use calibench::effects::{self, Subject};
+use calibench::effects;
 use calibench::identify::{
     FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, missing, observability_of,
 };
@@ -284,7 +284,7 @@ pub fn as_drawn(scenario: &Scenario, poses: &[PlannedPose], seed: u64) -> Datase
 /// when they will be measured nor from which side.
 pub fn shown(model: &Model, dataset: &Dataset) -> Model {
     let balls = dataset.ball_ids();
-    let subject = Subject { own: &model.own, ..Subject::new(&dataset.robot, &balls) };
+    let subject = model.subject(&dataset.robot, &balls);
     let shows =
         |id: &String| effects::build(id, &subject).map_or(true, |e| missing(e.as_ref(), dataset, model, Use::Fit).is_none());
     Model { effects: model.effects.iter().filter(|id| shows(id)).cloned().collect(), ..model.clone() }

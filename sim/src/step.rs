@@ -1,7 +1,7 @@
 //! One step of a hunt: an effect, by the name that a user gives it, added to a fitted model.
 
 use calibench::assess::{Curve, Examination, ProvingGround, Rung, Variable, add, place, step};
-use calibench::effects::{self, CATALOGUE, EffectError, Subject};
+use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
@@ -38,9 +38,10 @@ impl Wanted {
     /// What an id means: an effect as `effects` lists it, one without its place, or `curve:J:VARIABLE`.
     ///
     /// # Errors
-    /// When there is no such effect for this robot, or the model holds it already.
-    pub fn parse(id: &str, model: &Model, dataset: &Dataset) -> Result<Self, StepError> {
+    /// When there is no such effect for this robot, no such ball or sample in these data, or the model holds it already.
+    pub fn parse(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> Result<Self, StepError> {
         let wrong = |why: String| StepError::Effect(why);
+        let Some((_, dataset)) = datasets.first() else { return Err(wrong("there are no data to add it to".into())) };
         let joints = dataset.robot.joints();
         if let Some(rest) = id.strip_prefix("curve:") {
             let (joint, variable) = rest.split_once(':').unwrap_or((rest, ""));
@@ -56,7 +57,8 @@ impl Wanted {
             return Err(wrong(format!("effect '{id}' is in the model already")));
         }
         let balls = dataset.ball_ids();
-        let subject = Subject { own: &model.own, ..Subject::new(&dataset.robot, &balls) };
+        let samples: Vec<String> = datasets.iter().flat_map(|(_, d)| d.samples.iter().map(|s| s.id.clone())).collect();
+        let subject = Subject { samples: Some(&samples), ..model.subject(&dataset.robot, &balls) };
         let unplaced = unplaced(&subject);
         if !unplaced.iter().any(|u| u == id) {
             effects::build(id, &subject).map_err(|e| wrong(explained(&e, id, &subject, &unplaced)))?;
@@ -75,7 +77,7 @@ impl Wanted {
                 let wrong = |why: String| StepError::Effect(format!("effect '{id}': {why}"));
                 // Most ids say their place, and need no look at the data to find it.
                 let subject_balls = datasets[0].1.ball_ids();
-                let subject = Subject { own: &model.own, ..Subject::new(&datasets[0].1.robot, &subject_balls) };
+                let subject = model.subject(&datasets[0].1.robot, &subject_balls);
                 let placed = if unplaced(&subject).iter().any(|u| u == id) {
                     let examination = Examination::new(datasets, model).map_err(StepError::Model)?;
                     place(&examination, id).map_err(|e| wrong(e.to_string()))?
@@ -102,21 +104,18 @@ impl Wanted {
 
 /// Ids that lack the place which a scan finds.
 fn unplaced(subject: &Subject<'_>) -> Vec<String> {
-    let scanned = CATALOGUE.iter().flat_map(|f| f.scanned(subject, ""));
+    let scanned = subject.registry.families().flat_map(|f| f.scanned(subject, ""));
     scanned.map(|id| id.trim_end_matches(':').to_owned()).collect()
 }
 
 /// Why there is no such effect, with the id that may be meant.
 fn explained(error: &EffectError, id: &str, subject: &Subject<'_>, unplaced: &[String]) -> String {
     let all = effects::ids(subject);
-    let families = CATALOGUE.iter().map(|f| f.id);
-    let known = all.iter().chain(unplaced).map(String::as_str).chain(families);
-    let nearest = nearest_name(id, known).or_else(|| {
-        let family = id.split(':').next().unwrap_or_default();
-        nearest_name(family, CATALOGUE.iter().map(|f| f.id))
-    });
+    let families = || subject.registry.families().map(|f| f.id);
+    let known = all.iter().chain(unplaced).map(String::as_str).chain(families());
+    let nearest = nearest_name(id, known).or_else(|| nearest_name(EffectId::new(id).family(), families()));
     if let EffectError::Argument { .. } = error {
-        let form = effects::family(id).map(|f| format!("; write `{}{}`", f.id, f.arguments));
+        let form = subject.registry.family(id).map(|f| format!("; write `{}{}`", f.id, f.arguments));
         return format!("{error}{}", form.unwrap_or_default());
     }
     match nearest {

@@ -10,6 +10,7 @@ use super::heat_map::HeatMap;
 use super::hypotheses::{Hypothesis, Place, hypotheses};
 use super::library::{Candidate, Untestable};
 use super::relevance::Relevance;
+use crate::effects::EffectId;
 use crate::identify::{IdentifyError, Model, ORDINARY_WIDTH};
 use crate::measure::Dataset;
 use crate::units::Unit;
@@ -258,9 +259,7 @@ fn findings(
     tests: usize,
     probability: impl Fn(&Hypothesis) -> f64 + Sync,
 ) -> Result<Vec<Finding>, IdentifyError> {
-    let candidates = hypotheses
-        .iter()
-        .map(|h| Candidate { id: h.in_model.clone(), family: h.effect.split(':').next().unwrap_or_default().into() });
+    let candidates = hypotheses.iter().map(|h| Candidate::new(h.in_model.clone()));
     let close = examination.beside(datasets, candidates.collect())?;
     let remainder = &close.remainder;
     let unit = remainder.unit();
@@ -302,7 +301,7 @@ fn findings(
 
 /// A parameter's name without what the effect's id already says.
 fn short_name(effect: &str, name: &str) -> String {
-    let family = effect.split(':').next().unwrap_or(effect);
+    let family = EffectId::new(effect).family();
     [format!("{effect}."), format!("{family}."), format!("{family}:")]
         .iter()
         .find_map(|prefix| name.strip_prefix(prefix.as_str()))

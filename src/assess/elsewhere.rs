@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::examination::Examination;
 use super::library::missing_somewhere;
-use crate::effects::{self, Effect, Subject};
+use crate::effects::{self, Effect};
 use crate::identify::{Circumstance, IdentifyError, Parameter, Problem, Use};
 use crate::measure::Dataset;
 
@@ -29,7 +29,7 @@ impl Elsewhere {
     pub fn new(there: &Dataset, examination: &Examination, takes: impl Fn(&dyn Effect) -> bool) -> Result<Self, IdentifyError> {
         let Examination { wide, values, fitted, columns, model, library, .. } = examination;
         let balls = there.ball_ids();
-        let subject = Subject { own: &model.own, ..Subject::new(&there.robot, &balls) };
+        let subject = model.subject(&there.robot, &balls);
         let named = [("elsewhere", there)];
         let counts = |id: &String| {
             effects::build(id, &subject)

@@ -6,6 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::background::Background;
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
+use crate::effects::EffectId;
 use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
 
@@ -105,8 +106,8 @@ impl Examination {
     /// # Errors
     /// When data and model do not go together, or do not determine the unknowns.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
-        let mut problem = Problem::new(datasets, model, Use::Fit)?;
-        let fit = fit(&mut problem)?;
+        let problem = Problem::new(datasets, model, Use::Fit)?;
+        let fit = fit(&problem)?;
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
     }
 
@@ -132,9 +133,9 @@ impl Examination {
     pub fn of_plan(planned: &Dataset, model: &Model) -> Result<Self, IdentifyError> {
         let datasets = [("plan", planned)];
         let mut problem = Problem::new(&datasets, model, Use::Fit)?;
-        let mut fit = fit(&mut problem)?;
+        let mut fit = fit(&problem)?;
         for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
-            if parameter.effect.split(':').next() == Some("joint_compliance") {
+            if EffectId::new(&parameter.effect).family() == "joint_compliance" {
                 *value = parameter.spec.prior;
             }
         }

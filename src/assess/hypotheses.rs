@@ -10,8 +10,8 @@ use super::evidence::{SIZES, ln_mean_exp};
 use super::examination::Examination;
 use super::library::Untestable;
 use super::sweep::{self, Sweep};
-use crate::effects::{self, Subject};
-use crate::identify::{FREELY_FITTED, FitError};
+use crate::effects;
+use crate::identify::FitError;
 
 /// Where a scan found its effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +81,7 @@ fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> 
         let (explained, coefficients) = seen.explained();
         let ln_evidence = seen.ln_evidence(&examination.remainder, &SIZES);
         // What belongs to every model is fitted before the small stuff is weighed, which could stand in for it.
-        let ln_evidence_against_background = if FREELY_FITTED.contains(&candidate.family.as_str()) {
+        let ln_evidence_against_background = if examination.model.is_freely_fitted(&candidate.id) {
             ln_evidence
         } else {
             background.ln_evidence_of(&gram, &z, &along, &SIZES)
@@ -200,7 +200,7 @@ fn waves(angles: &[f64], orders: &[u32]) -> DMatrix<f64> {
 
 /// Plausible size of the first number of an effect.
 fn plausible(examination: &Examination, id: &str) -> Option<f64> {
-    let subject = Subject::new(examination.problem.robot(), &[]);
+    let subject = examination.model.subject(examination.problem.robot(), &[]);
     effects::build(id, &subject).ok()?.parameters().first().map(|p| p.prior)
 }
 

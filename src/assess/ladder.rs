@@ -6,7 +6,7 @@ use super::library::Library;
 use super::recommend::{Kind, Recommendation, gains_of_each, recommend};
 use super::rung::{Objection, ProvingGround, Rung, add, rung};
 use super::withdrawal::{Contradiction, contradicted};
-use crate::effects::{self, Subject};
+use crate::effects;
 use crate::identify::{IdentifyError, Model, Use, missing};
 use crate::measure::Dataset;
 
@@ -223,7 +223,7 @@ fn library(datasets: &[(&str, &Dataset)], first: &Rung, ground: ProvingGround<'_
 fn is_judged(id: &str, model: &Model, ground: ProvingGround<'_>) -> bool {
     ground.checks.iter().all(|(_, check)| {
         let balls = check.ball_ids();
-        let subject = Subject { own: &model.own, ..Subject::new(&check.robot, &balls) };
+        let subject = model.subject(&check.robot, &balls);
         effects::build(id, &subject).is_ok_and(|e| missing(e.as_ref(), check, model, Use::All).is_none())
     })
 }

@@ -1,6 +1,6 @@
 //! The candidates: every effect of the catalogue, and of the user, that the fitted model does not hold and the data can test.
 
-use crate::effects::{self, Effect, Subject};
+use crate::effects::{self, Effect, EffectId, Role};
 use crate::identify::{Model, Use, missing};
 use crate::measure::Dataset;
 use crate::robot::Robot;
@@ -12,6 +12,13 @@ pub struct Candidate {
     pub id: String,
     /// Its family, the id up to the first colon.
     pub family: String,
+}
+
+impl Candidate {
+    /// Of that id.
+    pub fn new(id: String) -> Self {
+        Candidate { family: EffectId::new(&id).family().to_owned(), id }
+    }
 }
 
 /// An effect that these data cannot test.
@@ -32,9 +39,6 @@ pub struct Library {
     pub untestable: Vec<Untestable>,
 }
 
-/// Shapes that are no cause but a way to draw any curve: they are what a joint's heat map leads to, and no rivals of a named effect.
-pub(super) const ANY_SHAPE: &str = "error_curve";
-
 /// A family that is a candidate as a whole too: gearboxes of one make are all compliant, if one is.
 const WHOLE: &str = "joint_compliance";
 
@@ -44,8 +48,8 @@ impl Library {
         let mut library = Library::default();
         let Some((_, first)) = datasets.first() else { return library };
         let balls = first.ball_ids();
-        let subject = Subject { own: &model.own, ..Subject::new(&first.robot, &balls) };
-        let whole = (!model.effects.iter().any(|e| e.starts_with(WHOLE))).then(|| WHOLE.to_owned());
+        let subject = model.subject(&first.robot, &balls);
+        let whole = (!model.effects.iter().any(|e| EffectId::new(e).family() == WHOLE)).then(|| WHOLE.to_owned());
         for id in whole.into_iter().chain(effects::ids(&subject)).chain(gear_ripple(&first.robot)) {
             let Some(candidate) = candidate(id, model) else { continue };
             let Ok(effect) = effects::build(&candidate.id, &subject) else { continue };
@@ -60,7 +64,7 @@ impl Library {
     /// Every candidate for a robot that measures everything: what may be hidden in it.
     pub fn of_robot(cell: &Dataset, model: &Model) -> Self {
         let balls = cell.ball_ids();
-        let subject = Subject { own: &model.own, ..Subject::new(&cell.robot, &balls) };
+        let subject = model.subject(&cell.robot, &balls);
         let ids = effects::ids(&subject).into_iter().chain(gear_ripple(&cell.robot)).filter_map(|id| candidate(id, model));
         Library { candidates: ids.collect(), untestable: Vec::new() }
     }
@@ -79,10 +83,9 @@ fn gear_ripple(robot: &Robot) -> Vec<String> {
 
 /// An effect as a candidate beside a model; `None` when it is no hypothesis, or the model holds it.
 fn candidate(id: String, model: &Model) -> Option<Candidate> {
-    let family = id.split(':').next().unwrap_or_default().to_owned();
-    // Of a whole family in the model each member is there.
-    let held = model.effects.iter().any(|e| *e == id || *e == family);
-    (family != ANY_SHAPE && !held).then_some(Candidate { id, family })
+    // A shape that draws any curve is what a joint's heat map leads to, and no rival of a named effect.
+    let any_shape = model.family(&id).is_some_and(|f| f.role == Role::AnyShape);
+    (!any_shape && !model.holds(&id)).then(|| Candidate::new(id))
 }
 
 /// What an effect lacks in any of the datasets.

@@ -11,6 +11,7 @@ mod examination;
 mod heat_map;
 mod hypotheses;
 mod ladder;
+mod level;
 mod library;
 mod next;
 mod noise_floor;
@@ -48,8 +49,10 @@ pub use residual_views::{
     WorstSample,
 };
 pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
-pub use symptoms::{Symptom, Unphysical};
+pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};
 pub use withdrawal::Contradiction;
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};
+
+pub use crate::effects::Unphysical;

@@ -1,5 +1,6 @@
 //! Poses that reach where a calibration has not seen the joints.
 
+use crate::effects::{EffectId, Follows};
 use crate::identify::Model;
 use crate::measure::{Dataset, Sample};
 
@@ -32,9 +33,6 @@ pub struct Extrapolation {
 /// Less than this outside is nowhere else, rad: an arc minute.
 const SLACK: f64 = 3e-4;
 
-/// Families whose shape follows an angle.
-const SHAPES: [&str; 4] = ["harmonic1", "harmonic2", "harmonic", "error_curve"];
-
 impl Extrapolation {
     /// Holds poses (joint angles, rad, N) against the joint ranges in which a model was identified (rad).
     pub fn of<'q>(joint_ranges: &[[f64; 2]], model: &Model, poses: impl Iterator<Item = &'q [f64]>) -> Self {
@@ -56,10 +54,9 @@ impl Extrapolation {
         }
         joints.retain(|j| j.poses > 0);
         let of_joint = |id: &str| {
-            let mut parts = id.split(':');
-            let family = parts.next().unwrap_or_default();
-            let joint = parts.next().and_then(|j| j.parse::<usize>().ok());
-            SHAPES.contains(&family) && joints.iter().any(|o| joint.is_none_or(|j| j == o.joint))
+            let Some(family) = model.family(id) else { return false };
+            let joint = family.joint(&EffectId::new(id));
+            family.follows.contains(&Follows::JointAngle) && joints.iter().any(|o| joint.is_none_or(|j| j == o.joint))
         };
         let own = |id: &str| {
             let follows = |j: &OutsideRange| {

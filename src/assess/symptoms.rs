@@ -1,24 +1,12 @@
 //! Numbers that no arm can have: signs by which a fit says that something else is missing.
 
+use crate::effects::{EffectId, Unphysical};
 use crate::identify::{Calibration, Estimate};
 use crate::measure::Dataset;
 use crate::units::Unit;
 
 /// In how many one-sigmas a number has to be beyond what is possible.
 const BEYOND: f64 = 2.0;
-
-/// What is impossible about a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unphysical {
-    /// A joint, a bearing, a link or a pedestal that gives way against its load.
-    NegativeCompliance,
-    /// A gearbox that gets softer under load.
-    Softening,
-    /// Lost motion that the load closes on the other side.
-    LostMotionAgainstLoad,
-    /// A mass below zero.
-    NegativeMass,
-}
 
 /// A number that no arm can have.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,18 +30,8 @@ impl Symptom {
     pub fn of(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Vec<Self> {
         let heaviest = datasets.iter().flat_map(|(_, d)| d.payloads.iter().map(|p| p.mass)).fold(0.0, f64::max);
         let symptom = |e: &Estimate| {
-            let below = |limit: f64| e.value < limit - BEYOND * e.sigma;
-            let unphysical = match e.effect.split(':').next().unwrap_or_default() {
-                "joint_compliance" | "bearing_tilt" | "link_bending" | "pedestal" if below(0.0) => {
-                    Unphysical::NegativeCompliance
-                }
-                "gravity_backlash" if below(0.0) => Unphysical::LostMotionAgainstLoad,
-                // Its sign is that of what is added to the linear twist: a gear gets stiffer, so that is taken away.
-                "stiffening" if e.value > BEYOND * e.sigma => Unphysical::Softening,
-                "payload_mass" if below(-heaviest) => Unphysical::NegativeMass,
-                "link_mass" if below(-1.0) => Unphysical::NegativeMass,
-                _ => return None,
-            };
+            let family = calibration.model.family(&e.effect)?;
+            let unphysical = family.physical.violated(e.value, BEYOND * e.sigma, heaviest)?;
             Some(Symptom {
                 parameter: e.name.clone(),
                 effect: e.effect.clone(),
@@ -69,8 +47,8 @@ impl Symptom {
     /// The joint that the effect belongs to, counted from 1, where it belongs to one.
     pub fn joint(&self) -> Option<usize> {
         let compliance = || self.parameter.split('@').next().unwrap_or_default().strip_prefix('c');
-        match self.effect.split_once(':') {
-            Some((_, joint)) => joint.parse().ok(),
+        match EffectId::new(&self.effect).rest() {
+            Some(joint) => joint.parse().ok(),
             None if self.effect == "joint_compliance" => compliance().and_then(|j| j.parse().ok()),
             None => None,
         }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3xX, Matrix6xX, Vector3};
 
 use super::Conditions;
-use crate::effects::{Effect, Needs, Owner, Situation, Subject, build};
+use crate::effects::{Effect, EffectId, Needs, Owner, Situation, build};
 use crate::identify::Calibration;
 use crate::robot::{FramePose, Kinematics, Loads, Payload, Pose, Posture, Robot, Site, SiteIndex, screw};
 
@@ -84,7 +84,7 @@ impl<'a> CalibratedArm<'a> {
             undefined: None,
         };
         let balls = balls(calibration);
-        let subject = Subject { own: &calibration.model.own, ..Subject::new(robot, &balls) };
+        let subject = calibration.model.subject(robot, &balls);
         let mut ids: Vec<&str> = Vec::new();
         for estimate in &calibration.estimates {
             if !ids.contains(&estimate.effect.as_str()) {
@@ -258,7 +258,7 @@ const COMPLIANCE: &str = "joint_compliance";
 const TOOL: [&str; 2] = ["tool_frame", "tool_step"];
 
 fn family(id: &str) -> &str {
-    id.split(':').next().unwrap_or_default()
+    EffectId::new(id).family()
 }
 
 /// Which of x, y, z, rz, ry, rx a number of the base is, by its name.

@@ -3,7 +3,7 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
@@ -14,6 +14,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "ball += (x, y) h^2",
     origin: Origin::Artifact,
     scan: Scan::None,
+    follows: &[Follows::PlaceInArtifact],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-3),
+    period: Period::None,
+    meaning: Meaning { physics: "the artifact leans, more so higher up", look: "check its clamping" },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

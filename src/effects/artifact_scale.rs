@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::Site;
 use crate::units::Unit;
 
@@ -13,6 +13,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "ball += s (ball - centroid)",
     origin: Origin::Artifact,
     scan: Scan::None,
+    follows: &[Follows::PlaceInArtifact],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(1e-3),
+    period: Period::None,
+    meaning: Meaning { physics: "the artifact is warmer or colder than when it was certified", look: "log its temperature" },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -2,7 +2,7 @@
 
 use super::family::each_ball;
 use super::shape::Shape;
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
@@ -13,12 +13,20 @@ pub(super) const FAMILY: Family = Family {
     equation: "ball_B += (x, y, z)",
     origin: Origin::Artifact,
     scan: Scan::None,
+    follows: &[Follows::Ball],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.1),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "one ball is not where it was certified to be",
+        look: "look at that ball: dirt, a loose seat, a damaged thread; measure it again",
+    },
+    stray: Stray::None,
     members: each_ball,
     build: |id, subject| {
-        let name = id.arguments.join(":");
-        let unknown = || id.wrong(format!("names a ball after the colon, one of: {}", subject.balls.join(", ")));
-        let ball = subject.balls.iter().position(|b| *b == name).ok_or_else(unknown)?;
-        Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.04 * MM), move |at, emit| {
+        let ball = id.ball(subject)?;
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.04 * MM), move |at, emit| {
             if at.ball() == Some(ball) {
                 (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
             }

@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::{Axis6, Site};
 use crate::units::{MM, Unit};
 
@@ -13,6 +13,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "base += (x, y, z) t",
     origin: Origin::SetUp,
     scan: Scan::None,
+    follows: &[Follows::World, Follows::Time],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-3),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "base and artifact drift apart in the course of the session",
+        look: "check both clamps, and sunlight",
+    },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

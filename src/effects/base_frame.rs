@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::constant;
-use super::{Family, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::{Axis6, Site};
 use crate::units::{DEG, MM, Unit};
 
@@ -13,6 +13,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "chi_B += (x, y, z, rz, ry, rx)",
     origin: Origin::SetUp,
     scan: Scan::None,
+    follows: &[Follows::World],
+    role: Role::Baseline,
+    physical: Physical::Any,
+    linear_range: LinearRange::Unlimited,
+    period: Period::None,
+    meaning: Meaning { physics: "the robot does not stand where the program believes", look: "" },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::{Axis6, Site};
 use crate::units::{MM, Unit};
 
@@ -13,10 +13,20 @@ pub(super) const FAMILY: Family = Family {
     equation: "base += (x, y, z) after T",
     origin: Origin::SetUp,
     scan: Scan::Time,
+    follows: &[Follows::World, Follows::Time],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.02),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "base or artifact was bumped once",
+        look: "check both clamps; what was measured before and after are two sessions",
+    },
+    stray: Stray::Moment,
     members: alone,
     build: |id, _| {
         let time = id.time(0)?;
-        Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.05 * MM), move |at, emit| {
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.05 * MM), move |at, emit| {
             if at.is_after(time) {
                 (0..3).for_each(|k| emit(k, Site::Base(Axis6::ALL[k]), 1.0));
             }

@@ -2,7 +2,9 @@
 
 use super::family::each_joint;
 use super::shape::per_joint;
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+};
 use crate::robot::{Axis6, Site};
 use crate::units::{URAD, Unit};
 
@@ -13,6 +15,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "axis J tips by k M across z_J",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::Load],
+    role: Role::Cause,
+    physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
+    linear_range: LinearRange::Sizes(30.0),
+    period: Period::None,
+    meaning: Meaning { physics: "a bearing gives way: the axis tips under the load's moment", look: "" },
+    stray: Stray::None,
     members: each_joint,
     build: |id, subject| {
         // Cross-roller bearings of a small arm: about 0.3 MN·m/rad near the base, 0.06 in the wrist.

@@ -2,7 +2,7 @@
 
 use super::reference_torque::reference_torque;
 use super::shape::{Shape, theta};
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -12,6 +12,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += c tau_K",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::OtherTorque],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Sizes(20.0),
+    period: Period::None,
+    meaning: Meaning { physics: "two gears share a housing: the torque of one turns the other", look: "" },
+    stray: Stray::None,
     members: |subject| {
         let joints = 1..=subject.robot.joints();
         let pairs = joints.clone().flat_map(|j| joints.clone().map(move |k| (j, k)));
@@ -25,7 +32,7 @@ pub(super) const FAMILY: Family = Family {
         }
         let unit = Unit::MDEG_PER_NM;
         let plausible = AT_REFERENCE_TORQUE / reference_torque(subject.robot)[k];
-        let parameters = vec![ParameterSpec::new(format!("{}.c", id.whole), unit, plausible)];
+        let parameters = vec![ParameterSpec::new(format!("{}.c", id.whole()), unit, plausible)];
         Shape::new(id, parameters, move |at, emit| emit(0, theta(j), at.loads.tau[k])).needs(&[Needs::Torques]).built()
     },
 };

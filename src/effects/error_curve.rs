@@ -6,7 +6,10 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Effect, EffectError, Family, Id, Origin, ParameterSpec, Scan, Subject};
+use super::{
+    Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan,
+    Stray, Subject,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -16,9 +19,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "the same, summed over k = 1..40",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::JointAngle],
+    role: Role::AnyShape,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-3),
+    period: Period::None,
+    meaning: Meaning { physics: "a joint errs by a smooth curve of its own angle", look: "" },
+    stray: Stray::None,
     members: each_joint,
-    build: |id, subject| match id.arguments {
-        [_, low, high] => band(id, low, high, subject),
+    build: |id, subject| match (id.argument(1), id.argument(2), id.argument(3)) {
+        (Some(low), Some(high), None) => band(id, low, high, subject),
         _ => curve(id, id.joints(subject)?, 1..=ORDERS, "", plausible),
     },
 };
@@ -31,7 +41,7 @@ const HIGHEST: usize = 1000;
 /// Standard deviation of a plausible band, rad.
 const BAND: f64 = 50.0 * URAD;
 
-fn band(id: &Id<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
+fn band(id: &EffectId<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
     let joint = id.joint(0, subject)?;
     let (Ok(low), Ok(high)) = (low.parse::<usize>(), high.parse::<usize>()) else {
         return Err(id.wrong("ends in the lowest and the highest order of a band, two whole numbers"));
@@ -45,7 +55,7 @@ fn band(id: &Id<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box
 
 /// Sine and cosine of each order, for each of the joints.
 fn curve(
-    id: &Id<'_>,
+    id: &EffectId<'_>,
     joints: Vec<usize>,
     orders: std::ops::RangeInclusive<usize>,
     suffix: &str,

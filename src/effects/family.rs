@@ -3,7 +3,7 @@
 use super::*;
 
 /// Builds an effect from its id, for a robot and an artifact.
-pub type Build = fn(&Id<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
+pub type Build = fn(&EffectId<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
 
 /// Where an effect comes from: tables keep them apart, since the remedy differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +55,20 @@ pub struct Family {
     pub origin: Origin,
     /// What has to be tried out.
     pub scan: Scan,
+    /// What the error follows, the main thing first; empty where it is always there.
+    pub follows: &'static [Follows],
+    /// What it is to a model.
+    pub role: Role,
+    /// Which values its parameters can have.
+    pub physical: Physical,
+    /// How large its parameters may be before they are not believable.
+    pub linear_range: LinearRange,
+    /// How often it repeats in a turn of its joint.
+    pub period: Period,
+    /// What it means, and where to look.
+    pub meaning: Meaning,
+    /// How its true shape may differ from the equation.
+    pub stray: Stray,
     /// Arguments of its members (`""`, `":2"`), but for the one that is scanned.
     pub members: fn(&Subject<'_>) -> Vec<String>,
     /// Builds the effect from its whole id, split at the colons.
@@ -70,6 +84,16 @@ impl Family {
     /// Ids of the members of a scanned family at one value of its last argument, e.g. order `17` or time `600`.
     pub fn scanned(&self, subject: &Subject<'_>, value: &str) -> Vec<String> {
         if self.scan == Scan::None { Vec::new() } else { self.with(subject, &format!(":{value}")) }
+    }
+
+    /// The joint that an id of this family names first, counted from 1; `None` when its members are not of a joint, or it names none.
+    pub fn joint(&self, id: &EffectId<'_>) -> Option<usize> {
+        if self.arguments.starts_with(":J") { id.number(0) } else { None }
+    }
+
+    /// Whether its members are one a joint, with nothing to be tried out.
+    pub fn is_per_joint(&self) -> bool {
+        self.arguments == ":J" && self.scan == Scan::None
     }
 
     fn with(&self, subject: &Subject<'_>, end: &str) -> Vec<String> {
@@ -137,15 +161,3 @@ pub const CATALOGUE: &[Family] = &[
     tracker_registration::FAMILY,
     outlier::FAMILY,
 ];
-
-/// The family that an id is of.
-pub fn family(id: &str) -> Option<&'static Family> {
-    let name = id.split(':').next().unwrap_or_default();
-    CATALOGUE.iter().find(|f| f.id == name)
-}
-
-/// Ids of everything that can be sought without trying out orders, times or samples: the catalogue, then the user's own effects.
-pub fn ids(subject: &Subject<'_>) -> Vec<String> {
-    let own = subject.own.iter().map(|e| e.name.clone());
-    CATALOGUE.iter().flat_map(|f| f.ids(subject)).chain(own).collect()
-}

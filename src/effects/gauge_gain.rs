@@ -2,7 +2,7 @@
 
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -12,10 +12,20 @@ pub(super) const FAMILY: Family = Family {
     equation: "tool += g r_I e_I",
     origin: Origin::Gauge,
     scan: Scan::None,
+    follows: &[Follows::Reading],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.1),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "an indicator shows a share too much or too little",
+        look: "check its scale with a gauge block",
+    },
+    stray: Stray::None,
     members: each_indicator,
     build: |id, _| {
         let i = id.indicator()?;
-        Shape::new(id, vec![ParameterSpec::new(format!("{}.g", id.whole), Unit::RATIO, 1e-3)], move |at, emit| {
+        Shape::new(id, vec![ParameterSpec::new(format!("{}.g", id.whole()), Unit::RATIO, 1e-3)], move |at, emit| {
             if let (Some(_), Some(reading)) = (at.ball(), at.reading) {
                 shift_tool(0, &(at.indicator(i) * reading[i]), emit);
             }

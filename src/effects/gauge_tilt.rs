@@ -3,7 +3,7 @@
 
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{MRAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -13,10 +13,17 @@ pub(super) const FAMILY: Family = Family {
     equation: "tool += k (r_J + r_K) e_I",
     origin: Origin::Gauge,
     scan: Scan::None,
+    follows: &[Follows::Reading],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.05),
+    period: Period::None,
+    meaning: Meaning { physics: "a plunger's flat is not square to its travel", look: "check the flat" },
+    stray: Stray::None,
     members: each_indicator,
     build: |id, _| {
         let i = id.indicator()?;
-        Shape::new(id, vec![ParameterSpec::new(format!("{}.k", id.whole), Unit::MRAD, MRAD)], move |at, emit| {
+        Shape::new(id, vec![ParameterSpec::new(format!("{}.k", id.whole()), Unit::MRAD, MRAD)], move |at, emit| {
             if let (Some(_), Some(reading)) = (at.ball(), at.reading) {
                 shift_tool(0, &(at.indicator(i) * (reading.sum() - reading[i])), emit);
             }

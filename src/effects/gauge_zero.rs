@@ -2,7 +2,7 @@
 
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{UM, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -12,10 +12,17 @@ pub(super) const FAMILY: Family = Family {
     equation: "tool += z e_I, on balls",
     origin: Origin::Gauge,
     scan: Scan::None,
+    follows: &[Follows::Tool],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-4),
+    period: Period::None,
+    meaning: Meaning { physics: "an indicator's zero is not where mastering put it", look: "master the gauge again" },
+    stray: Stray::None,
     members: each_indicator,
     build: |id, _| {
         let i = id.indicator()?;
-        Shape::new(id, vec![ParameterSpec::new(format!("{}.z", id.whole), Unit::UM, 3.0 * UM)], move |at, emit| {
+        Shape::new(id, vec![ParameterSpec::new(format!("{}.z", id.whole()), Unit::UM, 3.0 * UM)], move |at, emit| {
             if at.ball().is_some() {
                 shift_tool(0, &at.indicator(i), emit);
             }

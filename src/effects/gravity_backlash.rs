@@ -3,7 +3,9 @@
 use super::family::each_joint;
 use super::reference_torque::reference_torque;
 use super::shape::{per_joint, theta};
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -13,6 +15,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += b tanh(tau_J / tau_0)",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::JointTorque],
+    role: Role::Cause,
+    physical: Physical::AtLeast(0.0, Unphysical::LostMotionAgainstLoad),
+    linear_range: LinearRange::Si(1e-3),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the play of a gear closes on the side to which the load pulls",
+        look: "test the play of the joint by hand",
+    },
+    stray: Stray::Closing(2.0),
     members: each_joint,
     build: |id, subject| {
         let closing: Vec<f64> = reference_torque(subject.robot).into_iter().map(|t| CLOSING_SHARE * t).collect();

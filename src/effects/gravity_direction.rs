@@ -6,7 +6,9 @@ use nalgebra::Vector3;
 use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
-use super::{Family, Origin, Owner, ParameterSpec, Scan, Situation};
+use super::{
+    Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Situation, Stray,
+};
 use crate::units::{MRAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -16,6 +18,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += c_J dtau_J(turn about x, y)",
     origin: Origin::SetUp,
     scan: Scan::None,
+    follows: &[Follows::Load],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.1),
+    period: Period::None,
+    meaning: Meaning { physics: "the cell is not level", look: "put a level on the base" },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

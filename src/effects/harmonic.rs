@@ -5,7 +5,10 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Effect, EffectError, Family, Id, Origin, ParameterSpec, Scan};
+use super::{
+    Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan,
+    Stray,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const ONCE: Family = Family {
@@ -15,6 +18,13 @@ pub(super) const ONCE: Family = Family {
     equation: "theta_J += s sin(q_J) + c cos(q_J)",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::JointAngle],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-3),
+    period: Period::PerTurn(1),
+    meaning: Meaning { physics: "a gear or an encoder disc runs eccentric: an error once per turn", look: "" },
+    stray: Stray::Overtone(0.05),
     members: each_joint,
     build: |id, subject| build(id, id.joints(subject)?, 1, ""),
 };
@@ -23,6 +33,11 @@ pub(super) const TWICE: Family = Family {
     id: "harmonic2",
     what: "a joint errs twice per turn (oval)",
     equation: "theta_J += s sin(2 q_J) + c cos(2 q_J)",
+    period: Period::PerTurn(2),
+    meaning: Meaning {
+        physics: "a gear runs oval, or an encoder is read at two opposite places: an error twice per turn",
+        look: "",
+    },
     build: |id, subject| build(id, id.joints(subject)?, 2, ""),
     ..ONCE
 };
@@ -33,17 +48,22 @@ pub(super) const ANY: Family = Family {
     what: "a joint errs k times per turn (teeth)",
     equation: "theta_J += s sin(k q_J) + c cos(k q_J)",
     scan: Scan::Order,
+    period: Period::LastArgument,
+    meaning: Meaning {
+        physics: "teeth, or the wave generator of a strain-wave gear, repeat many times per turn",
+        look: "compare the order with the gear ratio and its double",
+    },
     build: |id, subject| {
         id.at_most(2)?;
         let joint = id.joint(0, subject)?;
-        let order = id.arguments.get(1).and_then(|a| a.parse::<u32>().ok()).filter(|k| (1..=1000).contains(k));
+        let order = id.argument(1).and_then(|a| a.parse::<u32>().ok()).filter(|k| (1..=1000).contains(k));
         let order = order.ok_or_else(|| id.wrong("ends in a whole number of periods per turn, 1 to 1000"))?;
         build(id, vec![joint], order, &format!(":{order}"))
     },
     ..ONCE
 };
 
-fn build(id: &Id<'_>, joints: Vec<usize>, order: u32, suffix: &str) -> Result<Box<dyn Effect>, EffectError> {
+fn build(id: &EffectId<'_>, joints: Vec<usize>, order: u32, suffix: &str) -> Result<Box<dyn Effect>, EffectError> {
     let plausible = match order {
         1 => 70.0 * URAD,
         2 => 50.0 * URAD,

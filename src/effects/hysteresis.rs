@@ -5,7 +5,7 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -15,6 +15,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += h approach_J",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::Approach],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(1e-3),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "a gear stops short on the side from which it came: friction and lost motion",
+        look: "approach every pose from the same side",
+    },
+    stray: Stray::None,
     members: each_joint,
     build: |id, subject| {
         per_joint(

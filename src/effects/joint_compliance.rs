@@ -4,7 +4,9 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+};
 use crate::units::Unit;
 
 /// Plausible size: a few thousandths of a degree per newton metre (paper Table 8 spans 3 to 28).
@@ -17,6 +19,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += c_J tau_J",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::JointTorque, Follows::Payload],
+    role: Role::Baseline,
+    physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
+    linear_range: LinearRange::Sizes(10.0),
+    period: Period::None,
+    meaning: Meaning { physics: "gearboxes are springs: the load twists them by c times its torque", look: "" },
+    stray: Stray::None,
     members: each_joint,
     build: |id, subject| {
         let unit = Unit::MDEG_PER_NM;

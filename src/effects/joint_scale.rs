@@ -2,7 +2,7 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Origin, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -12,6 +12,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += s q_J",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::JointAngleInProportion],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.01),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "a joint turns a constant share too far: a wrong gear ratio or encoder scale",
+        look: "check the ratio entered in the controller",
+    },
+    stray: Stray::None,
     members: each_joint,
     build: |id, subject| {
         let unit = Unit::URAD_PER_RAD;

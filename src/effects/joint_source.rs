@@ -3,7 +3,7 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -13,6 +13,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += s (q_commanded - q)",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::Commanded],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(1.5),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the joints stand where they were sent, not where they are said to be",
+        look: "log the joints as the encoders read them",
+    },
+    stray: Stray::None,
     members: each_joint,
     build: |id, subject| {
         per_joint(

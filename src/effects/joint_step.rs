@@ -2,7 +2,7 @@
 
 use super::family::each_joint;
 use super::shape::{Shape, theta};
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -12,10 +12,20 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += s after T",
     origin: Origin::Arm,
     scan: Scan::Time,
+    follows: &[Follows::Time],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.02),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "a joint slipped once: a belt, a clamp, or a collision",
+        look: "look at the robot's log at that moment, and check its mastering",
+    },
+    stray: Stray::Moment,
     members: each_joint,
     build: |id, subject| {
         let (j, time) = (id.joint(0, subject)?, id.time(1)?);
-        let parameters = vec![ParameterSpec::new(format!("{}.s", id.whole), Unit::URAD, 80.0 * URAD)];
+        let parameters = vec![ParameterSpec::new(format!("{}.s", id.whole()), Unit::URAD, 80.0 * URAD)];
         Shape::new(id, parameters, move |at, emit| {
             if at.is_after(time) {
                 emit(0, theta(j), 1.0);

@@ -7,7 +7,10 @@
 use nalgebra::Vector3;
 
 use super::shape::Shape;
-use super::{Emit, Family, Needs, Origin, ParameterSpec, Scan, Subject};
+use super::{
+    Emit, Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Subject,
+    Unphysical,
+};
 use crate::robot::{Axis6, Frame, Site};
 use crate::units::{MM, Unit};
 
@@ -18,6 +21,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "beam to J+1: M_across/EI, M_along/GJ",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::Load],
+    role: Role::Cause,
+    physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
+    linear_range: LinearRange::Sizes(30.0),
+    period: Period::None,
+    meaning: Meaning { physics: "a link bends and twists as a beam", look: "" },
+    stray: Stray::None,
     members: |subject| {
         let links = 1..subject.robot.joints();
         links.filter(|&j| length(subject, j) > SHORTEST).map(|j| format!(":{j}")).collect()

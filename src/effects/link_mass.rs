@@ -6,7 +6,7 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
-use super::{Family, Origin, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -16,6 +16,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += c_J dtau_J(share of mass)",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::Load],
+    role: Role::Cause,
+    physical: Physical::AtLeast(-1.0, Unphysical::NegativeMass),
+    linear_range: LinearRange::Si(2.0),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the arm's links weigh otherwise than entered; it acts through the compliance of the joints",
+        look: "",
+    },
+    stray: Stray::None,
     members: alone,
     build: |id, subject| {
         id.at_most(0)?;

@@ -5,7 +5,7 @@
 
 use super::family::alone;
 use super::shape::constant;
-use super::{Family, Origin, ParameterSpec, Scan};
+use super::{Family, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::{MdhEntry, Robot, Site};
 use crate::units::{DEG, MM, Unit};
 
@@ -16,6 +16,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "alpha, a, d, theta, beta += deviation",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[],
+    role: Role::Baseline,
+    physical: Physical::Any,
+    linear_range: LinearRange::Sizes(40.0),
+    period: Period::None,
+    meaning: Meaning { physics: "lengths and zeros of the arm are not those of the drawing", look: "" },
+    stray: Stray::None,
     members: alone,
     build: |id, subject| {
         id.at_most(0)?;

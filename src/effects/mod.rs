@@ -14,6 +14,7 @@ mod bearing_tilt;
 mod cross_compliance;
 mod error_curve;
 mod expression;
+mod facts;
 mod family;
 mod gauge_gain;
 mod gauge_tilt;
@@ -22,6 +23,7 @@ mod gravity_backlash;
 mod gravity_direction;
 mod harmonic;
 mod hysteresis;
+mod id;
 mod joint_compliance;
 mod joint_scale;
 mod joint_source;
@@ -35,6 +37,7 @@ mod payload_com;
 mod payload_mass;
 mod pedestal;
 mod reference_torque;
+mod registry;
 mod shape;
 mod situation;
 mod stiction;
@@ -49,8 +52,11 @@ mod wrist_coupling;
 
 use thiserror::Error;
 
-pub use family::{Build, CATALOGUE, Family, Origin, Scan, family, ids};
+pub use facts::{Follows, LinearRange, Meaning, Period, Physical, Role, Stray, Unphysical};
+pub use family::{Build, CATALOGUE, Family, Origin, Scan};
+pub use id::EffectId;
 pub use own::{OwnEffect, OwnEffectError, OwnTerm};
+pub use registry::{Registry, family, ids};
 pub use situation::{ArtifactShape, Kind, Situation};
 
 use crate::robot::{Robot, Site};
@@ -182,12 +188,16 @@ pub struct Subject<'a> {
     pub balls: &'a [String],
     /// The user's own effects.
     pub own: &'a [OwnEffect],
+    /// The families that there are.
+    pub registry: &'a Registry,
+    /// Names of the samples, where they are known: an effect of one that is not there is then refused.
+    pub samples: Option<&'a [String]>,
 }
 
 impl<'a> Subject<'a> {
-    /// A robot and an artifact, without effects of the user's own.
+    /// A robot and an artifact, with the families of the catalogue and without effects of the user's own.
     pub fn new(robot: &'a Robot, balls: &'a [String]) -> Self {
-        Subject { robot, balls, own: &[] }
+        Subject { robot, balls, own: &[], registry: Registry::catalogue(), samples: None }
     }
 }
 
@@ -208,6 +218,12 @@ pub enum EffectError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A family cannot be added under a name that is taken.
+    #[error("there is a family '{id}' already; give the new one another id")]
+    Taken {
+        /// The id of both.
+        id: String,
+    },
     /// An effect of the user's own is not well formed.
     #[error("effect '{id}': {error}")]
     Own {
@@ -226,69 +242,6 @@ pub fn build(id: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectE
     if let Some(own) = subject.own.iter().find(|e| e.name == id) {
         return own.build(subject).map_err(|error| EffectError::Own { id: id.into(), error });
     }
-    let family = family(id).ok_or_else(|| EffectError::Unknown { id: id.into() })?;
-    let parts: Vec<&str> = id.split(':').collect();
-    (family.build)(&Id { whole: id, arguments: &parts[1..] }, subject)
-}
-
-/// An effect id split at its colons.
-#[derive(Debug, Clone, Copy)]
-pub struct Id<'a> {
-    /// As given.
-    pub whole: &'a str,
-    /// What follows the family's name.
-    pub arguments: &'a [&'a str],
-}
-
-impl Id<'_> {
-    fn wrong(&self, problem: impl Into<String>) -> EffectError {
-        EffectError::Argument { id: self.whole.into(), problem: problem.into() }
-    }
-
-    /// What stands before the first colon.
-    fn family(&self) -> &str {
-        self.whole.split(':').next().unwrap_or_default()
-    }
-
-    /// That there are at most `most` arguments.
-    fn at_most(&self, most: usize) -> Result<(), EffectError> {
-        if self.arguments.len() > most {
-            return Err(self.wrong(format!("takes at most {most} argument(s)")));
-        }
-        Ok(())
-    }
-
-    /// The joints meant: the one named by the only argument, or all of them. Counted from 0.
-    fn joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
-        self.at_most(1)?;
-        if self.arguments.is_empty() { Ok((0..subject.robot.joints()).collect()) } else { Ok(vec![self.joint(0, subject)?]) }
-    }
-
-    /// The joint named by argument `k`. Counted from 0.
-    fn joint(&self, k: usize, subject: &Subject<'_>) -> Result<usize, EffectError> {
-        let n = subject.robot.joints();
-        match self.arguments.get(k).and_then(|a| a.parse::<usize>().ok()) {
-            Some(j) if (1..=n).contains(&j) => Ok(j - 1),
-            _ => Err(self.wrong(format!("names a joint from 1 to {n} after the colon"))),
-        }
-    }
-
-    /// The indicator named by the only argument. Counted from 0.
-    fn indicator(&self) -> Result<usize, EffectError> {
-        match self.arguments {
-            ["1"] => Ok(0),
-            ["2"] => Ok(1),
-            ["3"] => Ok(2),
-            _ => Err(self.wrong("names an indicator from 1 to 3 after the colon")),
-        }
-    }
-
-    /// The time named by argument `k`, the last, s.
-    fn time(&self, k: usize) -> Result<f64, EffectError> {
-        self.at_most(k + 1)?;
-        match self.arguments.get(k).and_then(|a| a.parse::<f64>().ok()) {
-            Some(t) if t.is_finite() && t >= 0.0 => Ok(t),
-            _ => Err(self.wrong("ends in seconds since the session began, zero or more")),
-        }
-    }
+    let family = subject.registry.family(id).ok_or_else(|| EffectError::Unknown { id: id.into() })?;
+    (family.build)(&EffectId::new(id), subject)
 }

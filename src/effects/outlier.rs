@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
@@ -13,13 +13,20 @@ pub(super) const FAMILY: Family = Family {
     equation: "target += (x, y, z) at sample ID",
     origin: Origin::SetUp,
     scan: Scan::Sample,
+    follows: &[Follows::Sample],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.2),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "one sample disagrees with all others",
+        look: "look at that sample: a wrong ball, a bad contact, a centring that did not end; repeat it or leave it out",
+    },
+    stray: Stray::None,
     members: alone,
-    build: |id, _| {
-        let sample = id.arguments.join(":");
-        if sample.is_empty() {
-            return Err(id.wrong("names a sample after the colon"));
-        }
-        Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.2 * MM), move |at, emit| {
+    build: |id, subject| {
+        let sample = id.sample(subject)?.to_owned();
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.2 * MM), move |at, emit| {
             if at.sample == Some(sample.as_str()) {
                 (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
             }

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::expression::Expression;
-use super::{Effect, Emit, Needs, Owner, ParameterSpec, Situation, Subject, family};
+use super::{Effect, Emit, Needs, Owner, ParameterSpec, Situation, Subject};
 use crate::robot::Site;
 use crate::units::{DEG, MM, Unit};
 
@@ -70,7 +70,7 @@ impl OwnEffect {
             let remedy = format!("use up to {LONGEST_NAME} letters, digits, `_` and `-`");
             return Err(wrong("name".into(), format!("'{name}' is no name"), remedy));
         }
-        if family(name).is_some() {
+        if subject.registry.family(name).is_some() {
             let problem = format!("'{name}' is an effect of the catalogue");
             return Err(wrong("name".into(), problem, "give your own another name".into()));
         }

@@ -3,7 +3,7 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
-use super::{Family, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{MM, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -13,6 +13,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += c_J dtau_J(centre of mass)",
     origin: Origin::SetUp,
     scan: Scan::None,
+    follows: &[Follows::Load, Follows::Payload],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.3),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the payload's centre of mass is not as entered; it acts through the compliance of the joints",
+        look: "check its drawing",
+    },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -3,7 +3,9 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
-use super::{Family, Origin, Owner, ParameterSpec, Scan};
+use super::{
+    Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -13,6 +15,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += c_J dtau_J(payload mass)",
     origin: Origin::SetUp,
     scan: Scan::None,
+    follows: &[Follows::Load, Follows::Payload],
+    role: Role::Cause,
+    physical: Physical::AtLeastMinusPayload(Unphysical::NegativeMass),
+    linear_range: LinearRange::Sizes(50.0),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the payload weighs otherwise than entered; it acts through the compliance of the joints",
+        look: "weigh it",
+    },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -2,7 +2,9 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+};
 use crate::robot::{Axis6, Site};
 use crate::units::{URAD, Unit};
 
@@ -13,6 +15,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "base rotation (x, y) += (k_x M_x, k_y M_y)",
     origin: Origin::SetUp,
     scan: Scan::None,
+    follows: &[Follows::Load, Follows::World],
+    role: Role::Cause,
+    physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
+    linear_range: LinearRange::Sizes(50.0),
+    period: Period::None,
+    meaning: Meaning { physics: "what the robot stands on tips under its overturning moment", look: "check the anchor bolts" },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Effect, EffectError, Emit, Id, Needs, Owner, ParameterSpec, Situation};
+use super::{Effect, EffectError, EffectId, Emit, Needs, Owner, ParameterSpec, Situation};
 use crate::robot::{MdhEntry, Site};
 
 /// An effect made of a closure.
@@ -17,8 +17,8 @@ pub(super) struct Shape<F> {
 
 impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> Shape<F> {
     /// A property of the arm, that needs no column.
-    pub fn new(id: &Id<'_>, parameters: Vec<ParameterSpec>, terms: F) -> Self {
-        Shape { id: id.whole.into(), parameters, owner: Owner::Robot, needs: &[], constant: None, terms }
+    pub fn new(id: &EffectId<'_>, parameters: Vec<ParameterSpec>, terms: F) -> Self {
+        Shape { id: id.whole().into(), parameters, owner: Owner::Robot, needs: &[], constant: None, terms }
     }
 
     /// The same, of another owner.
@@ -65,7 +65,7 @@ impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync> Effect for Shape<F> {
 
 /// An effect whose terms (parameter, site, weight) are the same in every situation.
 pub(super) fn constant(
-    id: &Id<'_>,
+    id: &EffectId<'_>,
     parameters: Vec<ParameterSpec>,
     terms: Vec<(usize, Site, f64)>,
 ) -> Shape<impl Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> {
@@ -78,7 +78,7 @@ pub(super) fn constant(
 /// An effect that does the same to each of `joints` (counted from 0): `parameters(j, "family:J")` are those of joint j, the same number
 /// for each; `terms(at, j, emit)` numbers them from 0.
 pub(super) fn per_joint<F>(
-    id: &Id<'_>,
+    id: &EffectId<'_>,
     joints: Vec<usize>,
     parameters: impl Fn(usize, &str) -> Vec<ParameterSpec>,
     terms: F,

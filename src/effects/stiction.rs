@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::{Shape, shift_tool};
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{UM, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -12,6 +12,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "tool += s_I plunger_I e_I, on balls",
     origin: Origin::Gauge,
     scan: Scan::None,
+    follows: &[Follows::Plunger],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-5),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "a plunger hangs up on the side from which it came",
+        look: "clean it, and approach from one side",
+    },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

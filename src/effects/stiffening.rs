@@ -5,7 +5,9 @@
 use super::family::each_joint;
 use super::reference_torque::reference_torque;
 use super::shape::{per_joint, theta};
-use super::{Family, Needs, Origin, ParameterSpec, Scan};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+};
 use crate::units::{DEG, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -15,6 +17,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += k (tau_J / tau_ref)^3",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::JointTorque, Follows::Payload],
+    role: Role::Cause,
+    physical: Physical::AtMost(0.0, Unphysical::Softening),
+    linear_range: LinearRange::Sizes(20.0),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "a strain-wave gear is stiffer at high torque than at low, so its twist is no straight line",
+        look: "",
+    },
+    stray: Stray::Power { nominal: 3.0, spread: 0.8 },
     members: each_joint,
     build: |id, subject| {
         let reference = reference_torque(subject.robot);

@@ -4,7 +4,10 @@
 //! Plausible: 1e-4 over a session, about 5 K of aluminium (23e-6 / K), which is how far a small arm warms up.
 
 use super::shape::Shape;
-use super::{Emit, Family, Needs, Origin, Owner, ParameterSpec, Scan, Situation};
+use super::{
+    Emit, Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Situation,
+    Stray,
+};
 use crate::robot::{MdhEntry, Site};
 use crate::units::Unit;
 
@@ -15,9 +18,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "l t + s (1 - exp(-4 t)), or k (T - 20)",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::Time, Follows::Temperature],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Sizes(20.0),
+    period: Period::None,
+    meaning: Meaning { physics: "links grow as the arm warms up", look: "warm the robot up, or log temp_c" },
+    stray: Stray::Slower(1.6),
     members: |_| vec![String::new(), ":temp".into()],
-    build: |id, _| match id.arguments {
-        [] => {
+    build: |id, _| match id.rest() {
+        None => {
             let parameter = |part| ParameterSpec::new(format!("thermal_growth.{part}"), Unit::UM_PER_M, 1e-4);
             Shape::new(id, vec![parameter("linear"), parameter("settling")], |at, emit| {
                 if let Some(t) = at.share_of_session() {
@@ -29,7 +39,7 @@ pub(super) const FAMILY: Family = Family {
             .needs(&[Needs::Time])
             .built()
         }
-        ["temp"] => {
+        Some("temp") => {
             let parameters = vec![ParameterSpec::new("thermal_growth:temp.k", Unit::UM_PER_M_K, 2e-5)];
             Shape::new(id, parameters, |at, emit| {
                 if let Some(temperature) = at.temp_c {

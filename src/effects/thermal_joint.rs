@@ -2,7 +2,7 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -12,6 +12,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_J += b t",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::Time, Follows::Temperature],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(2e-3),
+    period: Period::None,
+    meaning: Meaning { physics: "the zero of a joint drifts as its gear warms up", look: "warm the robot up, or log temp_c" },
+    stray: Stray::None,
     members: each_joint,
     build: |id, subject| {
         per_joint(

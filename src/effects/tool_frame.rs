@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::constant;
-use super::{Family, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
@@ -13,6 +13,13 @@ pub(super) const FAMILY: Family = Family {
     equation: "tool += (x, y, z)",
     origin: Origin::Gauge,
     scan: Scan::None,
+    follows: &[Follows::Tool],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.05),
+    period: Period::None,
+    meaning: Meaning { physics: "the TCP is not where it was measured to be", look: "measure the tool again" },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

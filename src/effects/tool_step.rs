@@ -2,7 +2,7 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
@@ -13,10 +13,17 @@ pub(super) const FAMILY: Family = Family {
     equation: "tool += (x, y, z) after T",
     origin: Origin::Gauge,
     scan: Scan::Time,
+    follows: &[Follows::Tool, Follows::Time],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.02),
+    period: Period::None,
+    meaning: Meaning { physics: "the tool moved on the flange once", look: "check the tool's screws, and measure it again" },
+    stray: Stray::Moment,
     members: alone,
     build: |id, _| {
         let time = id.time(0)?;
-        Shape::new(id, ParameterSpec::xyz(id.whole, Unit::MM, 0.1 * MM), move |at, emit| {
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.1 * MM), move |at, emit| {
             if at.is_after(time) {
                 (0..3).for_each(|k| emit(k, Site::tool(k), 1.0));
             }

@@ -6,7 +6,9 @@ use nalgebra::Vector3;
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Kind, Needs, Origin, Owner, ParameterSpec, Scan};
+use super::{
+    Family, Follows, Kind, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::robot::Site;
 use crate::units::{UM, URAD, Unit};
 
@@ -17,6 +19,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "point += (x, y, z) + (rx, ry, rz) x p",
     origin: Origin::SetUp,
     scan: Scan::None,
+    follows: &[Follows::Point],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Sizes(100.0),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the tracker's frame does not sit on the world's",
+        look: "measure the tracker's reference points again",
+    },
+    stray: Stray::None,
     members: alone,
     build: |id, _| {
         id.at_most(0)?;

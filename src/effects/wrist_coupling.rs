@@ -3,7 +3,7 @@
 
 use super::family::alone;
 use super::shape::{Shape, theta};
-use super::{Family, Origin, ParameterSpec, Scan};
+use super::{Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -13,6 +13,16 @@ pub(super) const FAMILY: Family = Family {
     equation: "theta_K += k q_J, the last three",
     origin: Origin::Arm,
     scan: Scan::None,
+    follows: &[Follows::OtherAngles],
+    role: Role::Cause,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.02),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "turning one wrist joint drags the next ones along",
+        look: "check the coupling entered in the controller",
+    },
+    stray: Stray::None,
     members: |subject| if subject.robot.joints() < WRIST { Vec::new() } else { alone(subject) },
     build: |id, subject| {
         id.at_most(0)?;

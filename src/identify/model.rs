@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::effects::OwnEffect;
+use crate::effects::{EffectId, Family, OwnEffect, Registry, Role, Subject};
 use crate::measure::Dataset;
+use crate::robot::Robot;
 
 /// At which posture the joint torques of the model are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -28,11 +29,13 @@ pub struct Model {
     /// Where torques are evaluated.
     pub torque_posture: TorquePosture,
     /// How large an effect may be, one-sigma, in plausible sizes of the catalogue. Effects not named here are held to
-    /// [`ORDINARY_WIDTH`], but for those of [`FREELY_FITTED`], which no prior holds.
+    /// [`ORDINARY_WIDTH`], but for those of [`Role::Baseline`], which no prior holds.
     pub width: BTreeMap<String, f64>,
+    /// The families that `effects` are built from.
+    pub registry: Registry,
 }
 
-/// The effects of the paper's model: the drawing of a robot is no better than its maker, so nothing holds their sizes.
+/// Ids of the families of [`Role::Baseline`] in the catalogue: the paper's model.
 pub const FREELY_FITTED: [&str; 3] = ["base_frame", "mdh", "joint_compliance"];
 
 /// One-sigma, in plausible sizes, of an effect that was added to the model: an ordinary one is not shrunk by a tenth, an absurd one is.
@@ -41,8 +44,29 @@ pub const ORDINARY_WIDTH: f64 = 3.0;
 impl Model {
     /// One-sigma in plausible sizes to which an effect is held; infinite when nothing holds it.
     pub fn width_of(&self, effect: &str) -> f64 {
-        let freely = FREELY_FITTED.contains(&effect.split(':').next().unwrap_or_default());
-        self.width.get(effect).copied().unwrap_or(if freely { f64::INFINITY } else { ORDINARY_WIDTH })
+        let ordinary = if self.is_freely_fitted(effect) { f64::INFINITY } else { ORDINARY_WIDTH };
+        self.width.get(effect).copied().unwrap_or(ordinary)
+    }
+
+    /// Whether nothing holds the size of an effect, as of those that belong to every model.
+    pub fn is_freely_fitted(&self, effect: &str) -> bool {
+        self.family(effect).is_some_and(|f| f.role == Role::Baseline)
+    }
+
+    /// The family of an effect; `None` of one of the user's own.
+    pub fn family(&self, effect: &str) -> Option<&'static Family> {
+        self.registry.family(effect)
+    }
+
+    /// Whether it holds an effect, by its id or as a member of a whole family.
+    pub fn holds(&self, effect: &str) -> bool {
+        let family = EffectId::new(effect).family();
+        self.effects.iter().any(|e| e == effect || e == family)
+    }
+
+    /// What the effects of this model act on: a robot, and the balls of an artifact in their order.
+    pub fn subject<'a>(&'a self, robot: &'a Robot, balls: &'a [String]) -> Subject<'a> {
+        Subject { own: &self.own, registry: &self.registry, ..Subject::new(robot, balls) }
     }
 
     /// The same model with one more effect.
@@ -68,6 +92,7 @@ impl Model {
             measured_torques: false,
             torque_posture: TorquePosture::default(),
             width: BTreeMap::new(),
+            registry: Registry::default(),
         }
     }
 
@@ -85,5 +110,21 @@ impl Model {
 impl Default for Model {
     fn default() -> Self {
         Model::paper()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::CATALOGUE;
+
+    #[test]
+    fn what_is_freely_fitted_is_what_the_families_say() {
+        let baseline: Vec<&str> = CATALOGUE.iter().filter(|f| f.role == Role::Baseline).map(|f| f.id).collect();
+        assert_eq!(baseline, FREELY_FITTED);
+        let model = Model::paper();
+        assert!(model.is_freely_fitted("joint_compliance:3") && !model.is_freely_fitted("harmonic1:2"));
+        assert!(model.holds("joint_compliance:3") && !model.holds("harmonic1:2"));
+        assert_eq!((model.width_of("mdh"), model.width_of("harmonic1:2")), (f64::INFINITY, ORDINARY_WIDTH));
     }
 }

@@ -8,7 +8,7 @@ use toml_edit::{DocumentMut, Item};
 
 use super::Model;
 use super::own_effects::{OwnEffectTable, own_effects, tables};
-use crate::effects::{self, EffectError, OwnEffect, Subject};
+use crate::effects::{self, EffectError, EffectId, OwnEffect, Subject};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
 
 #[derive(Deserialize, Serialize)]
@@ -46,7 +46,14 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
             return Err(field_error(path, &text, &key, format!("is {width}"), remedy));
         }
     }
-    Ok(Model { effects, own, measured_torques: file.measured_torques, width: file.width, ..Model::default() })
+    Ok(Model {
+        effects,
+        own,
+        measured_torques: file.measured_torques,
+        width: file.width,
+        registry: subject.registry.clone(),
+        ..Model::default()
+    })
 }
 
 /// Checks a list of effects that stands under `key` of the TOML document `text`, such as `model.effects` of a scenario, and the tables
@@ -77,15 +84,17 @@ pub fn check_effects(
     let subject = Subject { own: &own, ..*subject };
     for (k, id) in ids.iter().enumerate() {
         let at = format!("{key}[{k}]");
+        if id.chars().any(char::is_control) {
+            return Err(field_error(path, text, &at, format!("{id:?} holds a control character"), "use printable characters"));
+        }
         if ids[..k].contains(id) {
             return Err(field_error(path, text, &at, format!("effect '{id}' is named twice"), "keep one of them"));
         }
         effects::build(id, &subject).map_err(|e| {
-            let remedy = match (&e, effects::family(id)) {
+            let remedy = match (&e, subject.registry.family(id)) {
                 (EffectError::Unknown { .. }, _) => {
-                    let known = effects::CATALOGUE.iter().map(|f| f.id).chain(own.iter().map(|e| e.name.as_str()));
-                    let family = id.split(':').next().unwrap_or_default();
-                    crate::files::nearest_name(family, known).map(|near| format!("did you mean `{near}`?"))
+                    let known = subject.registry.families().map(|f| f.id).chain(own.iter().map(|e| e.name.as_str()));
+                    crate::files::nearest_name(EffectId::new(id).family(), known).map(|near| format!("did you mean `{near}`?"))
                 }
                 (_, family) => family.map(|f| format!("write `{}{}`", f.id, f.arguments)),
             };

@@ -38,6 +38,8 @@ pub fn rung_json(rung: &Rung) -> Value {
         "parameters": added,
         "effects": rung.model.effects,
         "fit_rms_mm": rung.fit / MM,
+        "residual_mm": rung.fit / MM,
+        "cross_validated_mm": rung.cross_validated / MM,
         // Without stated noise it says nothing.
         "chi2_per_dof": rung.calibration.noise_stated.then_some(rung.chi2_per_dof),
         "cv_rms_mm": rung.cross_validated / MM,

@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let named = named(&datasets);
-    let wanted = Wanted::parse(&arguments.effect, &model, &datasets[0].1)?;
+    let wanted = Wanted::parse(&arguments.effect, &model, &named)?;
     let checks = check_datasets(&arguments.check, &datasets[0].1)?;
     let checks = super::named(&checks);
     let poses = WorkspacePoses::of(&named);

@@ -1,6 +1,6 @@
 //! `effects`, `robots`: what there is.
 
-use calibench::effects::{CATALOGUE, Effect, Family, Origin, Scan, Subject, build};
+use calibench::effects::{CATALOGUE, Effect, EffectId, Family, Origin, Scan, Subject, build};
 use calibench::report::plain_table;
 use calibench::robot::{BUILT_IN, built_in};
 use calibench::units::{DEG, MM, Unit};
@@ -63,7 +63,8 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// A member of a family: the one of joint 2, ball 1 or indicator 1, order 17 or time 600 where arguments are needed.
 fn example(family: &Family, subject: &Subject<'_>) -> String {
     let of_second_joint = |ids: Vec<String>| {
-        let second = ids.iter().find(|id| id.split(':').nth(1) == Some("2")).filter(|_| family.arguments.starts_with(":J"));
+        let second =
+            ids.iter().find(|id| EffectId::new(id).argument(0) == Some("2")).filter(|_| family.arguments.starts_with(":J"));
         second.or(ids.first()).cloned().unwrap_or_else(|| family.id.to_owned())
     };
     match family.scan {

@@ -195,7 +195,7 @@ fn stated(
 
 /// Key of a parameter in `[truth.effects.ID]`: its name without what the id already says, and its unit.
 pub fn parameter_key(id: &str, name: &str, suffix: &str) -> String {
-    let family = id.split(':').next().unwrap_or(id);
+    let family = effects::EffectId::new(id).family();
     let own = name
         .strip_prefix(&format!("{id}."))
         .or_else(|| name.strip_prefix(&format!("{family}:")))

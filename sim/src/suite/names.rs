@@ -1,5 +1,7 @@
 //! Names of effects, held against each other.
 
+use calibench::effects::EffectId;
+
 /// Whether two ids name one effect; where a scan finds a moment, any moment will do.
 pub(crate) fn same(a: &str, b: &str) -> bool {
     a == b || (step_of(a).is_some() && step_of(a) == step_of(b)) || (a.starts_with("outlier") && b == "outlier")
@@ -14,15 +16,15 @@ fn step_of(id: &str) -> Option<String> {
 
 /// The joint that an effect names, counted from 1.
 pub(crate) fn joint_of(id: &str) -> Option<usize> {
-    let (family, rest) = id.split_once(':')?;
-    let of_joint = !["ball", "outlier", "base_step", "tool_step", "ball_step", "artifact_step"].contains(&family)
-        && !family.starts_with("gauge");
-    rest.split(':').next().filter(|_| of_joint)?.parse().ok()
+    let id = EffectId::new(id);
+    let other = ["ball", "outlier", "base_step", "tool_step", "ball_step", "artifact_step"].contains(&id.family())
+        || id.family().starts_with("gauge");
+    if other { None } else { id.argument(0)?.parse().ok() }
 }
 
 /// The id up to its first colon.
 pub(crate) fn family_of(id: &str) -> &str {
-    id.split(':').next().unwrap_or(id)
+    EffectId::new(id).family()
 }
 
 /// Whether a model that holds `effects` holds that one, by itself or with its whole family.

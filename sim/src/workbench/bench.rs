@@ -218,7 +218,7 @@ impl Bench {
     pub fn add(&mut self, effect: &str, force: bool) -> Result<Value, Refusal> {
         self.room()?;
         let after = self.with_data(|datasets, here| {
-            let wanted = Wanted::parse(effect, &here.rung.model, datasets[0].1)?;
+            let wanted = Wanted::parse(effect, &here.rung.model, datasets)?;
             wanted.take(datasets, &here.rung, here.ground())
         });
         let after = after.map_err(|e| Refusal::field("effect", with_reasons(&e)))?;

@@ -1,6 +1,6 @@
 //! An effect of the user's own, as the form of the page holds it.
 
-use calibench::effects::{OwnEffect, OwnTerm, Subject};
+use calibench::effects::{OwnEffect, OwnTerm};
 use calibench::files::name_remedy;
 use calibench::identify::Model;
 use calibench::measure::Dataset;
@@ -47,7 +47,7 @@ pub(super) fn parse(draft: &Draft, model: &Model, dataset: &Dataset) -> Result<O
     let effect =
         OwnEffect { name: name.into(), unit, plausible: OwnEffect::usual_size(unit), terms: lines.iter().map(term).collect() };
     let balls = dataset.ball_ids();
-    let subject = Subject { own: &model.own, ..Subject::new(&dataset.robot, &balls) };
+    let subject = model.subject(&dataset.robot, &balls);
     match effect.build(&subject) {
         Ok(_) => Ok(effect),
         Err(e) => {

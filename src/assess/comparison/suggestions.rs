@@ -3,8 +3,8 @@
 use super::finding::Subject;
 use super::layout::Layout;
 use crate::assess::residual_views::JointVariable;
-use crate::effects::{self, Subject as EffectSubject};
-use crate::identify::Calibration;
+use crate::effects::{self, Family, Follows, Scan};
+use crate::identify::{Calibration, Model};
 use crate::measure::Dataset;
 
 impl Layout {
@@ -17,26 +17,36 @@ impl Layout {
         };
         let ids: Vec<String> = match (subject, of_joint) {
             (Subject::Ball(b), _) => vec![format!("ball:{}", balls[self.ball_at(b).1])],
-            (Subject::Tool(_), _) => vec!["tool_frame".into()],
-            (Subject::World(_), _) => ["base_frame", "base_drift", "base_step", "pedestal"].map(String::from).to_vec(),
+            (Subject::Tool(_), _) => everywhere(&calibration.model, Follows::Tool),
+            (Subject::World(_), _) => everywhere(&calibration.model, Follows::World),
             (_, Some((j, against))) => {
-                let kinds: &[&str] = match against {
-                    JointVariable::Angle(_) => &["harmonic1", "harmonic2", "error_curve", "joint_scale"],
-                    JointVariable::Torque(_) => &["joint_compliance", "stiffening", "gravity_backlash"],
-                    JointVariable::Approach(_) => &["hysteresis"],
-                    JointVariable::Payload => &["joint_compliance", "stiffening"],
-                    JointVariable::Time | JointVariable::Temperature => &["thermal_joint", "joint_step"],
-                    JointVariable::Lag(_) => &[],
+                let follows: &[Follows] = match against {
+                    JointVariable::Angle(_) => &[Follows::JointAngle, Follows::JointAngleInProportion],
+                    JointVariable::Torque(_) => &[Follows::JointTorque],
+                    JointVariable::Approach(_) => &[Follows::Approach],
+                    JointVariable::Payload => &[Follows::Payload],
+                    JointVariable::Time => &[Follows::Time],
+                    JointVariable::Temperature => &[Follows::Temperature],
+                    JointVariable::Lag(_) => &[Follows::Commanded],
                 };
-                kinds.iter().map(|kind| format!("{kind}:{j}")).collect()
+                let of_joint = |f: &&Family| f.is_per_joint() && f.follows.iter().any(|x| follows.contains(x));
+                calibration.model.registry.families().filter(of_joint).map(|f| format!("{}:{j}", f.id)).collect()
             }
             _ => Vec::new(),
         };
-        let subject = EffectSubject { own: &calibration.model.own, ..EffectSubject::new(&calibration.robot, &balls) };
-        let in_model = |id: &String| {
-            let whole = id.split(':').next().unwrap_or_default();
-            calibration.model.effects.iter().any(|e| e == id || e == whole)
-        };
-        ids.into_iter().filter(|id| !in_model(id) && effects::build(id, &subject).is_ok()).collect()
+        let subject = calibration.model.subject(&calibration.robot, &balls);
+        let is_new = |id: &String| !calibration.model.holds(id) && effects::build(id, &subject).is_ok();
+        ids.into_iter().filter(is_new).collect()
     }
+}
+
+/// Effects that are the same at every sample, in the world or in the tool's axes; those that are that above all come first.
+fn everywhere(model: &Model, follows: Follows) -> Vec<String> {
+    let place = |f: &'static Family| {
+        let place = f.follows.iter().position(|x| *x == follows)?;
+        (f.arguments.is_empty() && f.scan == Scan::None).then_some((place, f.id))
+    };
+    let mut all: Vec<(usize, &str)> = model.registry.families().filter_map(place).collect();
+    all.sort_by_key(|(place, _)| *place);
+    all.into_iter().map(|(_, id)| id.to_owned()).collect()
 }

@@ -58,8 +58,7 @@ impl<'a> Designer<'a> {
     /// # Errors
     /// When a rival is not in the catalogue, or the data do not determine its state.
     pub fn new(datasets: &[(&str, &Dataset)], examination: &'a Examination, rivals: &[Rival]) -> Result<Self, IdentifyError> {
-        let family = |id: &str| id.split(':').next().unwrap_or_default().to_owned();
-        let candidates = rivals.iter().map(|r| Candidate { id: r.effect.clone(), family: family(&r.effect) }).collect();
+        let candidates = rivals.iter().map(|r| Candidate::new(r.effect.clone())).collect();
         let close = examination.beside(datasets, candidates)?;
         let remainder = &close.remainder;
         // What the best of the rivals leaves is taken for noise.

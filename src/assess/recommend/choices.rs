@@ -7,7 +7,7 @@ use super::robust;
 use super::rule::Gain;
 use crate::assess::examination::Examination;
 use crate::assess::library::Candidate;
-use crate::identify::{FREELY_FITTED, IdentifyError, Model};
+use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
 /// A set-aside sample may be this far off, in plausible sizes of an outlier: anything.
@@ -126,7 +126,7 @@ pub fn recommend(
     let bands = curves::bands(examination.problem().robot().joints(), postures);
     let plain: Vec<&String> = steps.iter().filter(|id| !id.starts_with("outlier:")).collect();
     let ids = plain.iter().copied().chain(&bands).chain(library.iter().map(|(id, _)| id));
-    let candidate = |id: &String| Candidate { id: id.clone(), family: id.split(':').next().unwrap_or_default().into() };
+    let candidate = |id: &String| Candidate::new(id.clone());
     let mut candidates: Vec<Candidate> = Vec::new();
     for id in ids {
         if !candidates.iter().any(|c| c.id == *id) {
@@ -187,8 +187,7 @@ pub fn recommend(
         for (place, information) in held {
             let id = &candidates[place].id;
             model = model.with(id);
-            let is_ordinary =
-                FREELY_FITTED.contains(&candidates[place].family.as_str()) || plain.contains(&id) && kind != Kind::Library;
+            let is_ordinary = begin.is_freely_fitted(id) || plain.contains(&id) && kind != Kind::Library;
             if !is_ordinary {
                 model.width.insert(id.clone(), information.sqrt().recip());
             }

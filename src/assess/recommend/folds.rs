@@ -60,17 +60,22 @@ pub(super) struct Folds {
 }
 
 impl Folds {
+    /// Whole postures, drawn at random.
+    pub fn random(postures: usize) -> Folds {
+        let count = FOLDS.min(postures);
+        let mut order: Vec<usize> = (0..postures).collect();
+        order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
+        let mut of = vec![0; postures];
+        order.iter().enumerate().for_each(|(k, &p)| of[p] = k * count / postures);
+        Folds { division: Division::Random, of, count }
+    }
+
     /// The divisions that a campaign of these postures bears.
     pub fn all(postures: &Postures, circumstances: &[Circumstance]) -> Vec<Folds> {
         let n = postures.count();
         let count = FOLDS.min(n);
-        let mut order: Vec<usize> = (0..n).collect();
-        order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
-        let mut random = vec![0; n];
-        order.iter().enumerate().for_each(|(k, &p)| random[p] = k * count / n);
         let time = (0..n).map(|p| p * count / n).collect();
-        let mut all =
-            vec![Folds { division: Division::Random, of: random, count }, Folds { division: Division::Time, of: time, count }];
+        let mut all = vec![Folds::random(n), Folds { division: Division::Time, of: time, count }];
         if n >= BLOCKS_FROM {
             all.push(Folds { division: Division::Blocks, of: blocks(postures, circumstances, count), count });
         }

@@ -9,9 +9,9 @@ use super::cell::{Cell, Placed};
 use super::distance_row::DistanceRow;
 use super::sample_row::SampleRow;
 use super::start::{start, worlds_own};
-use super::weighing::WeighingRoom;
+use super::weighing::LoadState;
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
-use crate::effects::{self, Effect, Needs, Owner, ParameterSpec, Subject};
+use crate::effects::{self, Effect, Needs, Owner, ParameterSpec};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Robot, Site};
@@ -130,7 +130,7 @@ impl<'a> Assembly<'a> {
         let mut robot_owned: HashMap<String, usize> = HashMap::new();
         for (d, (label, dataset)) in self.datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
-            let subject = Subject { own: &model.own, ..Subject::new(&self.robot, &balls) };
+            let subject = model.subject(&self.robot, &balls);
             let mut wanted: Vec<(String, Belief)> = Vec::new();
             let probed = |b: usize| {
                 let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
@@ -227,7 +227,6 @@ impl<'a> Assembly<'a> {
         let shared = datasets.iter().zip(balls).zip(effects);
         let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, model.measured_torques)).collect();
         let compliances = compliances(&parameters, robot.joints());
-        let (scale, compliance) = (WeighingRoom::new(&robot), vec![0.0; robot.joints()]);
         let mut problem = Problem {
             robot,
             which,
@@ -235,15 +234,15 @@ impl<'a> Assembly<'a> {
             parameters,
             cells,
             rows: Vec::new(),
-            patterns: Vec::new(),
+            drawn: LoadState::default(),
+            settled: None,
             distances,
             row_count: 0,
             torque_posture,
             compliances,
-            compliance,
             acts_through_compliance: false,
             sample_ids: Vec::new(),
-            scale,
+            room: None,
         };
         for (d, (_, dataset)) in datasets.iter().enumerate() {
             for sample in dataset.samples.iter().filter(|s| which.takes(s)) {
@@ -265,9 +264,9 @@ impl<'a> Assembly<'a> {
         problem.row_count += problem.distances.len();
         let through = |placed: &Placed| placed.effect.needs().contains(&Needs::Compliance);
         problem.acts_through_compliance = problem.cells.iter().any(|cell| cell.effects.iter().any(through));
-        problem.weigh(None);
+        problem.load_nominal();
         problem.check_values()?;
-        for moves in problem.patterns.iter().flatten() {
+        for moves in problem.drawn.patterns.iter().flatten() {
             if let Site::Mdh(i, _) = moves.site {
                 problem.parameters[moves.parameter].link = Some(i.into());
             }
@@ -316,6 +315,7 @@ fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: Belie
         owner: effect.owner(),
         setup: None,
         link: None,
+        through: effect.needs().contains(&Needs::Compliance),
         defines_world: false,
     }));
     first

@@ -5,7 +5,8 @@ use serde_json::{Map, Value, json};
 
 use super::residuals::Residuals;
 use super::{short, shorts};
-use crate::assess::{Comparison, Curve, Diagnosis, Finding, Place, Verdict};
+use crate::assess::{Comparison, Curve, Diagnosis, Finding, Verdict};
+use crate::effects::{EffectId, family};
 use crate::identify::{Calibration, IdentifyError, Model, Problem, Use, fit};
 use crate::measure::Dataset;
 use crate::report::meaning::{meaning, what};
@@ -70,8 +71,8 @@ impl Candidate {
         comparison: &Comparison,
     ) -> Result<Self, IdentifyError> {
         let Offered { effect, wider, period } = offered;
-        let mut problem = Problem::new(datasets, &wider, Use::Fit)?;
-        let fitted = fit(&mut problem)?;
+        let problem = Problem::new(datasets, &wider, Use::Fit)?;
+        let fitted = fit(&problem)?;
         let after = problem.residuals(&fitted.values);
         let takes: Vec<Vector3<f64>> = before.points.iter().zip(&after).map(|(p, r)| p.residual - r).collect();
         let with = Comparison::of(&Calibration::of(datasets, &wider, &problem, &fitted), datasets, Use::Fit)?;
@@ -118,17 +119,9 @@ pub(super) fn curve_id(curve: &Curve) -> String {
 
 /// Joint, counted from 0, and periods per turn of an effect that repeats with the angle of a joint.
 fn period(f: &Finding) -> Option<(usize, u32)> {
-    let mut parts = f.hypothesis.in_model.split(':');
-    let family = parts.next()?;
-    let joint = parts.next()?.parse::<usize>().ok()?.checked_sub(1)?;
-    let order = match (family, &f.hypothesis.place) {
-        ("harmonic1", _) => 1,
-        ("harmonic2", _) => 2,
-        (_, Some(Place::Order(order))) => *order,
-        ("harmonic", _) => parts.next()?.parse().ok()?,
-        _ => return None,
-    };
-    Some((joint, order))
+    let id = EffectId::new(&f.hypothesis.in_model);
+    let family = family(id.whole())?;
+    Some((family.joint(&id)?.checked_sub(1)?, family.period.per_turn(&id)?))
 }
 
 fn phase(points: &Residuals, joint: usize, order: u32) -> Option<(usize, u32, Vec<f64>)> {

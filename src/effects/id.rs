@@ -1,0 +1,167 @@
+//! Effect ids: the family's name and its arguments, taken apart in one place.
+
+use super::{EffectError, Subject};
+
+/// An effect id, `FAMILY`, `FAMILY:ARGUMENT` or `FAMILY:ARGUMENT:...`, taken apart at its colons.
+///
+/// The arguments are not checked: that is done where the effect is built for a robot and an artifact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct EffectId<'a> {
+    whole: &'a str,
+    family: &'a str,
+    rest: Option<&'a str>,
+}
+
+impl<'a> EffectId<'a> {
+    /// Takes an id apart.
+    pub fn new(whole: &'a str) -> Self {
+        match whole.split_once(':') {
+            Some((family, rest)) => EffectId { whole, family, rest: Some(rest) },
+            None => EffectId { whole, family: whole, rest: None },
+        }
+    }
+
+    /// As given.
+    pub fn whole(&self) -> &'a str {
+        self.whole
+    }
+
+    /// Before the first colon.
+    pub fn family(&self) -> &'a str {
+        self.family
+    }
+
+    /// After the first colon. Names of balls and samples may hold colons of their own.
+    pub fn rest(&self) -> Option<&'a str> {
+        self.rest
+    }
+
+    /// Argument `k`, counted from 0.
+    pub fn argument(&self, k: usize) -> Option<&'a str> {
+        self.rest?.split(':').nth(k)
+    }
+
+    /// After the last colon: what a scan varies.
+    pub fn last_argument(&self) -> Option<&'a str> {
+        self.rest?.rsplit(':').next()
+    }
+
+    /// Argument `k` as a number counted from 1: a joint or an indicator.
+    pub fn number(&self, k: usize) -> Option<usize> {
+        self.argument(k)?.parse().ok().filter(|n| *n > 0)
+    }
+
+    /// An error about its arguments.
+    pub fn wrong(&self, problem: impl Into<String>) -> EffectError {
+        EffectError::Argument { id: self.whole.into(), problem: problem.into() }
+    }
+
+    /// Requires at most `most` arguments.
+    ///
+    /// # Errors
+    /// When there are more.
+    pub fn at_most(&self, most: usize) -> Result<(), EffectError> {
+        if self.rest.map_or(0, |rest| rest.split(':').count()) > most {
+            return Err(self.wrong(format!("takes at most {most} argument(s)")));
+        }
+        Ok(())
+    }
+
+    /// The joints meant: the one named by the only argument, or all of them. Counted from 0.
+    ///
+    /// # Errors
+    /// When the robot has no such joint, or there is more than one argument.
+    pub fn joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
+        self.at_most(1)?;
+        if self.rest.is_none() { Ok((0..subject.robot.joints()).collect()) } else { Ok(vec![self.joint(0, subject)?]) }
+    }
+
+    /// The joint named by argument `k`. Counted from 0.
+    ///
+    /// # Errors
+    /// When the robot has no such joint.
+    pub fn joint(&self, k: usize, subject: &Subject<'_>) -> Result<usize, EffectError> {
+        let n = subject.robot.joints();
+        match self.number(k) {
+            Some(j) if j <= n => Ok(j - 1),
+            _ => Err(self.wrong(format!("names a joint from 1 to {n} after the colon"))),
+        }
+    }
+
+    /// The indicator named by the only argument. Counted from 0.
+    ///
+    /// # Errors
+    /// When it is not 1, 2 or 3.
+    pub fn indicator(&self) -> Result<usize, EffectError> {
+        match self.rest {
+            Some("1") => Ok(0),
+            Some("2") => Ok(1),
+            Some("3") => Ok(2),
+            _ => Err(self.wrong("names an indicator from 1 to 3 after the colon")),
+        }
+    }
+
+    /// The time named by argument `k`, the last, s.
+    ///
+    /// # Errors
+    /// When it is no time, or not the last.
+    pub fn time(&self, k: usize) -> Result<f64, EffectError> {
+        self.at_most(k + 1)?;
+        match self.argument(k).and_then(|a| a.parse::<f64>().ok()) {
+            Some(t) if t.is_finite() && t >= 0.0 => Ok(t),
+            _ => Err(self.wrong("ends in seconds since the session began, zero or more")),
+        }
+    }
+
+    /// The ball named by the whole rest, by its place in the artifact.
+    ///
+    /// # Errors
+    /// When the artifact has no such ball.
+    pub fn ball(&self, subject: &Subject<'_>) -> Result<usize, EffectError> {
+        let name = self.rest.unwrap_or_default();
+        let unknown = || self.wrong(format!("names a ball after the colon, one of: {}", subject.balls.join(", ")));
+        subject.balls.iter().position(|b| b == name).ok_or_else(unknown)
+    }
+
+    /// The sample named by the whole rest.
+    ///
+    /// # Errors
+    /// When none is named, or the samples are known and this is none of them.
+    pub fn sample(&self, subject: &Subject<'_>) -> Result<&'a str, EffectError> {
+        let sample = self.rest.filter(|s| !s.is_empty()).ok_or_else(|| self.wrong("names a sample after the colon"))?;
+        if subject.samples.is_some_and(|known| !known.iter().any(|s| s == sample)) {
+            return Err(self.wrong(format!("there is no sample '{sample}' in these data")));
+        }
+        Ok(sample)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_id_is_taken_apart_at_its_colons() {
+        let id = EffectId::new("harmonic:2:17");
+        assert_eq!((id.whole(), id.family(), id.rest()), ("harmonic:2:17", "harmonic", Some("2:17")));
+        assert_eq!(
+            (id.argument(0), id.argument(1), id.argument(2), id.last_argument()),
+            (Some("2"), Some("17"), None, Some("17"))
+        );
+        let id = EffectId::new("mdh");
+        assert_eq!((id.family(), id.rest(), id.argument(0), id.last_argument()), ("mdh", None, None, None));
+        assert_eq!(EffectId::new("outlier:").rest(), Some(""));
+        assert_eq!(EffectId::new("harmonic1:0").number(0), None);
+    }
+
+    #[test]
+    fn names_keep_their_colons() {
+        let robot = crate::robot::built_in("kr6_r700").expect("built in");
+        let (balls, samples) = (["a:1".to_owned()], ["day2:p7".to_owned()]);
+        let subject = Subject { samples: Some(&samples), ..Subject::new(&robot, &balls) };
+        assert_eq!(EffectId::new("ball:a:1").ball(&subject), Ok(0));
+        assert_eq!(EffectId::new("outlier:day2:p7").sample(&subject), Ok("day2:p7"));
+        let refused = EffectId::new("outlier:p7").sample(&subject).expect_err("there is none");
+        assert!(refused.to_string().contains("'p7'"), "{refused}");
+    }
+}

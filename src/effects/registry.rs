@@ -1,0 +1,122 @@
+//! The families that a program knows: the catalogue, and those that others add.
+
+use std::fmt;
+
+use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
+
+/// The families of effects that models, fits and diagnoses draw on: the [catalogue](CATALOGUE) unless others are added.
+///
+/// A family that is added is offered, fitted, judged and named like those of the catalogue. A [model](crate::identify::Model) holds the
+/// registry that its effects are built from.
+///
+/// ```
+/// use calibench::effects::{
+///     Effect, Emit, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Registry, Role, Scan, Situation,
+///     Stray, Subject, build,
+/// };
+/// use calibench::robot::{MdhEntry, Site, built_in};
+/// use calibench::units::Unit;
+///
+/// /// `cable_drag`: a cable along the arm pulls joint 1 towards its middle.
+/// struct CableDrag(Vec<ParameterSpec>);
+///
+/// impl Effect for CableDrag {
+///     fn id(&self) -> &str {
+///         "cable_drag"
+///     }
+///     fn parameters(&self) -> &[ParameterSpec] {
+///         &self.0
+///     }
+///     fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>) {
+///         emit(0, Site::mdh(0, MdhEntry::Theta), at.q[0].tanh());
+///     }
+/// }
+///
+/// static FAMILY: Family = Family {
+///     id: "cable_drag",
+///     arguments: "",
+///     what: "a cable pulls joint 1",
+///     equation: "theta_1 += c tanh(q_1)",
+///     origin: Origin::Arm,
+///     scan: Scan::None,
+///     follows: &[Follows::JointAngle],
+///     role: Role::Cause,
+///     physical: Physical::Any,
+///     linear_range: LinearRange::Si(5e-3),
+///     period: Period::None,
+///     meaning: Meaning { physics: "a cable pulls the first joint back", look: "look at the hose package" },
+///     stray: Stray::None,
+///     members: |_| vec![String::new()],
+///     build: |id, _| {
+///         id.at_most(0)?;
+///         Ok(Box::new(CableDrag(vec![ParameterSpec::new("cable_drag.c", Unit::URAD, 50e-6)])))
+///     },
+/// };
+///
+/// let registry = Registry::default().with(&FAMILY)?;
+/// let robot = built_in("kr6_r700").ok_or("built in")?;
+/// let subject = Subject { registry: &registry, ..Subject::new(&robot, &[]) };
+/// assert_eq!(build("cable_drag", &subject)?.parameters()[0].name, "cable_drag.c");
+/// assert!(build("cable_drag", &Subject::new(&robot, &[])).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Default)]
+pub struct Registry {
+    added: Vec<&'static Family>,
+}
+
+static CATALOGUE_ALONE: Registry = Registry { added: Vec::new() };
+
+impl Registry {
+    /// The catalogue and nothing else.
+    pub fn catalogue() -> &'static Registry {
+        &CATALOGUE_ALONE
+    }
+
+    /// With one family more.
+    ///
+    /// # Errors
+    /// When there is a family of that id already.
+    pub fn with(mut self, family: &'static Family) -> Result<Self, EffectError> {
+        if self.family(family.id).is_some() {
+            return Err(EffectError::Taken { id: family.id.into() });
+        }
+        self.added.push(family);
+        Ok(self)
+    }
+
+    /// All families: those of the catalogue in its order, then the others as they were added.
+    pub fn families(&self) -> impl Iterator<Item = &'static Family> + '_ {
+        CATALOGUE.iter().chain(self.added.iter().copied())
+    }
+
+    /// The family that an id is of.
+    pub fn family(&self, id: &str) -> Option<&'static Family> {
+        let name = EffectId::new(id).family();
+        self.families().find(|f| f.id == name)
+    }
+}
+
+impl fmt::Debug for Registry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.families().map(|f| f.id)).finish()
+    }
+}
+
+/// Of the same ids: a registry cannot hold two families of one id, and families do not change.
+impl PartialEq for Registry {
+    fn eq(&self, other: &Self) -> bool {
+        self.families().map(|f| f.id).eq(other.families().map(|f| f.id))
+    }
+}
+
+/// The family of the catalogue that an id is of.
+pub fn family(id: &str) -> Option<&'static Family> {
+    Registry::catalogue().family(id)
+}
+
+/// Ids of everything that can be sought without trying out orders, times or samples: the families, then the user's own effects.
+pub fn ids(subject: &Subject<'_>) -> Vec<String> {
+    let own = subject.own.iter().map(|e| e.name.clone());
+    subject.registry.families().flat_map(|f| f.ids(subject)).chain(own).collect()
+}
