@@ -1,11 +1,17 @@
 //! Flaws that no model may know: what a diagnosis does when its catalogue does not hold the cause.
 //!
-//! None of them is in [`calibench::effects::CATALOGUE`]. Each is written for the simulated cell alone, one file each, and is as large as
-//! its `rms_urad` says: the root mean square of the joint's error over the workspace, every posture within the joint limits alike.
+//! Each is written for the simulated cell alone, one file each. One of a joint is as large as its `rms_urad` says: the root mean square
+//! of the joint's error over the workspace, every posture within the joint limits alike. [`UNKNOWN`] lists those that no effect of
+//! [`calibench::effects::CATALOGUE`] is like; the others have twins there.
 
+mod asymmetric_tooth;
+mod beat;
+mod bilinear_coupling;
 mod cable_spring;
 mod cross_coupled_wrist;
 mod gear_defect;
+mod moved_ball;
+mod posture_spring;
 mod smooth_field;
 mod third_harmonic;
 
@@ -13,16 +19,27 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use calibench::measure::Dataset;
-use calibench::robot::{MdhEntry, Robot, Site};
+use calibench::robot::{Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
+use nalgebra::Vector3;
 use serde::Deserialize;
 
 use crate::flaw::Flaw;
 
+pub use asymmetric_tooth::AsymmetricTooth;
+pub use beat::Beat;
+pub use bilinear_coupling::BilinearCoupling;
 pub use cable_spring::CableSpring;
 pub use cross_coupled_wrist::CrossCoupledWrist;
 pub use gear_defect::GearDefect;
+pub use moved_ball::MovedBall;
+pub use posture_spring::PostureSpring;
 pub use smooth_field::SmoothField;
 pub use third_harmonic::ThirdHarmonic;
+
+/// Flaws of a joint that no effect of the catalogue is like. One that becomes an effect leaves this list, and another takes its place:
+/// at least five, two of them over two variables (`cable_spring`, `bilinear_coupling`, `posture_spring` and `smooth_field` are).
+pub const UNKNOWN: [&str; 7] =
+    ["asymmetric_tooth", "beat", "bilinear_coupling", "cable_spring", "gear_defect", "posture_spring", "smooth_field"];
 
 /// The keys under `[truth.hidden]`.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -34,29 +51,59 @@ pub struct HiddenToml {
     pub cross_coupled_wrist: Option<CrossCoupledWrist>,
     pub gear_defect: Option<GearDefect>,
     pub smooth_field: Option<SmoothField>,
+    pub asymmetric_tooth: Option<AsymmetricTooth>,
+    pub beat: Option<Beat>,
+    pub bilinear_coupling: Option<BilinearCoupling>,
+    pub posture_spring: Option<PostureSpring>,
+    pub moved_ball: Option<MovedBall>,
+}
+
+/// A hidden flaw in words: its name under `[truth.hidden]`, how large it is, and the joints that err (from 1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct HiddenFlaw {
+    /// Its table.
+    pub name: &'static str,
+    /// With its unit.
+    pub size: String,
+    /// Counted from 1; none for what is no flaw of a joint.
+    pub joints: Vec<usize>,
 }
 
 impl HiddenToml {
+    /// The flaws that are written, in words.
+    pub fn listed(&self) -> Vec<HiddenFlaw> {
+        let of = |name, rms_urad: f64, joints: &[usize]| HiddenFlaw {
+            name,
+            size: format!("{rms_urad} urad rms"),
+            joints: joints.to_vec(),
+        };
+        let all = [
+            self.asymmetric_tooth.as_ref().map(|f| of("asymmetric_tooth", f.rms_urad, &[f.joint])),
+            self.beat.as_ref().map(|f| of("beat", f.rms_urad, &[f.joint])),
+            self.bilinear_coupling.as_ref().map(|f| of("bilinear_coupling", f.rms_urad, &[f.joint])),
+            self.cable_spring.as_ref().map(|f| of("cable_spring", f.rms_urad, &[f.joint])),
+            self.cross_coupled_wrist.as_ref().map(|f| of("cross_coupled_wrist", f.rms_urad, &[3, 4])),
+            self.gear_defect.as_ref().map(|f| of("gear_defect", f.rms_urad, &[f.joint])),
+            self.moved_ball.as_ref().map(MovedBall::listed),
+            self.posture_spring.as_ref().map(|f| of("posture_spring", f.rms_urad, &[f.joint])),
+            self.smooth_field.as_ref().map(|f| of("smooth_field", f.rms_urad, &[f.joint])),
+            self.third_harmonic.as_ref().map(|f| of("third_harmonic", f.rms_urad, &[f.joint])),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
     /// The joints that err, from 1.
     pub fn joints(&self) -> Vec<usize> {
-        let one = [
-            self.cable_spring.as_ref().map(|f| f.joint),
-            self.third_harmonic.as_ref().map(|f| f.joint),
-            self.gear_defect.as_ref().map(|f| f.joint),
-            self.smooth_field.as_ref().map(|f| f.joint),
-        ];
-        let wrist = self.cross_coupled_wrist.iter().flat_map(|_| [3, 4]);
-        one.into_iter().flatten().chain(wrist).collect()
+        self.listed().into_iter().flat_map(|flaw| flaw.joints).collect()
     }
-}
 
-impl HiddenToml {
     /// Members of the catalogue that are the same under another name: to name one of them is right.
     pub fn twins(&self) -> Vec<String> {
         let third = self.third_harmonic.as_ref().map(|f| format!("harmonic:{}:3", f.joint));
         let wrist =
             self.cross_coupled_wrist.iter().flat_map(|_| ["cross_compliance:3:5", "cross_compliance:4:5"].map(String::from));
-        third.into_iter().chain(wrist).collect()
+        let ball = self.moved_ball.as_ref().map(|f| format!("ball_step:{}", f.ball));
+        third.into_iter().chain(wrist).chain(ball).collect()
     }
 }
 
@@ -128,6 +175,11 @@ impl HiddenToml {
             built(&self.cross_coupled_wrist, cell),
             built(&self.gear_defect, cell),
             built(&self.smooth_field, cell),
+            built(&self.asymmetric_tooth, cell),
+            built(&self.beat, cell),
+            built(&self.bilinear_coupling, cell),
+            built(&self.posture_spring, cell),
+            built(&self.moved_ball, cell),
         ]
         .into_iter()
         .flatten()
@@ -138,6 +190,30 @@ impl HiddenToml {
 /// Postures over which a root mean square is taken; it is then good to a per cent.
 const POSTURES: usize = 4096;
 
+/// Limits of a joint, rad; one without limits, should there be one, turns once.
+fn limits(robot: &Robot, joint: usize) -> [f64; 2] {
+    let limits = robot.links[joint].limits;
+    if limits.iter().all(|l| l.is_finite()) { limits } else { [-PI, PI] }
+}
+
+/// Middle of a joint's limits, rad.
+fn middle(robot: &Robot, joint: usize) -> f64 {
+    let [low, high] = limits(robot, joint);
+    0.5 * (low + high)
+}
+
+/// Gravity's torque at a joint (from 0) in a posture (rad), N·m, of the arm as drawn with its first payload.
+fn torques_at(cell: &Dataset) -> impl FnMut(&[f64], usize) -> f64 + use<'_> {
+    let none = vec![0.0; SiteIndex::new(cell.robot.joints()).len()];
+    let (mut posture, mut loads) = (Posture::new(&cell.robot), Loads::new(cell.robot.joints()));
+    let payload = cell.payloads.first().cloned().unwrap_or_else(Payload::none);
+    move |q, joint| {
+        posture.set(&cell.robot, &cell.base, &cell.tool, q, &none);
+        loads.weigh(&cell.robot, &posture, &payload, &cell.gravity, &Vector3::zeros());
+        loads.tau[joint]
+    }
+}
+
 /// What an error `shape` of the joint angles (rad) is to be multiplied by for its root mean square over the workspace to be `rms`.
 fn scale_to(rms: f64, robot: &Robot, mut shape: impl FnMut(&[f64]) -> f64) -> f64 {
     // Multiples of irrational numbers (Weyl) fill the joint limits evenly; roots of primes have no relation to each other.
@@ -145,9 +221,8 @@ fn scale_to(rms: f64, robot: &Robot, mut shape: impl FnMut(&[f64]) -> f64) -> f6
     let mut q = vec![0.0; robot.joints()];
     let mut squares = 0.0;
     for k in 0..POSTURES {
-        for (i, link) in robot.links.iter().enumerate() {
-            // A joint without limits, should there be one, turns once.
-            let [low, high] = if link.limits.iter().all(|l| l.is_finite()) { link.limits } else { [-PI, PI] };
+        for i in 0..q.len() {
+            let [low, high] = limits(robot, i);
             let share = ((k as f64 + 0.5) * (PRIMES[i % PRIMES.len()] + (i / PRIMES.len()) as f64).sqrt()).fract();
             q[i] = low + (high - low) * share;
         }
@@ -165,9 +240,7 @@ fn theta(j: usize) -> Site {
 mod tests {
     use super::*;
     use calibench::effects::Situation;
-    use calibench::robot::{Loads, Payload, Posture, SiteIndex};
     use calibench::units::URAD;
-    use nalgebra::Vector3;
 
     /// Root mean square of what a flaw adds to a joint, over postures other than those that it was scaled on.
     fn rms(flaw: &dyn Flaw, cell: &Dataset, joint: usize) -> f64 {
@@ -193,10 +266,10 @@ mod tests {
         let robot = calibench::robot::built_in("kr6_r700").expect("is built in");
         let payload = Payload { name: "heavy".into(), mass: 6.0, com: Vector3::new(0.025, 0.0, -0.07) };
         let cell = Dataset { robot: Arc::new(robot), payloads: vec![payload], ..Dataset::default() };
+        let listed = |text: &str| toml::from_str::<HiddenToml>(text).expect("keys").listed().remove(0);
         let hidden = |text: &str| toml::from_str::<HiddenToml>(text).expect("keys").flaws(&cell).expect("fits").remove(0);
-        for (name, joint) in
-            [("cable_spring", 5), ("third_harmonic", 2), ("cross_coupled_wrist", 4), ("gear_defect", 3), ("smooth_field", 2)]
-        {
+        let unknown = UNKNOWN.map(|name| (name, listed(&format!("[{name}]\nrms_urad = 60.0")).joints[0]));
+        for (name, joint) in unknown.into_iter().chain([("third_harmonic", 2), ("cross_coupled_wrist", 4)]) {
             let flaw = hidden(&format!("[{name}]\nrms_urad = 60.0"));
             let rms = rms(flaw.as_ref(), &cell, joint - 1) / URAD;
             // Two thousand other postures: 2 % of chance, more for a bump that few of them meet.

@@ -12,6 +12,7 @@ pub mod controller;
 pub mod design;
 pub mod flaw;
 pub mod gauge;
+pub mod ground_truth;
 pub mod hidden;
 mod interruption;
 mod mismatch;

@@ -42,7 +42,7 @@ pub fn noisy_point(point: &Vector3<f64>, sigma: f64, rng: &mut impl Rng) -> Vect
 }
 
 /// 64-bit FNV-1a (Fowler, Noll, Vo): the same on every machine and in every release, which `std`'s hashers do not promise.
-fn fnv1a(bytes: &[u8]) -> u64 {
+pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 

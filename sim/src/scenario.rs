@@ -179,6 +179,6 @@ impl Scenario {
     /// # Errors
     /// When an effect, a parameter or its unit does not exist.
     pub fn with_truth(&self, truth: TruthToml) -> Result<Scenario, FileError> {
-        Ok(Scenario { truth: Truth::of(truth, &self.cell, &self.sources)?, ..self.clone() })
+        Ok(Scenario { truth: Truth::of(truth, &self.cell, &self.model.own, &self.sources)?, ..self.clone() })
     }
 }

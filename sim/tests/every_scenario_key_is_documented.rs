@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use calibench_sim::hidden::UNKNOWN;
 use calibench_sim::scenario::{Quantity, ScenarioToml};
 use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
@@ -122,11 +123,10 @@ fn accepted() -> Result<Keys, toml::de::Error> {
         value.insert(key.into(), given.into());
     }
     value.insert("seed".into(), 1.into());
-    let hidden = ["cable_spring", "third_harmonic", "cross_coupled_wrist", "gear_defect", "smooth_field"];
-    let hidden: Table = hidden
-        .map(|name| (name.to_owned(), Value::Table(Table::from_iter([("rms_urad".to_owned(), 60.into())]))))
-        .into_iter()
-        .collect();
+    let hidden = UNKNOWN.into_iter().chain(["third_harmonic", "cross_coupled_wrist"]);
+    let sized = |name: &str| (name.to_owned(), Value::Table(Table::from_iter([("rms_urad".to_owned(), 60.into())])));
+    let mut hidden: Table = hidden.map(sized).collect();
+    hidden.insert("moved_ball".into(), Value::Table(Table::from_iter([("ball".to_owned(), "1".into())])));
     value["truth"].as_table_mut().expect("a table").insert("hidden".into(), Value::Table(hidden));
     let mujoco: Table = "pedestal = { x_urad_per_nm = 1.0, y_urad_per_nm = 1.0 }
         bearing = [{ joint = 1, urad_per_nm = 1.0 }]

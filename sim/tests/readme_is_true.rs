@@ -119,8 +119,8 @@ fn excerpt(story: &str) -> String {
         let row = line.starts_with('│');
         rows += usize::from(row);
         let shown = match section {
-            // The head and the first three probings.
-            "CENTRING" => !row || rows <= 4,
+            // The head and the first three probings, and effects.
+            "CENTRING" | "HIDDEN" => !row || rows <= 4,
             // The head and some of each kind.
             "PARAMETERS" => !row || rows == 1 || ["base_x", "base_y", "a1", "a2", "c2", "c3"].contains(&words[1]),
             "HISTOGRAM" => false,

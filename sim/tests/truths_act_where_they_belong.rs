@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use calibench::identify::{Calibration, Model, identify};
+use calibench_sim::ground_truth::{Met, ground_truth};
 use calibench_sim::random::Streams;
 use calibench_sim::run::{Plans, measure_all};
 use calibench_sim::scenario::{Scenario, load_scenario};
@@ -50,6 +51,86 @@ fn each_is_found_at_its_size() {
         println!("{id}: {value:.4} +- {sigma:.4} for {size}");
         assert!((value - size).abs() < allowed && sigma < 0.25 * size.abs(), "{id}: {value} +- {sigma} for {size}");
     }
+}
+
+/// An effect that the scenario itself defines, in its truth: joint 3 ripples 5.5 times per turn, which no effect of the catalogue does.
+const OWN: &str = r#"
+format = "calibench-scenario/1"
+extends = "TABLE8"
+name = "own"
+question = "Is what the user suspects there?"
+seed = 1
+
+[plan]
+poses_per_ball = 15
+pool_per_ball = 200
+starts = 1
+
+[tracker]
+validation_poses = 40
+
+[[effect]]
+name = "belt"
+unit = "urad"
+candidate = true
+terms = [{ site = "theta:3", basis = "sin(5.5*q3)", group = "sin" }, { site = "theta:3", basis = "cos(5.5*q3)", group = "cos" }]
+
+[truth.effects.belt]
+sin_urad = 150.0
+cos_urad = -100.0
+"#;
+
+fn own_scenario(text: &str) -> Result<Scenario, calibench::files::FileError> {
+    let folder = tempfile::tempdir().unwrap();
+    let table8 = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml").canonicalize().unwrap();
+    let path = folder.path().join("own.toml");
+    std::fs::write(&path, text.replace("TABLE8", table8.to_str().unwrap())).unwrap();
+    load_scenario(&path)
+}
+
+#[test]
+fn an_effect_of_ones_own_acts_and_is_held_against_what_was_found() {
+    let scenario = own_scenario(OWN).unwrap();
+    let streams = Streams { seed: 1, trial: 0 };
+    let measured = measure_all(&scenario, streams, &Plans::new(&scenario, 1).unwrap(), &mut ()).unwrap();
+    let data = [("fit", &measured.fit)];
+    // As a candidate it is not fitted: the diagnosis has to name it.
+    let without = identify(&data, &scenario.model).unwrap();
+    let truth = ground_truth(&scenario, &streams, &measured.fit, &without).unwrap();
+    let belt = &truth.hidden[0];
+    assert_eq!((belt.effect.as_str(), belt.met, truth.verdict.name()), ("belt", Met::First, "identified"));
+    assert!(belt.visible.unwrap() > 1.0 && truth.named == Some(("belt".into(), false)), "{truth:?}");
+    let held = truth.hidden.iter().filter(|h| h.met == Met::InModel).map(|h| h.effect.as_str());
+    assert_eq!(held.collect::<Vec<_>>(), ["base_frame", "joint_compliance", "mdh"]);
+    // With it in the model its numbers come out, within four sigma of what the scenario says.
+    let with = identify(&data, &scenario.model.with("belt")).unwrap();
+    let truth = ground_truth(&scenario, &streams, &measured.fit, &with).unwrap();
+    let belt = truth.hidden.iter().find(|h| h.effect == "belt").unwrap();
+    assert_eq!((belt.met, truth.verdict.name()), (Met::InModel, "nothing_left"));
+    for (number, size) in belt.numbers.iter().zip([150.0e-6, -100.0e-6]) {
+        let [value, sigma] = number.found.unwrap();
+        assert!((number.truth - size).abs() < 1e-12, "{}", number.name);
+        assert!((value - size).abs() < 4.0 * sigma && sigma < 0.1 * size.abs(), "{}: {value} +- {sigma}", number.name);
+    }
+}
+
+#[test]
+fn what_is_wrong_with_an_effect_of_ones_own_is_said_at_its_key() {
+    for (from, to, field) in [
+        ("sin_urad = 150.0", "sine_urad = 150.0", "truth.effects.belt.sine_urad"),
+        ("[truth.effects.belt]", "[truth.effects.blet]", "truth.effects.blet"),
+        ("sin(5.5*q3)", "sin(5.5*q9)", "effect[0].terms[0].basis"),
+    ] {
+        let error = own_scenario(&OWN.replace(from, to)).err().unwrap();
+        assert_eq!(error.field, field, "{error}");
+        assert!(error.line.is_some(), "{error}");
+    }
+    // `draw` serves for it as for any other.
+    let drawn = own_scenario(&OWN.replace("sin_urad = 150.0\ncos_urad = -100.0", "draw = 1.0")).unwrap();
+    let sizes = |trial| {
+        drawn.truth().drawn(&Streams { seed: 1, trial }).iter().find(|e| e.effect.id() == "belt").unwrap().sizes.clone()
+    };
+    assert!(sizes(0) != sizes(1) && sizes(0).iter().all(|s| *s != 0.0), "{:?}", sizes(0));
 }
 
 /// The tracker does not see the artifact, nor does the artifact see the tracker.

@@ -8,6 +8,7 @@ mod compensate;
 mod design;
 mod design_tables;
 mod diagnose;
+mod hidden_table;
 mod identify;
 mod import;
 mod ladder;

@@ -9,6 +9,7 @@ use calibench::report::{calibration_json, histogram, plain_table, validation_jso
 use calibench::units::{MM, UM};
 use serde_json::{Value, json};
 
+use super::hidden_table::{hidden_json, hidden_text, named_json};
 use super::identify::story;
 use super::plan::chosen_sentence;
 use super::progress::{CampaignBar, Waiting};
@@ -16,8 +17,9 @@ use super::{Failure, Outcome, print, print_json, seed};
 #[cfg(feature = "mujoco")]
 use crate::blame::with_reasons;
 use crate::compensation::Compensation;
+use crate::ground_truth::{GroundTruth, ground_truth};
 use crate::random::Streams;
-use crate::run::{Check, Method, Plans, Run, run as procedure};
+use crate::run::{Check, Method, Plans, Run, RunError, run as procedure};
 use crate::scenario::PlantKind;
 use crate::scenario::{Scenario, load_scenario};
 
@@ -60,7 +62,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(bar);
     let run = result.map_err(|e| scenario.blame(&e))?;
     let checks = run.checks(&scenario);
-    let document = document(&scenario, &run, &checks);
+    let truth = ground_truth(&scenario, &Streams { seed, trial: 0 }, &run.trical.dataset, &run.trical.calibration)
+        .map_err(|e| scenario.blame(&RunError::Identify(e)))?;
+    let document = document(&scenario, &run, &checks, &truth);
     if let Some(folder) = &arguments.out {
         write_run(folder, &scenario, &run, &document)?;
         if arguments.render {
@@ -72,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&document)?;
     } else {
-        tell(&scenario, &run, &checks)?;
+        tell(&scenario, &run, &checks, &truth)?;
         if let Some(folder) = &arguments.out {
             print(&format!("Written to {}", folder.display()))?;
         }
@@ -98,7 +102,7 @@ fn render(_: &Scenario, _: &Run, _: &Path) {
 }
 
 /// The whole story, in the order of the work.
-fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure> {
+fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -> Result<(), Failure> {
     print(&format!(
         "{}: {}\nrobot {}, {} plant, seed {}\n",
         scenario.name,
@@ -154,6 +158,8 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check]) -> Result<(), Failure>
         100.0 * run.trical.score.within(2.0),
         100.0 * run.trical.score.within(3.0)
     ))?;
+    print("\nHIDDEN in the simulated cell against what the TriCal's data show of it")?;
+    print(&hidden_text(truth))?;
     if !checks.is_empty() {
         print("\nEXPECTED")?;
         for c in checks {
@@ -224,7 +230,7 @@ fn centring_summary(run: &Run) -> String {
     )
 }
 
-fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
+fn document(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -> Value {
     let method = |m: &Method| {
         let parameters: Vec<Value> = m
             .score
@@ -260,6 +266,8 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check]) -> Value {
         }),
         "before": {"mean_mm": run.before.mean / MM, "max_mm": run.before.max / MM},
         "paper": paper,
+        "hidden_against_found": hidden_json(truth),
+        "diagnosed": named_json(truth),
         "expect": {"met": checks.iter().all(Check::met), "checks": checked},
     })
 }

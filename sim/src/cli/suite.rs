@@ -7,16 +7,24 @@ use calibench::report::plain_table;
 use serde_json::json;
 
 use super::progress::Trials;
-use super::suite_tables::suite_text;
+use super::suite_tables::{classes_text, suite_text};
 use super::{Failure, Outcome, print, print_json, seed};
-use crate::run::Plans;
 use crate::scenario::{Scenario, load_scenario};
-use crate::suite::{cases, designs, run as run_cases, tally};
+use crate::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, designs, tally};
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Scenario file with a [suite]
     scenario: PathBuf,
+    /// Only trials of these classes, by name, or, where none has it, by how the names begin (`unknown`); they are the same as in the whole suite
+    #[arg(long, num_args = 1.., value_name = "CLASS")]
+    class: Vec<String>,
+    /// Only so many trials of each class
+    #[arg(long, value_name = "TRIALS")]
+    each: Option<usize>,
+    /// Follow what the ladder recommends, not only the first finding of the diagnosis: many times slower
+    #[arg(long)]
+    advice: bool,
     /// Only so many trials
     #[arg(long)]
     trials: Option<usize>,
@@ -29,7 +37,7 @@ pub struct Arguments {
     /// Instead, try so many robots whose diagnosis may be ambiguous, and measure those again as designed, D-optimal and at random
     #[arg(long)]
     designs: Option<usize>,
-    /// Seed in place of the scenario's
+    /// Seed in place of the scenario's: below 1001 for looking at while something is developed, from 1001 on for what is reported
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Print one JSON document instead of tables
@@ -46,24 +54,56 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(trials) = arguments.designs {
         return compare_designs(&scenario, seed, trials, arguments);
     }
-    let plans = Plans::new(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
-    let mut all: Vec<_> = cases(&scenario, spec).into_iter().step_by(arguments.every.max(1)).collect();
-    all.truncate(arguments.trials.unwrap_or(usize::MAX));
-    let bar = Trials::new(all.len());
-    let outcomes = run_cases(&scenario, &plans, &all, seed, &|| bar.done())?;
+    let suite = Suite::new(&scenario, spec)?;
+    let chosen = chosen(&suite, arguments)?;
+    let planned = suite.plan(&chosen, seed).map_err(|e| e.error)?;
+    let bar = Trials::new(chosen.len());
+    let advice = if arguments.advice { Advice::Ladder } else { Advice::Diagnosis };
+    let outcomes = planned.run(&chosen, advice, &|| bar.done())?;
     drop(bar);
     if let Some(path) = &arguments.output {
         let mut table = csv::Writer::from_writer(Vec::new());
         outcomes.iter().try_for_each(|o| table.serialize(o))?;
         write_whole(path, &table.into_inner().map_err(|e| e.into_error())?)?;
     }
-    let tally = tally(&outcomes);
+    let (tally, rows) = (tally(&outcomes), class_rows(&outcomes));
+    let followed = if arguments.advice { "ladder" } else { "diagnosis" };
     if arguments.json {
-        print_json(&json!({"format": "calibench-suite/1", "scenario": scenario.name, "seed": seed, "tally": tally}))?;
+        print_json(&json!({
+            "format": "calibench-suite/1", "scenario": scenario.name, "seed": seed, "for_reporting": seed >= FIRST_REPORTING_SEED,
+            "advice": followed, "classes": rows, "tally": tally,
+        }))?;
     } else {
+        if seed < FIRST_REPORTING_SEED {
+            print(&format!("Seed {seed} is for development: report figures of seeds from {FIRST_REPORTING_SEED} on.\n"))?;
+        }
+        print(&classes_text(&rows, arguments.advice))?;
         print(&suite_text(&tally))?;
     }
     Ok(Outcome::Done)
+}
+
+/// The cases that are asked for.
+fn chosen(suite: &Suite, arguments: &Arguments) -> Result<Vec<Case>, Failure> {
+    let known = suite.classes();
+    let mut of_classes: Vec<&str> = Vec::new();
+    for class in &arguments.class {
+        let named: Vec<&str> = known.iter().filter(|k| *k == class).copied().collect();
+        let begin = known.iter().filter(|k| k.strip_prefix(class.as_str()).is_some_and(|rest| rest.starts_with('_'))).copied();
+        let named = if named.is_empty() { begin.collect() } else { named };
+        if named.is_empty() {
+            let list = known.join(", ");
+            return Err(format!("--class {class}: there is no such class; those of this suite are {list}").into());
+        }
+        of_classes.extend(named);
+    }
+    let asked = |case: &&Case| {
+        let of_class = arguments.class.is_empty() || of_classes.contains(&case.class.as_str());
+        of_class && arguments.each.is_none_or(|each| case.place < each)
+    };
+    let mut all: Vec<Case> = suite.cases().iter().filter(asked).step_by(arguments.every.max(1)).cloned().collect();
+    all.truncate(arguments.trials.unwrap_or(usize::MAX));
+    Ok(all)
 }
 
 fn compare_designs(scenario: &Scenario, seed: u64, trials: usize, arguments: &Arguments) -> Result<Outcome, Failure> {

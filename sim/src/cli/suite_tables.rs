@@ -4,7 +4,57 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use calibench::report::plain_table;
 
-use crate::suite::{Share, Tally};
+use crate::suite::{ClassRow, Share, Tally};
+
+/// Every class in one line, the worst first; `by_ladder` says whose advice was followed.
+pub fn classes_text(classes: &[ClassRow], by_ladder: bool) -> String {
+    let header = [
+        "class",
+        "trials",
+        "claimed",
+        "right",
+        "identified, chi2/dof > 2",
+        "band holds",
+        "predicted/actual",
+        "before mm",
+        "after mm",
+        "harmed",
+        "worst",
+    ];
+    let rows: Vec<[String; 11]> = classes
+        .iter()
+        .map(|c| {
+            [
+                c.class.clone(),
+                c.trials.to_string(),
+                share(c.claimed),
+                share(c.right),
+                share(c.identified_but_more),
+                share(c.band_holds),
+                ratio(c.predicted_over_actual[1]),
+                mm(c.before_mm),
+                mm(c.after_mm),
+                share(c.harmed),
+                ratio(c.worst_ratio),
+            ]
+        })
+        .collect();
+    let advice = if by_ladder { "what the ladder recommends" } else { "the effect that is claimed, where one is" };
+    let mut out = format!("CLASSES, the worst first; after: with {advice}\n{}\n", plain_table(&header, &rows));
+    if by_ladder {
+        let rows: Vec<[String; 3]> = classes
+            .iter()
+            .map(|c| [c.class.clone(), share(c.band_holds_after), ratio(c.predicted_over_actual_after[1])])
+            .collect();
+        let header = ["class, after the ladder", "band holds", "predicted/actual"];
+        out.push_str(&format!("\n{}\n", plain_table(&header, &rows)));
+    }
+    out
+}
+
+fn mm(value: f64) -> String {
+    if value.is_finite() { format!("{value:.4}") } else { "-".into() }
+}
 
 /// Rates, the power curve, and who was taken for whom.
 pub fn suite_text(t: &Tally) -> String {

@@ -4,12 +4,11 @@ use std::sync::Arc;
 
 use calibench::effects::Situation;
 use calibench::measure::Dataset;
-use calibench::robot::{Loads, Payload, Posture, Site, SiteIndex};
+use calibench::robot::Site;
 use calibench::units::URAD;
-use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::{Flaw, Hidden, Misfit, scale_to, theta};
+use super::{Flaw, Hidden, Misfit, scale_to, theta, torques_at};
 
 /// `theta_4 += k tau_5`, `theta_3 += k tau_5 / 2`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -31,15 +30,8 @@ impl Hidden for CrossCoupledWrist {
 
     fn flaw(&self, cell: &Dataset) -> Result<Arc<dyn Flaw>, Misfit> {
         Self::needs_joints(cell, 5)?;
-        let robot = &cell.robot;
-        let none = vec![0.0; SiteIndex::new(robot.joints()).len()];
-        let (mut posture, mut loads) = (Posture::new(robot), Loads::new(robot.joints()));
-        let payload = cell.payloads.first().cloned().unwrap_or_else(Payload::none);
-        let compliance = scale_to(self.rms_urad * URAD, robot, |q| {
-            posture.set(robot, &cell.base, &cell.tool, q, &none);
-            loads.weigh(robot, &posture, &payload, &cell.gravity, &Vector3::zeros());
-            loads.tau[4]
-        });
+        let mut torques = torques_at(cell);
+        let compliance = scale_to(self.rms_urad * URAD, &cell.robot, |q| torques(q, 4));
         Ok(Arc::new(Twist { compliance }))
     }
 }

@@ -167,12 +167,22 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
 
 /// The model, after checking that it is one for this cell and that the cell's datasets will be good ones; they say it in the same keys.
 pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Result<Model, FileError> {
-    let as_here = |e: FileError| sources.wrong(&e.field, e.problem, e.remedy);
+    let in_model = toml.model.effect.len();
+    // Tables `[[effect]]` stand after those of the model.
+    let place = |field: &str| match field.strip_prefix("model.effect[").and_then(|rest| rest.split_once(']')) {
+        Some((k, rest)) => match k.parse::<usize>() {
+            Ok(k) if k >= in_model => format!("effect[{}]{rest}", k - in_model),
+            _ => field.to_owned(),
+        },
+        None => field.to_owned(),
+    };
+    let as_here = |e: FileError| sources.wrong(&place(&e.field), e.problem, e.remedy);
     check_description(cell, &sources.folder()).map_err(as_here)?;
     let balls = cell.ball_ids();
     let subject = Subject::new(&cell.robot, &balls);
     let ModelToml { effects, effect } = &toml.model;
-    let (own, effects) = check_effects(Path::new(""), "", "model.effects", effects, effect, &subject).map_err(as_here)?;
+    let tables = [effect.as_slice(), &toml.effects].concat();
+    let (own, effects) = check_effects(Path::new(""), "", "model.effects", effects, &tables, &subject).map_err(as_here)?;
     Ok(Model { effects, own, ..Model::default() })
 }
 

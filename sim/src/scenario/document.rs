@@ -53,7 +53,7 @@ impl Document {
         Ok(Scenario {
             outward: toml.balls.iter().map(|b| Unit::new_normalize(Vector3::from(b.outward))).collect(),
             bodies: Bodies::of(&toml, cell.robot.joints(), sources)?,
-            truth: Truth::of(toml.truth, &cell, sources)?,
+            truth: Truth::of(toml.truth, &cell, &model.own, sources)?,
             expect: check::expectations(&toml.expect, sources)?,
             precision: toml.precision,
             suite: toml.suite,

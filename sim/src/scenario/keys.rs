@@ -38,6 +38,9 @@ pub struct ScenarioToml {
     pub centring: CentringToml,
     pub tracker: TrackerToml,
     pub model: ModelToml,
+    /// The user's own effects; the same as `[[model.effect]]`.
+    #[serde(rename = "effect", default)]
+    pub effects: Vec<OwnEffectTable>,
     pub truth: TruthToml,
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
@@ -227,6 +230,56 @@ pub struct SuiteToml {
     /// Sizes of the flaws that no catalogue holds, in plausible sizes, and trials of each.
     pub unknown_sizes: Vec<f64>,
     pub trials_of_unknown: usize,
+    /// Trials with two samples that are off by `outlier_mm`.
+    #[serde(default)]
+    pub trials_of_outliers: usize,
+    #[serde(default = "five")]
+    pub outlier_mm: f64,
+    /// Trials in which a ball is knocked by `moved_ball_mm` during the campaign.
+    #[serde(default)]
+    pub trials_of_moved_ball: usize,
+    #[serde(default = "a_fifth")]
+    pub moved_ball_mm: f64,
+    /// Trials with one effect, or nothing, and the noise stated too small by `noise_understated`.
+    #[serde(default)]
+    pub trials_of_understated: usize,
+    #[serde(default = "two")]
+    pub noise_understated: f64,
+    /// The same with joint angles that are read to `quantised_deg`.
+    #[serde(default)]
+    pub trials_of_quantised: usize,
+    #[serde(default = "a_hundredth")]
+    pub quantised_deg: f64,
+    /// The same with `few_samples` samples.
+    #[serde(default)]
+    pub trials_of_few: usize,
+    #[serde(default = "thirty")]
+    pub few_samples: usize,
+    /// Scenarios of other robots, relative to this one, and the same trials of each.
+    #[serde(default)]
+    pub robots: Vec<String>,
+    #[serde(default)]
+    pub trials_of_robot: usize,
+}
+
+fn five() -> f64 {
+    5.0
+}
+
+fn a_fifth() -> f64 {
+    0.2
+}
+
+fn two() -> f64 {
+    2.0
+}
+
+fn a_hundredth() -> f64 {
+    0.01
+}
+
+fn thirty() -> usize {
+    30
 }
 
 /// Who plays the mechanics.

@@ -1,9 +1,9 @@
-//! The truth of a scenario, ready for the plant: effects of the catalogue at their sizes, and true payloads.
+//! The truth of a scenario, ready for the plant: effects of the catalogue and of the user at their sizes, and true payloads.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use calibench::effects::{self, Effect, Subject};
+use calibench::effects::{self, Effect, OwnEffect, Subject};
 use calibench::files::FileError;
 use calibench::measure::Dataset;
 use calibench::robot::Payload;
@@ -26,7 +26,7 @@ pub struct Truth {
     hidden: Vec<Arc<dyn Flaw>>,
 }
 
-/// An effect of the catalogue with what the scenario says of its sizes.
+/// An effect of the catalogue, or of the user's own, with what the scenario says of its sizes.
 #[derive(Clone)]
 pub struct StatedEffect {
     effect: Arc<dyn Effect>,
@@ -37,6 +37,11 @@ pub struct StatedEffect {
 }
 
 impl StatedEffect {
+    /// The effect.
+    pub fn effect(&self) -> &dyn Effect {
+        self.effect.as_ref()
+    }
+
     /// Its parameters: names, and sizes (SI) that are stated; `None` for one that is drawn.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, Option<f64>)> {
         self.effect.parameters().iter().map(|p| p.name.as_str()).zip(self.sizes.iter().copied())
@@ -52,7 +57,8 @@ impl StatedEffect {
 }
 
 impl Truth {
-    pub(super) fn of(keys: TruthToml, cell: &Dataset, sources: &Sources) -> Result<Self, FileError> {
+    /// The truth as written, `own` being the effects that the scenario's `[[effect]]` tables define.
+    pub(super) fn of(keys: TruthToml, cell: &Dataset, own: &[OwnEffect], sources: &Sources) -> Result<Self, FileError> {
         let n = cell.robot.joints();
         if !keys.link_mass_error.is_empty() && keys.link_mass_error.len() != n {
             let remedy = format!("give one number for each of the {n} links");
@@ -77,7 +83,10 @@ impl Truth {
                 return Err(sources.wrong(&key, "leaves the payload no mass", "give true mass minus entered mass"));
             }
         }
-        let effects = keys.effects.iter().map(|(id, given)| stated(id, given, cell, sources)).collect::<Result<Vec<_>, _>>()?;
+        let balls = cell.ball_ids();
+        let subject = Subject { own, ..Subject::new(&cell.robot, &balls) };
+        let effects =
+            keys.effects.iter().map(|(id, given)| stated(id, given, &subject, sources)).collect::<Result<Vec<_>, _>>()?;
         let hidden = keys
             .hidden
             .flaws(cell)
@@ -93,7 +102,7 @@ impl Truth {
         &self.keys
     }
 
-    /// Effects of the catalogue.
+    /// Effects of the catalogue and of the user's own.
     pub fn effects(&self) -> &[StatedEffect] {
         &self.effects
     }
@@ -161,10 +170,17 @@ fn stated_compliance(effects: &[StatedEffect], joints: usize) -> Vec<f64> {
 }
 
 /// An effect with the sizes `given` under their keys.
-fn stated(id: &str, given: &BTreeMap<String, f64>, cell: &Dataset, sources: &Sources) -> Result<StatedEffect, FileError> {
+fn stated(
+    id: &str,
+    given: &BTreeMap<String, f64>,
+    subject: &Subject<'_>,
+    sources: &Sources,
+) -> Result<StatedEffect, FileError> {
     let key = format!("truth.effects.{id}");
-    let effect = effects::build(id, &Subject::new(&cell.robot, &cell.ball_ids()))
-        .map_err(|e| sources.wrong(&key, e.to_string(), "correct its name"))?;
+    let effect = effects::build(id, subject).map_err(|e| {
+        let remedy = "correct its name, or define it in a [[model.effect]] table with `candidate = true`";
+        sources.wrong(&key, e.to_string(), remedy)
+    })?;
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
     if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {
         let remedy = format!("its parameters are: {}, or draw", keys.join(", "));

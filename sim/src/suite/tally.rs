@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use calibench::effects::EffectId;
 use serde::Serialize;
 
 use super::Outcome;
+use super::answer::TO_BE_FOUND;
+use super::names::family_of;
 
 /// A share of trials.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -17,7 +18,7 @@ pub struct Share {
 }
 
 impl Share {
-    fn count<'a>(outcomes: impl Iterator<Item = &'a Outcome>, hit: impl Fn(&Outcome) -> bool) -> Self {
+    pub(super) fn count<'a>(outcomes: impl Iterator<Item = &'a Outcome>, hit: impl Fn(&Outcome) -> bool) -> Self {
         outcomes.fold(Share { hits: 0, of: 0 }, |s, o| Share { hits: s.hits + usize::from(hit(o)), of: s.of + 1 })
     }
 
@@ -70,10 +71,8 @@ const VISIBLE: [f64; 7] = [0.0, 0.15, 0.3, 0.5, 1.0, 2.0, f64::INFINITY];
 /// A workspace error of less is little more than what noise alone leaves (0.01 mm): whatever is added, it cannot fall far.
 const ABOVE_NOISE_MM: f64 = 0.04;
 
-/// Visible from here on, an effect is to be found.
-const TO_BE_FOUND: f64 = 0.5;
-
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+/// The value below which that share of the finite ones lies; not a number of none.
+pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.retain(|v| v.is_finite());
     values.sort_by(f64::total_cmp);
     if values.is_empty() { f64::NAN } else { values[((values.len() - 1) as f64 * share).round() as usize] }
@@ -81,7 +80,9 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 
 /// Sums up.
 pub fn tally(outcomes: &[Outcome]) -> Tally {
-    let of = |kind: &'static str| outcomes.iter().filter(move |o| o.kind == kind && o.verdict != "not_measured");
+    // Trials under a condition of their own count in their own row alone.
+    let plain = |o: &&Outcome| o.class.starts_with(o.kind);
+    let of = |kind: &'static str| outcomes.iter().filter(move |o| plain(o) && o.kind == kind && o.verdict != "not_measured");
     let detected = |o: &Outcome| o.verdict != "nothing_left";
     let one = || of("one").filter(|o| o.testable);
     let claimed = || one().filter(|o| o.claimed());
@@ -111,7 +112,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
     let over: Vec<f64> = predictions().map(|o| o.predicted_mm / o.before_mm).collect();
     let mut families: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for o in one() {
-        let family = |id: &str| EffectId::new(id).family().to_owned();
+        let family = |id: &str| family_of(id).to_owned();
         let said = if o.claimed() {
             if o.top_right_merged { family(&o.hidden) } else { family(&o.top) }
         } else {

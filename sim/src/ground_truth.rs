@@ -1,0 +1,257 @@
+//! The ground truth against what was found: after a run whose truth is known, one entry for each effect that is hidden in it.
+
+use calibench::assess::{Diagnosis, Examination, Finding, Verdict, diagnose_examined};
+use calibench::identify::{Calibration, IdentifyError, Model, Use, missing};
+use calibench::measure::Dataset;
+use calibench::units::Unit;
+
+use crate::flaw::TrueEffect;
+use crate::random::Streams;
+use crate::scenario::{MujocoToml, Scenario, TruthToml};
+use crate::suite::names::{family_of, holds, same};
+
+/// A number of a hidden effect, as it is and as it was found, SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HiddenNumber {
+    /// Name of the parameter.
+    pub name: String,
+    /// Its true deviation from the drawing.
+    pub truth: f64,
+    /// The deviation found, and its one-sigma; `None` where it was not estimated.
+    pub found: Option<[f64; 2]>,
+    /// Unit for people and files.
+    pub unit: Unit,
+}
+
+/// Where an effect that is hidden in the cell was met.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Met {
+    /// The fitted model holds it.
+    InModel,
+    /// The diagnosis names it first.
+    First,
+    /// It is in the credible set, or another name of the first finding.
+    InSet,
+    /// It is among the findings, not in the set.
+    Among,
+    /// No effect of the catalogue is like it, and the diagnosis says that something of the kind is there.
+    SaidSo,
+    /// These data cannot test it.
+    Untestable,
+    /// The diagnosis does not name it.
+    NotNamed,
+}
+
+impl Met {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Met::InModel => "in_model",
+            Met::First => "named_first",
+            Met::InSet => "in_set",
+            Met::Among => "among_findings",
+            Met::SaidSo => "said_to_be_unknown",
+            Met::Untestable => "not_testable",
+            Met::NotNamed => "not_named",
+        }
+    }
+}
+
+/// One thing that is hidden in the cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hidden {
+    /// Id of the effect, or the key below `[truth]` of what is no effect of catalogue or user.
+    pub effect: String,
+    /// Its size in words, where it has no numbers.
+    pub size: String,
+    /// Its numbers that are not zero.
+    pub numbers: Vec<HiddenNumber>,
+    /// Root mean square of these in plausible sizes.
+    pub plausible_sizes: Option<f64>,
+    /// Where it was met.
+    pub met: Met,
+    /// Rms of what the fitted model does not absorb of it, in units of the noise as stated.
+    pub visible: Option<f64>,
+}
+
+/// The ground truth against what was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroundTruth {
+    /// Largest in the data first, what the model holds last.
+    pub hidden: Vec<Hidden>,
+    /// What the diagnosis says.
+    pub verdict: Verdict,
+    /// What it names first, and whether nothing of the kind is hidden.
+    pub named: Option<(String, bool)>,
+}
+
+/// Holds the truth of a scenario, drawn from `streams`, against a calibration of `dataset` and its diagnosis.
+///
+/// # Errors
+/// When data and model do not go together.
+pub fn ground_truth(
+    scenario: &Scenario,
+    streams: &Streams,
+    dataset: &Dataset,
+    calibration: &Calibration,
+) -> Result<GroundTruth, IdentifyError> {
+    let data = [("fit", dataset)];
+    let model = &calibration.model;
+    let examination = Examination::new(&data, model)?;
+    let diagnosis = diagnose_examined(&data, &examination)?;
+    let effects = scenario.truth().drawn(streams);
+    let there = |e: &&TrueEffect| e.sizes.iter().any(|&size| size != 0.0);
+    let effects: Vec<&TrueEffect> = effects.iter().filter(there).collect();
+    let visible = visible(&examination, &data, model, &effects)?;
+    let mut hidden: Vec<Hidden> = effects
+        .iter()
+        .zip(visible)
+        .map(|(effect, visible)| of_effect(effect, visible, calibration, &diagnosis))
+        .chain(of_keys(scenario.truth().keys()).into_iter().map(|other| other.met_by(&diagnosis)))
+        .collect();
+    hidden.sort_by(|a, b| {
+        let first = |h: &Hidden| (h.met == Met::InModel, h.visible.is_none());
+        first(a).cmp(&first(b)).then(b.visible.unwrap_or(0.0).total_cmp(&a.visible.unwrap_or(0.0)))
+    });
+    let claims = diagnosis.verdict != Verdict::NothingLeft;
+    let top = diagnosis.findings.first().filter(|_| claims).map(|f| f.hypothesis.in_model.clone());
+    let named = top.map(|top| {
+        let wrongly = !hidden.iter().any(|h| h.met == Met::First);
+        (top, wrongly)
+    });
+    Ok(GroundTruth { hidden, verdict: diagnosis.verdict, named })
+}
+
+/// Rms that the fitted model leaves of each effect, in units of noise; `None` of what it holds, and of what these data cannot show.
+fn visible(
+    examination: &Examination,
+    data: &[(&str, &Dataset)],
+    model: &Model,
+    effects: &[&TrueEffect],
+) -> Result<Vec<Option<f64>>, IdentifyError> {
+    let shown = |e: &TrueEffect| {
+        let id = e.effect.id();
+        !holds(&model.effects, id) && data.iter().all(|(_, d)| missing(e.effect.as_ref(), d, model, Use::Fit).is_none())
+    };
+    let sought: Vec<(String, Vec<f64>)> =
+        effects.iter().filter(|e| shown(e)).map(|e| (e.effect.id().to_owned(), e.sizes.clone())).collect();
+    let mut found = examination.visible_rms(data, &sought)?.into_iter();
+    Ok(effects.iter().map(|e| if shown(e) { found.next() } else { None }).collect())
+}
+
+/// An effect of the catalogue or of the user's own.
+fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration, diagnosis: &Diagnosis) -> Hidden {
+    let id = truth.effect.id();
+    let finding = diagnosis.findings.iter().find(|f| same(id, &f.hypothesis.in_model) || f.hypothesis.effect == id);
+    let parameters = || truth.effect.parameters().iter().zip(&truth.sizes).enumerate();
+    let numbers = parameters().filter(|(_, (_, size))| **size != 0.0).map(|(k, (spec, &size))| HiddenNumber {
+        name: spec.name.clone(),
+        truth: size,
+        found: calibration
+            .estimate(&spec.name)
+            .map(|e| [e.value - e.nominal, e.sigma])
+            .or_else(|| finding.and_then(|f| f.parameters.get(k)).map(|p| [p.value, p.sigma])),
+        unit: spec.unit,
+    });
+    let squares: Vec<f64> =
+        parameters().filter(|(_, (_, size))| **size != 0.0).map(|(_, (spec, size))| (size / spec.prior).powi(2)).collect();
+    let met = match () {
+        () if holds(&calibration.model.effects, id) => Met::InModel,
+        () if visible.is_none() => Met::Untestable,
+        () => met(diagnosis, |name| same(id, name)),
+    };
+    Hidden {
+        effect: id.to_owned(),
+        size: String::new(),
+        numbers: numbers.collect(),
+        plausible_sizes: Some((squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()),
+        met,
+        visible,
+    }
+}
+
+/// Where a diagnosis names what `is_it` knows by its id.
+fn met(diagnosis: &Diagnosis, is_it: impl Fn(&str) -> bool) -> Met {
+    if diagnosis.verdict == Verdict::NothingLeft {
+        return Met::NotNamed;
+    }
+    let by_name = |f: &Finding| is_it(&f.hypothesis.in_model) || is_it(&f.hypothesis.effect);
+    let first = diagnosis.findings.first();
+    if first.is_some_and(by_name) {
+        Met::First
+    } else if diagnosis.set95.iter().any(|e| is_it(e)) || first.is_some_and(|f| f.rivals.iter().any(|r| is_it(r))) {
+        Met::InSet
+    } else if diagnosis.findings.iter().any(by_name) {
+        Met::Among
+    } else {
+        Met::NotNamed
+    }
+}
+
+/// What is true beside the effects: its key, its size in words, and the effects that are the same under another name.
+struct Other {
+    key: String,
+    size: String,
+    twins: Vec<String>,
+    /// Whether no catalogue holds it.
+    unknown: bool,
+}
+
+impl Other {
+    fn met_by(self, diagnosis: &Diagnosis) -> Hidden {
+        let is_twin = |name: &str| self.twins.iter().any(|t| same(t, name) || t == family_of(name));
+        let said_so = self.unknown && says_unknown(diagnosis.verdict);
+        let by_name = met(diagnosis, is_twin);
+        let met = if by_name == Met::NotNamed && said_so { Met::SaidSo } else { by_name };
+        Hidden { effect: self.key, size: self.size, numbers: Vec::new(), plausible_sizes: None, met, visible: None }
+    }
+}
+
+/// Whether a verdict says that something is there which the catalogue does not explain.
+pub(crate) fn says_unknown(verdict: Verdict) -> bool {
+    matches!(verdict.name(), "unexplained" | "partly" | "several")
+}
+
+/// What the keys of a truth say beside its effects.
+fn of_keys(keys: &TruthToml) -> Vec<Other> {
+    let mut all = Vec::new();
+    let mut add = |key: String, size: String, twins: Vec<String>, unknown: bool| all.push(Other { key, size, twins, unknown });
+    let twins = keys.hidden.twins();
+    for flaw in keys.hidden.listed() {
+        let at: Vec<String> = flaw.joints.iter().map(ToString::to_string).collect();
+        let size = if at.is_empty() { flaw.size } else { format!("{} at joint {}", flaw.size, at.join(", ")) };
+        add(format!("hidden.{}", flaw.name), size, twins.clone(), true);
+    }
+    for (name, error) in &keys.payload {
+        if error.mass_error_kg != 0.0 {
+            let size = format!("{:+} kg", error.mass_error_kg);
+            add(format!("payload.{name}.mass_error_kg"), size, vec!["payload_mass".into()], false);
+        }
+        if error.com_error_mm.iter().any(|&v| v != 0.0) {
+            let size = format!("{:?} mm", error.com_error_mm);
+            add(format!("payload.{name}.com_error_mm"), size, vec!["payload_com".into()], false);
+        }
+    }
+    if keys.link_mass_error.iter().any(|&e| e != 0.0) {
+        add("link_mass_error".into(), format!("{:?}", keys.link_mass_error), vec!["link_mass".into()], false);
+    }
+    of_mechanism(&keys.mujoco, &mut add);
+    all
+}
+
+/// Flaws of the mechanism.
+fn of_mechanism(keys: &MujocoToml, add: &mut dyn FnMut(String, String, Vec<String>, bool)) {
+    if let Some(p) = &keys.pedestal {
+        let size = format!("{}, {} urad/(N·m)", p.x_urad_per_nm, p.y_urad_per_nm);
+        add("mujoco.pedestal".into(), size, vec!["pedestal".into()], false);
+    }
+    let mut of_joint = |what: &str, joint: usize, size: String, twin: &str| {
+        add(format!("mujoco.{what}:{joint}"), size, vec![format!("{twin}:{joint}")], false);
+    };
+    keys.bearing.iter().for_each(|b| of_joint("bearing", b.joint, format!("{} urad/(N·m)", b.urad_per_nm), "bearing_tilt"));
+    keys.friction.iter().for_each(|f| of_joint("friction", f.joint, format!("{} N·m", f.torque_nm), "hysteresis"));
+    keys.stiffening.iter().for_each(|s| {
+        of_joint("stiffening", s.joint, format!("{} of the twist at {} N·m", s.share, s.at_nm), "stiffening");
+    });
+    keys.backlash.iter().for_each(|b| of_joint("backlash", b.joint, format!("{} urad wide", b.width_urad), "gravity_backlash"));
+}

@@ -1,0 +1,68 @@
+//! A joint that errs by the product of two joint angles: a casting that yields where two loads act on it together.
+
+use std::sync::Arc;
+
+use calibench::effects::Situation;
+use calibench::measure::Dataset;
+use calibench::robot::{Robot, Site};
+use calibench::units::URAD;
+use serde::Deserialize;
+
+use super::{Flaw, Hidden, Misfit, middle, scale_to, theta};
+
+/// `theta_J += k (q_A - middle of A) (q_B - middle of B)`, the middles being those of the joint limits: no wave, and a saddle over two
+/// angles, so that no curve over one of them is like it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct BilinearCoupling {
+    pub rms_urad: f64,
+    #[serde(default = "three")]
+    pub joint: usize,
+    #[serde(default = "two_and_five")]
+    pub of: [usize; 2],
+}
+
+fn three() -> usize {
+    3
+}
+
+fn two_and_five() -> [usize; 2] {
+    [2, 5]
+}
+
+struct Saddle {
+    joint: usize,
+    size: f64,
+    of: [usize; 2],
+    middle: [f64; 2],
+}
+
+impl Saddle {
+    fn at(&self, q: &[f64]) -> f64 {
+        self.size * (q[self.of[0]] - self.middle[0]) * (q[self.of[1]] - self.middle[1])
+    }
+}
+
+impl Hidden for BilinearCoupling {
+    const NAME: &'static str = "bilinear_coupling";
+
+    fn flaw(&self, cell: &Dataset) -> Result<Arc<dyn Flaw>, Misfit> {
+        let robot: &Robot = &cell.robot;
+        let all = || 1..=robot.joints();
+        let joint = Self::joint("joint", self.joint, all())?;
+        let of = [Self::joint("of[0]", self.of[0], all())?, Self::joint("of[1]", self.of[1], all())?];
+        if of[0] == of[1] {
+            return Err(Self::misfit("of", format!("names joint {} twice", self.of[0]), "name two joints".into()));
+        }
+        let mut saddle = Saddle { joint, size: 1.0, of, middle: of.map(|j| middle(robot, j)) };
+        saddle.size = scale_to(self.rms_urad * URAD, robot, |q| saddle.at(q));
+        Ok(Arc::new(saddle))
+    }
+}
+
+impl Flaw for Saddle {
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
+        moved(theta(self.joint), self.at(at.q));
+    }
+}

@@ -1,0 +1,64 @@
+//! A gear whose stiffness depends on where it stands: its wave generator is out of round, so equal torques twist it by unequal angles.
+
+use std::sync::Arc;
+
+use calibench::effects::Situation;
+use calibench::measure::Dataset;
+use calibench::robot::Site;
+use calibench::units::{DEG, URAD};
+use serde::Deserialize;
+
+use super::{Flaw, Hidden, Misfit, scale_to, theta, torques_at};
+
+/// `theta_J += k tau_J sin(2 q_A + phase)`: a field over an angle and a torque.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct PostureSpring {
+    pub rms_urad: f64,
+    #[serde(default = "three")]
+    pub joint: usize,
+    /// The joint whose angle sets the stiffness.
+    #[serde(default = "three")]
+    pub of: usize,
+    #[serde(default)]
+    pub phase_deg: f64,
+}
+
+fn three() -> usize {
+    3
+}
+
+struct Spring {
+    joint: usize,
+    of: usize,
+    phase: f64,
+    /// rad/(N·m)
+    compliance: f64,
+}
+
+impl Spring {
+    fn twist(&self, q: &[f64], torque: f64) -> f64 {
+        self.compliance * torque * (2.0 * q[self.of] + self.phase).sin()
+    }
+}
+
+impl Hidden for PostureSpring {
+    const NAME: &'static str = "posture_spring";
+
+    fn flaw(&self, cell: &Dataset) -> Result<Arc<dyn Flaw>, Misfit> {
+        let joints = cell.robot.joints();
+        let joint = Self::joint("joint", self.joint, 2..=joints)?;
+        let of = Self::joint("of", self.of, 1..=joints)?;
+        let mut spring = Spring { joint, of, phase: self.phase_deg * DEG, compliance: 1.0 };
+        let mut torques = torques_at(cell);
+        spring.compliance = scale_to(self.rms_urad * URAD, &cell.robot, |q| spring.twist(q, torques(q, joint)));
+        Ok(Arc::new(spring))
+    }
+}
+
+impl Flaw for Spring {
+    fn moves(&self, at: &Situation<'_>, moved: &mut dyn FnMut(Site, f64)) {
+        moved(theta(self.joint), self.twist(at.q, at.loads.tau[self.joint]));
+    }
+}
