@@ -7,7 +7,7 @@ use super::recommend::{Kind, Recommendation, gains_of_each, recommend};
 use super::rung::{Objection, ProvingGround, Rung, add, rung};
 use super::withdrawal::{Contradiction, contradicted};
 use crate::effects;
-use crate::identify::{IdentifyError, Model, Use, missing};
+use crate::identify::{IdentifyError, Model, Outcome, Use, missing};
 use crate::measure::Dataset;
 
 /// Most rungs of a ladder.
@@ -15,6 +15,10 @@ const MOST_RUNGS: usize = 16;
 
 /// Findings tried on one rung when none stands out.
 const TRIED: usize = 4;
+
+/// Choices whose squares at postures left out are at most so many times the best's are about as good: which of them extrapolates better is
+/// then asked.
+const ABOUT_AS_GOOD: f64 = 1.5;
 
 /// Why a ladder ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,37 +123,59 @@ pub fn ladder(
     let steps: Vec<String> = rungs[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
     let mut recommendation = recommend(datasets, &examination, &steps, &library(datasets, first, ground))?;
-    let mut other = None;
-    let mut withdrawn = None;
-    // A choice that cannot be fitted, or that a campaign left out speaks against, is none: the next best takes its place.
-    for place in recommendation.ranked() {
-        recommendation.chosen = place;
-        let choice = recommendation.choice();
-        let begins_plain = choice.kind == Kind::Begin && choice.model.effects == first.model.effects;
+    let (chosen, other) = choose(datasets, &rungs, &recommendation, ground)?;
+    recommendation.chosen = chosen;
+    if let Some(rung) = &other {
+        witness(Climb::Reached(rung));
+    }
+    let first = &rungs[0];
+    let taken = match recommendation.choice().kind {
+        Kind::Begin if other.is_none() => first,
+        _ => other.as_ref().unwrap_or(&rungs[rungs.len() - 1]),
+    };
+    let withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
+    Ok(Ladder { rungs, top, recommendation, other, withdrawn })
+}
+
+/// Fits the choices that are about as good at postures left out, and takes the one that promises the lowest error where the robot is to
+/// work; its place, and its rung where it is none of those climbed.
+///
+/// A choice that cannot be fitted, or that a campaign left out speaks against, is none.
+fn choose(
+    datasets: &[(&str, &Dataset)],
+    rungs: &[Rung],
+    recommendation: &Recommendation,
+    ground: ProvingGround<'_>,
+) -> Result<(usize, Option<Rung>), IdentifyError> {
+    let (first, last) = (&rungs[0], &rungs[rungs.len() - 1]);
+    let ranked = recommendation.ranked();
+    let left = |place: usize| recommendation.choices[place].left();
+    let mut best: Option<(usize, Option<Rung>, f64)> = None;
+    for &place in &ranked {
+        let choice = &recommendation.choices[place];
+        if best.as_ref().is_some_and(|(b, ..)| left(place) > ABOUT_AS_GOOD * left(*b) || choice.kind == Kind::Begin) {
+            break;
+        }
         let reached = match choice.kind {
-            Kind::Begin if begins_plain => break,
-            Kind::Steps if choice.model.effects == rungs[rungs.len() - 1].model.effects => None,
+            Kind::Begin if choice.model.effects == first.model.effects => None,
+            Kind::Steps if choice.model.effects == last.model.effects => None,
             _ => match rung(datasets, &choice.model, ground) {
                 Ok(rung) => Some(Rung { added: choice.added.clone(), gains: choice.gains.clone(), ..rung }),
                 Err(_) => continue,
             },
         };
-        let taken = reached.as_ref().unwrap_or(&rungs[rungs.len() - 1]);
-        if taken
-            .objections(first)
-            .iter()
-            .any(|o| matches!(o, Objection::Check { .. } | Objection::CheckUnjudged { .. } | Objection::Campaign { .. }))
+        let taken = reached.as_ref().unwrap_or(if choice.kind == Kind::Begin { first } else { last });
+        if taken.calibration.outcome != Some(Outcome::Converged)
+            || taken.objections(first).iter().any(Objection::is_measured_elsewhere)
         {
             continue;
         }
-        withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
-        if let Some(rung) = &reached {
-            witness(Climb::Reached(rung));
+        let expected = taken.workspace.as_ref().map_or(taken.cross_validated, |w| w.mean.expected);
+        if best.as_ref().is_none_or(|(_, _, lowest)| expected < *lowest) {
+            best = Some((place, reached, expected));
         }
-        other = reached;
-        break;
     }
-    Ok(Ladder { rungs, top, recommendation, other, withdrawn })
+    Ok(best.map_or((0, None), |(place, rung, _)| (place, rung)))
 }
 
 /// One rung up, or what was tried and what speaks against it.

@@ -151,6 +151,11 @@ pub enum Objection {
 }
 
 impl Objection {
+    /// Whether campaigns speak that the step was not fitted to.
+    pub fn is_measured_elsewhere(&self) -> bool {
+        matches!(self, Objection::Check { .. } | Objection::CheckUnjudged { .. } | Objection::Campaign { .. })
+    }
+
     /// Whether the step is refused for it, not only warned of.
     pub fn refuses(&self) -> bool {
         !matches!(self, Objection::Workspace { .. })

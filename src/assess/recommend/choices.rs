@@ -17,7 +17,7 @@ const ANYWHERE: f64 = 1e3;
 const MOST_ASIDE: f64 = 0.05;
 
 /// The whole library is offered while its parameters in effect are no larger a share of three numbers a posture.
-const SHARE_OF_NUMBERS: f64 = 1.0 / 3.0;
+const SHARE_OF_NUMBERS: f64 = 0.5;
 
 /// What kind of model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +68,7 @@ impl Choice {
     }
 
     /// Mean share of the squares that is left, over the divisions.
-    fn left(&self) -> f64 {
+    pub fn left(&self) -> f64 {
         1.0 - self.gains.iter().map(|g| g.share).sum::<f64>() / self.gains.len().max(1) as f64
     }
 
@@ -109,6 +109,9 @@ impl Recommendation {
         &self.choices[self.chosen]
     }
 }
+
+/// Candidates, by place, with the information that holds each.
+type Held = Vec<(usize, f64)>;
 
 /// Judges the model of an examination, `steps` beside it, the error curves, and `library` (ids with their widths in plausible sizes).
 ///
@@ -174,7 +177,7 @@ pub fn recommend(
     }
     let sample_ids = examination.problem().sample_ids();
     let aside: Vec<String> = sample_ids.iter().zip(&linear.aside).filter(|(_, a)| **a).map(|(id, _)| id.clone()).collect();
-    let choice = |((kind, held), gains): ((Kind, Vec<(usize, f64)>), Vec<Gain>)| {
+    let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
         let mut model = begin.clone();
         let mut added = Vec::new();
         for id in &aside {
