@@ -36,6 +36,8 @@ pub struct ImportOptions {
     pub holdout: Option<Holdout>,
     /// The column map of `generic`.
     pub map: Option<PathBuf>,
+    /// Of `mukca`: the robot that was measured (a built-in, or a file), where it is not the Panda.
+    pub robot: Option<PathBuf>,
 }
 
 /// Rows kept for validation.
@@ -62,6 +64,12 @@ pub enum ImportError {
     /// `generic` without a map.
     #[error("the format 'generic' needs a column map; give one with --map (docs/importing.md shows how)")]
     NoMap,
+    /// A robot for a format that knows its own.
+    #[error("--robot goes with the format 'mukca'; '{format}' knows its robot")]
+    RobotIsKnown {
+        /// The format.
+        format: String,
+    },
     /// A share that is none.
     #[error("{fraction} is not a share of the rows; give a number between 0 and 1")]
     NotAShare {
@@ -112,6 +120,9 @@ pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Resul
     }
     if files.is_empty() {
         return Err(ImportError::NoFiles);
+    }
+    if options.robot.is_some() && format != "mukca" {
+        return Err(ImportError::RobotIsKnown { format: format.into() });
     }
     if let Some(Holdout { fraction, .. }) = options.holdout
         && !(0.0..=1.0).contains(&fraction)

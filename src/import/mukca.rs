@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -14,7 +15,7 @@ use super::table::read_table;
 use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::FileError;
 use crate::measure::{Ball, BallDistance, Column, Dataset, Measured, SampleSet};
-use crate::robot::Pose;
+use crate::robot::{Pose, robot};
 use crate::units::{MM, UM};
 
 /// Between the two sockets of a place, m; and how well a printed part keeps it.
@@ -26,6 +27,11 @@ const DEPTH: usize = 3;
 /// Imports the files, or all `hole_*.csv` below the folders.
 pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
     let (map, mut dataset) = ColumnMap::parse(Path::new("maps/mukca.toml"), include_str!("maps/mukca.toml"), Path::new(""))?;
+    if let Some(reference) = &options.robot {
+        let reference = reference.to_string_lossy().into_owned();
+        dataset.robot = Arc::new(robot(&reference, Path::new(""))?);
+        dataset.robot_reference = reference;
+    }
     let mut found: Vec<(PathBuf, SampleSet)> = Vec::new();
     for (k, file) in files.iter().enumerate() {
         let set = options.sets.get(k).copied().unwrap_or_default();

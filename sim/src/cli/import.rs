@@ -28,6 +28,9 @@ pub struct Arguments {
     /// For generic: the file that says which column is what
     #[arg(long)]
     map: Option<PathBuf>,
+    /// For mukca: the robot that was measured, a built-in or a file, where it is not the Panda
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<PathBuf>,
     /// Share of the rows to keep for validation, chosen at random
     #[arg(long, value_parser = fraction)]
     holdout: Option<f64>,
@@ -52,7 +55,7 @@ fn fraction(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
     let (files, sets) = sets(arguments)?;
-    let options = ImportOptions { holdout, map: arguments.map.clone(), sets };
+    let options = ImportOptions { holdout, map: arguments.map.clone(), robot: arguments.robot.clone(), sets };
     let waiting = Waiting::new("reading");
     let (dataset, report) = import(&arguments.format, &files, &options)?;
     let datasets = [(String::new(), dataset)];
