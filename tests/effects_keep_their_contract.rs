@@ -220,7 +220,7 @@ fn names_are_unique_and_sizes_plausible() {
             assert!(names.insert(p.name.clone()), "{} stands twice", p.name);
             assert!(p.prior > 0.0 && p.prior.is_finite() && p.nominal.is_finite(), "{}", p.name);
             let range = family(&id).unwrap().linear_range;
-            assert!(range.holds(p, 3.0 * p.prior), "{}: three plausible sizes are not believable", p.name);
+            assert!(range.holds(p, 1.5 * p.prior), "{}: what is plausible is not believable", p.name);
         }
     }
 }
