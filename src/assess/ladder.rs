@@ -230,18 +230,20 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
     all
 }
 
-/// Every effect of the library, with the width that the data give it.
+/// Every effect of the library, with the width that the data give it, in units of the noise that it leaves: what holds it in a fit whose
+/// residuals are weighted by the noise as stated.
 fn library(datasets: &[(&str, &Dataset)], first: &Rung, ground: ProvingGround<'_>) -> Vec<(String, f64)> {
     if first.diagnosis.verdict == Verdict::NothingLeft {
         return Vec::new();
     }
     let examined = Library::new(datasets, &first.model);
+    let noise = first.diagnosis.relevance.noise.max(f64::MIN_POSITIVE).sqrt();
     let widths = examined.candidates.iter().zip(&first.diagnosis.relevance.width);
     // The whole family and its members would be there twice; what a check does not hold cannot be judged there.
     let twice = |id: &str| examined.candidates.iter().any(|c| c.family == id && c.id != id);
     widths
         .filter(|(c, _)| !twice(&c.id) && is_judged(&c.id, &first.model, ground))
-        .map(|(c, width)| (c.id.clone(), *width))
+        .map(|(c, width)| (c.id.clone(), width / noise))
         .collect()
 }
 

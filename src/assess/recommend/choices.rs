@@ -17,7 +17,7 @@ const ANYWHERE: f64 = 1e3;
 const MOST_ASIDE: f64 = 0.05;
 
 /// The whole library is offered while its parameters in effect are no larger a share of three numbers a posture.
-const SHARE_OF_NUMBERS: f64 = 0.5;
+const SHARE_OF_NUMBERS: f64 = 0.9;
 
 /// What kind of model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
