@@ -90,7 +90,7 @@ pub fn ladder(
     witness(Climb::Reached(&rungs[0]));
     let top = loop {
         let below = &rungs[rungs.len() - 1];
-        if below.diagnosis.verdict == Verdict::NothingLeft {
+        if below.diagnosis.verdict.is_noise() {
             break Top::NothingLeft;
         }
         if rungs.len() > MOST_RUNGS {
@@ -128,7 +128,7 @@ pub fn ladder(
     };
     let last = &rungs[rungs.len() - 1];
     let mut against_whole = Vec::new();
-    let whole = if rungs[0].diagnosis.verdict == Verdict::NothingLeft {
+    let whole = if rungs[0].diagnosis.verdict.is_noise() {
         None
     } else {
         witness(Climb::WholeLibrary);

@@ -12,6 +12,7 @@ mod ladder_sentences;
 mod meaning;
 mod next;
 mod page;
+mod scatter;
 mod tables;
 mod workspace;
 
