@@ -295,8 +295,7 @@ fn with_bad_samples(seed: u64, bad: &[usize]) -> Dataset {
 fn two_bad_samples_of_eighty_are_found_and_none_where_there_are_none() {
     const TRIALS: usize = 40;
     let named = |data: &Dataset| -> Vec<String> {
-        let mut named: Vec<String> =
-            suspects(&[("data", data)], &geometry()).unwrap().into_iter().map(|s| s.sample).collect();
+        let mut named: Vec<String> = suspects(&[("data", data)], &geometry()).unwrap().into_iter().map(|s| s.sample).collect();
         named.sort();
         named
     };

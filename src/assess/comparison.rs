@@ -78,12 +78,7 @@ impl Comparison {
         let noisy: Vec<NoisySample> = seen
             .iter()
             .zip(replicates.of_samples())
-            .map(|(s, &group)| NoisySample {
-                group,
-                whitened: s.whitener * s.residual,
-                height: s.height,
-                variance: s.variance,
-            })
+            .map(|(s, &group)| NoisySample { group, whitened: s.whitener * s.residual, height: s.height, variance: s.variance })
             .collect();
         let noise = NoiseFloor::of(&noisy, problem.noise_stated());
         let (standing, beforehand) = standing::of(calibration, &application, datasets, which, &noise);

@@ -14,7 +14,7 @@ use crate::identify::{Circumstance, ORDINARY_WIDTH};
 const FOLDS: usize = 10;
 
 /// Fold of each sample: `FOLDS` runs of each session in the order of the file; where balls stand at unknown places, of each ball, since
-/// nothing predicts a ball of which no sample is left.
+/// nothing predicts a ball of which no sample is left. A posture is never split: its repeats would predict each other.
 pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
     let place = |c: &Circumstance| (c.setup, c.free_ball);
     let mut counts = BTreeMap::new();
@@ -25,7 +25,10 @@ pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
         *seen += 1;
         (*seen - 1) * FOLDS.min(count) / count
     };
-    circumstances.iter().map(fold).collect()
+    let alone: Vec<usize> = circumstances.iter().map(fold).collect();
+    let postures = super::recommend::postures(circumstances);
+    let mut of_posture = vec![None; postures.count()];
+    alone.iter().zip(postures.of_samples()).map(|(&fold, &posture)| *of_posture[posture].get_or_insert(fold)).collect()
 }
 
 /// Cross-validated sum of squares of each sample, whitened, of the fitted model with these columns of the examination beside it, held

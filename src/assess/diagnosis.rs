@@ -154,7 +154,12 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
     if explains_as_much(examination, &diagnosis, &without, &suspects) {
         return Ok(diagnosis);
     }
-    let rest = judgement::judged(datasets, &without)?;
+    let mut rest = judgement::judged(datasets, &without)?;
+    // What sets the worst of them aside leads: it is the first step to take.
+    let of_sample = |f: &&Finding| f.hypothesis.effect.starts_with("outlier");
+    if let Some(worst) = diagnosis.findings.iter().find(of_sample) {
+        rest.findings.insert(0, worst.clone());
+    }
     Ok(Diagnosis {
         samples: diagnosis.samples,
         verdict: Verdict::SuspectSamples,
@@ -168,9 +173,8 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
 /// Whether the effect that is named without regard to the suspects explains the data as well as setting them aside does (Bayesian
 /// information criterion): then they are no accidents.
 fn explains_as_much(examination: &Examination, diagnosis: &Diagnosis, without: &Examination, suspects: &[Suspect]) -> bool {
-    let named = diagnosis.findings.first().filter(|f| {
-        diagnosis.verdict.names_effects() && !f.hypothesis.effect.starts_with("outlier")
-    });
+    let named =
+        diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && !f.hypothesis.effect.starts_with("outlier"));
     let Some(first) = named else { return false };
     let n = examination.fit.dof as f64;
     let cost = |squares: f64, coefficients: usize| n * squares.max(f64::MIN_POSITIVE).ln() + coefficients as f64 * n.ln();

@@ -115,6 +115,21 @@ impl Examination {
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
     }
 
+    /// The same with these candidates in place of the library.
+    ///
+    /// # Errors
+    /// As [`Examination::new`].
+    pub(super) fn with(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        candidates: Vec<Candidate>,
+    ) -> Result<Self, IdentifyError> {
+        let mut problem = Problem::new(datasets, model, Use::Fit)?;
+        let fit = fit(&mut problem)?;
+        let yardstick = Yardstick::of(datasets, &problem, &fit);
+        Examination::of(datasets, model, problem, fit, Library { candidates, untestable: Vec::new() }, yardstick)
+    }
+
     /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
     /// plausible: what acts through them would else seem to move nothing.
     ///

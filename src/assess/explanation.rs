@@ -108,6 +108,7 @@ fn joint(examination: &Examination, set: &[usize]) -> (Seen, Vec<usize>, DMatrix
     let columns: Vec<usize> = set.iter().flat_map(|&k| examination.spans[k].range()).collect();
     let gram = examination.gram.select_columns(&columns).select_rows(&columns);
     let z = examination.z.select_rows(&columns);
-    let seen = if columns.is_empty() { Seen::new(DMatrix::zeros(1, 1), &DVector::zeros(1)) } else { Seen::new(gram.clone(), &z) };
+    let seen =
+        if columns.is_empty() { Seen::new(DMatrix::zeros(1, 1), &DVector::zeros(1)) } else { Seen::new(gram.clone(), &z) };
     (seen, columns, gram, z)
 }

@@ -18,6 +18,7 @@ mod next;
 mod noise;
 mod noise_floor;
 mod outside_range;
+mod recommend;
 mod relevance;
 mod residual_views;
 mod rung;
@@ -25,17 +26,18 @@ mod sweep;
 mod symptoms;
 mod validation;
 mod verdict;
+mod withdrawal;
 mod workspace;
 mod workspace_map;
 
 pub use comparison::{Comparison, LackOfFit, SIGNIFICANCE, Standing, Standout, Subject};
-pub use detectability::{Detectability, Sight, noncentrality};
 pub use curve_families::CurveFamily;
+pub use detectability::{Detectability, Sight, noncentrality};
 pub use diagnosis::{Contribution, Diagnosis, Explained, Finding, FoundParameter, Scatter, diagnose, diagnose_examined};
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Place, Unplaced, place};
-pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
+pub use ladder::{Climb, Ladder, Top, ladder};
 pub use library::{Candidate, Library, Untestable};
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
@@ -47,15 +49,17 @@ pub use noise::{
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};
+pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
 pub use relevance::Relevance;
 pub(crate) use residual_views::SeenSample;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,
 };
-pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung};
+pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
 pub use symptoms::{Symptom, Unphysical};
 pub use validation::{HistogramBin, Validation};
 pub use verdict::Verdict;
+pub use withdrawal::Contradiction;
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};

@@ -130,13 +130,7 @@ impl NoiseFloor {
             None if stated => (NoiseSource::Stated, Some(level(1.0, None))),
             None => (NoiseSource::Unknown, None),
         };
-        NoiseFloor {
-            source,
-            level: found,
-            replicates,
-            stated_per_axis: stated.then(|| level(1.0, None).per_axis),
-            agreement_p,
-        }
+        NoiseFloor { source, level: found, replicates, stated_per_axis: stated.then(|| level(1.0, None).per_axis), agreement_p }
     }
 
     /// Whether replicates contradict the stated noise, at 1e-3.
@@ -236,12 +230,7 @@ mod tests {
     #[test]
     fn two_pairs_known_by_heart() {
         // Each pair two apart along one axis: 2 about the mean; three degrees of freedom a pair.
-        let samples = [
-            sample(0, 1.0, 5.0, 0.0),
-            sample(0, 3.0, 5.0, 0.0),
-            sample(1, 0.0, 0.0, 7.0),
-            sample(1, 0.0, 0.0, 9.0),
-        ];
+        let samples = [sample(0, 1.0, 5.0, 0.0), sample(0, 3.0, 5.0, 0.0), sample(1, 0.0, 0.0, 7.0), sample(1, 0.0, 0.0, 9.0)];
         let floor = NoiseFloor::of(&samples, false);
         let replicates = floor.replicates.expect("there are two groups");
         assert_eq!((replicates.groups, replicates.samples, replicates.squares, replicates.dof), (2, 4, 4.0, 6.0));

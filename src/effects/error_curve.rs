@@ -1,10 +1,12 @@
-//! `error_curve:J`: any smooth error of a joint that repeats with its turn, `theta_J += sum_k s_k sin(k q_J) + c_k cos(k q_J)`, k = 1 to 40.
+//! `error_curve:J`: any smooth error of a joint that repeats with its turn, `theta_J += sum_k s_k sin(k q_J) + c_k cos(k q_J)`, k = 1 to 40;
+//! `error_curve:J:LO:HI`: a band of it, k = LO to HI.
 //!
-//! Eighty numbers say little without a prior: they are to be fitted with their plausible sizes, which fall with the order.
+//! So many numbers say little without a prior: they are to be fitted with their plausible sizes. Those of the whole curve fall with the
+//! order; those of a band are alike, and how large a band is, the data tell.
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Origin, ParameterSpec, Scan};
+use super::{Effect, EffectError, Family, Id, Origin, ParameterSpec, Scan, Subject};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -15,23 +17,57 @@ pub(super) const FAMILY: Family = Family {
     origin: Origin::Arm,
     scan: Scan::None,
     members: each_joint,
-    build: |id, subject| {
-        let parameters = |_, name: &str| {
-            let each = (1..=ORDERS).flat_map(|k| ["sin", "cos"].map(|part| (k, part)));
-            each.map(|(k, part)| ParameterSpec::new(format!("{name}.{part}{k}"), Unit::URAD, plausible(k))).collect()
-        };
-        per_joint(id, id.joints(subject)?, parameters, |at, j, emit| {
-            for k in 1..=ORDERS {
-                let (sin, cos) = (k as f64 * at.q[j]).sin_cos();
-                emit(2 * k - 2, theta(j), sin);
-                emit(2 * k - 1, theta(j), cos);
-            }
-        })
-        .built()
+    build: |id, subject| match id.arguments {
+        [_, low, high] => band(id, low, high, subject),
+        _ => curve(id, id.joints(subject)?, 1..=ORDERS, "", plausible),
     },
 };
 
 const ORDERS: usize = 40;
+
+/// Highest order of a band.
+const HIGHEST: usize = 1000;
+
+/// Standard deviation of a plausible band, rad.
+const BAND: f64 = 50.0 * URAD;
+
+fn band(id: &Id<'_>, low: &str, high: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
+    let joint = id.joint(0, subject)?;
+    let (Ok(low), Ok(high)) = (low.parse::<usize>(), high.parse::<usize>()) else {
+        return Err(id.wrong("ends in the lowest and the highest order of a band, two whole numbers"));
+    };
+    if !(1 <= low && low <= high && high <= HIGHEST) {
+        return Err(id.wrong(format!("ends in the lowest and the highest order of a band, 1 to {HIGHEST}, ascending")));
+    }
+    let each = BAND / ((high - low + 1) as f64).sqrt();
+    curve(id, vec![joint], low..=high, &format!(":{low}:{high}"), move |_| each)
+}
+
+/// Sine and cosine of each order, for each of the joints.
+fn curve(
+    id: &Id<'_>,
+    joints: Vec<usize>,
+    orders: std::ops::RangeInclusive<usize>,
+    suffix: &str,
+    plausible: impl Fn(usize) -> f64,
+) -> Result<Box<dyn Effect>, EffectError> {
+    let parameters = |_, name: &str| {
+        let each = orders.clone().flat_map(|k| ["sin", "cos"].map(|part| (k, part)));
+        each.map(|(k, part)| ParameterSpec::new(format!("{name}{suffix}.{part}{k}"), Unit::URAD, plausible(k))).collect()
+    };
+    let terms = orders.clone();
+    per_joint(id, joints, parameters, move |at, j, emit| {
+        let (sin_once, cos_once) = at.q[j].sin_cos();
+        let (mut sin, mut cos) = (*terms.start() as f64 * at.q[j]).sin_cos();
+        for (place, _) in terms.clone().enumerate() {
+            emit(2 * place, theta(j), sin);
+            emit(2 * place + 1, theta(j), cos);
+            // One order on: the errors of some hundred turns stay below 1e-13.
+            (sin, cos) = (sin * cos_once + cos * sin_once, cos * cos_once - sin * sin_once);
+        }
+    })
+    .built()
+}
 
 /// One-sigma of a coefficient of order `k`, rad: falls as the root of the order, so that the curve's standard deviation is 100 urad.
 fn plausible(k: usize) -> f64 {

@@ -232,8 +232,12 @@ mod tests {
             payload,
             ..Sample::new("", vec![q * DEG], Measured::Point(Vector3::zeros()))
         };
-        let samples =
-            vec![sample(1.0, "a", None, 0), sample(1.0, "b", None, 0), sample(1.0, "a", Some("r"), 1), sample(1.05, "a", Some("r"), 0)];
+        let samples = vec![
+            sample(1.0, "a", None, 0),
+            sample(1.0, "b", None, 0),
+            sample(1.0, "a", Some("r"), 1),
+            sample(1.05, "a", Some("r"), 0),
+        ];
         let data = Dataset { samples, ..Dataset::default() };
         let postures = Postures::of(&[("", &data)], |_| true);
         assert_eq!((postures.of_samples(), postures.count()), (&[0, 1, 0, 0][..], 2));

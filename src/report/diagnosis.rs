@@ -4,8 +4,8 @@ use serde_json::{Value, json};
 
 use super::diagnosis_sentences::{Recommended, sentences, sizes};
 use super::heat_map::{curve_line, heat_map_text};
-use super::tables::plain_table;
 use super::scatter::scatter_json;
+use super::tables::plain_table;
 use super::workspace::{Outlook, extrapolation_json};
 use crate::assess::{Diagnosis, Finding, HeatMap, Place, Verdict};
 use crate::units::{MM, URAD};

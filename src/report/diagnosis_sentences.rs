@@ -55,9 +55,19 @@ fn beneath(d: &Diagnosis) -> Verdict {
     d.verdict_without_suspects.unwrap_or(d.verdict)
 }
 
+/// The effect that is named first; suspects are set aside.
+fn first(d: &Diagnosis) -> Option<&Finding> {
+    let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(is_sample));
+    d.findings.get(aside)
+}
+
+fn is_sample(f: &Finding) -> bool {
+    f.hypothesis.effect.starts_with("outlier")
+}
+
 /// What explains most, with its share, and how much is still missing.
 fn main(d: &Diagnosis) -> Option<String> {
-    let first = d.findings.first().filter(|_| beneath(d).names_effects())?;
+    let first = first(d).filter(|_| beneath(d).names_effects())?;
     let share = d.explains?;
     let left = d.rms * (1.0 - share).max(0.0).sqrt() / MM;
     let known = d.chi2_per_dof_with_it.map_or(String::new(), |chi2| format!(", chi2/dof {chi2:.2}"));
@@ -105,12 +115,11 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
 }
 
 fn partly(d: &Diagnosis, word: &str) -> String {
-    let first = d.findings.first().map_or("", |f| f.hypothesis.in_model.as_str());
+    let first = first(d).map_or("", |f| f.hypothesis.in_model.as_str());
     let together = match &d.together[..] {
         [] | [_] => String::new(),
         several => {
-            let each: Vec<String> =
-                several.iter().map(|e| format!("{} ({:.0} %)", e.effect, 100.0 * e.share)).collect();
+            let each: Vec<String> = several.iter().map(|e| format!("{} ({:.0} %)", e.effect, 100.0 * e.share)).collect();
             format!(" Together {} explain {:.0} %.", each.join(", "), 100.0 * d.together_explain)
         }
     };

@@ -125,5 +125,11 @@ pub(super) fn suspects_named(suspects: &[Suspect]) -> String {
 
 /// A small chance.
 fn chance(p: f64) -> String {
-    if p < 1e-12 { "below 1e-12".into() } else if p < 1e-3 { format!("{p:.0e}") } else { format!("{p:.3}") }
+    if p < 1e-12 {
+        "below 1e-12".into()
+    } else if p < 1e-3 {
+        format!("{p:.0e}")
+    } else {
+        format!("{p:.3}")
+    }
 }

@@ -36,7 +36,7 @@ pub struct Power {
     pub right: Share,
 }
 
-/// All figures of a suite. "Claimed" is a verdict that names effects; "detected" is any verdict but that nothing is left.
+/// All figures of a suite. "Claimed" is a verdict that names effects; "detected" is any verdict but that nothing but noise is left.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs)] // the keys of the document
 pub struct Tally {
@@ -81,7 +81,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 /// Sums up.
 pub fn tally(outcomes: &[Outcome]) -> Tally {
     let of = |kind: &'static str| outcomes.iter().filter(move |o| o.kind == kind && o.verdict != "not_measured");
-    let detected = |o: &Outcome| o.verdict != "nothing_left";
+    let detected = |o: &Outcome| !["nothing_left", "noise_larger_than_stated"].contains(&o.verdict);
     let one = || of("one").filter(|o| o.testable);
     let claimed = || one().filter(|o| o.claimed());
     let noise_wrong = |o: &&Outcome| o.case != "nothing";

@@ -79,7 +79,9 @@ pub struct Outcome {
 impl Outcome {
     /// Whether an effect of the catalogue was claimed.
     pub fn claimed(&self) -> bool {
-        self.verdict == Verdict::Identified.name() || self.verdict == Verdict::Indistinguishable.name()
+        [Verdict::Identified, Verdict::Partly, Verdict::Indistinguishable, Verdict::SuspectSamples]
+            .iter()
+            .any(|v| v.name() == self.verdict)
     }
 }
 
@@ -174,6 +176,10 @@ fn names(hidden: &[Hidden]) -> String {
 
 /// What the diagnosis says, held against the truth.
 fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[usize], twins: &[String]) -> Outcome {
+    let mut set95 = diagnosis.set95.clone();
+    if diagnosis.verdict == Verdict::SuspectSamples {
+        set95.insert(0, "outlier".into());
+    }
     let is_true = |effect: &str| hidden.iter().any(|(id, _)| same(id, effect));
     let top = diagnosis.findings.first();
     let name = |f: &calibench::assess::Finding| f.hypothesis.in_model.clone();
@@ -192,10 +198,10 @@ fn answer(diagnosis: &Diagnosis, hidden: &[Hidden], visible: &[f64], joints: &[u
         rivals: top.map(|f| f.rivals.join(" ")).unwrap_or_default(),
         top3_right: top3.iter().any(|e| is_true(e)),
         top3: top3.join(" "),
-        set95: diagnosis.set95.join(" "),
+        set95: set95.join(" "),
         top_right,
         top_right_merged: merged,
-        covered: diagnosis.set95.iter().any(|e| is_true(e)),
+        covered: set95.iter().any(|e| is_true(e)),
         joint_right: joint.is_some_and(|j| joints.contains(&j)),
         said_so: diagnosis.verdict == Verdict::Unexplained
             || top.is_some_and(|f| twins.iter().any(|t| same(t, &f.hypothesis.in_model) || f.rivals.iter().any(|r| r == t))),

@@ -95,4 +95,3 @@ fn short_name(effect: &str, name: &str) -> String {
         .unwrap_or(name)
         .to_owned()
 }
-

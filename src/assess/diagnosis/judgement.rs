@@ -68,8 +68,7 @@ impl Shortlist {
         let candidates = hypotheses.iter().map(|h| Candidate { id: h.in_model.clone(), family: family(h) });
         let close = examination.beside(datasets, candidates.collect())?;
         let is_sample = |h: &Hypothesis| h.effect.starts_with("outlier");
-        let believable =
-            hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || size(&close, k).1 <= BELIEVABLE).collect();
+        let believable = hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || size(&close, k).1 <= BELIEVABLE).collect();
         Ok(Shortlist { close, hypotheses, believable })
     }
 
@@ -160,7 +159,8 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
     let heat_map = HeatMap::new(examination, &background);
     let relevance = Relevance::beside(examination, &background)?;
     let tests = all.len().max(1);
-    let by_evidence = |a: &Hypothesis, b: &Hypothesis| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background);
+    let by_evidence =
+        |a: &Hypothesis, b: &Hypothesis| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background);
     all.sort_by(by_evidence);
     let mut list = Shortlist::of(datasets, examination, &all)?;
     let unbelievable: Vec<(String, f64)> = (0..list.hypotheses.len())
@@ -217,13 +217,13 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
         scatter.larger_than_stated = scatter.larger_than_stated.or_else(|| white(examination, &relevance));
     }
     let fit = &examination.fit;
-    let (explained, coefficients) =
-        first.as_ref().map_or((0.0, 0), |h| (h.explains * remainder.squares, h.coefficients));
+    let (explained, coefficients) = first.as_ref().map_or((0.0, 0), |h| (h.explains * remainder.squares, h.coefficients));
     let unit = scatter.unit().unwrap_or_else(|| {
         let share = 1.0 - explained / remainder.squares;
         fit.chi2 * share / fit.dof.saturating_sub(coefficients).max(1) as f64
     });
     let noise = (fit.rms * fit.rms * (unit * fit.dof as f64 / fit.chi2.max(f64::MIN_POSITIVE)).min(1.0)).sqrt();
+    let relative = scatter.noise.level.map_or(1.0, |l| l.relative);
     let share = |squares: f64| (squares / remainder.squares).clamp(0.0, 1.0);
     Ok(Diagnosis {
         samples: examination.problem.sample_count(),
@@ -231,7 +231,7 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
         rms: fit.rms,
         noise,
         unexplained: (fit.rms * fit.rms - noise * noise).max(0.0).sqrt(),
-        chi2_per_dof: fit.chi2 / fit.dof.max(1) as f64,
+        chi2_per_dof: fit.chi2 / fit.dof.max(1) as f64 / relative.powi(2),
         lack_of_fit_p,
         verdict,
         verdict_without_suspects: None,

@@ -60,7 +60,9 @@ mod tests {
     fn hundredths_are_seen_and_what_is_finer_or_commanded_is_not() {
         let of = |step: f64| JointSteps::of(&[("", &data(step))], 3.0);
         let found = of(0.01).map(|s| (s.step / DEG, s.per_axis));
-        assert!(found.is_some_and(|(step, size)| (step - 0.01).abs() < 1e-12 && (size - 0.01 * DEG / 12f64.sqrt()).abs() < 1e-12));
+        assert!(
+            found.is_some_and(|(step, size)| (step - 0.01).abs() < 1e-12 && (size - 0.01 * DEG / 12f64.sqrt()).abs() < 1e-12)
+        );
         assert_eq!(of(1e-7), None);
         assert_eq!(of(0.5), None);
     }

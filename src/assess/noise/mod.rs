@@ -9,8 +9,8 @@ mod yardstick;
 pub use joint_steps::JointSteps;
 pub use repeats::{JointScatter, REPEATS_ALARM, RepeatScatter};
 pub use serial::{LagCorrelation, SERIAL_LEVEL, SerialCorrelation};
-pub use suspects::{SUSPECT_DEVIATION, Suspect, suspects};
 pub(super) use suspects::suspects_of;
+pub use suspects::{SUSPECT_DEVIATION, Suspect, suspects};
 pub(super) use yardstick::Yardstick;
 
 use nalgebra::Vector3;

@@ -72,9 +72,9 @@ impl RepeatScatter {
         let joints = groups[0].patterns.len() - 6;
         let kinds = 7 + joints;
         let all = vec![true; kinds];
-        let (start, numbers) = groups.iter().fold((0.0, 0.0), |(s, n), g| {
-            (s + g.scatter.trace(), n + (g.scatter.nrows() * (g.events - 1)) as f64)
-        });
+        let (start, numbers) = groups
+            .iter()
+            .fold((0.0, 0.0), |(s, n), g| (s + g.scatter.trace(), n + (g.scatter.nrows() * (g.events - 1)) as f64));
         let white = start / numbers;
         if white <= 0.0 {
             return None;

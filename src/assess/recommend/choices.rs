@@ -1,0 +1,208 @@
+//! The models that a campaign offers, judged on the same postures, and the one to use.
+
+use super::curves;
+use super::folds::Folds;
+use super::linear::{self, Linear};
+use super::robust;
+use super::rule::Gain;
+use crate::assess::examination::Examination;
+use crate::assess::library::Candidate;
+use crate::identify::{FREELY_FITTED, IdentifyError, Model};
+use crate::measure::Dataset;
+
+/// A set-aside sample may be this far off, in plausible sizes of an outlier: anything.
+const ANYWHERE: f64 = 1e3;
+
+/// No more than this share of the postures is set aside: what so many do is no exception.
+const MOST_ASIDE: f64 = 0.05;
+
+/// The whole library is offered while its parameters in effect are no larger a share of three numbers a posture.
+const SHARE_OF_NUMBERS: f64 = 1.0 / 3.0;
+
+/// What kind of model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The model to begin with.
+    Begin,
+    /// With the effects of the ladder's steps.
+    Steps,
+    /// With the error curves of all joints.
+    Curves,
+    /// With both.
+    StepsAndCurves,
+    /// With the whole library, each effect held to the size that the data give it.
+    Library,
+}
+
+impl Kind {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Begin => "begin",
+            Kind::Steps => "steps",
+            Kind::Curves => "curves",
+            Kind::StepsAndCurves => "steps_and_curves",
+            Kind::Library => "whole_library",
+        }
+    }
+}
+
+/// A model that may be used.
+#[derive(Debug, Clone)]
+pub struct Choice {
+    /// What kind.
+    pub kind: Kind,
+    /// The model.
+    pub model: Model,
+    /// What it adds to the model to begin with.
+    pub added: Vec<String>,
+    /// What it gains over the model to begin with at postures that were not fitted, one entry a division; for that model itself, its own
+    /// errors.
+    pub gains: Vec<Gain>,
+}
+
+impl Choice {
+    /// Whether every division says that it is better than the model to begin with.
+    pub fn convinces(&self) -> bool {
+        self.kind == Kind::Begin || !self.gains.is_empty() && self.gains.iter().all(Gain::convinces)
+    }
+
+    /// Mean share of the squares that is left, over the divisions.
+    fn left(&self) -> f64 {
+        1.0 - self.gains.iter().map(|g| g.share).sum::<f64>() / self.gains.len().max(1) as f64
+    }
+
+    /// Root mean square of the error at postures drawn at random and not fitted, m; `None` with too few postures.
+    pub fn cross_validated(&self) -> Option<f64> {
+        self.gains.first().map(|g| g.rms[1])
+    }
+}
+
+/// Which model to use.
+#[derive(Debug, Clone)]
+pub struct Recommendation {
+    /// All that were judged; the first is the model to begin with.
+    pub choices: Vec<Choice>,
+    /// Place of the one to use.
+    pub chosen: usize,
+    /// Samples that were set aside, as outliers of every choice's model.
+    pub aside: Vec<String>,
+    /// Postures.
+    pub postures: usize,
+}
+
+impl Recommendation {
+    /// Places of the choices that convince, best first; the model to begin with is always among them.
+    pub fn ranked(&self) -> Vec<usize> {
+        let mut places: Vec<usize> = (0..self.choices.len()).filter(|&k| self.choices[k].convinces()).collect();
+        places.sort_by(|&a, &b| self.choices[a].left().total_cmp(&self.choices[b].left()));
+        places
+    }
+
+    /// The choice of a kind, where it was offered.
+    pub fn of_kind(&self, kind: Kind) -> Option<&Choice> {
+        self.choices.iter().find(|c| c.kind == kind)
+    }
+
+    /// The model to use.
+    pub fn choice(&self) -> &Choice {
+        &self.choices[self.chosen]
+    }
+}
+
+/// Judges the model of an examination, `steps` beside it, the error curves, and `library` (ids with their widths in plausible sizes).
+///
+/// # Errors
+/// When an effect does not go with the data, or a matrix cannot be factored.
+pub fn recommend(
+    datasets: &[(&str, &Dataset)],
+    examination: &Examination,
+    steps: &[String],
+    library: &[(String, f64)],
+) -> Result<Recommendation, IdentifyError> {
+    let begin = examination.model();
+    let divisions = super::postures(&examination.circumstances);
+    let postures = divisions.count();
+    let bands = curves::bands(examination.problem().robot().joints(), postures);
+    let plain: Vec<&String> = steps.iter().filter(|id| !id.starts_with("outlier:")).collect();
+    let ids = plain.iter().copied().chain(&bands).chain(library.iter().map(|(id, _)| id));
+    let candidate = |id: &String| Candidate { id: id.clone(), family: id.split(':').next().unwrap_or_default().into() };
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for id in ids {
+        if !candidates.iter().any(|c| c.id == *id) {
+            candidates.push(candidate(id));
+        }
+    }
+    let of = |id: &str| candidates.iter().position(|c| c.id == id).unwrap_or_default();
+    let places = |ids: &[(&str, f64)]| ids.iter().map(|(id, width)| (of(id), width.powi(-2))).collect::<Vec<(usize, f64)>>();
+    let step_widths: Vec<(&str, f64)> = plain.iter().map(|id| (id.as_str(), begin.width_of(id))).collect();
+    let (steps_held, library_held) =
+        (places(&step_widths), places(&library.iter().map(|(id, width)| (id.as_str(), *width)).collect::<Vec<_>>()));
+    let band_places = {
+        let first = bands.first().map_or(0, |id| of(id));
+        first..first + bands.len()
+    };
+    let wide = examination.beside(datasets, candidates.clone())?;
+    let mut linear = Linear::new(&wide);
+    let aside = robust::aside(&robust::distances(&linear)?);
+    let few = aside.iter().filter(|a| **a).count() as f64 <= MOST_ASIDE * aside.len() as f64;
+    linear.aside = if few { aside } else { vec![false; aside.len()] };
+    for (sample, id) in examination.problem().sample_ids().iter().enumerate() {
+        linear.aside[sample] |= steps.iter().any(|s| s.strip_prefix("outlier:") == Some(id.as_str()));
+    }
+
+    let curves_held = curves::held(&wide, &linear, band_places.clone(), &[])?;
+    let mut held = vec![(Kind::Begin, Vec::new()), (Kind::Curves, curves_held)];
+    if !steps_held.is_empty() {
+        let with_steps = curves::held(&wide, &linear, band_places, &steps_held)?;
+        held.push((Kind::Steps, steps_held.clone()));
+        held.push((Kind::StepsAndCurves, steps_held.iter().copied().chain(with_steps).collect()));
+    }
+    if !library_held.is_empty() && determined(&linear, &library_held, postures)? {
+        held.push((Kind::Library, library_held));
+    }
+
+    let variants: Vec<linear::Choice> = held.iter().map(|(_, held)| linear.with(held.iter().copied())).collect();
+    let mut gains: Vec<Vec<Gain>> = vec![Vec::new(); held.len()];
+    for folds in Folds::all(&divisions, &wide.circumstances) {
+        let division = folds.division;
+        let products = linear.fold_products(folds);
+        let before = linear.held_out(&products, &variants[0])?;
+        for (variant, gains) in variants.iter().zip(&mut gains) {
+            gains.extend(Gain::of(division, &before, &linear.held_out(&products, variant)?));
+        }
+    }
+    let sample_ids = examination.problem().sample_ids();
+    let aside: Vec<String> = sample_ids.iter().zip(&linear.aside).filter(|(_, a)| **a).map(|(id, _)| id.clone()).collect();
+    let choice = |((kind, held), gains): ((Kind, Vec<(usize, f64)>), Vec<Gain>)| {
+        let mut model = begin.clone();
+        let mut added = Vec::new();
+        for id in &aside {
+            let outlier = format!("outlier:{id}");
+            if !model.effects.contains(&outlier) {
+                model = model.with(&outlier);
+                model.width.insert(outlier, ANYWHERE);
+            }
+        }
+        for (place, information) in held {
+            let id = &candidates[place].id;
+            model = model.with(id);
+            let is_ordinary =
+                FREELY_FITTED.contains(&candidates[place].family.as_str()) || plain.contains(&id) && kind != Kind::Library;
+            if !is_ordinary {
+                model.width.insert(id.clone(), information.sqrt().recip());
+            }
+            added.push(id.clone());
+        }
+        Choice { kind, model, added, gains }
+    };
+    let choices: Vec<Choice> = held.into_iter().zip(gains).map(choice).collect();
+    let mut all = Recommendation { choices, chosen: 0, aside, postures };
+    all.chosen = all.ranked().first().copied().unwrap_or(0);
+    Ok(all)
+}
+
+/// Whether the postures are enough for what the data take of these candidates.
+fn determined(linear: &Linear, held: &[(usize, f64)], postures: usize) -> Result<bool, IdentifyError> {
+    Ok(linear.effective(&linear.with(held.iter().copied()))? <= SHARE_OF_NUMBERS * 3.0 * postures as f64)
+}

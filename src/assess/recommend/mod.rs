@@ -1,0 +1,27 @@
+//! One recommendation: which model to use, decided by what it predicts at postures that were not fitted.
+//!
+//! The catalogue names causes, the error curves of all joints correct: Fourier series in every joint's angle, each band of orders held to
+//! the size that the evidence gives it. A choice is compared with the model to begin with on the same postures, pair by pair.
+
+mod choices;
+mod curves;
+mod folds;
+mod linear;
+mod robust;
+mod rule;
+mod shrinkage;
+mod steps;
+
+pub use choices::{Choice, Kind, Recommendation, recommend};
+pub use folds::Division;
+pub use rule::Gain;
+pub(super) use steps::{gains, gains_of_each};
+
+use crate::identify::Circumstance;
+use crate::measure::Postures;
+
+/// Postures of a campaign, whatever the set-up or the target: what the arm does is the same.
+pub(super) fn postures(circumstances: &[Circumstance]) -> Postures {
+    let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
+    Postures::of_joints(&joints, &vec![0; joints.len()])
+}

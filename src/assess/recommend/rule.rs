@@ -1,0 +1,94 @@
+//! When a step is taken: what it gains at postures that were not fitted must be large and sure, however the campaign is divided.
+
+use super::folds::Division;
+
+/// A gain of less than this share of the mean square is none.
+const LEAST_GAIN: f64 = 0.05;
+
+/// Standard errors of the paired differences that a gain must exceed: one is too little, measured.
+const LEAST_SIGMA: f64 = 2.0;
+
+/// Squares are clipped at so many medians: a few bad postures decide nothing.
+const CLIP: f64 = 3.0;
+
+/// The 95th percentile may not grow by more than this share.
+const TAIL: f64 = 0.10;
+
+/// What a step gains at postures that were left out, by one division.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gain {
+    /// How the postures were divided.
+    pub division: Division,
+    /// Postures judged.
+    pub postures: usize,
+    /// Root mean square of the 3-D error before and after, m.
+    pub rms: [f64; 2],
+    /// Share of the clipped mean square that is gained.
+    pub share: f64,
+    /// The gain in standard errors of the paired differences.
+    pub sigma: f64,
+    /// 95th percentile of the error after over that before.
+    pub tail: f64,
+}
+
+impl Gain {
+    /// From the mean squares of each posture (m²) before and after; `None` with fewer than four postures.
+    pub(super) fn of(division: Division, before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
+        let pairs: Vec<[f64; 2]> = before.iter().zip(after).filter_map(|(b, a)| Some([(*b)?, (*a)?])).collect();
+        let n = pairs.len() as f64;
+        if pairs.len() < 4 {
+            return None;
+        }
+        let column = |k: usize| pairs.iter().map(|p| p[k]).collect::<Vec<f64>>();
+        let clip = CLIP * quantile(column(0), 0.5);
+        let clipped: Vec<[f64; 2]> = pairs.iter().map(|p| p.map(|x| x.min(clip))).collect();
+        let mean = |of: &dyn Fn(&[f64; 2]) -> f64| clipped.iter().map(of).sum::<f64>() / n;
+        let gained = mean(&|p| p[0] - p[1]);
+        let spread = mean(&|p| (p[0] - p[1] - gained).powi(2));
+        let error = (spread / (n - 1.0)).sqrt();
+        let tail = |k: usize| quantile(column(k), 0.95).sqrt();
+        Some(Gain {
+            division,
+            postures: pairs.len(),
+            rms: [0, 1].map(|k| (column(k).iter().sum::<f64>() / n).sqrt()),
+            share: gained / mean(&|p| p[0]).max(f64::MIN_POSITIVE),
+            sigma: if error > 0.0 { gained / error } else { 0.0 },
+            tail: tail(1) / tail(0).max(f64::MIN_POSITIVE),
+        })
+    }
+
+    /// Whether it is large and sure.
+    pub fn convinces(&self) -> bool {
+        self.share > LEAST_GAIN && self.sigma > LEAST_SIGMA && self.tail < 1.0 + TAIL
+    }
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * share).round() as usize]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gain_is_told_from_chance() {
+        let before: Vec<Option<f64>> = (0..40).map(|k| Some(1.0 + 0.3 * (k as f64).sin())).collect();
+        let better: Vec<Option<f64>> = before.iter().map(|b| b.map(|b| 0.7 * b)).collect();
+        let alike: Vec<Option<f64>> = (0..40).map(|k| Some(1.0 + 0.3 * (1.7 * k as f64).cos())).collect();
+        let gain = |after: &[Option<f64>]| Gain::of(Division::Random, &before, after).expect("forty postures");
+        assert!(gain(&better).convinces() && (gain(&better).share - 0.3).abs() < 1e-9);
+        assert!(!gain(&alike).convinces() && !gain(&before).convinces());
+        assert!(Gain::of(Division::Random, &before[..3], &better[..3]).is_none());
+    }
+
+    #[test]
+    fn one_bad_posture_decides_nothing() {
+        let mut before = vec![Some(1.0); 30];
+        before[3] = Some(1e6);
+        let mut after = before.clone();
+        after[3] = Some(1.0);
+        assert!(!Gain::of(Division::Time, &before, &after).expect("thirty").convinces());
+    }
+}
