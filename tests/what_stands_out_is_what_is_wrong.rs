@@ -361,7 +361,9 @@ fn a_joint_that_does_not_come_back_is_named_by_its_repeats() {
         let alarms = found.alarms();
         assert_eq!(alarms.iter().map(|a| a.joint).collect::<Vec<_>>(), [0], "{found:?}");
         assert!((alarms[0].sigma / (40.0 * URAD) - 1.0).abs() < 0.25, "{found:?}");
-        assert!((found.white / NOISE - 1.0).abs() < 0.2, "{found:?}");
+        // Seen by one target alone, white noise and a shaking base or tool are one.
+        let shaking: f64 = found.base.iter().chain(&found.tool).map(|s| s * s / 3.0).sum();
+        assert!(((found.white.powi(2) + shaking).sqrt() / NOISE - 1.0).abs() < 0.3, "{found:?}");
     }
     // White noise, and a whole that shakes, raise no alarm: 2e-3 each by the promise.
     for seed in 0..10 {
