@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use calibench::assess::{Comparison, JointVariable, NoiseSource, Subject};
+use calibench::assess::{Comparison, Diagnosis, JointVariable, NoiseSource, Subject, Verdict, diagnose, suspects};
 use calibench::identify::{Model, Use, identify};
 use calibench::measure::{Anchor, Ball, Dataset, Measured, Noise, Sample, SampleSet};
 use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
@@ -276,4 +276,100 @@ fn noise_stated_ten_times_too_large_hides_no_moved_ball() {
     let c = compare(&data, &data, Use::Fit);
     assert!(c.lack_of_fit.noise_overstated);
     assert_eq!(c.findings.first().map(|f| f.subject), Some(Subject::Ball(2)));
+}
+
+/// Eighty points, of which those of `bad` are off by 5 mm in a random direction.
+fn with_bad_samples(seed: u64, bad: &[usize]) -> Dataset {
+    let mut cell = Cell::new(seed);
+    let mut samples = cell.points(80, &exact);
+    for &k in bad {
+        let off = cell.noise(1.0).normalize() * 5.0 * MM;
+        if let Measured::Point(at) = &mut samples[k].measured {
+            *at += off;
+        }
+    }
+    cell.dataset(samples)
+}
+
+#[test]
+fn two_bad_samples_of_eighty_are_found_and_none_where_there_are_none() {
+    const TRIALS: usize = 40;
+    let named = |data: &Dataset| -> Vec<String> {
+        let mut named: Vec<String> = suspects(&[("data", data)], &geometry()).unwrap().into_iter().map(|s| s.sample).collect();
+        named.sort();
+        named
+    };
+    let (mut found, mut accused, mut of_clean) = (0, 0, 0);
+    for trial in 0..TRIALS {
+        let (a, b) = ((trial * 7) % 80, (trial * 7 + 11 + trial) % 80);
+        let names = named(&with_bad_samples(9000 + trial as u64, &[a, b]));
+        let mut wanted = vec![format!("p{a}"), format!("p{b}")];
+        wanted.sort();
+        found += usize::from(wanted.iter().all(|w| names.contains(w)));
+        accused += names.iter().filter(|n| !wanted.contains(n)).count();
+        of_clean += named(&with_bad_samples(9500 + trial as u64, &[])).len();
+    }
+    println!("of {TRIALS}: both found in {found}, {accused} good ones accused, {of_clean} of clean data");
+    assert!(found >= TRIALS * 9 / 10, "{found}");
+    // A chance of 1e-3 a campaign: one in forty has a chance of 4 %, two of 1e-3.
+    assert!(accused <= 1 && of_clean <= 1, "{accused}, {of_clean}");
+}
+
+fn diagnosis(data: &Dataset) -> Diagnosis {
+    diagnose(&[("data", data)], &geometry()).unwrap()
+}
+
+#[test]
+fn noise_twice_as_large_as_stated_is_said_and_no_effect_is_named() {
+    const TRIALS: u64 = 10;
+    for trial in 0..TRIALS {
+        let mut cell = Cell::new(700 + trial);
+        let samples = cell.points(80, &exact);
+        let data = cell.dataset(samples);
+        let right = diagnosis(&data);
+        assert_eq!(right.verdict, Verdict::NothingLeft, "{trial}: {:?}", right.set95);
+        let half = Dataset { noise: Noise { point: Some(NOISE / 2.0), ..data.noise.clone() }, ..data };
+        let wrong = diagnosis(&half);
+        assert_eq!(wrong.verdict, Verdict::NoiseLargerThanStated, "{trial}: {:?}", wrong.set95);
+        let factor = wrong.scatter.larger_than_stated.unwrap();
+        assert!((factor / 2.0 - 1.0).abs() < 0.2, "{factor}");
+    }
+}
+
+/// Forty postures, six times each; from one time to the next joint `joint` is off by `angle`, and the whole by `shift`.
+fn repeated(seed: u64, joint: Option<usize>, angle: f64, shift: f64) -> Dataset {
+    let mut cell = Cell::new(seed);
+    let mut samples = Vec::new();
+    for k in 0..40 {
+        let q = cell.posture();
+        for turn in 0..6 {
+            let wrong = cell.noise(angle).x;
+            let error = |q: &[f64]| (0..q.len()).map(|j| if Some(j) == joint { wrong } else { 0.0 }).collect();
+            let at = cell.tcp(&q, &error).translation.vector + cell.noise(NOISE) + cell.noise(shift);
+            let mut sample = Sample::new(format!("{k}-{turn}"), q.clone(), Measured::Point(at));
+            sample.repeat = Some(k.to_string());
+            samples.push(sample);
+        }
+    }
+    cell.dataset(samples)
+}
+
+#[test]
+fn a_joint_that_does_not_come_back_is_named_by_its_repeats() {
+    for seed in 0..5 {
+        let found = diagnosis(&repeated(800 + seed, Some(0), 40.0 * URAD, 0.0)).scatter.repeats.unwrap();
+        let alarms = found.alarms();
+        assert_eq!(alarms.iter().map(|a| a.joint).collect::<Vec<_>>(), [0], "{found:?}");
+        assert!((alarms[0].sigma / (40.0 * URAD) - 1.0).abs() < 0.25, "{found:?}");
+        // Seen by one target alone, white noise and a shaking base or tool are one.
+        let shaking: f64 = found.base.iter().chain(&found.tool).map(|s| s * s / 3.0).sum();
+        assert!(((found.white.powi(2) + shaking).sqrt() / NOISE - 1.0).abs() < 0.3, "{found:?}");
+    }
+    // White noise, and a whole that shakes, raise no alarm: 2e-3 each by the promise.
+    for seed in 0..10 {
+        for shift in [0.0, 40.0 * UM] {
+            let found = diagnosis(&repeated(900 + seed, None, 0.0, shift)).scatter.repeats.unwrap();
+            assert!(found.alarms().is_empty(), "{found:?}");
+        }
+    }
 }

@@ -11,7 +11,7 @@ mod views;
 use std::collections::HashSet;
 
 use crate::identify::{Application, Calibration, IdentifyError, Use};
-use crate::measure::{Dataset, Sample};
+use crate::measure::{Dataset, Postures, Sample};
 
 use self::layout::Layout;
 use super::noise_floor::{NoiseFloor, NoisySample};
@@ -74,14 +74,11 @@ impl Comparison {
         let Application { problem, values, .. } = &application;
         let rows: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s))).collect();
         let seen = SeenSample::all(problem, values, &rows, datasets);
-        let noisy: Vec<NoisySample<'_>> = seen
+        let replicates = Postures::replicates(datasets, |s| which.takes(s));
+        let noisy: Vec<NoisySample> = seen
             .iter()
-            .map(|s| NoisySample {
-                replicate_of: s.sample.repeat.as_deref().map(|name| (s.setup, name)),
-                whitened: s.whitener * s.residual,
-                height: s.height,
-                variance: s.variance,
-            })
+            .zip(replicates.of_samples())
+            .map(|(s, &group)| NoisySample { group, whitened: s.whitener * s.residual, height: s.height, variance: s.variance })
             .collect();
         let noise = NoiseFloor::of(&noisy, problem.noise_stated());
         let (standing, beforehand) = standing::of(calibration, &application, datasets, which, &noise);

@@ -65,7 +65,7 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
     // What is known beforehand, as rows of its own; the ordinary size in units of the noise that is left.
     let unit = examination.remainder.unit().max(f64::MIN_POSITIVE);
     for (k, p) in fit.kept.iter().enumerate() {
-        let information = problem.parameters()[*p].knowledge.information();
+        let information = problem.parameters()[*p].knowledge.information() * examination.yardstick.weight().powi(2);
         all[(k, k)] += information;
         all[(k, size)] -= information * fit.values[*p];
     }

@@ -6,6 +6,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::background::Background;
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
+use super::noise::Yardstick;
+use super::noise_floor::NoiseFloor;
 use crate::effects::EffectId;
 use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
@@ -53,7 +55,9 @@ pub struct Examination {
     /// Columns of each candidate.
     pub(super) spans: Vec<Span>,
     pub(super) circumstances: Vec<Circumstance>,
-    /// Whitened, one row a parameter of `fitted`, then one a column in plausible sizes, then the residuals.
+    /// How large the noise is, and by how much the samples count a posture's error.
+    pub(super) yardstick: Yardstick,
+    /// Whitened by the noise of the yardstick, one row a parameter of `fitted`, then one a column in plausible sizes, then the residuals.
     pub(super) rows: DMatrix<f64>,
     pub(super) projection: Projection,
     /// Inner products of the candidates' projected columns.
@@ -108,7 +112,8 @@ impl Examination {
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
-        Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
+        let yardstick = Yardstick::of(datasets, &problem, &fit);
+        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
     }
 
     /// The same with these candidates in place of the library.
@@ -122,7 +127,8 @@ impl Examination {
     ) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
-        Examination::of(datasets, model, problem, fit, Library { candidates, untestable: Vec::new() })
+        let yardstick = Yardstick::of(datasets, &problem, &fit);
+        Examination::of(datasets, model, problem, fit, Library { candidates, untestable: Vec::new() }, yardstick)
     }
 
     /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
@@ -140,7 +146,8 @@ impl Examination {
             }
         }
         problem.settle_loads(&fit.values);
-        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model))
+        let yardstick = Yardstick::as_stated(problem.noise_stated());
+        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model), yardstick)
     }
 
     /// The same fit with other candidates beside it.
@@ -148,7 +155,7 @@ impl Examination {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.settle_loads(&self.fit.values);
         let library = Library { candidates, untestable: Vec::new() };
-        Examination::of(datasets, &self.model, problem, self.fit.clone(), library)
+        Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.yardstick.clone())
     }
 
     fn of(
@@ -157,6 +164,7 @@ impl Examination {
         problem: Problem,
         fit: Fit,
         library: Library,
+        yardstick: Yardstick,
     ) -> Result<Self, IdentifyError> {
         let mut wide_model = model.clone();
         wide_model.effects.extend(library.candidates.iter().map(|c| c.id.clone()));
@@ -182,7 +190,8 @@ impl Examination {
         });
         let spans: Vec<Span> = spans.collect();
 
-        let rows = lay_out(&wide, &values, &fitted, &columns);
+        let weight = yardstick.weight();
+        let rows = lay_out(&wide, &values, &fitted, &columns) * weight;
         let mut products = DMatrix::zeros(rows.nrows(), rows.nrows());
         linalg::normal_matrix(&rows, &mut products);
         let (m, n) = (fitted.len(), columns.len());
@@ -206,14 +215,19 @@ impl Examination {
         let gram = products.view((m, m), (n, n)) - projection.of_columns.tr_mul(&projection.of_columns);
         let z = products.view((m, m + n), (n, 1)).column(0) - projection.of_columns.tr_mul(&projection.of_residual);
         let left = (squares - projection.of_residual.norm_squared()).max(f64::MIN_POSITIVE);
-        let remainder = if problem.noise_stated() {
-            Remainder { squares: left + STATED_NOISE_DOF, dof: fit.dof as f64 + STATED_NOISE_DOF }
+        let parameters = fit.kept.len() as f64;
+        let dof = ((fit.dof as f64 + parameters) / yardstick.repetition - parameters).max(1.0);
+        let remainder = if yardstick.is_known() {
+            Remainder { squares: left + STATED_NOISE_DOF, dof: dof + STATED_NOISE_DOF }
         } else {
-            Remainder { squares: left, dof: fit.dof as f64 }
+            Remainder { squares: left, dof }
         };
+        let mut circumstances = wide.circumstances(&values);
+        circumstances.iter_mut().for_each(|c| c.scale(weight));
         Ok(Examination {
             model: model.clone(),
-            circumstances: wide.circumstances(&values),
+            circumstances,
+            yardstick,
             whole: (0..n).map(|k| products[(m + k, m + k)]).collect(),
             library,
             problem,
@@ -249,6 +263,19 @@ impl Examination {
     /// The fit as a calibration.
     pub fn calibration(&self, datasets: &[(&str, &Dataset)]) -> Calibration {
         Calibration::of(datasets, &self.model, &self.problem, &self.fit)
+    }
+
+    /// What is known of the noise, before anything is missing in the model.
+    pub fn noise(&self) -> &NoiseFloor {
+        &self.yardstick.noise
+    }
+
+    /// Squares that a model leaves which takes `explained` of the remainder with `coefficients` numbers, per degree of freedom, in units
+    /// of the noise; `None` where that is unknown.
+    pub(super) fn chi2_per_dof_with(&self, explained: f64, coefficients: usize) -> Option<f64> {
+        let squares = self.remainder.squares - STATED_NOISE_DOF - explained;
+        let dof = self.remainder.dof - STATED_NOISE_DOF - coefficients as f64;
+        self.yardstick.is_known().then(|| squares.max(0.0) / dof.max(1.0))
     }
 
     /// The candidates.

@@ -104,7 +104,7 @@ pub fn ladder(
     witness(Climb::Reached(&rungs[0]));
     let top = loop {
         let below = &rungs[rungs.len() - 1];
-        if below.diagnosis.verdict == Verdict::NothingLeft {
+        if below.diagnosis.verdict.is_noise() {
             break Top::NothingLeft;
         }
         if rungs.len() > MOST_RUNGS {
@@ -233,7 +233,7 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
 /// Every effect of the library, with the width that the data give it, in units of the noise that it leaves: what holds it in a fit whose
 /// residuals are weighted by the noise as stated.
 fn library(datasets: &[(&str, &Dataset)], first: &Rung, ground: ProvingGround<'_>) -> Vec<(String, f64)> {
-    if first.diagnosis.verdict == Verdict::NothingLeft {
+    if first.diagnosis.verdict.is_noise() {
         return Vec::new();
     }
     let examined = Library::new(datasets, &first.model);

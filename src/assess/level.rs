@@ -35,7 +35,7 @@ impl Level {
         let mut unit = vec![0.0; circumstances.len()];
         let mut stated = 0.0;
         problem.for_each_sample(&fit.values, &mut |s| {
-            unit[s.place] = s.variance / s.height as f64;
+            unit[s.place] = s.variance / s.height as f64 / examination.yardstick.weight().powi(2);
             stated += s.variance * 3.0 / s.height as f64;
         });
         let noise2 = if problem.noise_stated() { stated / circumstances.len().max(1) as f64 / 3.0 } else { 0.0 };

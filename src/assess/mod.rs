@@ -3,11 +3,13 @@
 mod background;
 mod comparison;
 mod cross_validation;
+mod curve_families;
 mod detectability;
 mod diagnosis;
 mod elsewhere;
 mod evidence;
 mod examination;
+mod explanation;
 mod heat_map;
 mod hypotheses;
 mod ladder;
@@ -15,6 +17,7 @@ mod level;
 mod library;
 mod misfit;
 mod next;
+mod noise;
 mod noise_floor;
 mod outside_range;
 mod recommend;
@@ -24,13 +27,15 @@ mod rung;
 mod sweep;
 mod symptoms;
 mod validation;
+mod verdict;
 mod withdrawal;
 mod workspace;
 mod workspace_map;
 
 pub use comparison::{Comparison, LackOfFit, SIGNIFICANCE, Standing, Standout, Subject};
+pub use curve_families::CurveFamily;
 pub use detectability::{Detectability, Sight, noncentrality};
-pub use diagnosis::{Contribution, Diagnosis, Finding, FoundParameter, Verdict, diagnose, diagnose_examined};
+pub use diagnosis::{Contribution, Diagnosis, Explained, Finding, FoundParameter, Scatter, diagnose, diagnose_examined};
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Place, Unplaced, place};
@@ -40,6 +45,10 @@ pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, da
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
     actions, propose,
+};
+pub use noise::{
+    JointScatter, JointSteps, LagCorrelation, REPEATS_ALARM, RepeatScatter, SERIAL_LEVEL, SUSPECT_DEVIATION, SerialCorrelation,
+    Suspect, suspects,
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use outside_range::{Extrapolation, OutsideRange};
@@ -53,6 +62,7 @@ pub use residual_views::{
 pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
 pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};
+pub use verdict::Verdict;
 pub use withdrawal::Contradiction;
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};

@@ -1,24 +1,20 @@
 //! The noise floor: what the measurement alone would leave, and how that is known.
 //!
-//! Replicates say it best: rows of one `repeat` value within a set-up measured one target, and the scatter of their residuals about
-//! the group's mean, pooled over groups, is noise whatever the model. Residuals and not readings, as the joints may differ a little.
-//! Next best is the noise that the data state, with the joints' share carried to the TCP, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`.
-//! Otherwise it is unknown.
+//! The noise that the data state is taken, with the joints' share carried to the TCP, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`,
+//! unless replicates contradict it. Where they do, or nothing is stated, the noise is that of replicates: rows of one posture (all joints
+//! within 0.01 deg) or of one `repeat` name, of one target in one set-up. The scatter of their residuals about the group's mean, pooled
+//! over groups, is noise whatever the model; residuals and not readings, as the joints may differ a little. Otherwise it is unknown.
 
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-/// Where the noise is stated too, replicates must have this many degrees of freedom to replace it: with fewer they know it no better
-/// than to a quarter, `1/sqrt(2 · 10) = 22 %`.
-pub const ENOUGH_REPLICATES: f64 = 10.0;
-
 /// Confidence of every interval.
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Replicates contradict the stated noise when what they show has less than this chance.
-pub const CONTRADICTION: f64 = 0.01;
+pub const CONTRADICTION: f64 = 1e-3;
 
 /// How the noise is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +28,14 @@ pub enum NoiseSource {
 }
 
 impl NoiseSource {
+    /// As in the key `noise_from`: `repeats`, `stated`, `unknown`.
+    pub fn noise_from(self) -> &'static str {
+        match self {
+            NoiseSource::Replicates => "repeats",
+            NoiseSource::Stated | NoiseSource::Unknown => self.name(),
+        }
+    }
+
     /// As written in files: `replicates`, `stated`, `unknown`.
     pub fn name(self) -> &'static str {
         match self {
@@ -87,9 +91,9 @@ pub struct NoiseFloor {
 
 /// What of one sample the noise floor needs.
 #[derive(Debug, Clone, Copy)]
-pub struct NoisySample<'a> {
-    /// Set-up and `repeat` value.
-    pub replicate_of: Option<(usize, &'a str)>,
+pub struct NoisySample {
+    /// Group of [replicates](crate::measure::Postures::replicates) that it belongs to.
+    pub group: usize,
     /// Whitened residual; of a distance only the first number.
     pub whitened: Vector3<f64>,
     /// Numbers in it: 3, or 1 for a distance.
@@ -100,7 +104,7 @@ pub struct NoisySample<'a> {
 
 impl NoiseFloor {
     /// Finds the noise of samples, which is `stated` or not.
-    pub fn of(samples: &[NoisySample<'_>], stated: bool) -> Self {
+    pub fn of(samples: &[NoisySample], stated: bool) -> Self {
         let replicates = pooled(samples);
         let numbers: usize = samples.iter().map(|s| s.height).sum();
         let variance: f64 = samples.iter().map(|s| s.variance).sum();
@@ -114,27 +118,30 @@ impl NoiseFloor {
                 dof,
             }
         };
-        let by_replicates = replicates.filter(|r| !stated || r.dof >= ENOUGH_REPLICATES);
+        let agreement_p = replicates.filter(|_| stated).and_then(|r| {
+            let chi2 = ChiSquared::new(r.dof).ok()?;
+            Some((2.0 * chi2.cdf(r.squares).min(chi2.sf(r.squares))).min(1.0))
+        });
+        let contradicted = agreement_p.is_some_and(|p| p < CONTRADICTION);
+        // Replicates that agree to the last digit were copied, or rounded away.
+        let by_replicates = replicates.filter(|r| (!stated || contradicted) && r.squares > 0.0);
         let (source, found) = match by_replicates {
             Some(r) => (NoiseSource::Replicates, Some(level((r.squares / r.dof).sqrt(), Some(r.dof)))),
             None if stated => (NoiseSource::Stated, Some(level(1.0, None))),
             None => (NoiseSource::Unknown, None),
         };
-        NoiseFloor {
-            source,
-            level: found,
-            replicates,
-            stated_per_axis: stated.then(|| level(1.0, None).per_axis),
-            agreement_p: replicates.filter(|_| stated).and_then(|r| {
-                let chi2 = ChiSquared::new(r.dof).ok()?;
-                Some((2.0 * chi2.cdf(r.squares).min(chi2.sf(r.squares))).min(1.0))
-            }),
-        }
+        NoiseFloor { source, level: found, replicates, stated_per_axis: stated.then(|| level(1.0, None).per_axis), agreement_p }
     }
 
-    /// Whether replicates contradict the stated noise, at 1 %.
+    /// Whether replicates contradict the stated noise, at 1e-3.
     pub fn contradicts_statement(&self) -> bool {
         self.agreement_p.is_some_and(|p| p < CONTRADICTION)
+    }
+
+    /// By what factor replicates say that the noise is larger than stated; `None` where they do not.
+    pub fn larger_than_stated(&self) -> Option<f64> {
+        let level = self.level.filter(|_| self.source == NoiseSource::Replicates && self.contradicts_statement())?;
+        (level.relative > 1.0).then_some(level.relative)
     }
 
     /// Chance that noise alone makes a whitened sum of squares of `dof` degrees of freedom as large as `squares`: chi-square where the
@@ -183,12 +190,11 @@ struct Group {
 }
 
 /// Scatter within groups of replicates; `None` when there are none.
-fn pooled(samples: &[NoisySample<'_>]) -> Option<Replicates> {
-    let mut place: HashMap<(usize, &str), usize> = HashMap::new();
+fn pooled(samples: &[NoisySample]) -> Option<Replicates> {
+    let mut place: HashMap<usize, usize> = HashMap::new();
     let mut groups: Vec<Group> = Vec::new();
     for sample in samples {
-        let Some(key) = sample.replicate_of else { continue };
-        let at = *place.entry(key).or_insert(groups.len());
+        let at = *place.entry(sample.group).or_insert(groups.len());
         if at == groups.len() {
             let (first, height) = (sample.whitened, sample.height);
             groups.push(Group { first, height, sum: Vector3::zeros(), squares: 0.0, count: 0 });
@@ -216,31 +222,26 @@ fn pooled(samples: &[NoisySample<'_>]) -> Option<Replicates> {
 mod tests {
     use super::*;
 
-    fn sample(group: Option<&str>, x: f64, y: f64, z: f64) -> NoisySample<'_> {
+    fn sample(group: usize, x: f64, y: f64, z: f64) -> NoisySample {
         let whitened = Vector3::new(x, y, z);
-        NoisySample { replicate_of: group.map(|g| (0, g)), whitened, height: 3, variance: 3e-10 }
+        NoisySample { group, whitened, height: 3, variance: 3e-10 }
     }
 
     #[test]
     fn two_pairs_known_by_heart() {
         // Each pair two apart along one axis: 2 about the mean; three degrees of freedom a pair.
-        let samples = [
-            sample(Some("a"), 1.0, 5.0, 0.0),
-            sample(Some("a"), 3.0, 5.0, 0.0),
-            sample(Some("b"), 0.0, 0.0, 7.0),
-            sample(Some("b"), 0.0, 0.0, 9.0),
-        ];
+        let samples = [sample(0, 1.0, 5.0, 0.0), sample(0, 3.0, 5.0, 0.0), sample(1, 0.0, 0.0, 7.0), sample(1, 0.0, 0.0, 9.0)];
         let floor = NoiseFloor::of(&samples, false);
         let replicates = floor.replicates.expect("there are two groups");
         assert_eq!((replicates.groups, replicates.samples, replicates.squares, replicates.dof), (2, 4, 4.0, 6.0));
         let level = floor.level.expect("known from replicates");
         assert!((level.per_axis - 1e-5 * (4.0f64 / 6.0).sqrt()).abs() < 1e-15);
         assert!((level.rms - level.per_axis * 3f64.sqrt()).abs() < 1e-15);
-        // Six degrees of freedom are too few to set aside what is stated.
+        // A chi-square of 4 with six degrees of freedom contradicts nothing.
         let stated = NoiseFloor::of(&samples, true);
         assert_eq!((stated.source, stated.level.map(|l| l.relative)), (NoiseSource::Stated, Some(1.0)));
         assert!(!stated.contradicts_statement());
-        assert_eq!(NoiseFloor::of(&[sample(None, 1.0, 0.0, 0.0)], false).source, NoiseSource::Unknown);
+        assert_eq!(NoiseFloor::of(&[sample(2, 1.0, 0.0, 0.0)], false).source, NoiseSource::Unknown);
     }
 
     #[test]

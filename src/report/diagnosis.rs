@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::diagnosis_sentences::{Recommended, sentences, sizes};
 use super::heat_map::{curve_line, heat_map_text};
+use super::scatter::scatter_json;
 use super::tables::plain_table;
 use super::workspace::{Outlook, extrapolation_json};
 use crate::assess::{Diagnosis, Finding, HeatMap, Place, Verdict};
@@ -15,10 +16,14 @@ const FORMAT: &str = "calibench-diagnosis/1";
 /// A diagnosis as one JSON document.
 pub fn diagnosis_json(d: &Diagnosis, outlook: Option<&Outlook>, commands: &Recommended) -> Value {
     let findings: Vec<Value> = d.findings.iter().enumerate().map(|(k, f)| finding_json(k + 1, f)).collect();
+    let together: Vec<Value> =
+        d.together.iter().map(|e| json!({"effect": e.effect, "explains_percent": 100.0 * e.share})).collect();
+    let unbelievable: Vec<Value> =
+        d.unbelievable.iter().map(|(effect, size)| json!({"effect": effect, "size_plausible": size})).collect();
     let untestable: Vec<Value> = d.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
     let contributions: Vec<Value> =
         d.contributions.iter().map(|c| json!({"effect": c.effect, "share": c.share, "size_plausible": c.size})).collect();
-    json!({
+    let mut document = json!({
         "format": FORMAT,
         "samples": d.samples,
         "dof": d.dof,
@@ -29,6 +34,13 @@ pub fn diagnosis_json(d: &Diagnosis, outlook: Option<&Outlook>, commands: &Recom
         "chi2_per_dof": d.lack_of_fit_p.map(|_| d.chi2_per_dof),
         "lack_of_fit_p": d.lack_of_fit_p,
         "verdict": d.verdict.name(),
+        "verdict_without_suspects": d.verdict_without_suspects.map(Verdict::name),
+        "explains_percent": d.explains.map(|share| 100.0 * share),
+        "chi2_per_dof_with_it": d.chi2_per_dof_with_it,
+        "together": together,
+        "together_explain_percent": 100.0 * d.together_explain,
+        "not_believable": unbelievable,
+        "curve_family": d.curve_family.as_ref().map(|f| json!({"effect": f.effect, "share": f.share})),
         "set95": d.set95,
         "nothing_probability": d.nothing,
         "background_plausible": d.background,
@@ -40,7 +52,11 @@ pub fn diagnosis_json(d: &Diagnosis, outlook: Option<&Outlook>, commands: &Recom
         "workspace": outlook.map(Outlook::json),
         "outside_range": outlook.map_or(Value::Null, |o| extrapolation_json(&o.extrapolation)),
         "sentences": sentences(d, commands),
-    })
+    });
+    if let (Value::Object(all), Value::Object(scatter)) = (&mut document, scatter_json(&d.scatter)) {
+        all.extend(scatter);
+    }
+    document
 }
 
 fn finding_json(rank: usize, f: &Finding) -> Value {
@@ -69,6 +85,7 @@ fn finding_json(rank: usize, f: &Finding) -> Value {
         "visible": h.visible,
         "ln_evidence": h.ln_evidence,
         "ln_evidence_against_background": h.ln_evidence_against_background,
+        "size_plausible": f.size,
         "rivals": f.rivals,
         "parameters": parameters,
     })

@@ -2,6 +2,7 @@
 
 use super::heat_map::curve_line;
 use super::meaning::{meaning, what};
+use super::scatter::{scatter_sentences, suspects_named};
 use crate::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
 use crate::units::MM;
 
@@ -33,36 +34,124 @@ const HIDDEN: f64 = 0.5;
 /// Untestable effects named one by one.
 const MOST_NAMED: usize = 4;
 
-/// The diagnosis in words: first the number left and the outliers, then the verdict, then every effect of the credible set as it was seen,
-/// what it means and what to do, and last what these data cannot test.
+/// The diagnosis in words: first what explains most and how much is missing, then the number left, suspects and noise, then the verdict,
+/// then every effect that is named as it was seen, what it means and what to do, and last what these data cannot test.
 pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
-    let mut all = vec![left(d)];
-    all.extend(outlier(d, commands));
+    let mut all: Vec<String> = main(d).into_iter().collect();
+    all.push(left(d));
+    all.extend(suspects(d, commands));
+    all.extend(scatter_sentences(&d.scatter));
+    if d.verdict != Verdict::SuspectSamples {
+        all.extend(outlier(d, commands));
+    }
+    all.extend(verdict(d, commands));
+    all.extend(unbelievable(d));
+    all.extend(untestable(d));
+    all
+}
+
+/// The verdict on the data, suspects left out.
+fn beneath(d: &Diagnosis) -> Verdict {
+    d.verdict_without_suspects.unwrap_or(d.verdict)
+}
+
+/// The effect that is named first; suspects are set aside.
+fn first(d: &Diagnosis) -> Option<&Finding> {
+    let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(is_sample));
+    d.findings.get(aside)
+}
+
+fn is_sample(f: &Finding) -> bool {
+    f.hypothesis.effect.starts_with("outlier")
+}
+
+/// What explains most, with its share, and how much is still missing.
+fn main(d: &Diagnosis) -> Option<String> {
+    let first = first(d).filter(|_| beneath(d).names_effects())?;
+    let share = d.explains?;
+    let left = d.rms * (1.0 - share).max(0.0).sqrt() / MM;
+    let known = d.chi2_per_dof_with_it.map_or(String::new(), |chi2| format!(", chi2/dof {chi2:.2}"));
+    let rest = match beneath(d) {
+        Verdict::Partly => format!("{left:.4} mm rms is left with it{known}: more is missing"),
+        _ => format!("{left:.4} mm rms is left with it{known}, which is what noise and an ordinary robot leave"),
+    };
+    Some(format!("{} explains {:.0} % of the squares that the model leaves; {rest}.", first.hypothesis.in_model, 100.0 * share))
+}
+
+fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let named: Vec<&Finding> = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).collect();
-    match d.verdict {
-        Verdict::NothingLeft => all.push(
-            "Verdict: nothing_left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
-                .into(),
-        ),
+    let word = if d.verdict == Verdict::SuspectSamples { "Without them" } else { "Verdict" };
+    let mut all = Vec::new();
+    match beneath(d) {
+        Verdict::NothingLeft | Verdict::SuspectSamples | Verdict::DataDoNotFit => all.push(format!(
+            "{word}: nothing_left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
+        )),
+        Verdict::NoiseLargerThanStated => all.push(format!(
+            "{word}: noise_larger_than_stated. What remains has no shape that any effect explains{}; state the noise as it is, or measure targets twice to know it.",
+            d.scatter.larger_than_stated.map_or(String::new(), |f| format!(" and is {f:.2} times the stated noise"))
+        )),
         Verdict::Identified => {
-            all.push(format!("Verdict: identified. {} is missing in the model.", d.set95.join("")));
+            all.push(format!("{word}: identified. {} is missing in the model.", d.set95.join("")));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+        }
+        Verdict::Partly => {
+            all.push(partly(d, word));
             named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
         }
         Verdict::Indistinguishable => {
             all.push(format!(
-                "Verdict: indistinguishable. One of {} is missing; these data cannot tell which.",
+                "{word}: indistinguishable. One of {} is missing; these data cannot tell which.",
                 d.set95.join(", ")
             ));
             named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
             all.push(format!("Do: {} names the few measurements that would tell them apart.", commands.verb("next")));
         }
         Verdict::Unexplained => {
-            all.push("Verdict: unexplained. Something is left, and no single effect of the catalogue explains it.".into());
+            all.push(format!("{word}: unexplained. Something is left, and no single effect of the catalogue explains it."));
             all.extend(unexplained(d, commands));
         }
     }
-    all.extend(untestable(d));
     all
+}
+
+fn partly(d: &Diagnosis, word: &str) -> String {
+    let first = first(d).map_or("", |f| f.hypothesis.in_model.as_str());
+    let together = match &d.together[..] {
+        [] | [_] => String::new(),
+        several => {
+            let each: Vec<String> = several.iter().map(|e| format!("{} ({:.0} %)", e.effect, 100.0 * e.share)).collect();
+            format!(" Together {} explain {:.0} %.", each.join(", "), 100.0 * d.together_explain)
+        }
+    };
+    let curve = match &d.curve_family {
+        Some(f) if f.effect == first => {
+            format!(" The curve of any shape that fits best is {:.0} % {}.", 100.0 * f.share, f.effect)
+        }
+        _ => String::new(),
+    };
+    format!("{word}: partly. {first} explains a part; more is missing.{together}{curve}")
+}
+
+/// What explains much only at a size that nothing has.
+fn unbelievable(d: &Diagnosis) -> Option<String> {
+    let named: Vec<String> = d.unbelievable.iter().map(|(e, size)| format!("{e} ({size:.0} plausible sizes)")).collect();
+    (!named.is_empty()).then(|| {
+        format!(
+            "Not believable at this size: {}. Look for a wrong entry, load, sign or unit before an effect.",
+            named.join(", ")
+        )
+    })
+}
+
+/// Single samples that disagree with all others.
+fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
+    let first = d.scatter.suspects.first()?;
+    let (is, it) = if d.scatter.suspects.len() == 1 { ("disagrees", "it") } else { ("disagree", "they") };
+    Some(format!(
+        "Verdict: suspect_samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows; {} does so in the model.",
+        suspects_named(&d.scatter.suspects),
+        commands.add(&format!("outlier:{}", first.sample))
+    ))
 }
 
 /// A sample that disagrees with all others: before anything else where nothing explains more, else as a hint.
@@ -129,9 +218,20 @@ fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
         f.probability
     );
     let meaning = meaning(&h.in_model);
-    let means = format!("Means: {}.", meaning.physics);
+    let means = format!("Means: {}{}.", meaning.physics, same_to_the_data(&h.in_model));
     let look = if meaning.look.is_empty() { String::new() } else { format!("{}; or ", meaning.look) };
     [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
+}
+
+/// What is exactly the same to any data of this kind, and what would part it.
+fn same_to_the_data(effect: &str) -> &'static str {
+    match effect.split(':').next().unwrap_or_default() {
+        "base_step" | "artifact_step" => {
+            "; to these data it is the same whether the base moved or the artifact: only a look at either from outside (a level, a dial gauge, a tracker on the floor) parts them"
+        }
+        "ball" => "; to these data it is the same whether the ball is off or its nest",
+        _ => "",
+    }
 }
 
 /// Numbers of a finding as they would be fitted now: at most three.

@@ -13,6 +13,7 @@ mod meaning;
 mod misfit;
 mod next;
 mod page;
+mod scatter;
 mod tables;
 mod workspace;
 

@@ -140,7 +140,7 @@ fn followed(
     let examination = Examination::new(&data, &scenario.model)?;
     let diagnosis = diagnose_examined(&data, &examination)?;
     let now = judge(&first, &scenario.model, id)?;
-    if now.resolved || !matches!(diagnosis.verdict, Verdict::Identified | Verdict::Indistinguishable) {
+    if now.resolved || !diagnosis.verdict.names_effects() {
         return Ok(None);
     }
     let rivals = Rival::of(&diagnosis, 3);

@@ -83,7 +83,7 @@ pub fn tally(outcomes: &[Outcome]) -> Tally {
     // Trials under a condition of their own count in their own row alone.
     let plain = |o: &&Outcome| o.class.starts_with(o.kind);
     let of = |kind: &'static str| outcomes.iter().filter(move |o| plain(o) && o.kind == kind && o.verdict != "not_measured");
-    let detected = |o: &Outcome| o.verdict != "nothing_left";
+    let detected = |o: &Outcome| !["nothing_left", "noise_larger_than_stated"].contains(&o.verdict);
     let one = || of("one").filter(|o| o.testable);
     let claimed = || one().filter(|o| o.claimed());
     let noise_wrong = |o: &&Outcome| o.case != "nothing";

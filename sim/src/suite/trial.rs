@@ -92,9 +92,9 @@ impl Outcome {
     }
 }
 
-/// Whether a verdict names effects as the whole of what is missing.
+/// Whether a verdict names effects, as the whole of what is missing or as a part.
 fn claims(verdict: &str) -> bool {
-    matches!(verdict, "identified" | "indistinguishable")
+    matches!(verdict, "identified" | "partly" | "indistinguishable" | "suspect_samples")
 }
 
 /// Measures, calibrates, diagnoses, and compares.

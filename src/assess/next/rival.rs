@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::assess::diagnosis::{Diagnosis, Verdict};
+use crate::assess::diagnosis::Diagnosis;
 use crate::assess::examination::Examination;
 use crate::identify::{FitError, ORDINARY_WIDTH, linalg};
 
@@ -22,7 +22,7 @@ impl Rival {
     /// The credible set of a diagnosis, six at most; none when it names none. A set of fewer than `least` is filled up with the next most
     /// credible effects.
     pub fn of(diagnosis: &Diagnosis, least: usize) -> Vec<Rival> {
-        if !matches!(diagnosis.verdict, Verdict::Identified | Verdict::Indistinguishable) {
+        if !diagnosis.verdict.names_effects() {
             return Vec::new();
         }
         let count = diagnosis.set95.len().max(least).min(MOST);

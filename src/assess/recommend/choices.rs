@@ -113,7 +113,8 @@ impl Recommendation {
 /// Candidates, by place, with the information that holds each.
 type Held = Vec<(usize, f64)>;
 
-/// Judges the model of an examination, `steps` beside it, the error curves, and `library` (ids with their widths in plausible sizes).
+/// Judges the model of an examination, `steps` beside it, the error curves, and `library`: ids with
+/// their widths, plausible sizes in units of the noise that the library leaves.
 ///
 /// # Errors
 /// When an effect does not go with the data, or a matrix cannot be factored.

@@ -42,5 +42,5 @@ pub(super) fn held(
     columns.push(products.nrows() - 1);
     let chosen = products.select_columns(&columns).select_rows(&columns);
     let found = Shrinkage::new(&chosen, base.columns.len(), &base.information, &groups, linear.scalars())?;
-    Ok(kept.into_iter().zip(found.variance.iter().map(|v| found.noise / v)).collect())
+    Ok(kept.into_iter().zip(found.variance.iter().map(|v| found.noise / v / linear.weight2)).collect())
 }

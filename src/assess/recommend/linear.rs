@@ -48,6 +48,8 @@ pub(super) struct Linear {
     pub aside: Vec<bool>,
     /// Of each fitted column: the set-up, ball or other place that owns it beside the arm.
     local: Vec<Option<usize>>,
+    /// What a fit's information is worth in units of these rows: they are weighted by the noise that is known, not by that stated.
+    pub weight2: f64,
     /// How the fitted model holds its own columns.
     information: Vec<f64>,
     pull: Vec<f64>,
@@ -67,8 +69,9 @@ impl Linear {
         let parameters = problem.parameters();
         let postures = super::postures(circumstances);
         let mut unit = vec![0.0; circumstances.len()];
-        problem.for_each_sample(&fit.values, &mut |s| unit[s.place] = s.variance / s.height as f64);
-        let information: Vec<f64> = fit.kept.iter().map(|&p| parameters[p].knowledge.information()).collect();
+        let weight2 = examination.yardstick.weight().powi(2);
+        problem.for_each_sample(&fit.values, &mut |s| unit[s.place] = s.variance / s.height as f64 / weight2);
+        let information: Vec<f64> = fit.kept.iter().map(|&p| weight2 * parameters[p].knowledge.information()).collect();
         let pull = fit.kept.iter().zip(&information).map(|(&p, i)| -i * fit.values[p]).collect();
         Linear {
             rows: rows.clone(),
@@ -81,6 +84,7 @@ impl Linear {
             unit,
             aside: vec![false; circumstances.len()],
             local: locals(fit.kept.iter().map(|&p| &parameters[p])),
+            weight2,
             information,
             pull,
         }
@@ -91,13 +95,13 @@ impl Linear {
         Choice { columns: (0..self.fitted).collect(), information: self.information.clone(), pull: self.pull.clone() }
     }
 
-    /// The fitted model and candidates, each with the information that holds its numbers.
+    /// The fitted model and candidates, each with the information that holds its numbers in a fit.
     pub fn with(&self, held: impl Iterator<Item = (usize, f64)>) -> Choice {
         let mut choice = self.base();
         for (candidate, information) in held {
             for k in self.spans[candidate].range() {
                 choice.columns.push(self.fitted + k);
-                choice.information.push(information);
+                choice.information.push(self.weight2 * information);
                 choice.pull.push(0.0);
             }
         }

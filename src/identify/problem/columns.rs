@@ -31,6 +31,13 @@ pub(crate) struct Circumstance {
     pub tool: [Vector3<f64>; 3],
 }
 
+impl Circumstance {
+    /// Whitens by a noise larger by `1 / weight`.
+    pub(crate) fn scale(&mut self, weight: f64) {
+        self.joints.iter_mut().chain(&mut self.base).chain(&mut self.tool).for_each(|column| *column *= weight);
+    }
+}
+
 impl Problem {
     /// Lays out samples as [`Problem::new`] does, each session lasting as long as that of `other`: a share of it then means the same in
     /// both.

@@ -105,6 +105,18 @@ fn verdict(first: &Rung, outlook: Option<&Outlook>) -> Value {
     let first_named = named().next().map(|f| f.hypothesis.in_model.clone());
     let curve = d.heat_map.credible().first().map(|cell| (cell.joint + 1, cell.variable.name()));
     let (headline, means) = match d.verdict {
+        Verdict::NoiseLargerThanStated => (
+            "Nothing is left but noise, and more of it than stated".to_owned(),
+            "State the noise as it is, or measure targets twice to know it.".to_owned(),
+        ),
+        Verdict::SuspectSamples => {
+            let samples: Vec<&str> = d.scatter.suspects.iter().map(|s| s.sample.as_str()).collect();
+            (
+                format!("Samples that disagree with all others: {}", samples.join(", ")),
+                "Look there before anything else; all else is told without them.".to_owned(),
+            )
+        }
+        Verdict::DataDoNotFit => ("These data do not fit this robot".to_owned(), "Nothing is diagnosed.".to_owned()),
         Verdict::NothingLeft => (
             "Nothing is left but noise".to_owned(),
             "No effect of the catalogue sticks out of these data. That is no proof of accuracy where nothing was measured."
@@ -113,6 +125,13 @@ fn verdict(first: &Rung, outlook: Option<&Outlook>) -> Value {
         Verdict::Identified => {
             let effect = first_named.clone().unwrap_or_default();
             (format!("Missing in the model: {effect}"), sentence(meaning(&effect).physics))
+        }
+        Verdict::Partly => {
+            let effect = d.findings.first().map(|f| f.hypothesis.in_model.clone()).unwrap_or_default();
+            (
+                format!("{effect} explains {:.0} %; more is missing", 100.0 * d.explains.unwrap_or(0.0)),
+                sentence(meaning(&effect).physics),
+            )
         }
         Verdict::Indistinguishable => {
             let all: Vec<&str> = named().map(|f| f.hypothesis.in_model.as_str()).collect();

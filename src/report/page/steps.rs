@@ -23,7 +23,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &Rung, ground: ProvingGro
         return Ok(whole);
     }
     let d = &first.diagnosis;
-    if d.verdict == Verdict::NothingLeft {
+    if d.verdict.is_noise() {
         return Ok(
             json!({"rungs": [rung_json(first)], "complete": true, "advice": "Nothing is left but noise: there is nothing to add."}),
         );

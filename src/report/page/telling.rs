@@ -19,7 +19,7 @@ const WORTH_A_VIEW: f64 = 0.25;
 /// * `agreement`: where they show little, what is left against what the candidate takes;
 /// * `samples`: a sample that disagrees with all others, or the length of every residual where there is nothing to tell.
 pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate], comparison: &Comparison) -> Value {
-    let nothing = d.verdict == Verdict::NothingLeft;
+    let nothing = d.verdict.is_noise();
     let Some(first) = candidates.first().filter(|_| !nothing) else { return json!({"kind": "samples", "candidate": null}) };
     if d.verdict == Verdict::Unexplained && !first.effect.starts_with("curve:") {
         return json!({"kind": "contributions", "candidate": null});

@@ -1,0 +1,93 @@
+//! Is a curve of any shape one that the catalogue holds? The curve is projected on the shapes of the catalogue's families.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::heat_map::{Curve, Variable};
+
+/// A curve is said to be of a family of which it is at least this share.
+const SHARE: f64 = 0.85;
+
+/// A smoother family is preferred to one that is better by less than this.
+const BETTER: f64 = 0.02;
+
+/// Orders of a harmonic that a curve can show.
+const ORDERS: std::ops::RangeInclusive<u32> = 3..=12;
+
+/// A family that a curve is of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveFamily {
+    /// Id of the catalogue.
+    pub effect: String,
+    /// Share of the curve's weighted squares about its mean that the family's shape explains.
+    pub share: f64,
+}
+
+impl CurveFamily {
+    /// The family that a curve is of; `None` when none explains enough of it.
+    pub fn of(curve: &Curve) -> Option<Self> {
+        let best = shapes(curve).into_iter().fold(None, |best: Option<CurveFamily>, (effect, columns)| {
+            let share = share(curve, &columns);
+            let better = best.as_ref().is_none_or(|b| share > b.share + BETTER);
+            if better { Some(CurveFamily { effect, share }) } else { best }
+        });
+        best.filter(|b| b.share >= SHARE)
+    }
+}
+
+type Shape = (String, Vec<Vec<f64>>);
+
+/// Shapes of the variable, plain ones first.
+fn shapes(curve: &Curve) -> Vec<Shape> {
+    let joint = curve.joint + 1;
+    let of = |f: &dyn Fn(f64) -> f64| curve.at.iter().map(|&x| f(x)).collect::<Vec<f64>>();
+    let wave = |k: u32| vec![of(&|x| (f64::from(k) * x).sin()), of(&|x| (f64::from(k) * x).cos())];
+    match curve.variable {
+        Variable::Angle(j) if j == curve.joint => {
+            let plain = [(format!("joint_scale:{joint}"), vec![of(&|x| x)])];
+            let named = [(format!("harmonic1:{joint}"), wave(1)), (format!("harmonic2:{joint}"), wave(2))];
+            let others = ORDERS.map(|k| (format!("harmonic:{joint}:{k}"), wave(k)));
+            plain.into_iter().chain(named).chain(others).collect()
+        }
+        Variable::Torque(j) if j == curve.joint => vec![
+            (format!("joint_compliance:{joint}"), vec![of(&|x| x)]),
+            (format!("stiffening:{joint}"), vec![of(&|x| x * x.abs())]),
+            (format!("gravity_backlash:{joint}"), vec![of(&|x| if x == 0.0 { 0.0 } else { x.signum() })]),
+        ],
+        Variable::Torque(j) => vec![(format!("cross_compliance:{joint}:{}", j + 1), vec![of(&|x| x)])],
+        _ => Vec::new(),
+    }
+}
+
+/// Share of the curve about its mean that columns explain, points weighted by how well they are known.
+fn share(curve: &Curve, columns: &[Vec<f64>]) -> f64 {
+    let n = curve.at.len();
+    let weight: Vec<f64> = curve.sigma.iter().map(|s| 1.0 / (s * s).max(f64::MIN_POSITIVE).sqrt()).collect();
+    let x = DMatrix::from_fn(n, columns.len() + 1, |i, c| weight[i] * if c == 0 { 1.0 } else { columns[c - 1][i] });
+    let y = DVector::from_fn(n, |i, _| weight[i] * curve.mean[i]);
+    let left = |x: &DMatrix<f64>| -> f64 {
+        let svd = x.clone().svd(true, true);
+        svd.solve(&y, 1e-9).map_or(f64::INFINITY, |b| (x * b - &y).norm_squared())
+    };
+    let whole = left(&x.columns(0, 1).into_owned());
+    if whole > 0.0 { (1.0 - left(&x) / whole).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(of: impl Fn(f64) -> f64) -> Curve {
+        let at: Vec<f64> = (0..41).map(|k| -2.5 + 5.0 * f64::from(k) / 40.0).collect();
+        let mean = at.iter().map(|x| of(*x)).collect();
+        Curve { joint: 0, variable: Variable::Angle(0), sigma: vec![1e-5; 41], at, mean, terms: Vec::new() }
+    }
+
+    #[test]
+    fn a_sine_is_a_harmonic_and_a_bump_is_nothing() {
+        let found = |c: &Curve| CurveFamily::of(c).map(|f| f.effect);
+        assert_eq!(found(&curve(|q| 2e-4 * (q + 0.3).sin())).as_deref(), Some("harmonic1:1"));
+        assert_eq!(found(&curve(|q| 2e-4 * (2.0 * q).cos())).as_deref(), Some("harmonic2:1"));
+        assert_eq!(found(&curve(|q| 1e-4 * q)).as_deref(), Some("joint_scale:1"));
+        assert_eq!(found(&curve(|q| 2e-4 * (-(q / 0.2).powi(2)).exp())), None);
+    }
+}

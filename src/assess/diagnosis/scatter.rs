@@ -1,0 +1,90 @@
+//! What the data say of their own scatter.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+
+use crate::assess::examination::Examination;
+use crate::assess::noise::{JointSteps, RepeatScatter, SerialCorrelation, Suspect, rows};
+use crate::assess::noise_floor::{NoiseFloor, NoiseSource};
+use crate::assess::residual_views::SeenSample;
+use crate::identify::Use;
+use crate::measure::{Dataset, Postures, Sample};
+use crate::robot::{MdhEntry, Site};
+
+/// Noise, suspects, repeats, the order of measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scatter {
+    /// The noise, and how it is known.
+    pub noise: NoiseFloor,
+    /// Chance of so large a residual by that noise; `None` where it is unknown.
+    pub lack_of_fit_p: Option<f64>,
+    /// By what factor the noise is larger than stated, where it is.
+    pub larger_than_stated: Option<f64>,
+    /// Postures, and samples that count as one.
+    pub postures: usize,
+    /// Samples that tell no more than one, on the average.
+    pub repetition: f64,
+    /// Samples that disagree with all others.
+    pub suspects: Vec<Suspect>,
+    /// Correlation in the order of measurement.
+    pub serial: SerialCorrelation,
+    /// The step in which joint angles were rounded.
+    pub joint_steps: Option<JointSteps>,
+    /// What the scatter of repeats is made of.
+    pub repeats: Option<RepeatScatter>,
+}
+
+impl Scatter {
+    pub(super) fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Self {
+        let (problem, fit) = (&examination.problem, &examination.fit);
+        let noise = examination.yardstick.noise.clone();
+        let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
+        let rows = rows(problem, &fit.values);
+        let mut levers = 0.0;
+        let joints = problem.robot().joints();
+        problem.for_each_sample(&fit.values, &mut |posed| {
+            levers += (0..joints).map(|j| posed.posture.column(Site::mdh(j, MdhEntry::Theta)).norm_squared()).sum::<f64>();
+        });
+        let repeats = noise.replicates.is_some().then(|| {
+            let samples: Vec<&Sample> =
+                datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
+            RepeatScatter::of(&SeenSample::all(problem, &fit.values, &samples, datasets))
+        });
+        Scatter {
+            lack_of_fit_p: lack_of_fit(&noise, fit.chi2, fit.dof as f64),
+            larger_than_stated: noise.larger_than_stated(),
+            postures: postures.count(),
+            repetition: examination.yardstick.repetition,
+            suspects: Vec::new(),
+            serial: SerialCorrelation::of(&rows, postures.of_samples()),
+            joint_steps: JointSteps::of(datasets, levers / rows.len().max(1) as f64),
+            repeats: repeats.flatten(),
+            noise,
+        }
+    }
+
+    /// Variance of the residuals, in units of what they were weighted by, that noise alone makes; `None` where it is unknown.
+    pub(super) fn unit(&self) -> Option<f64> {
+        let relative = match (self.noise.source, self.larger_than_stated) {
+            (NoiseSource::Unknown, _) => return None,
+            (_, Some(factor)) => factor,
+            _ => self.noise.level.map_or(1.0, |l| l.relative),
+        };
+        Some(relative * relative)
+    }
+}
+
+/// Chance of so large a chi-square: by what is stated, or by Fisher's test against the replicates.
+fn lack_of_fit(noise: &NoiseFloor, chi2: f64, dof: f64) -> Option<f64> {
+    match (noise.source, noise.replicates) {
+        (NoiseSource::Unknown, _) => None,
+        (NoiseSource::Replicates, Some(pure)) => {
+            let above = dof - pure.dof;
+            if above < 1.0 {
+                return None;
+            }
+            let ratio = ((chi2 - pure.squares).max(0.0) / above) / (pure.squares / pure.dof);
+            Some(FisherSnedecor::new(above, pure.dof).map_or(f64::NAN, |d| d.sf(ratio)))
+        }
+        _ => Some(ChiSquared::new(dof.max(1.0)).map_or(f64::NAN, |d| d.sf(chi2))),
+    }
+}

@@ -1,0 +1,69 @@
+//! Joint angles that were rounded before anyone saw them: a read-out in hundredths of a degree is a measurement with noise of its own.
+
+use crate::identify::Use;
+use crate::measure::Dataset;
+use crate::units::DEG;
+
+/// Steps in which controllers round, deg, coarse to fine. Coarser ones are those of commanded poses, which are exact.
+const STEPS: [f64; 6] = [0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
+
+/// A multiple of the step to this share of it.
+const EXACT: f64 = 1e-5;
+
+/// Fewest samples: of ten samples of six joints, none in a hundred angles is a multiple by chance.
+const FEWEST: usize = 10;
+
+/// The step of rounded joint angles, and what it makes of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointSteps {
+    /// The step, rad.
+    pub step: f64,
+    /// What it moves the TCP by, per axis, root mean square, m; one-sigma of each joint is `step / sqrt(12)`.
+    pub per_axis: f64,
+}
+
+impl JointSteps {
+    /// The largest step of which all angles of the rows of set `fit` are multiples; `None` where there is none. `levers` is the sum over
+    /// the joints of the squares of what they move the TCP by, m²/rad², mean over the samples.
+    pub(in crate::assess) fn of(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
+        let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
+        if taken().count() < FEWEST {
+            return None;
+        }
+        let multiple = |q: f64, step: f64| {
+            let x = q / (step * DEG);
+            (x - x.round()).abs() < EXACT
+        };
+        let step = STEPS.into_iter().find(|&step| taken().all(|s| s.q.iter().all(|&q| multiple(q, step))))?;
+        // Multiples of a coarse step are multiples of finer ones: what is coarser than the list was commanded.
+        if taken().all(|s| s.q.iter().all(|&q| multiple(q, 10.0 * STEPS[0]))) {
+            return None;
+        }
+        let step = step * DEG;
+        Some(JointSteps { step, per_axis: (step * step / 12.0 * levers / 3.0).sqrt() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::{Measured, Sample};
+    use nalgebra::Vector3;
+
+    fn data(step: f64) -> Dataset {
+        let angle = |k: usize, j: usize| ((k * 37 + j * 101) as f64 * 0.7312 % 170.0 / step).round() * step * DEG;
+        let sample = |k: usize| Sample::new("", (0..6).map(|j| angle(k, j)).collect(), Measured::Point(Vector3::zeros()));
+        Dataset { samples: (0..30).map(sample).collect(), ..Dataset::default() }
+    }
+
+    #[test]
+    fn hundredths_are_seen_and_what_is_finer_or_commanded_is_not() {
+        let of = |step: f64| JointSteps::of(&[("", &data(step))], 3.0);
+        let found = of(0.01).map(|s| (s.step / DEG, s.per_axis));
+        assert!(
+            found.is_some_and(|(step, size)| (step - 0.01).abs() < 1e-12 && (size - 0.01 * DEG / 12f64.sqrt()).abs() < 1e-12)
+        );
+        assert_eq!(of(1e-7), None);
+        assert_eq!(of(0.5), None);
+    }
+}

@@ -1,0 +1,47 @@
+//! What the data say of their own scatter: samples that disagree with all others, repeats, the order of measurement, rounded joints.
+
+mod joint_steps;
+mod repeats;
+mod serial;
+mod suspects;
+mod yardstick;
+
+pub use joint_steps::JointSteps;
+pub use repeats::{JointScatter, REPEATS_ALARM, RepeatScatter};
+pub use serial::{LagCorrelation, SERIAL_LEVEL, SerialCorrelation};
+pub(super) use suspects::suspects_of;
+pub use suspects::{SUSPECT_DEVIATION, Suspect, suspects};
+pub(super) use yardstick::Yardstick;
+
+use nalgebra::Vector3;
+
+use crate::identify::Problem;
+
+/// What of one sample the tests of scatter need.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    /// Set-up, by place.
+    pub setup: usize,
+    /// First of its scalar residuals, and their number.
+    pub first_row: usize,
+    pub height: usize,
+    /// Whitened residual; of a distance only the first number.
+    pub whitened: Vector3<f64>,
+    /// Sum of the variances of its numbers by which it was whitened, m².
+    pub variance: f64,
+}
+
+/// The rows of a problem at `values`, in the order of its samples.
+pub(super) fn rows(problem: &Problem, values: &[f64]) -> Vec<Row> {
+    let mut rows = Vec::with_capacity(problem.sample_count());
+    problem.for_each_sample(values, &mut |posed| {
+        rows.push(Row {
+            setup: posed.setup,
+            first_row: posed.first_row,
+            height: posed.height,
+            whitened: posed.whitener * posed.residual,
+            variance: posed.variance,
+        });
+    });
+    rows
+}

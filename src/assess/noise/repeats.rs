@@ -1,0 +1,211 @@
+//! What the scatter of repeats is made of: white noise, a base or a tool that shakes, a joint that does not come back.
+//!
+//! Variance components of the deviations from each posture's mean, by restricted maximum likelihood (Patterson & Thompson 1971):
+//! `V = white I + sum_a base_a e_a e_a^T + sum_a tool_a t_a t_a^T + sum_j joint_j J_j J_j^T`, maximised by the monotone updates of
+//! Zhou, Hu, Qiao & Cho 2019. A joint is named when leaving it out costs twice the log-likelihood more than [`REPEATS_ALARM`]: half a
+//! chi-square of one degree of freedom exceeds it with a chance of 3e-4, six joints together with 2e-3.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
+
+use crate::assess::residual_views::SeenSample;
+use crate::measure::{Measured, Postures};
+
+/// Twice the log-likelihood lost without a joint beyond which the joint is said to scatter.
+pub const REPEATS_ALARM: f64 = 12.0;
+
+/// Fewest degrees of freedom (events less postures) that are worth a decomposition, and most postures that enter it.
+const FEWEST: usize = 20;
+const MOST_POSTURES: usize = 400;
+
+/// Rounds of the updates, and the relative change of all components at which they end.
+const ROUNDS: usize = 400;
+const SETTLED: f64 = 1e-5;
+
+/// The part of a joint in the scatter of repeats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointScatter {
+    /// The joint, counted from 0.
+    pub joint: usize,
+    /// One-sigma of its angle from one repeat to the next, rad.
+    pub sigma: f64,
+    /// Twice the log-likelihood lost when it is left out.
+    pub lost: f64,
+}
+
+/// What the scatter of repeats is made of, one-sigma each.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RepeatScatter {
+    /// Postures measured more than once.
+    pub postures: usize,
+    /// Times that an arm stood in them.
+    pub events: usize,
+    /// Of the 3-D deviation from the posture's mean in all, m.
+    pub rms: f64,
+    /// White noise per axis, m.
+    pub white: f64,
+    /// Of all targets together, world axes, m.
+    pub base: [f64; 3],
+    /// Of all targets together, tool axes, m.
+    pub tool: [f64; 3],
+    /// Of each joint.
+    pub joints: Vec<JointScatter>,
+}
+
+impl RepeatScatter {
+    /// Joints that do not come back, the surest first.
+    pub fn alarms(&self) -> Vec<JointScatter> {
+        let mut alarms: Vec<JointScatter> = self.joints.iter().copied().filter(|j| j.lost > REPEATS_ALARM).collect();
+        alarms.sort_by(|a, b| b.lost.total_cmp(&a.lost));
+        alarms
+    }
+
+    /// Of samples; `None` where there are too few repeats. Samples of one posture, dataset and moment (`time_s`) share one event: what
+    /// the arm did there was the same for all targets.
+    pub(in crate::assess) fn of(seen: &[SeenSample<'_>]) -> Option<Self> {
+        let groups = groups(seen);
+        let dof: usize = groups.iter().map(|g| g.events - 1).sum();
+        if dof < FEWEST {
+            return None;
+        }
+        let joints = groups[0].patterns.len() - 6;
+        let kinds = 7 + joints;
+        let all = vec![true; kinds];
+        let (start, numbers) = groups
+            .iter()
+            .fold((0.0, 0.0), |(s, n), g| (s + g.scatter.trace(), n + (g.scatter.nrows() * (g.events - 1)) as f64));
+        let white = start / numbers;
+        if white <= 0.0 {
+            return None;
+        }
+        let (components, whole) = maximise(&groups, &all, white)?;
+        let scatter_of = |j: usize| {
+            let mut without = all.clone();
+            without[7 + j] = false;
+            let lost = maximise(&groups, &without, white).map_or(0.0, |(_, ln)| 2.0 * (whole - ln));
+            JointScatter { joint: j, sigma: components[7 + j].sqrt(), lost: lost.max(0.0) }
+        };
+        let three = |first: usize| [0, 1, 2].map(|k| components[first + k].sqrt());
+        let samples: usize = groups.iter().map(|g| (g.events - 1) * g.scatter.nrows() / 3).sum();
+        Some(RepeatScatter {
+            postures: groups.len(),
+            events: groups.iter().map(|g| g.events).sum(),
+            rms: (start / samples.max(1) as f64).sqrt(),
+            white: components[0].sqrt(),
+            base: three(1),
+            tool: three(4),
+            joints: (0..joints).map(scatter_of).collect(),
+        })
+    }
+}
+
+/// A posture measured more than once.
+struct Group {
+    events: usize,
+    /// Sum of the products of the events' deviations from their mean.
+    scatter: DMatrix<f64>,
+    /// How base, tool (three axes each) and joints move all of an event's numbers.
+    patterns: Vec<DVector<f64>>,
+}
+
+fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
+    let joints: Vec<&[f64]> = seen.iter().map(|s| s.sample.q.as_slice()).collect();
+    let datasets: Vec<usize> = seen.iter().map(|s| s.dataset).collect();
+    let postures = Postures::of_joints(&joints, &datasets);
+    // Events of each posture: who was measured at one moment.
+    let mut events: BTreeMap<(usize, (bool, u64)), Vec<usize>> = BTreeMap::new();
+    for (i, (s, &posture)) in seen.iter().zip(postures.of_samples()).enumerate() {
+        let moment = s.sample.time_s.map_or((false, i as u64), |t| (true, t.to_bits()));
+        if s.height == 3 {
+            events.entry((posture, moment)).or_default().push(i);
+        }
+    }
+    let target = |i: usize| {
+        let s = &seen[i];
+        let aimed = match s.sample.measured {
+            Measured::Ball { ball, .. } => (0, ball),
+            Measured::Point(_) => (1, 0),
+            Measured::Distance { anchor, .. } => (2, anchor),
+        };
+        (s.setup, aimed, s.sample.payload)
+    };
+    let mut of_posture: BTreeMap<(usize, Vec<_>), Vec<Vec<usize>>> = BTreeMap::new();
+    for ((posture, _), mut members) in events {
+        members.sort_by_key(|&i| (target(i), i));
+        let targets: Vec<_> = members.iter().map(|&i| target(i)).collect();
+        of_posture.entry((posture, targets)).or_default().push(members);
+    }
+    of_posture.into_values().filter(|e| e.len() > 1).take(MOST_POSTURES).map(|events| group(seen, &events)).collect()
+}
+
+fn group(seen: &[SeenSample<'_>], events: &[Vec<usize>]) -> Group {
+    let stack = |members: &[usize], of: &dyn Fn(&SeenSample<'_>) -> Vector3<f64>| {
+        DVector::from_iterator(3 * members.len(), members.iter().flat_map(|&i| <[f64; 3]>::from(of(&seen[i]))))
+    };
+    let deviations: Vec<DVector<f64>> = events.iter().map(|members| stack(members, &|s| s.residual)).collect();
+    let mean = deviations.iter().fold(DVector::zeros(deviations[0].len()), |sum, d| sum + d) / events.len() as f64;
+    let mut scatter = DMatrix::zeros(mean.len(), mean.len());
+    for deviation in &deviations {
+        let off = deviation - &mean;
+        scatter.ger(1.0, &off, &off, 1.0);
+    }
+    let first = &events[0];
+    let joints = seen[first[0]].joint_columns.len();
+    let base = (0..3).map(|k| stack(first, &|_| Vector3::ith(k, 1.0)));
+    let tool = (0..3).map(|k| stack(first, &|s| s.world_from_tool.matrix().column(k).into()));
+    let of_joints = (0..joints).map(|j| stack(first, &|s| s.joint_columns[j]));
+    Group { events: events.len(), scatter, patterns: base.chain(tool).chain(of_joints).collect() }
+}
+
+/// Components (white, base, tool, joints; variances) of the largest restricted likelihood, and its logarithm, without those that `with`
+/// leaves out.
+fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f64)> {
+    // Every component begins at the share that alone would make a third of the scatter.
+    let mut components: Vec<f64> = vec![white / 3.0];
+    for p in 0..groups[0].patterns.len() {
+        let lever: f64 = groups.iter().map(|g| g.patterns[p].norm_squared()).sum::<f64>();
+        let numbers: f64 = groups.iter().map(|g| g.scatter.nrows() as f64).sum();
+        components.push(if with[p + 1] && lever > 1e-12 * numbers.max(1.0) { white / 3.0 * numbers / lever } else { 0.0 });
+    }
+    let floor = 1e-9 * white;
+    let mut ln = f64::NEG_INFINITY;
+    for _ in 0..ROUNDS {
+        let mut above = vec![0.0; components.len()];
+        let mut below = vec![0.0; components.len()];
+        ln = 0.0;
+        for g in groups {
+            let times = (g.events - 1) as f64;
+            let n = g.scatter.nrows();
+            let mut v = DMatrix::identity(n, n) * components[0].max(floor);
+            for (pattern, c) in g.patterns.iter().zip(&components[1..]).filter(|(_, c)| **c > 0.0) {
+                v.ger(*c, pattern, pattern, 1.0);
+            }
+            let factor = Cholesky::new(v)?;
+            let inverse = factor.inverse();
+            let weighted = &inverse * &g.scatter * &inverse;
+            let ln_det: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
+            ln -= 0.5 * (times * ln_det + inverse.component_mul(&g.scatter).sum());
+            above[0] += weighted.trace();
+            below[0] += times * inverse.trace();
+            for (p, pattern) in g.patterns.iter().enumerate().filter(|(p, _)| components[p + 1] > 0.0) {
+                above[p + 1] += (&weighted * pattern).dot(pattern);
+                below[p + 1] += times * (&inverse * pattern).dot(pattern);
+            }
+        }
+        let mut change = 0.0_f64;
+        for k in 0..components.len() {
+            if components[k] > 0.0 && below[k] > 0.0 {
+                let next = components[k] * (above[k] / below[k]).max(0.0).sqrt();
+                // What tends to nothing takes for ever to get there: its share of the scatter counts.
+                change = change.max((next - components[k]).abs() * below[k]);
+                components[k] = next;
+            }
+        }
+        let numbers: f64 = groups.iter().map(|g| (g.scatter.nrows() * (g.events - 1)) as f64).sum();
+        if change < SETTLED * numbers {
+            break;
+        }
+    }
+    Some((components, ln))
+}

@@ -1,0 +1,97 @@
+//! By what a diagnosis measures: how large the noise is, and how many samples tell of one posture.
+
+use nalgebra::Vector3;
+
+use super::rows;
+use crate::assess::noise_floor::{NoiseFloor, NoisySample, fisher_chance};
+use crate::identify::{Fit, Problem, Use};
+use crate::measure::{Dataset, Postures};
+
+/// Chance at which samples of one posture are said to err alike.
+const ALIKE: f64 = 0.01;
+
+/// The noise of some data, and their repetition.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Yardstick {
+    /// How large the noise is, and how that is known.
+    pub noise: NoiseFloor,
+    /// Samples that count as one (Kish's design effect): 1 where each tells something new.
+    pub repetition: f64,
+}
+
+impl Yardstick {
+    /// Noise as stated, every sample for itself.
+    pub fn as_stated(stated: bool) -> Self {
+        Yardstick { noise: NoiseFloor::of(&[], stated), repetition: 1.0 }
+    }
+
+    /// Of a fitted problem of the rows of set `fit`.
+    pub fn of(datasets: &[(&str, &Dataset)], problem: &Problem, fit: &Fit) -> Self {
+        let rows = rows(problem, &fit.values);
+        let replicates = Postures::replicates(datasets, |s| Use::Fit.takes(s));
+        let noisy = rows.iter().zip(replicates.of_samples()).map(|(r, &group)| NoisySample {
+            group,
+            whitened: r.whitened,
+            height: r.height,
+            variance: r.variance,
+        });
+        let noise = NoiseFloor::of(&noisy.collect::<Vec<_>>(), problem.noise_stated());
+        let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
+        let whitened: Vec<Vector3<f64>> = rows.iter().map(|r| r.whitened).collect();
+        Yardstick { noise, repetition: repetition(&whitened, &postures) }
+    }
+
+    /// Whether the size of the noise is known.
+    pub fn is_known(&self) -> bool {
+        self.noise.level.is_some()
+    }
+
+    /// What whitened rows are multiplied by: they then have unit variance and count as often as they tell something new.
+    pub fn weight(&self) -> f64 {
+        let relative = self.noise.level.map_or(1.0, |l| l.relative);
+        1.0 / (relative.max(f64::MIN_POSITIVE) * self.repetition.sqrt())
+    }
+}
+
+/// `1 + (m - 1) rho` with the intraclass correlation of the residuals of one posture, by analysis of variance; 1 where they are not
+/// significantly alike.
+fn repetition(whitened: &[Vector3<f64>], postures: &Postures) -> f64 {
+    let (n, k) = (whitened.len() as f64, postures.count() as f64);
+    if postures.of_samples().len() != whitened.len() || n < k + 2.0 || k < 2.0 {
+        return 1.0;
+    }
+    let (mut within, mut between, mut sizes) = (0.0, 0.0, 0.0);
+    let all: f64 = whitened.iter().map(|w| w.norm_squared()).sum();
+    for members in postures.members() {
+        let count = members.len() as f64;
+        let sum: Vector3<f64> = members.iter().map(|&i| whitened[i]).sum();
+        between += sum.norm_squared() / count;
+        sizes += count * count;
+    }
+    within += all - between;
+    let (above, below) = (3.0 * k, 3.0 * (n - k));
+    let (between, within) = (between / above, (within / below).max(f64::MIN_POSITIVE));
+    if fisher_chance(between / within, above, below).is_none_or(|p| p > ALIKE) {
+        return 1.0;
+    }
+    let each = (n - sizes / n) / (k - 1.0);
+    let alike = (between - within) / (between + (each - 1.0) * within);
+    (1.0 + (sizes / n - 1.0) * alike.clamp(0.0, 1.0)).max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn copies_count_once_and_independent_rows_all() {
+        let joints: Vec<[f64; 1]> = (0..120).map(|i| [f64::from(i / 3)]).collect();
+        let joints: Vec<&[f64]> = joints.iter().map(|q| &q[..]).collect();
+        let postures = Postures::of_joints(&joints, &[0; 120]);
+        let of = |i: usize| Vector3::from_fn(|k, _| (((i * 7919 + k * 104_729) % 1009) as f64 / 1009.0 - 0.5) * 3.46);
+        let copies: Vec<Vector3<f64>> = (0..120).map(|i| of(i / 3)).collect();
+        assert!((repetition(&copies, &postures) - 3.0).abs() < 1e-6);
+        let own: Vec<Vector3<f64>> = (0..120).map(of).collect();
+        assert!(repetition(&own, &postures) < 1.2);
+    }
+}
