@@ -133,7 +133,7 @@ impl Examination {
     pub(super) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.settle_loads(&self.fit.values);
-        let library = Library { candidates, untestable: Vec::new() };
+        let library = Library { candidates, ..Library::default() };
         Examination::of(datasets, &self.model, problem, self.fit.clone(), library)
     }
 

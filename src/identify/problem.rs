@@ -12,6 +12,7 @@ mod distance_row;
 mod error;
 mod linearised;
 mod moves;
+mod order;
 mod parameter;
 mod sample_row;
 mod samples_view;
@@ -28,6 +29,7 @@ use self::distance_row::DistanceRow;
 pub use self::error::ProblemError;
 pub(super) use self::linearised::{Linearised, Workspace};
 use self::moves::Moves;
+use self::order::joints_before;
 pub use self::parameter::{Knowledge, Parameter, Setup, Use};
 use self::sample_row::SampleRow;
 pub use self::samples_view::PosedSample;
@@ -91,9 +93,13 @@ impl Problem {
         if taken.next().is_some() {
             return Err(ProblemError::AnotherPlan { found: "there are more".into() });
         }
-        let taken = samples.iter().flat_map(|list| list.iter().filter(|s| which.takes(s)));
-        for ((row, id), sample) in self.rows.iter_mut().zip(&mut self.sample_ids).zip(taken) {
+        let taken = samples.iter().flat_map(|list| {
+            let before = joints_before(list);
+            list.iter().zip(before).filter(|(s, _)| which.takes(s))
+        });
+        for ((row, id), (sample, before)) in self.rows.iter_mut().zip(&mut self.sample_ids).zip(taken) {
             row.take(&self.cells[row.cell], sample);
+            row.q_before = before.map(<[f64]>::to_vec);
             id.clone_from(&sample.id);
         }
         self.weigh(None);

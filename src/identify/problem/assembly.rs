@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 
 use super::cell::{Cell, Placed};
 use super::distance_row::DistanceRow;
+use super::order::joints_before;
 use super::sample_row::SampleRow;
 use super::start::{start, worlds_own};
 use super::weighing::WeighingRoom;
@@ -246,9 +247,11 @@ impl<'a> Assembly<'a> {
             scale,
         };
         for (d, (_, dataset)) in datasets.iter().enumerate() {
-            for sample in dataset.samples.iter().filter(|s| which.takes(s)) {
+            let before = joints_before(&dataset.samples);
+            for (sample, before) in dataset.samples.iter().zip(before).filter(|(s, _)| which.takes(s)) {
                 let setup = setup_of[&(d, sample.session.as_deref())];
-                let row = SampleRow::new(&problem.cells, d, setup, problem.row_count, sample);
+                let mut row = SampleRow::new(&problem.cells, d, setup, problem.row_count, sample);
+                row.q_before = before.map(<[f64]>::to_vec);
                 problem.row_count += row.height();
                 problem.rows.push(row);
                 problem.sample_ids.push(sample.id.clone());
