@@ -18,7 +18,7 @@ fn identification(c: &mut Criterion) {
     let start = problem.start();
     let all: Vec<usize> = (0..start.len()).collect();
     let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();
-    adjustment.adjust(&mut problem, &start).unwrap();
+    adjustment.adjust(&problem, &start).unwrap();
     works::check_identification(&problem, adjustment.values());
 
     let mut group = c.benchmark_group("W2");
@@ -29,16 +29,16 @@ fn identification(c: &mut Criterion) {
     // All that depends on what was measured: torques, residuals, Gauss-Newton.
     bench("identification", &mut || {
         problem.renew(&[&dataset.samples]).unwrap();
-        adjustment.adjust(&mut problem, &start).unwrap();
+        adjustment.adjust(&problem, &start).unwrap();
         black_box(adjustment.values());
     });
     bench("  of it taking the samples and weighing", &mut || problem.renew(&[&dataset.samples]).unwrap());
-    bench("  of it Gauss-Newton", &mut || adjustment.adjust(&mut problem, &start).unwrap());
+    bench("  of it Gauss-Newton", &mut || adjustment.adjust(&problem, &start).unwrap());
     bench("covariance", &mut || _ = black_box(adjustment.covariance()));
     // What the first of many identifications pays besides.
     bench("rank analysis", &mut || _ = black_box(independent_parameters(&problem)));
     bench("laying out the problem", &mut || _ = black_box(Problem::new(&named, &frozen, Use::Fit)));
-    bench("fit: rank analysis, Gauss-Newton, covariance, observability", &mut || _ = black_box(fit(&mut problem)));
+    bench("fit: rank analysis, Gauss-Newton, covariance, observability", &mut || _ = black_box(fit(&problem)));
     bench("identify: all of it, from dataset to calibration", &mut || _ = black_box(identify(&named, &frozen)));
     bench("identify, torques weighed where the arm is found", &mut || _ = black_box(identify(&named, &Model::paper())));
     group.finish();

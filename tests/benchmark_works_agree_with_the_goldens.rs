@@ -34,9 +34,9 @@ fn w2_ends_at_the_parameters_of_scipy_whatever_was_identified_before() {
     let start = problem.start();
     let all: Vec<usize> = (0..start.len()).collect();
     let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();
-    adjustment.adjust(&mut problem, &start).unwrap();
+    adjustment.adjust(&problem, &start).unwrap();
     problem.renew(&[&dataset.samples]).unwrap();
-    adjustment.adjust(&mut problem, &start).unwrap();
+    adjustment.adjust(&problem, &start).unwrap();
     assert_eq!(adjustment.iterations(), 4, "as many Gauss-Newton steps as the reference");
     works::check_identification(&problem, adjustment.values());
 }

@@ -51,7 +51,7 @@ fn hot_loops_do_not_allocate() {
     let mut adjustment = Adjustment::new(&problem, &start, &all).unwrap();
     let mut identify = || {
         problem.renew(&[&dataset.samples]).unwrap();
-        adjustment.adjust(&mut problem, &start).unwrap();
+        adjustment.adjust(&problem, &start).unwrap();
     };
     // The first may find room for what it keeps.
     identify();

@@ -107,8 +107,8 @@ fn what_the_paper_leaves_out_is_found_by_rank() {
 fn a_tool_on_axis_six_loses_four_parameters() {
     let Some(mut dataset) = measured() else { return };
     dataset.tool.xyz = [0.0, 0.0, -0.15];
-    let mut problem = Problem::new(&[("axis", &dataset)], &Model::paper(), Use::Fit).unwrap();
-    let fit = fit(&mut problem).unwrap();
+    let problem = Problem::new(&[("axis", &dataset)], &Model::paper(), Use::Fit).unwrap();
+    let fit = fit(&problem).unwrap();
     // The TCP is then one point of link 5: theta6 and c6 move nothing, d5 moves it as alpha5 does, theta5 as a5 does.
     assert_eq!(fit.rank(problem.parameters()), 27);
     let left_out: Vec<&str> = fit.unresolved.iter().map(|u| problem.parameters()[u.parameter].name.as_str()).collect();
@@ -125,7 +125,7 @@ const NO_FARTHER: f64 = 1e-4;
 fn no_parameter_would_rather_be_elsewhere_with_the_arm_weighed_where_it_stands() {
     let Some(dataset) = measured() else { return };
     let mut problem = Problem::new(&[("w2", &dataset)], &Model::paper(), Use::Fit).unwrap();
-    let fit = fit(&mut problem).unwrap();
+    let fit = fit(&problem).unwrap();
     assert!(fit.iterations <= 5, "weighed at every step, not after several: {} steps", fit.iterations);
     problem.settle_loads(&fit.values);
     let noise = dataset.noise.ball.unwrap();

@@ -217,7 +217,7 @@ impl<'a> Trial<'a> {
             self.dataset.samples[k].q = q;
         }
         self.problem.renew(&[&self.dataset.samples]).unwrap();
-        self.adjustment.adjust(&mut self.problem, &self.start).unwrap();
+        self.adjustment.adjust(&self.problem, &self.start).unwrap();
         let (values, parameters) = (self.adjustment.values(), self.problem.parameters());
         let found = m.parameters.iter().zip(&self.places).map(|(p, &k)| {
             let value = parameters[k].start + values[k];

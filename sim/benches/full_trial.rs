@@ -156,7 +156,7 @@ impl<'a> FullTrial<'a> {
             sample.q.copy_from_slice(&q);
         }
         self.problem.renew(&[&self.dataset.samples]).unwrap();
-        self.adjustment.adjust(&mut self.problem, &self.start).unwrap();
+        self.adjustment.adjust(&self.problem, &self.start).unwrap();
         plant.remove_artifact();
         for sample in &mut self.validation.samples {
             let rest = stand(&mut plant, &sample.q, true);

@@ -1,6 +1,6 @@
 //! One step of a hunt: an effect, by the name that a user gives it, added to a fitted model.
 
-use calibench::assess::{Curve, Examination, ProvingGround, Rung, Variable, add, place, rung};
+use calibench::assess::{Curve, Examination, ProvingGround, Rung, Variable, add, place, step};
 use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
 use calibench::identify::{IdentifyError, Model};
@@ -96,8 +96,7 @@ impl Wanted {
                 if model.effects.contains(&name) {
                     return Err(wrong(format!("the model holds it already, as '{name}'")));
                 }
-                let rung = rung(datasets, &curve.added_to(model), ground).map_err(StepError::Model)?;
-                Ok(Rung { added: vec![name], ..rung })
+                step(datasets, before, &curve.added_to(model), vec![name], ground).map_err(StepError::Model)
             }
         }
     }

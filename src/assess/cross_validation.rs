@@ -5,16 +5,17 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::examination::Examination;
-use crate::identify::{Circumstance, ORDINARY_WIDTH};
+use crate::identify::{Circumstance, ORDINARY_WIDTH, linalg};
 
 /// Folds, where there are samples enough.
 const FOLDS: usize = 10;
 
 /// Fold of each sample: `FOLDS` runs of each session in the order of the file; where balls stand at unknown places, of each ball, since
-/// nothing predicts a ball of which no sample is left.
+/// nothing predicts a ball of which no sample is left. A posture is never split: its repeats would predict each other.
 pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
     let place = |c: &Circumstance| (c.setup, c.free_ball);
     let mut counts = BTreeMap::new();
@@ -25,7 +26,10 @@ pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
         *seen += 1;
         (*seen - 1) * FOLDS.min(count) / count
     };
-    circumstances.iter().map(fold).collect()
+    let alone: Vec<usize> = circumstances.iter().map(fold).collect();
+    let postures = super::recommend::postures(circumstances);
+    let mut of_posture = vec![None; postures.count()];
+    alone.iter().zip(postures.of_samples()).map(|(&fold, &posture)| *of_posture[posture].get_or_insert(fold)).collect()
 }
 
 /// Cross-validated sum of squares of each sample, whitened, of the fitted model with these columns of the examination beside it, held
@@ -36,25 +40,27 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
     let chosen: Vec<usize> = (0..m).chain(beside.map(|k| m + k)).chain([m + n]).collect();
     let size = chosen.len() - 1;
     let count = folds.iter().max().map_or(0, |f| f + 1);
-    let mut of_fold = vec![DMatrix::<f64>::zeros(size + 1, size + 1); count];
-    let mut row = DVector::zeros(size + 1);
-    let gather = |at: usize, row: &mut DVector<f64>| {
-        let from = rows.column(at);
-        row.iter_mut().zip(&chosen).for_each(|(x, &k)| *x = from[k]);
-    };
-    for (at, &fold) in circumstances.iter().zip(folds) {
-        for k in 0..at.height {
-            gather(at.first_row + k, &mut row);
-            of_fold[fold].syger(1.0, &row, &row, 1.0);
+    let gathered = |places: &[usize]| {
+        let mut own = DMatrix::zeros(size + 1, places.len());
+        for (mut to, &at) in own.column_iter_mut().zip(places) {
+            let from = rows.column(at);
+            to.iter_mut().zip(&chosen).for_each(|(x, &k)| *x = from[k]);
         }
-    }
+        own
+    };
+    let products = |places: &[usize]| {
+        let mut products = DMatrix::zeros(size + 1, size + 1);
+        linalg::normal_matrix(&gathered(places), &mut products);
+        products
+    };
+    let rows_of = |f: usize| -> Vec<usize> {
+        let own = circumstances.iter().zip(folds).filter(|(_, fold)| **fold == f);
+        own.flat_map(|(at, _)| at.first_row..at.first_row + at.height).collect()
+    };
+    let of_fold: Vec<DMatrix<f64>> = (0..count).into_par_iter().map(|f| products(&rows_of(f))).collect();
     // Known distances are no samples: they are there whichever block is left out.
-    let mut always = DMatrix::<f64>::zeros(size + 1, size + 1);
-    for at in circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0)..rows.ncols() {
-        gather(at, &mut row);
-        always.syger(1.0, &row, &row, 1.0);
-    }
-    of_fold.iter_mut().chain([&mut always]).for_each(|f| f.fill_upper_triangle_with_lower_triangle());
+    let samples_end = circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
+    let always = products(&(samples_end..rows.ncols()).collect::<Vec<_>>());
     let mut all = of_fold.iter().fold(always, |sum, f| sum + f);
     // What is known beforehand, as rows of its own; the ordinary size in units of the noise that is left.
     let unit = examination.remainder.unit().max(f64::MIN_POSITIVE);
@@ -66,20 +72,25 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
     (m..size).for_each(|k| all[(k, k)] += unit / (ORDINARY_WIDTH * ORDINARY_WIDTH));
     // Scaled, so that millimetres and microradians weigh alike; a fold that alone knows a parameter leaves it where it is.
     let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
-    let mut squares = vec![0.0; circumstances.len()];
-    for (f, own) in of_fold.iter().enumerate() {
+    let step_without = |own: &DMatrix<f64>| {
         let train = &all - own;
         let mut normal = DMatrix::from_fn(size, size, |r, c| train[(r, c)] * scale[r] * scale[c]);
         (0..size).for_each(|k| normal[(k, k)] += 1e-9);
-        let gradient = DVector::from_fn(size, |k, _| train[(k, size)] * scale[k]);
-        let Some(factor) = Cholesky::new(normal) else { return vec![f64::INFINITY; circumstances.len()] };
-        let step = factor.solve(&gradient).component_mul(&scale);
-        for (i, at) in circumstances.iter().enumerate().filter(|(i, _)| folds[*i] == f) {
-            for k in 0..at.height {
-                gather(at.first_row + k, &mut row);
-                squares[i] += (row[size] - row.rows(0, size).dot(&step)).powi(2);
-            }
-        }
-    }
-    squares
+        let mut factor = linalg::Cholesky::new(size);
+        factor.factor(&normal).ok()?;
+        let mut step = DVector::from_fn(size, |k, _| train[(k, size)] * scale[k]);
+        factor.solve_in_place(step.as_mut_slice());
+        Some(step.component_mul(&scale))
+    };
+    let steps: Vec<Option<DVector<f64>>> = of_fold.par_iter().map(step_without).collect();
+    let square = |(at, &fold): (&Circumstance, &usize)| {
+        let Some(step) = &steps[fold] else { return f64::INFINITY };
+        let left = |k: usize| {
+            let row = rows.column(at.first_row + k);
+            let taken: f64 = chosen[..size].iter().zip(step).map(|(&c, s)| row[c] * s).sum();
+            (row[m + n] - taken).powi(2)
+        };
+        (0..at.height).map(left).sum()
+    };
+    circumstances.iter().zip(folds).map(square).collect()
 }

@@ -106,9 +106,23 @@ impl Examination {
     /// # Errors
     /// When data and model do not go together, or do not determine the unknowns.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
+        let problem = Problem::new(datasets, model, Use::Fit)?;
+        let fit = fit(&problem)?;
+        Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
+    }
+
+    /// The same with these candidates in place of the library.
+    ///
+    /// # Errors
+    /// As [`Examination::new`].
+    pub(super) fn with(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        candidates: Vec<Candidate>,
+    ) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&mut problem)?;
-        Examination::of(datasets, model, problem, fit, Library::new(datasets, model))
+        Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() })
     }
 
     /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
@@ -119,7 +133,7 @@ impl Examination {
     pub fn of_plan(planned: &Dataset, model: &Model) -> Result<Self, IdentifyError> {
         let datasets = [("plan", planned)];
         let mut problem = Problem::new(&datasets, model, Use::Fit)?;
-        let mut fit = fit(&mut problem)?;
+        let mut fit = fit(&problem)?;
         for (value, parameter) in fit.values.iter_mut().zip(problem.parameters()) {
             if EffectId::new(&parameter.effect).family() == "joint_compliance" {
                 *value = parameter.spec.prior;

@@ -1,10 +1,11 @@
-//! The error falling: a model, one effect more, the same data again; and where to stop.
+//! The error falling: a model, one effect more, the same data again; where to stop; and which model to use in the end.
 
 use super::diagnosis::{Diagnosis, Verdict};
 use super::examination::Examination;
-use super::heat_map::Curve;
 use super::library::Library;
+use super::recommend::{Kind, Recommendation, gains_of_each, recommend};
 use super::rung::{Objection, ProvingGround, Rung, add, rung};
+use super::withdrawal::{Contradiction, contradicted};
 use crate::effects;
 use crate::identify::{IdentifyError, Model, Use, missing};
 use crate::measure::Dataset;
@@ -20,7 +21,7 @@ const TRIED: usize = 4;
 pub enum Top {
     /// What remains is noise.
     NothingLeft,
-    /// No step that was tried lowers both the cross-validated and the predicted error.
+    /// No step that was tried predicts postures left out better.
     NoStepHelps {
         /// What was tried, and what speaks against it.
         tried: Vec<(String, Vec<Objection>)>,
@@ -36,50 +37,59 @@ pub enum Climb<'a> {
     Trying(&'a str),
     /// It does not help.
     Refused(&'a str, &'a [Objection]),
-    /// A rung was reached: the first, one more, or, in one step, the whole library.
+    /// A rung was reached: the first, one more, or, in one step, the model to use.
     Reached(&'a Rung),
-    /// The whole library is fitted at once.
-    WholeLibrary,
+    /// Error curves, steps and the whole library are held against each other.
+    Choosing,
 }
 
-/// The hunt from a model to the noise.
+/// The hunt from a model to the noise, and the model to use.
 #[derive(Debug, Clone)]
 pub struct Ladder {
     /// From the model to begin with, upwards.
     pub rungs: Vec<Rung>,
     /// Why it ends.
     pub top: Top,
-    /// The whole library fitted to what the first model leaves, in one step; where nothing of the catalogue explains what the last rung
-    /// leaves, with the curves of the joints that do. None when nothing is missing.
-    pub whole: Option<Rung>,
-    /// What speaks against that step, from the last rung.
-    pub against_whole: Vec<Objection>,
+    /// Every model that was held against the one to begin with.
+    pub recommendation: Recommendation,
+    /// The recommended model fitted, where it is none of the rungs.
+    pub other: Option<Rung>,
+    /// Rows of set `validation` that speak against what was chosen without them: the advice is withdrawn.
+    pub withdrawn: Option<Contradiction>,
 }
 
 impl Ladder {
+    /// The first rung.
+    pub fn first(&self) -> &Rung {
+        &self.rungs[0]
+    }
+
     /// The last rung.
     pub fn last(&self) -> &Rung {
         &self.rungs[self.rungs.len() - 1]
     }
 
-    /// The rung to use, and whether it is the whole library: that must promise a lower error over the workspace, which is a matter of what
-    /// is thought plausible, and must be a step that would not be refused to a single effect, which is measured. Where one thing is wrong
-    /// with a robot and has been found, a hundred more parameters predict what was left out worse.
-    pub fn recommended(&self) -> (&Rung, bool) {
-        let last = self.last();
-        let error = |r: &Rung| r.workspace.as_ref().map_or(r.cross_validated, |w| w.mean.expected);
-        let measured_worse = self.against_whole.iter().any(Objection::refuses);
-        match &self.whole {
-            Some(whole) if error(whole) < error(last) && !measured_worse => (whole, true),
-            _ => (last, false),
+    /// Which kind of model to use.
+    pub fn kind(&self) -> Kind {
+        if self.withdrawn.is_some() { Kind::Begin } else { self.recommendation.choice().kind }
+    }
+
+    /// The rung to use.
+    pub fn recommended(&self) -> &Rung {
+        match (&self.withdrawn, &self.other, self.recommendation.choice().kind) {
+            (Some(_), ..) => self.first(),
+            (None, Some(other), _) => other,
+            (None, None, Kind::Begin) => self.first(),
+            (None, None, _) => self.last(),
         }
     }
 }
 
-/// Diagnoses, adds, refits, until nothing is left or nothing helps.
+/// Diagnoses, adds, refits, until nothing is left or nothing helps; then holds the steps against the error curves of all joints and the
+/// whole library.
 ///
 /// # Errors
-/// As [`rung`], of the first model. A step that cannot be fitted is not taken.
+/// As [`rung`](super::rung), of the first model. A step that cannot be fitted is not taken.
 pub fn ladder(
     datasets: &[(&str, &Dataset)],
     model: &Model,
@@ -96,51 +106,89 @@ pub fn ladder(
         if rungs.len() > MOST_RUNGS {
             break Top::Tired;
         }
-        let mut tried = Vec::new();
-        let mut best: Option<Rung> = None;
-        for effect in candidates(&below.diagnosis) {
-            witness(Climb::Trying(&effect));
-            let objections = match add(datasets, below, std::slice::from_ref(&effect), ground) {
+        match next_step(datasets, below, ground, witness)? {
+            Ok(next) => {
+                witness(Climb::Reached(&next));
+                rungs.push(*next);
+            }
+            Err(tried) => break Top::NoStepHelps { tried },
+        }
+    };
+    witness(Climb::Choosing);
+    let first = &rungs[0];
+    let steps: Vec<String> = rungs[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
+    let examination = Examination::with(datasets, model, Vec::new())?;
+    let mut recommendation = recommend(datasets, &examination, &steps, &library(datasets, first, ground))?;
+    let mut other = None;
+    let mut withdrawn = None;
+    // A choice that cannot be fitted, or that a campaign left out speaks against, is none: the next best takes its place.
+    for place in recommendation.ranked() {
+        recommendation.chosen = place;
+        let choice = recommendation.choice();
+        let begins_plain = choice.kind == Kind::Begin && choice.model.effects == first.model.effects;
+        let reached = match choice.kind {
+            Kind::Begin if begins_plain => break,
+            Kind::Steps if choice.model.effects == rungs[rungs.len() - 1].model.effects => None,
+            _ => match rung(datasets, &choice.model, ground) {
+                Ok(rung) => Some(Rung { added: choice.added.clone(), gains: choice.gains.clone(), ..rung }),
+                Err(_) => continue,
+            },
+        };
+        let taken = reached.as_ref().unwrap_or(&rungs[rungs.len() - 1]);
+        if taken
+            .objections(first)
+            .iter()
+            .any(|o| matches!(o, Objection::Check { .. } | Objection::CheckUnjudged { .. } | Objection::Campaign { .. }))
+        {
+            continue;
+        }
+        withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
+        if let Some(rung) = &reached {
+            witness(Climb::Reached(rung));
+        }
+        other = reached;
+        break;
+    }
+    Ok(Ladder { rungs, top, recommendation, other, withdrawn })
+}
+
+/// One rung up, or what was tried and what speaks against it.
+type Next = Result<Box<Rung>, Vec<(String, Vec<Objection>)>>;
+
+fn next_step(
+    datasets: &[(&str, &Dataset)],
+    below: &Rung,
+    ground: ProvingGround<'_>,
+    witness: &mut dyn FnMut(Climb<'_>),
+) -> Result<Next, IdentifyError> {
+    let effects = candidates(&below.diagnosis);
+    let gains = gains_of_each(datasets, &below.model, &effects)?;
+    let mut order: Vec<usize> = (0..effects.len()).collect();
+    if below.diagnosis.verdict == Verdict::Unexplained {
+        let gained = |k: usize| gains[k].iter().map(|g| g.share).sum::<f64>();
+        order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a)));
+    }
+    let mut tried = Vec::new();
+    for k in order {
+        let effect = &effects[k];
+        witness(Climb::Trying(effect));
+        let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
+            Some(gain) => vec![Objection::Gain(*gain)],
+            None => match add(datasets, below, std::slice::from_ref(effect), ground) {
                 Ok(next) => {
                     let objections = next.objections(below);
-                    if objections.is_empty() {
-                        let better = best.as_ref().is_none_or(|b| next.cross_validated < b.cross_validated);
-                        best = if better { Some(next) } else { best };
-                        if below.diagnosis.verdict != Verdict::Unexplained {
-                            break;
-                        }
-                        continue;
+                    if !objections.iter().any(Objection::refuses) {
+                        return Ok(Ok(Box::new(next)));
                     }
                     objections
                 }
                 Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
-            };
-            witness(Climb::Refused(&effect, &objections));
-            tried.push((effect, objections));
-        }
-        match best {
-            Some(next) => {
-                witness(Climb::Reached(&next));
-                rungs.push(next);
-            }
-            None => break Top::NoStepHelps { tried },
-        }
-    };
-    let last = &rungs[rungs.len() - 1];
-    let mut against_whole = Vec::new();
-    let whole = if rungs[0].diagnosis.verdict == Verdict::NothingLeft {
-        None
-    } else {
-        witness(Climb::WholeLibrary);
-        let curves = if last.diagnosis.verdict == Verdict::Unexplained { curves(datasets, last)? } else { Vec::new() };
-        // A library that these data do not determine is no alternative.
-        whole_library(datasets, &rungs[0], &curves, ground).ok()
-    };
-    if let Some(whole) = &whole {
-        against_whole = whole.objections(last);
-        witness(Climb::Reached(whole));
+            },
+        };
+        witness(Climb::Refused(effect, &objections));
+        tried.push((effect.clone(), objections));
     }
-    Ok(Ladder { rungs, top, whole, against_whole })
+    Ok(Err(tried))
 }
 
 /// What to try next: what sticks out, and what contributes most.
@@ -156,49 +204,19 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
     all
 }
 
-/// The curves of a rung's joints that are credible, the best variable of each.
-fn curves(datasets: &[(&str, &Dataset)], rung: &Rung) -> Result<Vec<Curve>, IdentifyError> {
-    let cells = rung.diagnosis.heat_map.credible();
-    if cells.is_empty() {
-        return Ok(Vec::new());
+/// Every effect of the library, with the width that the data give it.
+fn library(datasets: &[(&str, &Dataset)], first: &Rung, ground: ProvingGround<'_>) -> Vec<(String, f64)> {
+    if first.diagnosis.verdict == Verdict::NothingLeft {
+        return Vec::new();
     }
-    let examination = Examination::new(datasets, &rung.model)?;
-    let mut curves = Vec::new();
-    for cell in cells {
-        curves.extend(Curve::of(&examination, cell.joint, cell.variable)?);
-    }
-    Ok(curves)
-}
-
-/// Fits the whole library at once to what a rung leaves, each effect held to the size that the data give it, and `curves` beside it.
-///
-/// # Errors
-/// As [`rung`].
-pub fn whole_library(
-    datasets: &[(&str, &Dataset)],
-    below: &Rung,
-    curves: &[Curve],
-    ground: ProvingGround<'_>,
-) -> Result<Rung, IdentifyError> {
-    let examined = Library::new(datasets, &below.model);
-    let mut model = below.model.clone();
-    let mut added = Vec::new();
-    for (candidate, width) in examined.candidates.iter().zip(&below.diagnosis.relevance.width) {
-        // The whole family and its members would be there twice; what a check does not hold cannot be judged there.
-        let twice = examined.candidates.iter().any(|c| c.family == candidate.id && c.id != candidate.id);
-        if twice || !is_judged(&candidate.id, &model, ground) {
-            continue;
-        }
-        model.width.insert(candidate.id.clone(), *width);
-        added.push(candidate.id.clone());
-    }
-    model.effects.extend(added.iter().cloned());
-    for curve in curves {
-        model = curve.added_to(&model);
-        added.push(curve.effect_name());
-    }
-    let rung = rung(datasets, &model, ground)?;
-    Ok(Rung { added, ..rung })
+    let examined = Library::new(datasets, &first.model);
+    let widths = examined.candidates.iter().zip(&first.diagnosis.relevance.width);
+    // The whole family and its members would be there twice; what a check does not hold cannot be judged there.
+    let twice = |id: &str| examined.candidates.iter().any(|c| c.family == id && c.id != id);
+    widths
+        .filter(|(c, _)| !twice(&c.id) && is_judged(&c.id, &first.model, ground))
+        .map(|(c, width)| (c.id.clone(), *width))
+        .collect()
 }
 
 /// Whether every check holds what an effect needs.

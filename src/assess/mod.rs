@@ -12,6 +12,7 @@ mod examination;
 mod heat_map;
 mod hypotheses;
 mod ladder;
+mod level;
 mod library;
 mod next;
 mod noise_floor;
@@ -23,6 +24,7 @@ mod rung;
 mod sweep;
 mod symptoms;
 mod validation;
+mod withdrawal;
 mod workspace;
 mod workspace_map;
 
@@ -33,7 +35,7 @@ pub use exact_alias::exact_aliases;
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
-pub use ladder::{Climb, Ladder, Top, ladder, whole_library};
+pub use ladder::{Climb, Ladder, Top, ladder};
 pub use library::{Candidate, Library, Untestable};
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
@@ -48,9 +50,10 @@ pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,
 };
-pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung};
+pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
 pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};
+pub use withdrawal::Contradiction;
 pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
 pub use workspace_map::{MapCell, WorkspaceMap};
 

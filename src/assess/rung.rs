@@ -4,10 +4,12 @@ use super::Validation;
 use super::cross_validation::{cross_validated, folds};
 use super::diagnosis::{Diagnosis, diagnose_examined};
 use super::examination::Examination;
+use super::recommend::{Gain, gains};
 use super::symptoms::Symptom;
+use super::withdrawal::Contradiction;
 use super::workspace::WorkspaceError;
 use crate::identify::{Calibration, IdentifyError, Model, Use, identify};
-use crate::measure::{Dataset, SampleSet};
+use crate::measure::{Dataset, Postures, SampleSet};
 
 /// A fall of the cross-validated rms, or of the predicted error, by less than this share is none.
 const A_FALL: f64 = 0.005;
@@ -32,6 +34,9 @@ pub struct Check {
     pub name: String,
     /// Position errors in it, or why it cannot be judged.
     pub result: Result<Validation, String>,
+    /// Squared errors, m², in the order of its rows, and the posture of each.
+    squares: Vec<f64>,
+    posture: Vec<usize>,
 }
 
 impl Check {
@@ -39,8 +44,10 @@ impl Check {
         let held_out = dataset.samples.iter().any(|s| s.set == SampleSet::Validation);
         let which = if held_out { Use::Validation } else { Use::All };
         let predicted = calibration.set_up_anew().predict(&[(name, dataset)], which).map_err(|e| e.to_string());
+        let squares = predicted.as_ref().map_or(Vec::new(), |p| p.residuals.iter().map(|r| r.norm_squared()).collect());
+        let posture = Postures::of(&[(name, dataset)], |s| which.takes(s)).of_samples().to_vec();
         let result = predicted.and_then(|p| Validation::of(&p).ok_or_else(|| "it has no samples".to_owned()));
-        Check { name: name.into(), result }
+        Check { name: name.into(), result, squares, posture }
     }
 }
 
@@ -53,6 +60,9 @@ pub struct SessionError {
     pub cross_validated: f64,
     /// The same predicted by a robot calibrated on the other campaigns alone, its own base and tool refitted, m; with one campaign none.
     pub from_others: Option<f64>,
+    /// Squared errors of that prediction, m², in the order of its rows, and the posture of each.
+    squares: Vec<f64>,
+    posture: Vec<usize>,
 }
 
 /// A model on the data, and how good it is in every respect that can be told.
@@ -86,11 +96,15 @@ pub struct Rung {
     pub checks: Vec<Check>,
     /// Numbers that no arm can have.
     pub symptoms: Vec<Symptom>,
+    /// What the step gains at postures left out, one entry a division; empty for the first rung, and for a sample that is set aside.
+    pub gains: Vec<Gain>,
 }
 
 /// What speaks against a step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Objection {
+    /// What it gains at postures left out is too little, or not sure.
+    Gain(Gain),
     /// Blocks that were not fitted are predicted no better.
     CrossValidation {
         /// Rms before and after, m.
@@ -108,12 +122,19 @@ pub enum Objection {
         /// Rms before and after, m.
         rms: [f64; 2],
     },
-    /// A campaign that was not fitted is predicted worse.
+    /// A campaign is predicted worse by the robot of the others, by more than the error of that judgement.
+    Campaign {
+        /// Its name.
+        name: String,
+        /// How much worse.
+        by: Contradiction,
+    },
+    /// A campaign that was not fitted is predicted worse, by more than the error of that judgement.
     Check {
         /// Its name.
         name: String,
-        /// Rms before and after, m.
-        rms: [f64; 2],
+        /// How much worse.
+        by: Contradiction,
     },
     /// A campaign that was not fitted cannot be judged any more.
     CheckUnjudged {
@@ -153,11 +174,22 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
     let names = examination.problem.setups().iter().map(|s| s.name());
     let names =
         names.map(|[dataset, session]| if session.is_empty() { dataset.to_owned() } else { format!("{dataset}/{session}") });
-    let mut sessions: Vec<SessionError> =
-        names.enumerate().map(|(s, name)| SessionError { name, cross_validated: of_session(s), from_others: None }).collect();
+    let mut sessions: Vec<SessionError> = names
+        .enumerate()
+        .map(|(s, name)| SessionError {
+            name,
+            cross_validated: of_session(s),
+            from_others: None,
+            squares: Vec::new(),
+            posture: Vec::new(),
+        })
+        .collect();
     if datasets.len() > 1 && sessions.len() == datasets.len() {
         for (k, session) in sessions.iter_mut().enumerate() {
-            session.from_others = from_others(datasets, model, k);
+            if let Some((squares, posture)) = from_others(datasets, model, k) {
+                session.from_others = Some(rms(squares.iter().copied()));
+                (session.squares, session.posture) = (squares, posture);
+            }
         }
     }
     Ok(Rung {
@@ -175,6 +207,7 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         checks: ground.checks.iter().map(|(name, dataset)| Check::of(&calibration, name, dataset)).collect(),
         symptoms: Symptom::of(&calibration, datasets),
         calibration,
+        gains: Vec::new(),
     })
 }
 
@@ -200,11 +233,14 @@ fn rms(squares: impl Iterator<Item = f64>) -> f64 {
     if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
 }
 
-/// Rms of dataset `k` predicted by the robot as the other datasets have it; `None` when they do not determine it.
-fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option<f64> {
+/// Squared errors of dataset `k` predicted by the robot as the other datasets have it, and the posture of each row; `None` when they do not
+/// determine it.
+fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option<(Vec<f64>, Vec<usize>)> {
     let others: Vec<(&str, &Dataset)> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
     let calibration = identify(&others, model).ok()?;
-    Validation::of(&calibration.predict(&datasets[k..=k], Use::Fit).ok()?).map(|v| v.rms)
+    let predicted = calibration.predict(&datasets[k..=k], Use::Fit).ok()?;
+    let postures = Postures::of(&datasets[k..=k], |s| Use::Fit.takes(s));
+    Some((predicted.residuals.iter().map(|r| r.norm_squared()).collect(), postures.of_samples().to_vec()))
 }
 
 impl Rung {
@@ -218,25 +254,26 @@ impl Rung {
             |r: &Rung| rms(r.blocks.iter().filter(|(id, _)| !aside.contains(&id.as_str())).map(|(_, squares)| *squares));
         let squares = [of_others(below), of_others(self)];
         let enough = if sets_aside { 1.0 + WORSE } else { 1.0 - A_FALL };
-        if squares[1] > squares[0] * enough {
+        all.extend(self.gains.iter().find(|gain| !gain.convinces()).copied().map(Objection::Gain));
+        if self.gains.is_empty() && squares[1] > squares[0] * enough {
             all.push(Objection::CrossValidation { rms: squares });
         }
         // Of one session that has been said.
         let several = self.sessions.len() > 1 && !sets_aside;
         for (before, after) in below.sessions.iter().zip(&self.sessions).filter(|_| several) {
-            let pairs = [
-                Some([before.cross_validated, after.cross_validated]),
-                before.from_others.zip(after.from_others).map(|(b, a)| [b, a]),
-            ];
-            for rms in pairs.into_iter().flatten().filter(|[b, a]| *a > b * (1.0 + WORSE)) {
-                all.push(Objection::Session { name: after.name.clone(), rms });
+            let name = after.name.clone();
+            if let Some(by) = Contradiction::of(&before.squares, &after.squares, &after.posture) {
+                all.push(Objection::Campaign { name, by });
+            } else if self.gains.is_empty() && after.cross_validated > before.cross_validated * (1.0 + WORSE) {
+                all.push(Objection::Session { name, rms: [before.cross_validated, after.cross_validated] });
             }
         }
         for (before, after) in below.checks.iter().zip(&self.checks) {
             let name = after.name.clone();
             match (&before.result, &after.result) {
-                (Ok(b), Ok(a)) if a.rms > b.rms * (1.0 + WORSE) => {
-                    all.push(Objection::Check { name, rms: [b.rms, a.rms] });
+                (Ok(_), Ok(_)) => {
+                    let by = Contradiction::of(&before.squares, &after.squares, &after.posture);
+                    all.extend(by.map(|by| Objection::Check { name, by }));
                 }
                 (Ok(_), Err(because)) => all.push(Objection::CheckUnjudged { name, because: because.clone() }),
                 _ => {}
@@ -263,6 +300,21 @@ pub fn add(
     ground: ProvingGround<'_>,
 ) -> Result<Rung, IdentifyError> {
     let model = effects.iter().fold(below.model.clone(), |model, effect| model.with(effect));
-    let rung = rung(datasets, &model, ground)?;
-    Ok(Rung { added: effects.to_vec(), ..rung })
+    step(datasets, below, &model, effects.to_vec(), ground)
+}
+
+/// Fits a model that adds `added` to that of a rung, and judges it as a step from there.
+///
+/// # Errors
+/// As [`rung`].
+pub fn step(
+    datasets: &[(&str, &Dataset)],
+    below: &Rung,
+    model: &Model,
+    added: Vec<String>,
+    ground: ProvingGround<'_>,
+) -> Result<Rung, IdentifyError> {
+    let gains = gains(datasets, &below.model, model)?;
+    let rung = rung(datasets, model, ground)?;
+    Ok(Rung { added, gains, ..rung })
 }

@@ -11,6 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::elsewhere::Elsewhere;
 use super::examination::Examination;
+use super::level::Level;
 use super::relevance::Relevance;
 use crate::effects::Owner;
 use crate::identify::{FitError, IdentifyError, Knowledge, Parameter, linalg};
@@ -67,6 +68,10 @@ pub struct WorkspaceError {
     pub mean: Banded,
     /// Largest of the poses, m.
     pub max: Banded,
+    /// Mean over the poses inside the joint ranges of the fit, and a tenth of them beyond, m; `None` where no pose is.
+    pub ranges_seen: Option<Banded>,
+    /// Mean over the others, where nothing was measured, m.
+    pub elsewhere: Option<Banded>,
     /// Pose by pose.
     pub poses: Vec<ExpectedError>,
 }
@@ -143,17 +148,37 @@ impl WorkspaceError {
         let mut sizes = &relevance.root * of_candidates;
         sizes.column_iter_mut().for_each(|mut c| c += &relevance.mean);
         let parameters = errors_of_fit - absorbed * &sizes;
-        let errors = fitted * parameters + candidates * sizes;
+        let level = Level::of(examination, &parameters, &sizes);
+        let mut errors = (fitted * parameters + candidates * sizes) * level.factor;
+        if level.white > 0.0 {
+            errors
+                .iter_mut()
+                .for_each(|e| *e += level.white * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random));
+        }
+        let widened: Vec<f64> = (0..DRAWS)
+            .map(|_| (level.spread * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random)).exp())
+            .collect();
+        errors.column_iter_mut().zip(&widened).for_each(|(mut draw, w)| draw *= *w);
 
         let count = poses.len();
         let mut sum = DVector::<f64>::zeros(count);
         let (mut means, mut maxima) = (Vec::with_capacity(DRAWS), Vec::with_capacity(DRAWS));
+        let ranges = examination.problem.joint_ranges();
+        let seen: Vec<bool> = poses.iter().map(|q| inside(q, &ranges)).collect();
+        let mut parts = [Vec::new(), Vec::new()];
         for draw in errors.column_iter() {
             let lengths = DVector::from_fn(count, |p, _| draw.rows(3 * p, 3).norm());
             means.push(lengths.mean());
             maxima.push(lengths.max());
+            for (part, inside) in parts.iter_mut().zip([true, false]) {
+                let own: Vec<f64> = lengths.iter().zip(&seen).filter(|(_, s)| **s == inside).map(|(l, _)| *l).collect();
+                if !own.is_empty() {
+                    part.push(own.iter().sum::<f64>() / own.len() as f64);
+                }
+            }
             sum += lengths;
         }
+        let [ranges_seen, elsewhere] = parts.map(|draws| (!draws.is_empty()).then(|| Banded::of(draws)));
         let base_from_world = there.base.pose().inverse();
         let expected = |(p, q): (usize, &Vec<f64>)| {
             let tcp = world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
@@ -162,8 +187,16 @@ impl WorkspaceError {
             ExpectedError { q: q.clone(), tcp, radius, height, error: sum[p] / DRAWS as f64 }
         };
         let poses = poses.iter().enumerate().map(expected).collect();
-        Ok(Some(WorkspaceError { mean: Banded::of(means), max: Banded::of(maxima), poses }))
+        Ok(Some(WorkspaceError { mean: Banded::of(means), max: Banded::of(maxima), ranges_seen, elsewhere, poses }))
     }
+}
+
+/// Share of a joint's range by which a pose may lie beyond it and still be where the fit has seen the arm.
+const MARGIN: f64 = 0.1;
+
+/// Whether a pose (rad, N) is inside the joint ranges of a fit, or hardly outside.
+fn inside(q: &[f64], ranges: &[[f64; 2]]) -> bool {
+    q.iter().zip(ranges).all(|(q, r)| (r[0] - MARGIN * (r[1] - r[0])..=r[1] + MARGIN * (r[1] - r[0])).contains(q))
 }
 
 /// Errors of the fitted parameters (SI, a column a draw): what `noise` (whitened, residuals x draws) does to them, and how far the truth,

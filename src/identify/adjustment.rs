@@ -2,31 +2,14 @@
 //!
 //! Minimises `|W (y - f(rho))|² + sum over stated parameters ((rho - rho_0) / sigma)²`.
 
+mod descent;
+
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{self, Determined, Fit, FitError, Stop, Unresolved};
+use super::fit::{self, Determined, Fit, FitError, Outcome, Unresolved};
 use super::linalg::{self, Cholesky};
-use super::problem::{Linearised, Workspace};
+use super::problem::{Linearised, LoadState, WeighingRoom, Workspace};
 use super::{Knowledge, Problem};
-
-/// The fit has converged when the predicted change of the whitened residual vector is shorter than this.
-const STEP_TOLERANCE: f64 = 1e-8;
-
-const MAX_ITERATIONS: usize = 60;
-
-/// Steps that end in a posture weighed anew have converged when what is left of them is shorter than this; they shrink by the ratio of
-/// deflection to arm length or faster.
-const LEFT_OVER: f64 = 1e-5;
-
-/// The posture has settled when a weighing changes no combination of parameters by more than this share of its uncertainty.
-const SETTLED: f64 = 1e-3;
-
-/// Each weighing shrinks the change by the ratio of deflection to arm length, about 1e-2: three are enough.
-const MOST_WEIGHINGS: usize = 5;
-
-/// Where an effect acts through the compliances sought, it shrinks by the share of a joint's torque that was not entered: about a half
-/// for a wrist that carries the payload's centre of mass a centimetre beside where it was said to be.
-const MOST_WEIGHINGS_THROUGH_COMPLIANCE: usize = 100;
 
 /// An adjustment laid out once for a problem, and made as often as its samples are [renewed](Problem::renew).
 ///
@@ -40,6 +23,12 @@ pub struct Adjustment {
     trial: Vec<f64>,
     work: Workspace,
     near: Linearised,
+    /// The residuals alone.
+    alone: Linearised,
+    room: WeighingRoom,
+    states: [LoadState; 2],
+    /// Whether the columns at the present values hold how the loads follow the parameters.
+    exact: bool,
     /// `[J r]^T [J r]`, and the information of what is stated.
     normal: DMatrix<f64>,
     scaled: DMatrix<f64>,
@@ -52,7 +41,7 @@ pub struct Adjustment {
     dof: usize,
     noise_stated: bool,
     iterations: usize,
-    stop: Stop,
+    outcome: Outcome,
 }
 
 impl Adjustment {
@@ -76,6 +65,10 @@ impl Adjustment {
             trial: problem.start(),
             work: Workspace::new(problem.robot()),
             near: Linearised::new(problem, &kept),
+            alone: Linearised::new(problem, &[]),
+            room: WeighingRoom::new(problem.robot()),
+            states: Default::default(),
+            exact: false,
             normal: DMatrix::zeros(unknowns + 1, unknowns + 1),
             scaled: DMatrix::zeros(unknowns, unknowns),
             gradient: DVector::zeros(unknowns),
@@ -88,7 +81,7 @@ impl Adjustment {
             dof: rows - flat,
             noise_stated: problem.noise_stated(),
             iterations: 0,
-            stop: Stop::IterationLimit,
+            outcome: Outcome::IterationLimit,
         }
     }
 
@@ -117,9 +110,9 @@ impl Adjustment {
         self.iterations
     }
 
-    /// Why it ended.
-    pub fn stop(&self) -> Stop {
-        self.stop
+    /// How it ended.
+    pub fn outcome(&self) -> Outcome {
+        self.outcome
     }
 
     /// Adjusts the parameters to the samples of `problem`, from `start` (deviations, SI).
@@ -128,7 +121,7 @@ impl Adjustment {
     ///
     /// # Errors
     /// When the numbers are not finite.
-    pub fn adjust(&mut self, problem: &mut Problem, start: &[f64]) -> Result<(), FitError> {
+    pub fn adjust(&mut self, problem: &Problem, start: &[f64]) -> Result<(), FitError> {
         assert_eq!(
             (problem.row_count(), start.len()),
             (self.near.transposed.ncols(), self.values.len()),
@@ -138,112 +131,16 @@ impl Adjustment {
         self.values.copy_from_slice(start);
         self.iterations = 0;
         if !problem.depends_on_values() {
-            return self.descend(problem, STEP_TOLERANCE);
+            return self.descend(problem);
         }
-        let through = problem.acts_through_compliance();
-        if !through {
-            if self.stride(problem) {
-                return Ok(());
-            }
+        if problem.acts_through_compliance() {
+            self.approach(problem, start)?;
+        } else if self.stride(problem) {
+            return Ok(());
+        } else {
             self.values.copy_from_slice(start);
-            problem.reweigh(start);
         }
-        // Torques that will be weighed anew deserve no more digits than the weighing will leave.
-        self.descend(problem, SETTLED)?;
-        let mut weighed = if through { start.to_vec() } else { self.values.clone() };
-        let most = if through { MOST_WEIGHINGS_THROUGH_COMPLIANCE } else { MOST_WEIGHINGS };
-        // A load and a compliance enter as their product: full steps of one against the other may swing ever further, half steps settle.
-        let share = if through { 0.5 } else { 1.0 };
-        for _ in 0..most {
-            weighed.iter_mut().zip(&self.values).for_each(|(w, v)| *w += share * (v - *w));
-            problem.reweigh(&weighed);
-            self.descend(problem, SETTLED)?;
-            if self.sigmas_from(&weighed) < SETTLED {
-                break;
-            }
-        }
-        self.descend(problem, STEP_TOLERANCE)
-    }
-
-    /// Weighs the arm where each step ends and steps on from there, as long as every step is at most half of the one before; whether that
-    /// led to the end. Sums of squares cannot tell: each weighing changes them.
-    fn stride(&mut self, problem: &mut Problem) -> bool {
-        let mut before: Option<f64> = None;
-        while self.iterations < MAX_ITERATIONS {
-            if before.is_some() {
-                problem.reweigh(&self.values);
-            }
-            if self.linearise(problem).is_err() || self.factor_scaled(0.0).is_err() {
-                return false;
-            }
-            let length = self.solve();
-            // The first has none before it: as much again may be left.
-            let ratio = before.map_or(0.5, |before| length / before);
-            if ratio > 0.5 || ratio.is_nan() {
-                return false;
-            }
-            self.iterations += 1;
-            std::mem::swap(&mut self.values, &mut self.trial);
-            if length * ratio / (1.0 - ratio) < LEFT_OVER {
-                self.chi2 = (self.chi2 - length * length).max(0.0);
-                self.stop = Stop::Converged;
-                return true;
-            }
-            before = Some(length);
-        }
-        false
-    }
-
-    /// Steps down from the present values until a step is shorter than `tolerance`.
-    fn descend(&mut self, problem: &Problem, tolerance: f64) -> Result<(), FitError> {
-        self.linearise(problem)?;
-        let mut lambda = 0.0;
-        self.stop = Stop::IterationLimit;
-        let last = self.iterations + MAX_ITERATIONS;
-        while self.iterations < last {
-            if self.factor_scaled(lambda).is_err() {
-                if lambda > 1e6 {
-                    return Err(FitError::Singular);
-                }
-                lambda = f64::max(10.0 * lambda, 1e-10);
-                continue;
-            }
-            let length = self.solve();
-            self.iterations += 1;
-            if lambda == 0.0 && length < tolerance {
-                // So short a step changes chi-square by its square and the normal matrix less: neither is evaluated again.
-                std::mem::swap(&mut self.values, &mut self.trial);
-                self.stop = Stop::Converged;
-                break;
-            }
-            problem.linearise(&self.trial, &mut self.work, &mut self.near);
-            let chi2 = self.near.chi2() + self.penalty(&self.trial);
-            // Within rounding of the sum of squares a step of the last digits may go either way.
-            if chi2.is_finite() && chi2 <= self.chi2 * (1.0 + 1e-12) + 1e-18 {
-                std::mem::swap(&mut self.values, &mut self.trial);
-                self.chi2 = chi2;
-                self.form_normal_equations();
-                lambda = if lambda < 1e-8 { 0.0 } else { lambda / 10.0 };
-            } else {
-                if length < 1e-5 || lambda > 1e8 {
-                    self.stop = Stop::NoFurtherDescent;
-                    break;
-                }
-                lambda = f64::max(10.0 * lambda, 1e-6);
-            }
-        }
-        Ok(())
-    }
-
-    /// Linearises the problem at the present values.
-    fn linearise(&mut self, problem: &Problem) -> Result<(), FitError> {
-        problem.linearise(&self.values, &mut self.work, &mut self.near);
-        self.chi2 = self.near.chi2() + self.penalty(&self.values);
-        if !self.chi2.is_finite() {
-            return Err(FitError::NotFinite);
-        }
-        self.form_normal_equations();
-        Ok(())
+        self.descend(problem)
     }
 
     /// Finds the step of the normal matrix as it was factored, and the values where it ends; its length, |J step| but for the damping:
@@ -291,13 +188,6 @@ impl Adjustment {
         if self.noise_stated || self.dof == 0 { 1.0 } else { self.chi2 / self.dof as f64 }
     }
 
-    /// Distance from other values in units of uncertainty: the largest that any combination of parameters shows.
-    fn sigmas_from(&self, values: &[f64]) -> f64 {
-        let change = DVector::from_iterator(self.kept.len(), self.kept.iter().map(|&p| self.values[p] - values[p]));
-        let normal = self.normal.view((0, 0), (change.len(), change.len()));
-        ((normal * &change).dot(&change) / self.unit_variance()).sqrt()
-    }
-
     /// Covariance of the kept parameters (kept x kept), SI; scaled by chi-square per degree of freedom where the noise is not stated.
     ///
     /// # Errors
@@ -324,6 +214,7 @@ impl Adjustment {
         let flat: Vec<usize> = self.kept.iter().copied().filter(|&p| parameters[p].knowledge == Knowledge::Flat).collect();
         let (observability, condition) = fit::observability_at(problem, &self.values, &flat)?;
         let residuals = problem.residuals(&self.values);
+        let outcome = if problem.left_linear_range(&self.values).is_some() { Outcome::LeftLinearRange } else { self.outcome };
         let rms = (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt();
         Ok(Fit {
             values: self.values,
@@ -335,7 +226,7 @@ impl Adjustment {
             dof: self.dof,
             noise_stated: self.noise_stated,
             iterations: self.iterations,
-            stop: self.stop,
+            outcome,
             observability,
             condition,
         })

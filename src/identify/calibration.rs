@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, Vector3};
 use thiserror::Error;
 
-use super::fit::{Fit, FitError, fit_some};
-use super::{Knowledge, Model, Observability, Parameter, Problem, ProblemError, Setup, Use, fit};
+use super::fit::{Fit, FitError, Outcome, fit_some};
+use super::{Knowledge, Model, Observability, Parameter, Problem, ProblemError, Setup, Use};
 use crate::effects::Owner;
 use crate::measure::Dataset;
 use crate::robot::{Axis6, FramePose, Payload, Robot};
@@ -23,8 +23,10 @@ pub struct Estimate {
     pub unit: Unit,
     /// Estimate.
     pub value: f64,
-    /// One-sigma.
+    /// One-sigma by noise and by what the model lacks.
     pub sigma: f64,
+    /// One-sigma by noise alone.
+    pub sigma_noise: f64,
     /// On the drawing.
     pub nominal: f64,
     /// One-sigma that was stated beforehand, for a certified ball or TCP.
@@ -63,12 +65,14 @@ pub struct Calibration {
     pub model: Model,
     /// Estimates, in the order of the model.
     pub estimates: Vec<Estimate>,
-    /// Correlations between them (square, symmetric, unit diagonal).
+    /// Correlations of the errors that `sigma` of them describes (square, symmetric, unit diagonal).
     pub correlation: DMatrix<f64>,
     /// Groups that the data cannot tell apart; the first of each was left at its drawing value.
     pub unresolved: Vec<Vec<String>>,
     /// Set-ups measured.
     pub setups: Vec<MeasuredSetup>,
+    /// How the fit ended; `None` when a file does not say.
+    pub outcome: Option<Outcome>,
     /// Samples fitted.
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
@@ -114,32 +118,46 @@ pub enum IdentifyError {
     /// The numbers do not determine the unknowns.
     #[error(transparent)]
     Fit(#[from] FitError),
-}
-
-/// Identifies the robot from the rows of set `fit` of named datasets.
-///
-/// # Errors
-/// When data and model do not fit together, or do not determine the unknowns.
-pub fn identify(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibration, IdentifyError> {
-    let mut problem = Problem::new(datasets, model, Use::Fit)?;
-    let fit = fit(&mut problem)?;
-    Ok(Calibration::of(datasets, model, &problem, &fit))
+    /// A calibration does not predict what its fit left.
+    #[error(
+        "calibench found itself inconsistent: the fit leaves {fitted_mm:.9} mm, and the calibration as read back leaves {read_mm:.9} mm on the same rows; report this with the data and the model"
+    )]
+    Inconsistent {
+        /// Residual of the fit, mm.
+        fitted_mm: f64,
+        /// Residual of the calibration, mm.
+        read_mm: f64,
+    },
 }
 
 impl Calibration {
-    /// Puts a fit into words.
+    /// Puts a fit into words, parameters as uncertain as the noise makes them.
     pub fn of(datasets: &[(&str, &Dataset)], model: &Model, problem: &Problem, fit: &Fit) -> Self {
+        Calibration::with_covariance(datasets, model, problem, fit, &fit.covariance)
+    }
+
+    /// Puts a fit into words, the errors of the kept parameters (SI) having the second moments `covariance`.
+    pub fn with_covariance(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        problem: &Problem,
+        fit: &Fit,
+        covariance: &DMatrix<f64>,
+    ) -> Self {
+        let sigma: Vec<f64> = (0..fit.kept.len()).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
         let parameters = problem.parameters();
         let name = |p: usize| parameters[p].name.clone();
         let estimates = fit
             .kept
             .iter()
-            .map(|&p| Estimate {
+            .zip(&sigma)
+            .map(|(&p, &sigma)| Estimate {
                 name: name(p),
                 effect: parameters[p].effect.clone(),
                 unit: parameters[p].spec.unit,
                 value: parameters[p].start + fit.values[p],
-                sigma: fit.sigma(p).unwrap_or(0.0),
+                sigma,
+                sigma_noise: fit.sigma(p).unwrap_or(0.0),
                 nominal: parameters[p].spec.nominal,
                 stated_sigma: match parameters[p].knowledge {
                     Knowledge::Flat | Knowledge::Plausible(_) => None,
@@ -147,10 +165,14 @@ impl Calibration {
                 },
             })
             .collect();
-        let sigma: Vec<f64> = (0..fit.kept.len()).map(|k| fit.covariance[(k, k)].sqrt()).collect();
-        let correlation = DMatrix::from_fn(sigma.len(), sigma.len(), |r, c| {
-            if r == c { 1.0 } else { fit.covariance[(r, c)] / (sigma[r] * sigma[c]) }
-        });
+        let correlation =
+            DMatrix::from_fn(
+                sigma.len(),
+                sigma.len(),
+                |r, c| {
+                    if r == c { 1.0 } else { covariance[(r, c)] / (sigma[r] * sigma[c]) }
+                },
+            );
         let groups =
             fit.unresolved.iter().map(|u| std::iter::once(u.parameter).chain(u.with.iter().copied()).map(name).collect());
         let payloads = |dataset: &str| {
@@ -177,6 +199,7 @@ impl Calibration {
                     duration_s: s.duration_s,
                 })
                 .collect(),
+            outcome: Some(fit.outcome),
             samples: problem.sample_count(),
             rms: fit.rms,
             chi2_per_dof: if fit.dof > 0 { fit.chi2 / fit.dof as f64 } else { f64::NAN },
@@ -241,11 +264,10 @@ impl Calibration {
         let mut from_fit_rows = Vec::new();
         let has_fit_rows = datasets.iter().any(|(_, d)| d.samples.iter().any(|s| Use::Fit.takes(s)));
         if which == Use::Validation && has_fit_rows && !unseen.is_empty() {
-            let mut fitting = Problem::new(datasets, &self.model, Use::Fit)?;
+            let fitting = Problem::new(datasets, &self.model, Use::Fit)?;
             let (start, sought) = self.values_for(&fitting);
             if !sought.is_empty() {
-                fitting.settle_loads(&start);
-                let found = fit_some(&mut fitting, &start, &sought)?;
+                let found = fit_some(&fitting, &start, &sought)?;
                 let home = |p: Option<usize>, of: &'_ Problem| p.map(|s| of.setups()[s].name().map(str::to_owned));
                 let same = |p: &Parameter, q: &Parameter| {
                     p.spec.name == q.spec.name && home(p.setup, &problem) == home(q.setup, &fitting)
@@ -261,10 +283,10 @@ impl Calibration {
                 });
             }
         }
-        problem.settle_loads(&values);
         if !unseen.is_empty() {
-            values = fit_some(&mut problem, &values, &unseen)?.values;
+            values = fit_some(&problem, &values, &unseen)?.values;
         }
+        problem.settle_loads(&values);
         let name = |p: &Parameter| self.name_for(p, &problem);
         let place = |p: &Parameter| name(p).and_then(|n| self.estimates.iter().position(|e| e.name == n));
         let estimates = problem.parameters().iter().map(place).collect();

@@ -7,9 +7,9 @@ use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::own_effects::{OwnEffectTable, tables};
-use super::{Calibration, Estimate, MeasuredSetup, Model, Observability, check_effects};
-use crate::effects::Subject;
-use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use super::{Calibration, Estimate, MeasuredSetup, Model, Observability, Outcome, check_effects};
+use crate::effects::{self, Subject};
+use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text, write_whole};
 use crate::robot::{FramePose, Payload, built_in, robot, to_toml};
 use crate::units::{DEG, MM, Unit};
 
@@ -46,6 +46,9 @@ struct File {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FitTable {
+    /// See [`Outcome`]; files of before do not say.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outcome: Option<String>,
     samples: usize,
     rms_mm: f64,
     chi2_per_dof: f64,
@@ -161,6 +164,8 @@ struct ParameterTable {
     effect: String,
     value: f64,
     sigma: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sigma_noise: Option<f64>,
     unit: String,
     nominal: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -184,6 +189,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         absolute_accuracy: c.absolute_accuracy,
         unresolved: c.unresolved.clone(),
         fit: FitTable {
+            outcome: c.outcome.map(|o| o.name().into()),
             samples: c.samples,
             rms_mm: c.rms / MM,
             chi2_per_dof: c.chi2_per_dof,
@@ -214,6 +220,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
                 effect: e.effect.clone(),
                 value: e.unit.from_si(e.value),
                 sigma: e.unit.from_si(e.sigma),
+                sigma_noise: Some(e.unit.from_si(e.sigma_noise)),
                 unit: e.unit.symbol.into(),
                 nominal: e.unit.from_si(e.nominal),
                 stated_sigma: e.stated_sigma.map(|s| e.unit.from_si(s)),
@@ -234,6 +241,52 @@ fn own_robot_name(path: &Path) -> String {
     format!("{}.robot.toml", path.file_stem().and_then(|s| s.to_str()).unwrap_or("calibration"))
 }
 
+/// That a parameter is one of an effect of the file, in a unit that measures it; else the field, what is wrong and what to do.
+fn check_parameter(
+    p: &ParameterTable,
+    unit: Unit,
+    effects: &[String],
+    subject: &Subject<'_>,
+) -> Result<(), (&'static str, String, String)> {
+    let again = || "write it anew with `calibench identify`".to_owned();
+    for (field, text) in [("name", &p.name), ("effect", &p.effect)] {
+        if text.chars().any(char::is_control) {
+            return Err((field, format!("{text:?} holds a control character"), "use printable characters".into()));
+        }
+    }
+    // Free and uncertain tools and balls come with the data, not with the model.
+    let of_data = p.effect == "tool_frame" || p.effect.starts_with("ball:");
+    if !of_data && !effects.contains(&p.effect) {
+        return Err((
+            "effect",
+            format!("'{}' is not among the effects of this calibration", p.effect),
+            format!("add it to `effects`, or {}", again()),
+        ));
+    }
+    let effect = effects::build(&p.effect, subject).map_err(|e| ("effect", e.to_string(), again()))?;
+    let own = |name: &str| p.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('@'));
+    let spec = effect.parameters().iter().find(|spec| own(&spec.name));
+    let spec = spec.ok_or_else(|| ("name", format!("'{}' is no parameter of effect '{}'", p.name, p.effect), again()))?;
+    if quantity(spec.unit) == quantity(unit) {
+        return Ok(());
+    }
+    Err(("unit", format!("'{}' does not measure {}", unit.symbol, p.name), format!("give it in {}", spec.unit.symbol)))
+}
+
+/// What a unit measures, by the unit that stands for it.
+fn quantity(unit: Unit) -> &'static str {
+    match unit {
+        Unit::MM | Unit::UM => "mm",
+        Unit::DEG | Unit::MRAD | Unit::URAD => "deg",
+        Unit::MDEG_PER_NM | Unit::URAD_PER_NM => "mdeg/(N·m)",
+        other => other.symbol,
+    }
+}
+
+fn outcome(name: &str) -> Option<Outcome> {
+    Outcome::ALL.into_iter().find(|(_, n)| *n == name).map(|(outcome, _)| outcome)
+}
+
 /// Reads a calibration; a robot named by a path is looked for beside the file.
 ///
 /// # Errors
@@ -252,8 +305,11 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     // Which balls there were is known only by the effects that are about one.
     let mut balls: Vec<String> = file.effects.iter().filter_map(|id| id.strip_prefix("ball:").map(str::to_owned)).collect();
     balls.extend(file.effect.iter().flat_map(|table| table.balls()));
+    let of_ball = |p: &ParameterTable| p.effect.strip_prefix("ball:").map(str::to_owned);
+    balls.extend(file.parameter.iter().filter_map(of_ball));
     let subject = Subject::new(&robot, &balls);
     let (own, effects) = check_effects(path, &text, "effects", &file.effects, &file.effect, &subject)?;
+    let subject = Subject { own: &own, ..subject };
     if file.joint_range.len() != robot.joints() {
         return Err(wrong(
             "joint_range",
@@ -266,7 +322,9 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         let key = |field: &str| format!("parameter[{k}].{field}");
         let unit = Unit::from_symbol(&p.unit)
             .ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit known here", p.unit), again))?;
-        for (field, sigma) in [("sigma", Some(p.sigma)), ("stated_sigma", p.stated_sigma)] {
+        check_parameter(p, unit, &effects, &subject)
+            .map_err(|(field, problem, remedy)| field_error(path, &text, &key(field), problem, remedy))?;
+        for (field, sigma) in [("sigma", Some(p.sigma)), ("sigma_noise", p.sigma_noise), ("stated_sigma", p.stated_sigma)] {
             if sigma.is_some_and(|s| s < 0.0) {
                 return Err(wrong(&key(field), "is negative".into(), again));
             }
@@ -280,6 +338,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
             unit,
             value: unit.to_si(p.value),
             sigma: unit.to_si(p.sigma),
+            sigma_noise: unit.to_si(p.sigma_noise.unwrap_or(p.sigma)),
             nominal: unit.to_si(p.nominal),
             stated_sigma: p.stated_sigma.map(|s| unit.to_si(s)),
         });
@@ -291,6 +350,13 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     }
     let correlation = DMatrix::from_fn(m, m, |r, c| file.correlation[r.max(c)][r.min(c)]);
     let f = &file.fit;
+    let outcome = match &f.outcome {
+        None => None,
+        Some(name) => Some(outcome(name).ok_or_else(|| {
+            let known = Outcome::ALL.map(|(_, name)| name);
+            wrong("fit.outcome", format!("'{name}' is no outcome of a fit"), &name_remedy(name, &known))
+        })?),
+    };
     Ok(Calibration {
         robot: std::sync::Arc::new(robot),
         robot_reference: file.robot.clone(),
@@ -299,6 +365,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         correlation,
         unresolved: file.unresolved,
         setups: file.setup.into_iter().map(SetupTable::setup).collect(),
+        outcome,
         samples: f.samples,
         rms: f.rms_mm * MM,
         chi2_per_dof: f.chi2_per_dof,

@@ -35,16 +35,46 @@ const FAR: f64 = 100.0;
 /// How often the columns are judged; on measured data the third time has agreed with the second.
 const MOST_JUDGEMENTS: usize = 4;
 
-/// Why the iteration ended.
+/// How a fit ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
-    /// The last step was negligible.
+pub enum Outcome {
+    /// At a minimum: the gradient is nothing in units of the uncertainty.
     Converged,
-    /// No step lowers the cost any more: the minimum within rounding.
-    NoFurtherDescent,
-    /// The allowed number of iterations was used.
+    /// No step lowers chi-square any more, although its gradient says that one should.
+    Stalled,
+    /// The allowed number of steps was used.
     IterationLimit,
+    /// Some correction is larger than what the linear effects of the model can mean.
+    LeftLinearRange,
 }
+
+impl Outcome {
+    /// All, as files name them.
+    pub const ALL: [(Outcome, &'static str); 4] = [
+        (Outcome::Converged, "converged"),
+        (Outcome::Stalled, "stalled"),
+        (Outcome::IterationLimit, "iteration_limit"),
+        (Outcome::LeftLinearRange, "left_linear_range"),
+    ];
+
+    /// As in files and JSON.
+    pub fn name(self) -> &'static str {
+        Outcome::ALL[self as usize].1
+    }
+
+    /// What the fit did, for a sentence.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Outcome::Converged => "converged",
+            Outcome::Stalled => "stalled: no step lowers chi-square, although its gradient says that one should",
+            Outcome::IterationLimit => "used up its steps before it converged",
+            Outcome::LeftLinearRange => "left the linear range of the model: a correction is larger than its effect can mean",
+        }
+    }
+}
+
+/// Share of chi-square, and its amount, by which a larger model may fit worse: what is left of loads that follow the posture.
+const NESTED: f64 = 1e-6;
 
 /// Why there is no fit.
 #[derive(Debug, Error, Clone, PartialEq)]
@@ -63,6 +93,16 @@ pub enum FitError {
     /// The normal matrix could not be factored.
     #[error("the normal equations are singular although the columns are independent; the data are too badly scaled")]
     Singular,
+    /// A model with more effects fits worse than the one without them.
+    #[error(
+        "calibench found itself inconsistent: a larger model leaves chi-square {after:.6e} where a smaller one leaves {before:.6e}; report this with the data and the model"
+    )]
+    WorseThanSmaller {
+        /// Of the smaller model.
+        before: f64,
+        /// Of the larger one.
+        after: f64,
+    },
     /// A decomposition failed.
     #[error(transparent)]
     Linalg(#[from] LinalgError),
@@ -98,8 +138,8 @@ pub struct Fit {
     pub noise_stated: bool,
     /// Gauss-Newton steps taken.
     pub iterations: usize,
-    /// Why it ended.
-    pub stop: Stop,
+    /// How it ended.
+    pub outcome: Outcome,
     /// Observability indices of the flat parameters at the solution, in SI.
     pub observability: Observability,
     /// Condition number of their column-scaled Jacobian.
@@ -123,38 +163,99 @@ impl Fit {
 ///
 /// # Errors
 /// When there are fewer residuals than unknowns or the numbers are not finite.
-pub fn fit(problem: &mut Problem) -> Result<Fit, FitError> {
-    let all: Vec<usize> = (0..problem.parameters().len()).collect();
+pub fn fit(problem: &Problem) -> Result<Fit, FitError> {
     let start = problem.start();
-    fit_some(problem, &start, &all)
+    fit_some(problem, &start, &all(problem))
 }
 
 /// Fits the parameters listed in `free` (ascending) and leaves the others at `start` (deviations, SI).
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_some(problem: &mut Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
-    let mut adjustment = Adjustment::new(problem, start, free)?;
-    adjustment.adjust(problem, start)?;
+pub fn fit_some(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
+    fit_judged(problem, start, start, free)
+}
+
+/// Fits all unknowns from the solution of a smaller model of the same samples; what the data tell apart is judged at the nominal start, as
+/// [`fit`] does.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_from(problem: &Problem, smaller: &Problem, solution: &Fit) -> Result<Fit, FitError> {
+    let mut start = problem.start();
+    for (value, parameter) in start.iter_mut().zip(problem.parameters()) {
+        let twin = smaller.parameters().iter().position(|p| p.name == parameter.name && p.effect == parameter.effect);
+        if let Some(p) = twin {
+            *value = smaller.parameters()[p].start + solution.values[p] - parameter.start;
+        }
+    }
+    fit_judged(problem, &problem.start(), &start, &all(problem))
+}
+
+/// Fits all unknowns of a model that holds more than a smaller one whose fit is known: from the nominal start, and where that ends worse
+/// than the smaller one, from the smaller one's solution.
+///
+/// # Errors
+/// As [`fit`]; [`FitError::WorseThanSmaller`] when it still fits worse.
+pub fn fit_larger(problem: &Problem, smaller: &Problem, solution: &Fit) -> Result<Fit, FitError> {
+    let larger = fit(problem)?;
+    if check_nested(solution, &larger).is_ok() {
+        return Ok(larger);
+    }
+    let larger = fit_from(problem, smaller, solution)?;
+    check_nested(solution, &larger)?;
+    Ok(larger)
+}
+
+/// That a model with more effects fits no worse than the one without them, to the samples of both.
+///
+/// # Errors
+/// [`FitError::WorseThanSmaller`].
+pub fn check_nested(before: &Fit, after: &Fit) -> Result<(), FitError> {
+    if after.chi2 <= before.chi2 * (1.0 + NESTED) + NESTED {
+        return Ok(());
+    }
+    Err(FitError::WorseThanSmaller { before: before.chi2, after: after.chi2 })
+}
+
+fn all(problem: &Problem) -> Vec<usize> {
+    (0..problem.parameters().len()).collect()
+}
+
+/// Fits from `start` what of `free` the data tell apart at `judged`; the others have the values there.
+fn fit_judged(problem: &Problem, judged: &[f64], start: &[f64], free: &[usize]) -> Result<Fit, FitError> {
+    let begin = |adjustment: &Adjustment, from: &[f64]| {
+        let mut begin = judged.to_vec();
+        adjustment.kept().iter().for_each(|&p| begin[p] = from[p]);
+        begin
+    };
+    let mut adjustment = Adjustment::new(problem, judged, free)?;
+    let from = begin(&adjustment, start);
+    adjustment.adjust(problem, &from)?;
+    adjustment.confirm(problem, &from)?;
     let mut iterations = adjustment.iterations();
     for _ in 1..MOST_JUDGEMENTS {
         let values = adjustment.values();
         let set_up = |p: usize| problem.parameters()[p].owner != Owner::Robot;
         // Not the base: where the robot stands changes nothing within the arm.
         let guessed = |p: usize| set_up(p) && problem.parameters()[p].effect != "base_frame";
-        let far = |&p: &usize| guessed(p) && (values[p] - start[p]).abs() > FAR * problem.parameters()[p].spec.prior;
+        let far = |&p: &usize| guessed(p) && (values[p] - judged[p]).abs() > FAR * problem.parameters()[p].spec.prior;
         if problem.noise_stated() && !adjustment.kept().iter().any(far) {
             break;
         }
         // The arm as drawn, set up as found: links that the fit has turned a little would tell apart what no drawing does.
-        let mut at = start.to_vec();
+        let mut at = judged.to_vec();
         adjustment.kept().iter().filter(|&&p| set_up(p)).for_each(|&p| at[p] = values[p]);
         let determined = determined(problem, &at, free, problem.noise_at(values))?;
         if determined.kept == adjustment.kept() {
             break;
         }
+        let warm = start != judged;
+        let values = values.to_vec();
         adjustment = Adjustment::of(problem, determined);
-        adjustment.adjust(problem, &at)?;
+        let from = begin(&adjustment, if warm { &values } else { &at });
+        adjustment.adjust(problem, &from)?;
+        adjustment.confirm(problem, &from)?;
         iterations += adjustment.iterations();
     }
     Ok(Fit { iterations, ..adjustment.into_fit(problem)? })
@@ -178,9 +279,8 @@ pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize], noise
 /// # Errors
 /// When the numbers are not finite.
 pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError> {
-    let all: Vec<usize> = (0..problem.parameters().len()).collect();
     let start = problem.start();
-    Ok(ordered_rank(problem, &start, &all, problem.noise_at(&start))?.kept)
+    Ok(ordered_rank(problem, &start, &all(problem), problem.noise_at(&start))?.kept)
 }
 
 /// Observability indices of a Jacobian (3 x poses rows, SI).
@@ -224,7 +324,7 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
     let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
     order.sort_by_key(|p| (rank_of_effect(p), std::cmp::Reverse(parameters[*p].link)));
     let mut near = Linearised::new(problem, &order);
-    problem.linearise(start, &mut Workspace::new(problem.robot()), &mut near);
+    problem.linearise(start, &problem.load_state(start), &mut Workspace::new(problem.robot()), &mut near);
     if !near.transposed.iter().all(|v| v.is_finite()) {
         return Err(FitError::NotFinite);
     }

@@ -84,6 +84,9 @@ pub fn check_effects(
     let subject = Subject { own: &own, ..*subject };
     for (k, id) in ids.iter().enumerate() {
         let at = format!("{key}[{k}]");
+        if id.chars().any(char::is_control) {
+            return Err(field_error(path, text, &at, format!("{id:?} holds a control character"), "use printable characters"));
+        }
         if ids[..k].contains(id) {
             return Err(field_error(path, text, &at, format!("effect '{id}' is named twice"), "keep one of them"));
         }

@@ -10,6 +10,7 @@ mod cell;
 mod columns;
 mod distance_row;
 mod error;
+mod linear_range;
 mod linearised;
 mod moves;
 mod order;
@@ -28,12 +29,11 @@ pub(crate) use self::columns::Circumstance;
 use self::distance_row::DistanceRow;
 pub use self::error::ProblemError;
 pub(super) use self::linearised::{Linearised, Workspace};
-use self::moves::Moves;
 use self::order::joints_before;
 pub use self::parameter::{Knowledge, Parameter, Setup, Use};
 use self::sample_row::SampleRow;
 pub use self::samples_view::PosedSample;
-use self::weighing::WeighingRoom;
+pub(super) use self::weighing::{LoadState, WeighingRoom};
 use super::{Model, TorquePosture};
 use crate::measure::{Dataset, Sample};
 use crate::robot::Robot;
@@ -49,18 +49,19 @@ pub struct Problem {
     parameters: Vec<Parameter>,
     cells: Vec<Cell>,
     rows: Vec<SampleRow>,
-    patterns: Vec<Vec<Moves>>,
+    /// Under the loads of the nominal arm.
+    drawn: LoadState,
+    /// Under those at some values, where they were asked for beforehand; see [`Problem::settle_loads`].
+    settled: Option<(Vec<f64>, LoadState)>,
     distances: Vec<DistanceRow>,
     row_count: usize,
     torque_posture: TorquePosture,
     /// Joint and parameter of every joint compliance sought.
     compliances: Vec<(usize, usize)>,
-    /// Compliance of each joint when the arm was last weighed, rad/(N·m).
-    compliance: Vec<f64>,
     /// Whether an effect acts through them.
     acts_through_compliance: bool,
     sample_ids: Vec<String>,
-    scale: WeighingRoom,
+    room: Option<WeighingRoom>,
 }
 
 impl Problem {
@@ -93,16 +94,21 @@ impl Problem {
         if taken.next().is_some() {
             return Err(ProblemError::AnotherPlan { found: "there are more".into() });
         }
-        let taken = samples.iter().flat_map(|list| {
-            let before = joints_before(list);
-            list.iter().zip(before).filter(|(s, _)| which.takes(s))
-        });
-        for ((row, id), (sample, before)) in self.rows.iter_mut().zip(&mut self.sample_ids).zip(taken) {
+        let taken = samples.iter().flat_map(|list| list.iter().filter(|s| which.takes(s)));
+        for ((row, id), sample) in self.rows.iter_mut().zip(&mut self.sample_ids).zip(taken) {
             row.take(&self.cells[row.cell], sample);
-            row.q_before = before.map(<[f64]>::to_vec);
             id.clone_from(&sample.id);
         }
-        self.weigh(None);
+        if self.rows.iter().any(|row| row.q_before.is_some()) {
+            let before = samples.iter().flat_map(|list| {
+                let all = list.iter().zip(joints_before(list));
+                all.filter(|(s, _)| which.takes(s)).map(|(_, before)| before)
+            });
+            for (row, before) in self.rows.iter_mut().zip(before) {
+                row.q_before = before.map(<[f64]>::to_vec);
+            }
+        }
+        self.load_nominal();
         self.check_values()
     }
 
@@ -157,6 +163,11 @@ impl Problem {
         self.torque_posture == TorquePosture::Identified || self.acts_through_compliance
     }
 
+    /// The loads of the nominal arm.
+    pub(super) fn nominal_loads(&self) -> &LoadState {
+        &self.drawn
+    }
+
     /// Whether an effect of the model acts through the compliances sought.
     pub(super) fn acts_through_compliance(&self) -> bool {
         self.acts_through_compliance
@@ -164,8 +175,8 @@ impl Problem {
 
     /// That every effect has a value at every sample.
     fn check_values(&self) -> Result<(), ProblemError> {
-        for (row, sample) in self.rows.iter().zip(&self.sample_ids) {
-            let moving = self.patterns[row.pattern].iter().zip(&row.weights);
+        for ((row, terms), sample) in self.rows.iter().zip(&self.drawn.rows).zip(&self.sample_ids) {
+            let moving = self.drawn.patterns[terms.pattern].iter().zip(&terms.weights);
             if let Some((moves, _)) = { moving }.find(|(_, weight)| !weight.is_finite()) {
                 let effect = &self.parameters[moves.parameter].effect;
                 return Err(ProblemError::NoValue {

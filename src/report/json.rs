@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::assess::Validation;
-use crate::identify::Calibration;
+use crate::identify::{Calibration, Outcome};
 use crate::units::MM;
 
 /// `calibench-calibration/1`.
@@ -13,7 +13,7 @@ pub fn calibration_json(c: &Calibration) -> Value {
         .iter()
         .filter(|e| e.stated_sigma.is_none())
         .map(|e| {
-            json!({"name": e.name, "value": e.unit.from_si(e.value), "sigma": e.unit.from_si(e.sigma), "unit": e.unit.symbol,
+            json!({"name": e.name, "value": e.unit.from_si(e.value), "sigma": e.unit.from_si(e.sigma), "sigma_noise": e.unit.from_si(e.sigma_noise), "unit": e.unit.symbol,
                    "nominal": e.unit.from_si(e.nominal), "effect": e.effect})
         })
         .collect();
@@ -22,7 +22,7 @@ pub fn calibration_json(c: &Calibration) -> Value {
         .iter()
         .filter_map(|e| {
             let stated = e.stated_sigma?;
-            Some(json!({"name": e.name, "value": e.unit.from_si(e.value), "sigma": e.unit.from_si(e.sigma), "unit": e.unit.symbol,
+            Some(json!({"name": e.name, "value": e.unit.from_si(e.value), "sigma": e.unit.from_si(e.sigma), "sigma_noise": e.unit.from_si(e.sigma_noise), "unit": e.unit.symbol,
                    "nominal": e.unit.from_si(e.nominal), "effect": e.effect, "stated_sigma": e.unit.from_si(stated)}))
         })
         .collect();
@@ -33,7 +33,9 @@ pub fn calibration_json(c: &Calibration) -> Value {
         "effects": c.model.effects,
         "parameters": parameters,
         "stated_parameters": stated,
+        "outcome": c.outcome.map(Outcome::name),
         "samples": c.samples,
+        "residual_mm": c.rms / MM,
         "rms_mm": c.rms / MM,
         "chi2_per_dof": c.chi2_per_dof,
         "dof": c.dof,

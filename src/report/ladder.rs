@@ -2,10 +2,10 @@
 
 use serde_json::{Value, json};
 
-use super::ladder_sentences::{advice, objection_sentence, symptom_sentence};
+use super::ladder_sentences::{advice, objection_sentence, symptom_sentence, why};
 use super::tables::plain_rows;
 use super::workspace::workspace_json;
-use crate::assess::{Ladder, Objection, Rung, Top, Validation};
+use crate::assess::{Choice, Gain, Ladder, Objection, Rung, Top, Validation};
 use crate::units::MM;
 
 /// A rung as JSON.
@@ -38,6 +38,8 @@ pub fn rung_json(rung: &Rung) -> Value {
         "parameters": added,
         "effects": rung.model.effects,
         "fit_rms_mm": rung.fit / MM,
+        "residual_mm": rung.fit / MM,
+        "cross_validated_mm": rung.cross_validated / MM,
         // Without stated noise it says nothing.
         "chi2_per_dof": rung.calibration.noise_stated.then_some(rung.chi2_per_dof),
         "cv_rms_mm": rung.cross_validated / MM,
@@ -47,6 +49,7 @@ pub fn rung_json(rung: &Rung) -> Value {
         "sessions": sessions,
         "checks": checks,
         "symptoms": rung.symptoms.iter().map(symptom_sentence).collect::<Vec<_>>(),
+        "gains": rung.gains.iter().map(gain_json).collect::<Vec<_>>(),
         "verdict": rung.diagnosis.verdict.name(),
         "set95": rung.diagnosis.set95,
     })
@@ -70,9 +73,48 @@ pub fn ladder_json(ladder: &Ladder) -> Value {
         "format": "calibench-ladder/1",
         "rungs": rungs,
         "stopped": stopped,
-        "whole_library": ladder.whole.as_ref().map(rung_json),
-        "recommended": if ladder.recommended().1 { "whole_library" } else { "last_rung" },
+        "other": ladder.other.as_ref().map(rung_json),
+        "choices": ladder.recommendation.choices.iter().map(choice_json).collect::<Vec<_>>(),
+        "set_aside": ladder.recommendation.aside,
+        "recommended": recommended_json(ladder),
         "advice": advice(ladder),
+    })
+}
+
+/// One of the models that were held against each other.
+fn choice_json(choice: &Choice) -> Value {
+    json!({
+        "kind": choice.kind.name(),
+        "added": choice.added,
+        "convinces": choice.convinces(),
+        "gains": choice.gains.iter().map(gain_json).collect::<Vec<_>>(),
+    })
+}
+
+/// What a step gains by one division of the postures.
+fn gain_json(gain: &Gain) -> Value {
+    json!({
+        "held_out_by": gain.division.name(),
+        "postures": gain.postures,
+        "before_mm": gain.rms[0] / MM,
+        "after_mm": gain.rms[1] / MM,
+        "gain": gain.share,
+        "gain_sigma": gain.sigma,
+    })
+}
+
+fn recommended_json(ladder: &Ladder) -> Value {
+    let choice = ladder.recommendation.choice();
+    let rung = ladder.recommended();
+    let held_out =
+        if ladder.withdrawn.is_some() { ladder.recommendation.choices[0].cross_validated() } else { choice.cross_validated() };
+    json!({
+        "kind": ladder.kind().name(),
+        "model": rung.model.effects,
+        "why": why(ladder),
+        "held_out_mm": held_out.map(|m| m / MM),
+        "held_out_by": "postures",
+        "withdrawn": ladder.withdrawn.is_some(),
     })
 }
 

@@ -1,13 +1,14 @@
 //! A ladder in words: every rung as it is reached, what speaks against a step, why it ends, and which model to use.
 
 use super::diagnosis_sentences::Recommended;
-use crate::assess::{Ladder, Objection, Rung, Symptom, Top, Unphysical};
+use crate::assess::{ChoiceKind, Contradiction, Gain, Ladder, Objection, Rung, Symptom, Top, Unphysical};
 use crate::units::MM;
 
 /// An objection in words.
 pub fn objection_sentence(objection: &Objection) -> String {
     let from_to = |x: &[f64; 2]| format!("{:.4} mm before, {:.4} mm after", x[0] / MM, x[1] / MM);
     match objection {
+        Objection::Gain(gain) => gain_sentence(gain),
         Objection::CrossValidation { rms } => {
             format!("blocks that were not fitted are predicted no better: {}", from_to(rms))
         }
@@ -15,10 +16,30 @@ pub fn objection_sentence(objection: &Objection) -> String {
             format!("the error predicted over the workspace does not fall: {}", from_to(mean))
         }
         Objection::Session { name, rms } => format!("'{name}' is predicted worse: {}", from_to(rms)),
-        Objection::Check { name, rms } => format!("'{name}', which was not fitted, gets worse: {}", from_to(rms)),
+        Objection::Campaign { name, by } => {
+            format!("'{name}' is predicted worse by the robot of the other campaigns: {}", contradiction(by))
+        }
+        Objection::Check { name, by } => format!("'{name}', which was not fitted, gets worse: {}", contradiction(by)),
         Objection::CheckUnjudged { name, because } => format!("'{name}' cannot be judged any more: {because}"),
         Objection::NotFitted { because } => format!("the data do not determine it: {because}"),
     }
+}
+
+/// How much worse, and how surely.
+fn contradiction(by: &Contradiction) -> String {
+    format!("{:.4} mm before, {:.4} mm after ({:.1} standard errors)", by.rms[0] / MM, by.rms[1] / MM, by.sigma)
+}
+
+/// What a step gains at postures left out, in words.
+pub fn gain_sentence(gain: &Gain) -> String {
+    format!(
+        "{} that were not fitted are predicted no better: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares, {:.1} standard errors)",
+        gain.division.words(),
+        gain.rms[0] / MM,
+        gain.rms[1] / MM,
+        -100.0 * gain.share,
+        gain.sigma
+    )
 }
 
 /// A number that no arm can have, in words: what it is, and that it is no spring.
@@ -92,35 +113,44 @@ pub fn top_sentences(top: &Top, commands: &Recommended) -> Vec<String> {
     }
 }
 
-/// Which model to use.
+/// Which model to use, and why.
 pub fn advice(ladder: &Ladder) -> String {
-    let (rung, is_whole) = ladder.recommended();
-    let last = ladder.last();
-    let expected = |r: &Rung| {
-        let w = r.workspace.as_ref();
-        w.map_or("unknown".into(), |w| {
-            format!("{:.3} mm ({:.3} to {:.3})", w.mean.expected / MM, w.mean.low / MM, w.mean.high / MM)
-        })
+    let choice = ladder.recommendation.choice();
+    let what = match ladder.kind() {
+        ChoiceKind::Begin => "the model to begin with".to_owned(),
+        ChoiceKind::Steps => "the last rung".to_owned(),
+        ChoiceKind::Curves => "the model to begin with and the error curves of all joints".to_owned(),
+        ChoiceKind::StepsAndCurves => "the last rung and the error curves of all joints".to_owned(),
+        ChoiceKind::Library => {
+            format!("the whole library ({} effects, each held to the size that the data give it)", choice.added.len())
+        }
     };
-    let Some(whole) = &ladder.whole else {
-        return format!("Use the last rung: nothing else is to be gained. Expected over the workspace: {}.", expected(last));
+    let aside = match ladder.recommendation.aside.as_slice() {
+        [] => String::new(),
+        ids => format!(" Set aside as disagreeing with all others: {}.", ids.join(", ")),
     };
-    if is_whole {
+    format!("Use {what}: {}.{aside}", why(ladder))
+}
+
+/// Why that model.
+pub fn why(ladder: &Ladder) -> String {
+    if let Some(by) = &ladder.withdrawn {
         return format!(
-            "Use the whole library ({} effects, each held to the size that the data give it): expected over the workspace {}, in place of {} of the last rung.",
-            whole.added.len(),
-            expected(whole),
-            expected(last)
+            "what postures left out of the fit had recommended is withdrawn, because the rows of set 'validation' contradict it: {}",
+            contradiction(by)
         );
     }
-    let worse: Vec<String> = ladder.against_whole.iter().filter(|o| o.refuses()).map(objection_sentence).collect();
-    if worse.is_empty() {
-        format!(
-            "Use the last rung: expected over the workspace {}; the whole library at once promises no less, {}.",
-            expected(rung),
-            expected(whole)
-        )
-    } else {
-        format!("Use the last rung: the whole library at once is refused, because {}.", worse.join("; "))
+    let choice = ladder.recommendation.choice();
+    if choice.kind == ChoiceKind::Begin {
+        return "nothing else predicts postures that were not fitted better by more than 5 % of the squares and two standard errors".into();
     }
+    let gains: Vec<String> = choice
+        .gains
+        .iter()
+        .map(|g| {
+            let [before, after] = g.rms.map(|x| x / MM);
+            format!("{} {before:.4} to {after:.4} mm ({:.0} standard errors)", g.division.words(), g.sigma)
+        })
+        .collect();
+    format!("it predicts postures that were not fitted better: {}", gains.join(", "))
 }

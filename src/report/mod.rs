@@ -29,6 +29,7 @@ pub use page::{
     CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageSubject, Standing, Views, chart_page_html, page_html,
 };
 pub use tables::{
-    histogram, parameter_rows, parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row, validation_table,
+    histogram, parameter_rows, parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row,
+    validation_table, wider_sentence,
 };
 pub use workspace::{Outlook, extrapolation_json, extrapolation_sentence};

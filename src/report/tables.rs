@@ -68,6 +68,21 @@ pub fn parameter_table(c: &Calibration) -> String {
     out.to_string()
 }
 
+/// That the uncertainties hold what the model lacks, where that widens them: a line, or nothing.
+pub fn wider_sentence(c: &Calibration) -> String {
+    let mut ratios: Vec<f64> = c.estimates.iter().filter(|e| e.sigma_noise > 0.0).map(|e| e.sigma / e.sigma_noise).collect();
+    ratios.sort_by(f64::total_cmp);
+    match ratios.get(ratios.len() / 2) {
+        Some(&median) if median > WIDER => format!(
+            "The model lacks something: 1 sigma is by noise and by what it lacks, {median:.1} times (median) that by noise alone.\n"
+        ),
+        _ => String::new(),
+    }
+}
+
+/// Uncertainties wider than those by noise by more than this are said to be so.
+const WIDER: f64 = 1.05;
+
 /// Parameters of some effects, with one-sigma.
 pub fn parameter_rows(c: &Calibration, effects: &[String]) -> String {
     let mut out = table(&["parameter", "value", "1 sigma", "unit"]);

@@ -87,7 +87,11 @@ impl Outlook {
 
 /// Mean and largest error with their bands.
 pub(super) fn workspace_json(w: &WorkspaceError) -> Value {
-    json!({"mean_mm": w.mean.expected / MM, "mean_band_mm": [w.mean.low / MM, w.mean.high / MM],
+    let part = |b: &Option<Banded>| {
+        b.as_ref().map(|b| json!({"expected_mm": b.expected / MM, "expected_band_mm": [b.low / MM, b.high / MM]}))
+    };
+    json!({"ranges_seen": part(&w.ranges_seen), "elsewhere": part(&w.elsewhere),
+        "mean_mm": w.mean.expected / MM, "mean_band_mm": [w.mean.low / MM, w.mean.high / MM],
         "max_mm": w.max.expected / MM, "max_band_mm": [w.max.low / MM, w.max.high / MM]})
 }
 

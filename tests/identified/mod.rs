@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use calibench::compensate::{Conditions, Target, Wanted};
 use calibench::effects::{Subject, build};
-use calibench::identify::{Calibration, Estimate, MeasuredSetup, Model, Observability};
+use calibench::identify::{Calibration, Estimate, MeasuredSetup, Model, Observability, Outcome};
 use calibench::robot::{FramePose, Payload, Robot, built_in};
 use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, Vector3};
@@ -64,6 +64,7 @@ pub fn calibration_of(robot: Robot, effects: &[&str], seed: u64) -> Calibration 
                 unit: spec.unit,
                 value: nominal + drawn * spec.prior,
                 sigma: 0.1 * spec.prior,
+                sigma_noise: 0.1 * spec.prior,
                 nominal,
                 stated_sigma: None,
             });
@@ -79,6 +80,7 @@ pub fn calibration_of(robot: Robot, effects: &[&str], seed: u64) -> Calibration 
         correlation: DMatrix::identity(m, m),
         unresolved: Vec::new(),
         setups: vec![setup],
+        outcome: Some(Outcome::Converged),
         samples: 80,
         rms: 0.0,
         chi2_per_dof: 1.0,

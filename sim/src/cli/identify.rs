@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use calibench::identify::{Calibration, identify, write_calibration};
-use calibench::report::{calibration_json, parameter_table, unresolved_sentences};
+use calibench::identify::{Calibration, IdentifyError, Outcome as FitOutcome, identify, read_calibration, write_calibration};
+use calibench::report::{calibration_json, parameter_table, unresolved_sentences, wider_sentence};
 use calibench::units::MM;
 
 use super::progress::Waiting;
@@ -30,17 +30,27 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting");
-    let calibration = identify(&named(&datasets), &model).map_err(blame)?;
+    let calibration = match identify(&named(&datasets), &model) {
+        Err(e @ IdentifyError::Inconsistent { .. }) => return Err(e.into()),
+        other => other.map_err(blame)?,
+    };
     drop(waiting);
     if let Some(path) = &arguments.output {
         write_calibration(&calibration, path)?;
+        calibration.check_residual(&named(&datasets), &read_calibration(path)?)?;
     }
     if arguments.json {
         print_json(&calibration_json(&calibration))?;
     } else {
         print(&story(&calibration))?;
     }
-    Ok(Outcome::Done)
+    match calibration.outcome {
+        Some(FitOutcome::Converged) | None => Ok(Outcome::Done),
+        Some(other) => {
+            eprintln!("warning: the fit {}: do not use this calibration", other.in_words());
+            Ok(Outcome::ExpectationFailed)
+        }
+    }
 }
 
 /// A calibration in words and tables.
@@ -48,9 +58,10 @@ pub fn story(c: &Calibration) -> String {
     let mut out = parameter_table(c);
     let o = &c.observability;
     out.push_str(&format!(
-        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D), chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps\n",
-        c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations
+        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D), chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps, {}\n",
+        c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations, c.outcome.map_or("outcome not stated", FitOutcome::name)
     ));
+    out.push_str(&wider_sentence(c));
     if !c.noise_stated {
         out.push_str(
             "The data do not state their noise: uncertainties are scaled by the residuals, and chi2 says nothing of the fit.\n",

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Climb, Extrapolation, ProvingGround, Rung, WorkspacePoses, ladder};
+use calibench::assess::{ChoiceKind, Climb, Extrapolation, ProvingGround, Rung, WorkspacePoses, ladder};
 use calibench::identify::{write_model, write_model_like};
 use calibench::report::{
     advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence, top_sentences,
@@ -48,18 +48,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let climbed = ladder(&named, &model, ground, &mut |climb| narrate(&waiting, &climb));
     drop(waiting);
     let climbed = climbed.map_err(|e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
-    let (recommended_rung, _) = climbed.recommended();
-    let chosen = match (arguments.whole, &climbed.whole) {
-        (false, _) => recommended_rung,
-        (true, Some(whole)) => whole,
-        (true, None) => {
-            return Err("there is no model of the whole library: nothing is missing, or these data do not determine it".into());
-        }
+    let chosen = climbed.recommended();
+    let written = if arguments.whole {
+        let library = climbed.recommendation.of_kind(ChoiceKind::Library);
+        let none = "there is no model of the whole library: nothing is missing, or these data do not determine it";
+        &library.ok_or(none)?.model
+    } else {
+        &chosen.model
     };
     if let Some(path) = &arguments.output {
         match &arguments.model {
-            Some(like) => write_model_like(&chosen.model, like, path)?,
-            None => write_model(&chosen.model, path)?,
+            Some(like) => write_model_like(written, like, path)?,
+            None => write_model(written, path)?,
         }
     }
     warn_of_poses(&chosen.calibration, &poses);
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&document)?;
         return Ok(Outcome::Done);
     }
-    print(&rung_table(&climbed.rungs.iter().chain(&climbed.whole).collect::<Vec<&Rung>>()))?;
+    print(&rung_table(&climbed.rungs.iter().chain(&climbed.other).collect::<Vec<&Rung>>()))?;
     for sentence in top_sentences(&climbed.top, &recommended(&arguments.datasets, arguments.model.as_deref())) {
         print(&sentence)?;
     }
@@ -85,8 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     print(&advice(&climbed))?;
     if let Some(path) = &arguments.output {
-        let which = if chosen.added.len() > 1 { "whole library" } else { "last rung" };
-        print(&format!("The model of the {which} is in {}.", path.display()))?;
+        let which = if arguments.whole { "model of the whole library" } else { "recommended model" };
+        print(&format!("The {which} is in {}.", path.display()))?;
     }
     Ok(Outcome::Done)
 }
@@ -104,6 +104,6 @@ fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
             rung.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
             waiting.now("looking for the next step");
         }
-        Climb::WholeLibrary => waiting.now("fitting the whole library"),
+        Climb::Choosing => waiting.now("choosing between steps, error curves and the whole library"),
     }
 }

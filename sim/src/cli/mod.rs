@@ -166,7 +166,12 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             if is_closed_pipe(failure.as_ref()) {
                 return ExitCode::SUCCESS;
             }
-            let code = if failure.is::<Interrupted>() || failure.is::<Hardware>() { HARDWARE } else { BAD_INPUT };
+            let inconsistent = matches!(failure.downcast_ref(), Some(IdentifyError::Inconsistent { .. }));
+            let code = match () {
+                () if failure.is::<Interrupted>() || failure.is::<Hardware>() => HARDWARE,
+                () if inconsistent => 1,
+                () => BAD_INPUT,
+            };
             refuse(&with_reasons(failure.as_ref()), code)
         }
     }

@@ -165,6 +165,13 @@ fn stated(id: &str, given: &BTreeMap<String, f64>, cell: &Dataset, sources: &Sou
     let key = format!("truth.effects.{id}");
     let effect = effects::build(id, &Subject::new(&cell.robot, &cell.ball_ids()))
         .map_err(|e| sources.wrong(&key, e.to_string(), "correct its name"))?;
+    if effects::family(id).is_some_and(|f| f.follows.contains(&effects::Follows::LastMove)) {
+        return Err(sources.wrong(
+            &key,
+            "is an error of the read-back, and the simulated arm is read at rest".into(),
+            "leave it out",
+        ));
+    }
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
     if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {
         let remedy = format!("its parameters are: {}, or draw", keys.join(", "));

@@ -1,6 +1,6 @@
 //! What the user has opened and done.
 
-use calibench::assess::{CellLayout, Examination, Objection, Proposal, WORKSPACE_POSES, propose, rung, workspace_poses};
+use calibench::assess::{CellLayout, Examination, Objection, Proposal, WORKSPACE_POSES, propose, step, workspace_poses};
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
 use calibench::report::{Page, PageSubject, Recommended, Standing, Views, next_json, objection_sentence, rung_json, step_json};
@@ -237,8 +237,7 @@ impl Bench {
             let mut model = here.rung.model.with(&effect.name);
             let name = effect.name.clone();
             model.own.push(effect);
-            let after = rung(datasets, &model, here.ground())?;
-            Ok::<_, Refusal>(calibench::assess::Rung { added: vec![name], ..after })
+            Ok::<_, Refusal>(step(datasets, &here.rung, &model, vec![name], here.ground())?)
         })?;
         self.taken(after, force)
     }

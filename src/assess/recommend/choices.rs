@@ -3,7 +3,6 @@
 use super::curves;
 use super::folds::Folds;
 use super::linear::{self, Linear};
-use super::postures::Postures;
 use super::robust;
 use super::rule::Gain;
 use crate::assess::examination::Examination;
@@ -33,6 +32,19 @@ pub enum Kind {
     StepsAndCurves,
     /// With the whole library, each effect held to the size that the data give it.
     Library,
+}
+
+impl Kind {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Begin => "begin",
+            Kind::Steps => "steps",
+            Kind::Curves => "curves",
+            Kind::StepsAndCurves => "steps_and_curves",
+            Kind::Library => "whole_library",
+        }
+    }
 }
 
 /// A model that may be used.
@@ -80,6 +92,18 @@ pub struct Recommendation {
 }
 
 impl Recommendation {
+    /// Places of the choices that convince, best first; the model to begin with is always among them.
+    pub fn ranked(&self) -> Vec<usize> {
+        let mut places: Vec<usize> = (0..self.choices.len()).filter(|&k| self.choices[k].convinces()).collect();
+        places.sort_by(|&a, &b| self.choices[a].left().total_cmp(&self.choices[b].left()));
+        places
+    }
+
+    /// The choice of a kind, where it was offered.
+    pub fn of_kind(&self, kind: Kind) -> Option<&Choice> {
+        self.choices.iter().find(|c| c.kind == kind)
+    }
+
     /// The model to use.
     pub fn choice(&self) -> &Choice {
         &self.choices[self.chosen]
@@ -97,7 +121,8 @@ pub fn recommend(
     library: &[(String, f64)],
 ) -> Result<Recommendation, IdentifyError> {
     let begin = examination.model();
-    let postures = Postures::new(&examination.circumstances).len();
+    let divisions = super::postures(&examination.circumstances);
+    let postures = divisions.count();
     let bands = curves::bands(examination.problem().robot().joints(), postures);
     let plain: Vec<&String> = steps.iter().filter(|id| !id.starts_with("outlier:")).collect();
     let ids = plain.iter().copied().chain(&bands).chain(library.iter().map(|(id, _)| id));
@@ -139,7 +164,7 @@ pub fn recommend(
 
     let variants: Vec<linear::Choice> = held.iter().map(|(_, held)| linear.with(held.iter().copied())).collect();
     let mut gains: Vec<Vec<Gain>> = vec![Vec::new(); held.len()];
-    for folds in Folds::all(&linear.postures, &wide.circumstances) {
+    for folds in Folds::all(&divisions, &wide.circumstances) {
         let division = folds.division;
         let products = linear.fold_products(folds);
         let before = linear.held_out(&products, &variants[0])?;
@@ -171,9 +196,9 @@ pub fn recommend(
         Choice { kind, model, added, gains }
     };
     let choices: Vec<Choice> = held.into_iter().zip(gains).map(choice).collect();
-    let convincing = (0..choices.len()).filter(|&k| choices[k].convinces());
-    let chosen = convincing.min_by(|&a, &b| choices[a].left().total_cmp(&choices[b].left())).unwrap_or(0);
-    Ok(Recommendation { choices, chosen, aside, postures })
+    let mut all = Recommendation { choices, chosen: 0, aside, postures };
+    all.chosen = all.ranked().first().copied().unwrap_or(0);
+    Ok(all)
 }
 
 /// Whether the postures are enough for what the data take of these candidates.

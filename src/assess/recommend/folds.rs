@@ -5,8 +5,8 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::postures::Postures;
 use crate::identify::Circumstance;
+use crate::measure::Postures;
 
 /// Parts of every division.
 const FOLDS: usize = 10;
@@ -32,6 +32,15 @@ pub enum Division {
 }
 
 impl Division {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Division::Random => "postures",
+            Division::Time => "time",
+            Division::Blocks => "blocks",
+        }
+    }
+
     /// In words, after "predicted from the others in".
     pub fn words(self) -> &'static str {
         match self {
@@ -51,17 +60,22 @@ pub(super) struct Folds {
 }
 
 impl Folds {
+    /// Whole postures, drawn at random.
+    pub fn random(postures: usize) -> Folds {
+        let count = FOLDS.min(postures);
+        let mut order: Vec<usize> = (0..postures).collect();
+        order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
+        let mut of = vec![0; postures];
+        order.iter().enumerate().for_each(|(k, &p)| of[p] = k * count / postures);
+        Folds { division: Division::Random, of, count }
+    }
+
     /// The divisions that a campaign of these postures bears.
     pub fn all(postures: &Postures, circumstances: &[Circumstance]) -> Vec<Folds> {
-        let n = postures.len();
+        let n = postures.count();
         let count = FOLDS.min(n);
-        let mut order: Vec<usize> = (0..n).collect();
-        order.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
-        let mut random = vec![0; n];
-        order.iter().enumerate().for_each(|(k, &p)| random[p] = k * count / n);
         let time = (0..n).map(|p| p * count / n).collect();
-        let mut all =
-            vec![Folds { division: Division::Random, of: random, count }, Folds { division: Division::Time, of: time, count }];
+        let mut all = vec![Folds::random(n), Folds { division: Division::Time, of: time, count }];
         if n >= BLOCKS_FROM {
             all.push(Folds { division: Division::Blocks, of: blocks(postures, circumstances, count), count });
         }
@@ -71,7 +85,7 @@ impl Folds {
 
 /// k-means in joint space, every joint alike, from centres that are far apart.
 fn blocks(postures: &Postures, circumstances: &[Circumstance], count: usize) -> Vec<usize> {
-    let points: Vec<&[f64]> = postures.samples.iter().map(|s| circumstances[s[0]].q.as_slice()).collect();
+    let points: Vec<&[f64]> = postures.members().iter().map(|s| circumstances[s[0]].q.as_slice()).collect();
     let distance = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut centres: Vec<Vec<f64>> = vec![points[random.random_range(0..points.len())].to_vec()];

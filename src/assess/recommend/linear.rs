@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::folds::Folds;
-use super::postures::Postures;
 use crate::assess::examination::{Examination, Span};
 use crate::identify::{FitError, Parameter, linalg};
 use crate::units::DEG;
@@ -38,7 +37,9 @@ pub(super) struct Linear {
     pub spans: Vec<Span>,
     /// First scalar residual and their number, of each sample.
     pub stretch: Vec<(usize, usize)>,
-    pub postures: Postures,
+    /// Posture of each sample, and samples of each posture.
+    pub posture: Vec<usize>,
+    pub members: Vec<Vec<usize>>,
     /// Joint angles of each sample, rad.
     pub q: Vec<Vec<f64>>,
     /// m² of one whitened square, of each sample.
@@ -64,6 +65,7 @@ impl Linear {
     pub fn new(examination: &Examination) -> Self {
         let Examination { rows, fitted, spans, circumstances, problem, fit, .. } = examination;
         let parameters = problem.parameters();
+        let postures = super::postures(circumstances);
         let mut unit = vec![0.0; circumstances.len()];
         problem.for_each_sample(&fit.values, &mut |s| unit[s.place] = s.variance / s.height as f64);
         let information: Vec<f64> = fit.kept.iter().map(|&p| parameters[p].knowledge.information()).collect();
@@ -73,7 +75,8 @@ impl Linear {
             fitted: fitted.len(),
             spans: spans.clone(),
             stretch: circumstances.iter().map(|c| (c.first_row, c.height)).collect(),
-            postures: Postures::new(circumstances),
+            posture: postures.of_samples().to_vec(),
+            members: postures.members(),
             q: circumstances.iter().map(|c| c.q.clone()).collect(),
             unit,
             aside: vec![false; circumstances.len()],
@@ -160,7 +163,7 @@ impl Linear {
     pub fn fold_products(&self, folds: Folds) -> FoldProducts {
         let of_fold: Vec<DMatrix<f64>> = (0..folds.count)
             .into_par_iter()
-            .map(|f| self.products(&self.taken().filter(|&s| folds.of[self.postures.of[s]] == f).collect::<Vec<_>>()))
+            .map(|f| self.products(&self.taken().filter(|&s| folds.of[self.posture[s]] == f).collect::<Vec<_>>()))
             .collect();
         let all = of_fold.iter().fold(self.always(), |sum, own| sum + own);
         FoldProducts { folds, of_fold, all }
@@ -187,7 +190,7 @@ impl Linear {
     /// Mean square of the held-out rows of each posture, m², of a choice; `None` where nothing of the posture is inside what was seen.
     pub fn held_out(&self, products: &FoldProducts, choice: &Choice) -> Result<Vec<Option<f64>>, FitError> {
         let of_fold = |f: usize| -> Result<Vec<(usize, f64)>, FitError> {
-            let held: Vec<usize> = self.taken().filter(|&s| products.folds.of[self.postures.of[s]] == f).collect();
+            let held: Vec<usize> = self.taken().filter(|&s| products.folds.of[self.posture[s]] == f).collect();
             let train = &products.all - &products.of_fold[f];
             let step = self.solve(&train, choice)?;
             let mut residual: Vec<f64> = Vec::new();
@@ -213,9 +216,9 @@ impl Linear {
             Ok(squares)
         };
         let all: Vec<Vec<(usize, f64)>> = (0..products.folds.count).into_par_iter().map(of_fold).collect::<Result<_, _>>()?;
-        let mut sums = vec![(0.0, 0.0); self.postures.len()];
+        let mut sums = vec![(0.0, 0.0); self.members.len()];
         for (s, square) in all.into_iter().flatten() {
-            let sum = &mut sums[self.postures.of[s]];
+            let sum = &mut sums[self.posture[s]];
             *sum = (sum.0 + square, sum.1 + 1.0);
         }
         Ok(sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect())
@@ -225,7 +228,7 @@ impl Linear {
     fn inside(&self, products: &FoldProducts, f: usize) -> impl Fn(&[f64]) -> bool {
         let joints = self.q.first().map_or(0, Vec::len);
         let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; joints];
-        for s in self.taken().filter(|&s| products.folds.of[self.postures.of[s]] != f) {
+        for s in self.taken().filter(|&s| products.folds.of[self.posture[s]] != f) {
             ranges.iter_mut().zip(&self.q[s]).for_each(|(r, &q)| *r = [r[0].min(q), r[1].max(q)]);
         }
         move |q: &[f64]| {
@@ -251,7 +254,7 @@ impl Linear {
             if own.is_empty() {
                 continue;
             }
-            let training = self.taken().filter(|&s| products.folds.of[self.postures.of[s]] != f && touches(s));
+            let training = self.taken().filter(|&s| products.folds.of[self.posture[s]] != f && touches(s));
             let rows: usize = training.map(|s| self.stretch[s].1).sum();
             if rows as f64 >= ROWS_A_NUMBER * columns.len() as f64 {
                 continue;

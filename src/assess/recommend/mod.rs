@@ -7,11 +7,28 @@ mod choices;
 mod curves;
 mod folds;
 mod linear;
-mod postures;
 mod robust;
 mod rule;
 mod shrinkage;
+mod steps;
 
 pub use choices::{Choice, Kind, Recommendation, recommend};
 pub use folds::Division;
 pub use rule::Gain;
+pub(super) use steps::{gains, gains_of_each};
+
+use crate::identify::Circumstance;
+use crate::measure::Postures;
+
+/// Fold of each sample where whole postures are drawn at random.
+pub(super) fn random_folds(circumstances: &[Circumstance]) -> Vec<usize> {
+    let postures = postures(circumstances);
+    let folds = folds::Folds::random(postures.count());
+    postures.of_samples().iter().map(|&p| folds.of[p]).collect()
+}
+
+/// Postures of a campaign, whatever the set-up or the target: what the arm does is the same.
+pub(super) fn postures(circumstances: &[Circumstance]) -> Postures {
+    let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
+    Postures::of_joints(&joints, &vec![0; joints.len()])
+}

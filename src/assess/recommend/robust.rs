@@ -22,7 +22,7 @@ const BEYOND: f64 = 6.0;
 pub(super) fn distances(linear: &Linear) -> Result<Vec<f64>, FitError> {
     let m = linear.fitted;
     let last = linear.rows.nrows() - 1;
-    let postures = linear.postures.len();
+    let postures = linear.members.len();
     let choice = linear.base();
     let row = |k: usize| (linear.rows.column(k).rows(0, m).into_owned(), linear.rows[(last, k)]);
     let always = linear.always();
@@ -32,7 +32,7 @@ pub(super) fn distances(linear: &Linear) -> Result<Vec<f64>, FitError> {
         let mut normal = always.view((0, 0), (m, m)).into_owned();
         let mut gradient = DVector::from_vec(choice.pull.clone()) + always.view((0, last), (m, 1)).column(0);
         for (s, &(first, height)) in linear.stretch.iter().enumerate() {
-            let w = weight[linear.postures.of[s]];
+            let w = weight[linear.posture[s]];
             for k in first..first + height {
                 let (x, y) = row(k);
                 normal.syger(w, &x, &x, 1.0);
@@ -48,7 +48,7 @@ pub(super) fn distances(linear: &Linear) -> Result<Vec<f64>, FitError> {
         let mut inverse = DMatrix::zeros(m, m);
         factor.inverse(&mut inverse);
         let step = (&inverse * gradient.component_mul(&scale)).component_mul(&scale);
-        for (p, samples) in linear.postures.samples.iter().enumerate() {
+        for (p, samples) in linear.members.iter().enumerate() {
             let (mut squares, mut leverage, mut count) = (0.0, 0.0, 0.0);
             for &s in samples {
                 let (first, height) = linear.stretch[s];
@@ -70,7 +70,7 @@ pub(super) fn distances(linear: &Linear) -> Result<Vec<f64>, FitError> {
             *w = (NU + 3.0) / (NU + *d);
         }
     }
-    Ok(linear.postures.of.iter().map(|&p| distance[p].sqrt()).collect())
+    Ok(linear.posture.iter().map(|&p| distance[p].sqrt()).collect())
 }
 
 /// Which samples to set aside.

@@ -5,10 +5,21 @@ use nalgebra::Vector3;
 use super::Setup;
 use super::moves::Moves;
 use super::sample_row::SampleRow;
+use super::weighing::RowTerms;
 use crate::robot::{Postures, Robot, Site, SiteIndex, Stances, Vectors};
 
 /// Samples posed at once: two registers of four numbers, or one of eight.
 pub(super) const ABREAST: usize = 8;
+
+/// How far the parameters move the arm of some rows.
+#[derive(Clone, Copy)]
+pub(super) struct Deviating<'a> {
+    /// Values of the parameters, SI.
+    pub values: &'a [f64],
+    pub patterns: &'a [Vec<Moves>],
+    /// Of each of the rows, and perhaps of more.
+    pub terms: &'a [RowTerms],
+}
 
 /// Room for that many samples.
 pub(super) struct Abreast {
@@ -35,31 +46,29 @@ impl Abreast {
         }
     }
 
-    /// Poses the arm for these samples, no more than [`ABREAST`], where the parameters have `values`; as drawn without them. Lanes left
+    /// Poses the arm for these samples, no more than [`ABREAST`], as the parameters move it; the nominal arm without them. Lanes left
     /// over stand anywhere.
-    pub fn pose(
-        &mut self,
-        robot: &Robot,
-        setups: &[Setup],
-        patterns: &[Vec<Moves>],
-        rows: &[SampleRow],
-        values: Option<&[f64]>,
-    ) {
+    pub fn pose(&mut self, robot: &Robot, setups: &[Setup], rows: &[SampleRow], deviating: Option<Deviating<'_>>) {
         let Abreast { base, tool, q, deviations, postures, .. } = self;
         deviations.fill([0.0; ABREAST]);
         for (lane, row) in rows.iter().enumerate() {
             row.lay_in(lane, &setups[row.setup], base, tool, q);
         }
-        match (values, rows) {
-            (Some(values), [first, others @ ..]) if others.iter().all(|row| row.is_moved_as(first)) => {
-                deviate_alike(&patterns[first.pattern], rows, values, deviations);
-            }
-            (Some(values), _) => {
-                for (lane, row) in rows.iter().enumerate() {
-                    row.deviate(&patterns[row.pattern], values, |place, by| deviations[place][lane] += by);
+        if let Some(Deviating { values, patterns, terms }) = deviating {
+            let terms = &terms[..rows.len()];
+            let pattern = |terms: &RowTerms| patterns[terms.pattern].as_slice();
+            match (rows, terms) {
+                ([row, rows @ ..], [first, others @ ..])
+                    if rows.iter().all(|r| r.is_set_up_as(row)) && others.iter().all(|t| t.pattern == first.pattern) =>
+                {
+                    deviate_alike(pattern(first), terms, values, deviations);
+                }
+                _ => {
+                    for (lane, terms) in terms.iter().enumerate() {
+                        terms.deviate(pattern(terms), values, |place, by| deviations[place][lane] += by);
+                    }
                 }
             }
-            (None, _) => {}
         }
         postures.set_all(robot, &Stances { base, tool, q, deviations });
     }
@@ -98,8 +107,8 @@ impl Abreast {
     }
 }
 
-/// What [`SampleRow::deviate`] adds for each of some rows that are moved by the same terms.
-fn deviate_alike(pattern: &[Moves], rows: &[SampleRow], values: &[f64], deviations: &mut [[f64; ABREAST]]) {
+/// What [`RowTerms::deviate`] adds for each of some rows that are moved by the same terms.
+fn deviate_alike(pattern: &[Moves], rows: &[RowTerms], values: &[f64], deviations: &mut [[f64; ABREAST]]) {
     for (term, moves) in pattern.iter().enumerate() {
         let (value, deviations) = (values[moves.parameter], &mut deviations[moves.place]);
         if value == 0.0 {

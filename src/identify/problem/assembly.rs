@@ -10,9 +10,9 @@ use super::distance_row::DistanceRow;
 use super::order::joints_before;
 use super::sample_row::SampleRow;
 use super::start::{start, worlds_own};
-use super::weighing::WeighingRoom;
+use super::weighing::LoadState;
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
-use crate::effects::{self, Effect, Needs, Owner, ParameterSpec};
+use crate::effects::{self, Effect, Follows, Needs, Owner, ParameterSpec};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Robot, Site};
@@ -228,7 +228,6 @@ impl<'a> Assembly<'a> {
         let shared = datasets.iter().zip(balls).zip(effects);
         let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, model.measured_torques)).collect();
         let compliances = compliances(&parameters, robot.joints());
-        let (scale, compliance) = (WeighingRoom::new(&robot), vec![0.0; robot.joints()]);
         let mut problem = Problem {
             robot,
             which,
@@ -236,18 +235,20 @@ impl<'a> Assembly<'a> {
             parameters,
             cells,
             rows: Vec::new(),
-            patterns: Vec::new(),
+            drawn: LoadState::default(),
+            settled: None,
             distances,
             row_count: 0,
             torque_posture,
             compliances,
-            compliance,
             acts_through_compliance: false,
             sample_ids: Vec::new(),
-            scale,
+            room: None,
         };
         for (d, (_, dataset)) in datasets.iter().enumerate() {
-            let before = joints_before(&dataset.samples);
+            let moves_matter =
+                model.effects.iter().any(|e| model.family(e).is_some_and(|f| f.follows.contains(&Follows::LastMove)));
+            let before = if moves_matter { joints_before(&dataset.samples) } else { vec![None; dataset.samples.len()] };
             for (sample, before) in dataset.samples.iter().zip(before).filter(|(s, _)| which.takes(s)) {
                 let setup = setup_of[&(d, sample.session.as_deref())];
                 let mut row = SampleRow::new(&problem.cells, d, setup, problem.row_count, sample);
@@ -268,9 +269,9 @@ impl<'a> Assembly<'a> {
         problem.row_count += problem.distances.len();
         let through = |placed: &Placed| placed.effect.needs().contains(&Needs::Compliance);
         problem.acts_through_compliance = problem.cells.iter().any(|cell| cell.effects.iter().any(through));
-        problem.weigh(None);
+        problem.load_nominal();
         problem.check_values()?;
-        for moves in problem.patterns.iter().flatten() {
+        for moves in problem.drawn.patterns.iter().flatten() {
             if let Site::Mdh(i, _) = moves.site {
                 problem.parameters[moves.parameter].link = Some(i.into());
             }
@@ -319,6 +320,7 @@ fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: Belie
         owner: effect.owner(),
         setup: None,
         link: None,
+        through: effect.needs().contains(&Needs::Compliance),
         defines_world: false,
     }));
     first

@@ -59,8 +59,10 @@ impl Problem {
             let Parameter { effect, knowledge, .. } = &self.parameters[p];
             *knowledge == Knowledge::Flat && effect.starts_with("ball:")
         };
-        let of_row = |row: &super::SampleRow| {
-            self.pose(row, values, &mut work);
+        let state = self.load_state(values);
+        let of_row = |(place, row): (usize, &super::SampleRow)| {
+            self.pose(place, values, &state, &mut work);
+            let pattern = &state.patterns[state.rows[place].pattern];
             let sight = self.residual(row, &work).1;
             let whiten = |column: Vector3<f64>| match sight {
                 Some(sight) => Vector3::new(row.whitener[(0, 0)] * sight.dot(&column), 0.0, 0.0),
@@ -75,7 +77,7 @@ impl Problem {
                 first_row: row.first_row,
                 height: row.height(),
                 setup: row.setup,
-                free_ball: self.patterns[row.pattern].iter().map(|moves| moves.parameter).filter(|&p| is_free(p)).min(),
+                free_ball: pattern.iter().map(|moves| moves.parameter).filter(|&p| is_free(p)).min(),
                 ball: row.ball(),
                 q: row.q().to_vec(),
                 tau: loads.tau.clone(),
@@ -85,6 +87,6 @@ impl Problem {
                 tool: [0, 1, 2].map(|k| column(Site::tool(k))),
             }
         };
-        self.rows.iter().map(of_row).collect()
+        self.rows.iter().enumerate().map(of_row).collect()
     }
 }

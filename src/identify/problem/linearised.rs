@@ -1,6 +1,6 @@
 //! The problem near some values: residuals and their derivatives.
 
-use std::collections::HashMap;
+use std::ops::Range;
 
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
@@ -8,8 +8,9 @@ use rayon::prelude::*;
 use super::abreast::{ABREAST, Abreast};
 use super::moves::Moves;
 use super::sample_row::SampleRow;
+use super::weighing::{LoadState, RowTerms};
 use super::{Problem, STRETCH};
-use crate::robot::{Posture, Robot, Site, SiteIndex};
+use crate::robot::{MdhEntry, Posture, Robot, Site, SiteIndex};
 
 /// Reused from evaluation to evaluation.
 pub(in crate::identify) struct Workspace {
@@ -17,6 +18,14 @@ pub(in crate::identify) struct Workspace {
     pub(super) deviations: Vec<f64>,
     abreast: Abreast,
     destinations: Destinations,
+    products: Vec<(usize, usize, f64)>,
+}
+
+/// Where the problem is evaluated: values of its parameters, SI, and loads.
+#[derive(Clone, Copy)]
+struct At<'a> {
+    values: &'a [f64],
+    state: &'a LoadState,
 }
 
 /// Where the terms of a pattern go.
@@ -47,6 +56,7 @@ impl Workspace {
             deviations: vec![0.0; sites],
             abreast: Abreast::new(robot),
             destinations: Destinations::default(),
+            products: Vec::new(),
         }
     }
 }
@@ -83,9 +93,11 @@ impl Linearised {
 }
 
 impl Problem {
-    pub(super) fn pose(&self, row: &SampleRow, values: &[f64], work: &mut Workspace) {
+    /// Poses the arm of one sample, by its place, under those loads.
+    pub(super) fn pose(&self, place: usize, values: &[f64], state: &LoadState, work: &mut Workspace) {
+        let (row, terms): (&SampleRow, &RowTerms) = (&self.rows[place], &state.rows[place]);
         work.deviations.fill(0.0);
-        row.deviate(&self.patterns[row.pattern], values, |place, by| work.deviations[place] += by);
+        terms.deviate(&state.patterns[terms.pattern], values, |place, by| work.deviations[place] += by);
         row.pose(&self.robot, &self.setups[row.setup], &mut work.posture, &work.deviations);
     }
 
@@ -95,36 +107,46 @@ impl Problem {
         row.residual(&work.posture.tcp(), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
     }
 
-    /// Residuals in metres, three a sample (a distance has one and two zeros), without weighting.
+    /// Residuals in metres, three a sample (a distance has one and two zeros), without weighting, under the loads at `values`.
     pub fn residuals(&self, values: &[f64]) -> Vec<Vector3<f64>> {
+        let state = self.load_state(values);
         let mut abreast = Abreast::new(&self.robot);
         let mut residuals = Vec::with_capacity(self.rows.len());
-        for rows in self.rows.chunks(ABREAST) {
-            abreast.pose(&self.robot, &self.setups, &self.patterns, rows, Some(values));
+        for (chunk, rows) in self.rows.chunks(ABREAST).enumerate() {
+            abreast.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, chunk * ABREAST)));
             let residual = |(lane, row): (usize, &SampleRow)| row.residual(&abreast.tcp(lane), &abreast.target_moved(lane)).0;
             residuals.extend(rows.iter().enumerate().map(residual));
         }
         residuals
     }
 
-    /// Evaluates whitened residuals and derivatives of the model side at `values`.
-    pub(in crate::identify) fn linearise(&self, values: &[f64], work: &mut Workspace, near: &mut Linearised) {
+    /// Evaluates whitened residuals and derivatives of the model side at `values` under the loads `state`.
+    ///
+    /// The derivatives leave out how the posture changes the loads, which is the ratio of deflection to arm length of them.
+    pub(in crate::identify) fn linearise(
+        &self,
+        values: &[f64],
+        state: &LoadState,
+        work: &mut Workspace,
+        near: &mut Linearised,
+    ) {
+        let at = At { values, state };
         let Linearised { row_of, transposed } = near;
         let width = transposed.nrows();
         let cells = transposed.as_mut_slice();
         let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len()) * width);
         if self.rows.len() <= STRETCH {
-            self.linearise_rows(&self.rows, values, work, row_of, width, of_samples);
+            self.linearise_rows(0..self.rows.len(), at, work, row_of, width, of_samples);
         } else {
             let mut tasks = Vec::new();
-            for rows in self.rows.chunks(STRETCH) {
+            for (stretch, rows) in self.rows.chunks(STRETCH).enumerate() {
                 let height: usize = rows.iter().map(SampleRow::height).sum();
                 let (own, others) = of_samples.split_at_mut(height * width);
-                tasks.push((rows, own));
+                tasks.push((stretch * STRETCH..stretch * STRETCH + rows.len(), own));
                 of_samples = others;
             }
-            let task = |work: &mut Workspace, (rows, own): (&[SampleRow], &mut [f64])| {
-                self.linearise_rows(rows, values, work, row_of, width, own);
+            let task = |work: &mut Workspace, (rows, own): (Range<usize>, &mut [f64])| {
+                self.linearise_rows(rows, at, work, row_of, width, own);
             };
             tasks.into_par_iter().for_each_init(|| Workspace::new(&self.robot), task);
         }
@@ -144,24 +166,27 @@ impl Problem {
     /// The same of some rows alone, into their own stretch of memory.
     fn linearise_rows(
         &self,
-        rows: &[SampleRow],
-        values: &[f64],
+        rows: Range<usize>,
+        at: At<'_>,
         work: &mut Workspace,
         row_of: &[usize],
         width: usize,
         mut cells: &mut [f64],
     ) {
         let m = width - 1;
-        let Workspace { abreast, destinations, .. } = work;
+        let At { values, state } = at;
+        let Workspace { abreast, destinations, products, .. } = work;
         destinations.of = None;
-        for rows in rows.chunks(ABREAST) {
-            abreast.pose(&self.robot, &self.setups, &self.patterns, rows, Some(values));
+        let places = rows.clone().step_by(ABREAST);
+        for (first, rows) in places.zip(self.rows[rows].chunks(ABREAST)) {
+            abreast.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, first)));
             abreast.find_columns();
-            for (lane, row) in rows.iter().enumerate() {
-                let pattern = &self.patterns[row.pattern];
-                if destinations.of != Some(row.pattern) {
-                    destinations.lay_out(row.pattern, pattern, row_of);
+            for (lane, (row, terms)) in rows.iter().zip(&state.rows[first..]).enumerate() {
+                let pattern = &state.patterns[terms.pattern];
+                if destinations.of != Some(terms.pattern) {
+                    destinations.lay_out(terms.pattern, pattern, row_of);
                 }
+                self.find_products(terms, at, row_of, products);
                 let (residual, sight) = row.residual(&abreast.tcp(lane), &abreast.target_moved(lane));
                 let (own, others) = cells.split_at_mut(row.height() * width);
                 cells = others;
@@ -171,7 +196,10 @@ impl Problem {
                     for &[term, k, place] in &destinations.all {
                         let flex = || abreast.flex_column(lane, pattern[term].site);
                         let column = abreast.columns().get(place).map_or_else(flex, |columns| columns.at(lane));
-                        own[k] += row.weights[term] * sight.dot(&column);
+                        own[k] += terms.weights[term] * sight.dot(&column);
+                    }
+                    for &(k, place, weight) in products.iter() {
+                        own[k] += weight * sight.dot(&abreast.columns()[place].at(lane));
                     }
                     own[m] = residual.x;
                     own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
@@ -181,7 +209,7 @@ impl Problem {
                 let (y, z) = yz.split_at_mut(width);
                 let z = &mut z[..width];
                 for &[term, k, place] in &destinations.all {
-                    let weight = row.weights[term];
+                    let weight = terms.weights[term];
                     // Each on its own: put together in one place, a column would wait there for its parts.
                     if let Some(column) = abreast.columns().get(place) {
                         x[k] += weight * column.x[lane];
@@ -194,8 +222,33 @@ impl Problem {
                         z[k] += weight * column.z;
                     }
                 }
+                for &(k, place, weight) in products.iter() {
+                    let column = abreast.columns()[place].at(lane);
+                    x[k] += weight * column.x;
+                    y[k] += weight * column.y;
+                    z[k] += weight * column.z;
+                }
                 (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
                 row.whiten(x, y, z);
+            }
+        }
+    }
+
+    /// What a joint's compliance moves besides its own torque: an effect that acts through it is a product of both. Row of the compliance,
+    /// place of the joint's angle, weight.
+    fn find_products(&self, terms: &RowTerms, at: At<'_>, row_of: &[usize], products: &mut Vec<(usize, usize, f64)>) {
+        products.clear();
+        if !self.acts_through_compliance {
+            return;
+        }
+        for (moves, weight) in at.state.patterns[terms.pattern].iter().zip(&terms.weights) {
+            let (Site::Mdh(joint, MdhEntry::Theta), true) = (moves.site, self.parameters[moves.parameter].through) else {
+                continue;
+            };
+            let compliance = at.state.compliance[usize::from(joint)];
+            let own = self.compliances.iter().filter(|(j, p)| *j == usize::from(joint) && row_of[*p] != NONE);
+            if compliance != 0.0 && at.values[moves.parameter] != 0.0 {
+                products.extend(own.map(|&(_, p)| (row_of[p], moves.place, at.values[moves.parameter] * weight / compliance)));
             }
         }
     }
@@ -206,7 +259,7 @@ impl Problem {
             return 1.0;
         }
         let mut near = Linearised::new(self, &[]);
-        self.linearise(values, &mut Workspace::new(&self.robot), &mut near);
+        self.linearise(values, &self.load_state(values), &mut Workspace::new(&self.robot), &mut near);
         (near.chi2() / self.row_count.max(1) as f64).sqrt()
     }
 
@@ -215,27 +268,37 @@ impl Problem {
     pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
         let mut work = Workspace::new(&self.robot);
         let mut j = DMatrix::zeros(3 * self.rows.len() + self.distances.len(), columns.len());
-        let place: HashMap<usize, usize> = columns.iter().enumerate().map(|(k, &c)| (c, k)).collect();
-        for (i, row) in self.rows.iter().enumerate() {
-            self.pose(row, values, &mut work);
+        let mut row_of = vec![NONE; self.parameters.len()];
+        columns.iter().enumerate().for_each(|(k, &c)| row_of[c] = k);
+        let state = self.load_state(values);
+        let sites = SiteIndex::new(self.robot.joints());
+        let mut products = Vec::new();
+        for (i, (row, terms)) in self.rows.iter().zip(&state.rows).enumerate() {
+            self.pose(i, values, &state, &mut work);
             let sight = self.residual(row, &work).1;
-            for (moves, weight) in self.patterns[row.pattern].iter().zip(&row.weights) {
-                if let Some(&k) = place.get(&moves.parameter) {
-                    let column = work.posture.column(moves.site) * *weight;
-                    match sight {
-                        None => {
-                            let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);
-                            cells += column;
-                        }
-                        Some(sight) => j[(3 * i, k)] += sight.dot(&column),
-                    }
+            let mut add = |k: usize, column: Vector3<f64>| match sight {
+                None => {
+                    let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);
+                    cells += column;
                 }
+                Some(sight) => j[(3 * i, k)] += sight.dot(&column),
+            };
+            let pattern = &state.patterns[terms.pattern];
+            for (moves, weight) in pattern.iter().zip(&terms.weights) {
+                if row_of[moves.parameter] != NONE {
+                    add(row_of[moves.parameter], work.posture.column(moves.site) * *weight);
+                }
+            }
+            self.find_products(terms, At { values, state: &state }, &row_of, &mut products);
+            for &(k, place, weight) in &products {
+                let site = pattern.iter().find(|moves| sites.of(moves.site) == place).map(|moves| moves.site);
+                site.into_iter().for_each(|site| add(k, work.posture.column(site) * weight));
             }
         }
         for (i, row) in self.distances.iter().enumerate() {
             row.columns(values, &mut |p, slope| {
-                if let Some(&k) = place.get(&p) {
-                    j[(3 * self.rows.len() + i, k)] += slope;
+                if row_of[p] != NONE {
+                    j[(3 * self.rows.len() + i, row_of[p])] += slope;
                 }
             });
         }

@@ -52,6 +52,8 @@ pub struct Parameter {
     pub setup: Option<usize>,
     /// Link that it belongs to, counted from 0, for parameters of one link.
     pub link: Option<usize>,
+    /// Whether it acts through the joint compliances sought, and so multiplies them.
+    pub through: bool,
     /// Whether it defines the world: a number of a base that nothing known in the world contradicts. It stays where it is.
     pub defines_world: bool,
 }

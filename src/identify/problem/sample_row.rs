@@ -46,10 +46,6 @@ pub(super) struct SampleRow {
     /// W with W^T W = Sigma^-1, lower triangular; only (0, 0) for a distance.
     pub whitener: Matrix3<f64>,
     sigma: Option<f64>,
-    /// What moves the TCP, by place among the problem's patterns: most samples are moved by the same parameters at the same sites.
-    pub pattern: usize,
-    /// How much of each parameter of the pattern.
-    pub weights: Vec<f64>,
     payload: usize,
     tau: Option<Vec<f64>>,
     /// Ball or anchor, by place.
@@ -77,8 +73,6 @@ impl SampleRow {
             target: Target::Position(Vector3::zeros()),
             whitener: Matrix3::identity(),
             sigma: None,
-            pattern: 0,
-            weights: Vec::new(),
             payload: 0,
             tau: None,
             ball: None,
@@ -105,9 +99,9 @@ impl SampleRow {
         &self.q
     }
 
-    /// Whether the same terms move its TCP as another's, those that are constant by as much.
-    pub fn is_moved_as(&self, other: &SampleRow) -> bool {
-        self.pattern == other.pattern && self.setup == other.setup && self.cell == other.cell
+    /// Whether it shares set-up and cell with another, so that constant terms move it by as much.
+    pub fn is_set_up_as(&self, other: &SampleRow) -> bool {
+        self.setup == other.setup && self.cell == other.cell
     }
 
     /// Whether its noise is stated.
@@ -182,18 +176,6 @@ impl SampleRow {
         q.iter_mut().zip(&self.q).for_each(|(q, angle)| q[lane] = *angle);
     }
 
-    /// Calls `add(place, by)` for every site that deviates when the parameters that move them have `values`.
-    #[inline]
-    pub fn deviate(&self, pattern: &[Moves], values: &[f64], mut add: impl FnMut(usize, f64)) {
-        for (moves, weight) in pattern.iter().zip(&self.weights) {
-            let value = values[moves.parameter];
-            // As all are where a fit starts, and those always that the data cannot tell.
-            if value != 0.0 {
-                add(moves.place, weight * value);
-            }
-        }
-    }
-
     /// Residual with the TCP there, m: three numbers, or one and two zeros for a distance; with the line of sight for a distance.
     #[inline]
     pub fn residual(&self, tcp: &Vector3<f64>, target_moved: &Vector3<f64>) -> (Vector3<f64>, Option<Vector3<f64>>) {
@@ -207,10 +189,15 @@ impl SampleRow {
         }
     }
 
-    /// Finds how much of each parameter moves the TCP in the situation of this sample, the arm standing as in `weighed`; what moves it,
-    /// where that is other than `pattern`.
-    pub fn weigh_moves(&mut self, cell: &Cell, scale: &mut Scale<'_>, pattern: &[Moves]) -> Option<Vec<Moves>> {
-        let mut weights = std::mem::take(&mut self.weights);
+    /// Finds how much of each parameter moves the TCP in the situation of this sample; what moves it, where that is other than `pattern`.
+    pub fn weigh_moves(
+        &self,
+        cell: &Cell,
+        scale: &mut Scale<'_>,
+        pattern: &[Moves],
+        into: &mut Vec<f64>,
+    ) -> Option<Vec<Moves>> {
+        let mut weights = std::mem::take(into);
         weights.clear();
         weights.reserve(pattern.len());
         let mut found = Found { sites: SiteIndex::new(scale.robot.joints()), pattern, weights, other: None };
@@ -219,7 +206,7 @@ impl SampleRow {
         if other.is_none() && weights.len() < pattern.len() {
             other = Some(pattern[..weights.len()].to_vec());
         }
-        self.weights = weights;
+        *into = weights;
         other
     }
 

@@ -34,8 +34,9 @@ impl Problem {
     /// Shows every sample, in order, at `values`.
     pub fn for_each_sample(&self, values: &[f64], visit: &mut dyn FnMut(PosedSample<'_>)) {
         let mut work = Workspace::new(&self.robot);
+        let state = self.load_state(values);
         for (place, row) in self.rows.iter().enumerate() {
-            self.pose(row, values, &mut work);
+            self.pose(place, values, &state, &mut work);
             let (residual, sight) = self.residual(row, &work);
             let w = row.whitener;
             let (residual, whitener, variance) = match sight {
@@ -67,7 +68,7 @@ impl Problem {
     /// A parameter's row is what one of it (SI) takes off the residuals.
     pub fn whitened(&self, values: &[f64], parameters: &[usize]) -> DMatrix<f64> {
         let mut near = Linearised::new(self, parameters);
-        self.linearise(values, &mut Workspace::new(&self.robot), &mut near);
+        self.linearise(values, &self.load_state(values), &mut Workspace::new(&self.robot), &mut near);
         near.transposed
     }
 }

@@ -71,8 +71,8 @@ impl Candidate {
         comparison: &Comparison,
     ) -> Result<Self, IdentifyError> {
         let Offered { effect, wider, period } = offered;
-        let mut problem = Problem::new(datasets, &wider, Use::Fit)?;
-        let fitted = fit(&mut problem)?;
+        let problem = Problem::new(datasets, &wider, Use::Fit)?;
+        let fitted = fit(&problem)?;
         let after = problem.residuals(&fitted.values);
         let takes: Vec<Vector3<f64>> = before.points.iter().zip(&after).map(|(p, r)| p.residual - r).collect();
         let with = Comparison::of(&Calibration::of(datasets, &wider, &problem, &fitted), datasets, Use::Fit)?;

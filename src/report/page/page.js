@@ -203,7 +203,7 @@ function contribution_chart(most) {
 function ladder(report) {
   const { ladder: it, drawn: as_drawn, figures } = report;
   const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? `+ ${r.added.join(" + ")}` : "calibrated" }));
-  if (it.whole_library) rungs.push({ ...it.whole_library, name: `+ whole library (${it.whole_library.added.length})` });
+  if (it.other) rungs.push({ ...it.other, name: `+ ${it.recommended.kind.replaceAll("_", " ")} (${it.other.added.length})` });
   const rows = rungs.map((r) => ({
     name: r.name, fit: r.fit_rms_mm, cv: r.cv_rms_mm, expected: r.workspace?.mean_mm, band: r.workspace?.mean_band_mm,
     measured: r.validation?.mean_mm, largest: r.validation?.max_mm, noise: r.noise_mm, chi2: r.chi2_per_dof,

@@ -69,8 +69,8 @@ pub(super) struct Residuals {
 impl Residuals {
     /// Fits `model` to the rows of set `fit` and looks at each; samples that are `spoken_of` are drawn in any case.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model, spoken_of: impl Fn(&str) -> bool) -> Result<Self, IdentifyError> {
-        let mut problem = Problem::new(datasets, model, Use::Fit)?;
-        let fitted = fit(&mut problem)?;
+        let problem = Problem::new(datasets, model, Use::Fit)?;
+        let fitted = fit(&problem)?;
         let rows: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
         let joints = problem.robot().joints();
         let seen = SeenSample::all(&problem, &fitted.values, &rows, datasets);

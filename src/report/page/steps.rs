@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::PageSubject;
 use super::candidate::curve_id;
 use super::standing::judge;
-use crate::assess::{ProvingGround, Rung, Verdict, add, ladder as climb, rung};
+use crate::assess::{self, ProvingGround, Rung, Verdict, add, ladder as climb};
 use crate::identify::IdentifyError;
 use crate::report::{ladder_json, objection_sentence, rung_json};
 
@@ -17,7 +17,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &Rung, ground: ProvingGro
     if subject.climb {
         let mut climbed = climb(subject.datasets, subject.model, ground, &mut |_| ())?;
         climbed.rungs = climbed.rungs.into_iter().map(|r| judge(r, subject.judged)).collect::<Result<_, _>>()?;
-        climbed.whole = climbed.whole.map(|r| judge(r, subject.judged)).transpose()?;
+        climbed.other = climbed.other.map(|r| judge(r, subject.judged)).transpose()?;
         let mut whole = ladder_json(&climbed);
         whole["complete"] = json!(true);
         return Ok(whole);
@@ -49,8 +49,8 @@ fn step(subject: &PageSubject<'_>, first: &Rung, ground: ProvingGround<'_>) -> O
     let d = &first.diagnosis;
     let unexplained = d.verdict == Verdict::Unexplained;
     if let Some(curve) = d.heat_map.curve.as_ref().filter(|_| unexplained && !d.heat_map.credible().is_empty()) {
-        let stepped = rung(subject.datasets, &curve.added_to(subject.model), ground);
-        return Some((curve_id(curve), stepped.map(|r| Rung { added: vec![curve_id(curve)], ..r })));
+        let stepped = assess::step(subject.datasets, first, &curve.added_to(subject.model), vec![curve_id(curve)], ground);
+        return Some((curve_id(curve), stepped));
     }
     let found = d.findings.first().map(|f| f.hypothesis.in_model.clone());
     let contributing = d.contributions.first().map(|c| c.effect.clone());

@@ -1,0 +1,74 @@
+//! What single steps gain: the effects that one model has beside another, judged at postures left out.
+
+use super::folds::Folds;
+use super::linear::Linear;
+use super::rule::Gain;
+use crate::assess::examination::Examination;
+use crate::assess::library::Candidate;
+use crate::identify::{IdentifyError, Model};
+use crate::measure::Dataset;
+
+/// What `after` gains over `before`, one entry a division; empty where it adds nothing but samples set aside.
+///
+/// # Errors
+/// When an effect does not go with the data, or a matrix cannot be factored.
+pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
+    let is_new = |id: &&String| !before.effects.contains(id) && !id.starts_with("outlier:");
+    let added: Vec<&str> = after.effects.iter().filter(is_new).map(String::as_str).collect();
+    if added.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut aside: Vec<&str> = after.effects.iter().filter_map(|id| id.strip_prefix("outlier:")).collect();
+    aside.dedup();
+    let before = Model { own: after.own.clone(), ..before.clone() };
+    let widths = Model { width: after.width.clone(), ..before.clone() };
+    Ok(judged(datasets, &before, &widths, &[added], &aside)?.pop().unwrap_or_default())
+}
+
+/// What each of these effects alone gains beside a model.
+///
+/// # Errors
+/// As [`gains`].
+pub fn gains_of_each(
+    datasets: &[(&str, &Dataset)],
+    before: &Model,
+    effects: &[String],
+) -> Result<Vec<Vec<Gain>>, IdentifyError> {
+    let alone: Vec<Vec<&str>> =
+        effects.iter().map(|id| if id.starts_with("outlier:") { Vec::new() } else { vec![id.as_str()] }).collect();
+    judged(datasets, before, before, &alone, &[])
+}
+
+fn judged(
+    datasets: &[(&str, &Dataset)],
+    before: &Model,
+    widths: &Model,
+    sets: &[Vec<&str>],
+    aside: &[&str],
+) -> Result<Vec<Vec<Gain>>, IdentifyError> {
+    let mut ids: Vec<&str> = sets.iter().flatten().copied().collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let candidates = ids.iter().map(|id| Candidate::new((*id).to_owned())).collect();
+    let wide = Examination::with(datasets, before, candidates)?;
+    let mut linear = Linear::new(&wide);
+    for (sample, id) in wide.problem().sample_ids().iter().enumerate() {
+        linear.aside[sample] = aside.contains(&id.as_str());
+    }
+    let place = |id: &str| ids.iter().position(|i| *i == id).unwrap_or_default();
+    let variants: Vec<_> =
+        sets.iter().map(|set| linear.with(set.iter().map(|id| (place(id), widths.width_of(id).powi(-2))))).collect();
+    let base = linear.base();
+    let mut all = vec![Vec::new(); sets.len()];
+    for folds in Folds::all(&super::postures(&wide.circumstances), &wide.circumstances) {
+        let division = folds.division;
+        let products = linear.fold_products(folds);
+        let before = linear.held_out(&products, &base)?;
+        for ((variant, set), gains) in variants.iter().zip(sets).zip(&mut all) {
+            if !set.is_empty() {
+                gains.extend(Gain::of(division, &before, &linear.held_out(&products, variant)?));
+            }
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,203 @@
+//! How uncertain parameters are by noise and by what the model lacks.
+//!
+//! Two readings of the residuals, neither of which may make a parameter surer than the noise does: postures as clusters, each left out in
+//! turn (the sandwich with leverages, CR3; Bell & McCaffrey 2002), and errors of every joint's angle, periodic in that angle, of a size
+//! that the residuals themselves give, fitted beside the parameters. The second knows what parameters and errors share.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::fit::{Fit, FitError};
+use super::linalg::{self, Cholesky};
+use super::problem::Circumstance;
+use super::{Knowledge, Problem};
+use crate::units::{DEG, URAD};
+
+/// Joint angles that differ by less are one posture.
+const SAME_POSTURE: f64 = 0.01 * DEG;
+
+/// Orders per turn of a joint's error.
+const ORDERS: usize = 4;
+
+/// Size of an ordinary error of a joint, rad.
+const ORDINARY: f64 = 50.0 * URAD;
+
+/// Variance of a joint's error in squares of the ordinary size, to begin with and at most.
+const BEGIN: f64 = 1.0;
+const MOST: f64 = 1e4;
+
+const ROUNDS: usize = 12;
+
+/// Where the noise is stated, residuals within so many standard deviations of it say that the model lacks nothing.
+const NOISE_ALONE: f64 = 3.0;
+
+/// Second moments of the errors of the kept parameters (kept x kept), SI: `fit.covariance` where noise explains the residuals.
+///
+/// # Errors
+/// When a decomposition fails.
+pub fn covariance_with_model_error(problem: &Problem, fit: &Fit) -> Result<DMatrix<f64>, FitError> {
+    let dof = fit.dof as f64;
+    if fit.kept.is_empty() || dof < 1.0 || fit.noise_stated && fit.chi2 < dof + NOISE_ALONE * (2.0 * dof).sqrt() {
+        return Ok(fit.covariance.clone());
+    }
+    let circumstances = problem.circumstances(&fit.values);
+    let near = problem.whitened(&fit.values, &fit.kept);
+    let information: Vec<f64> = fit.kept.iter().map(|&p| problem.parameters()[p].knowledge.information()).collect();
+    let by_errors = joint_errors(problem, fit, &near, &circumstances, &information)?;
+    let by_postures = left_out_in_turn(&near, &circumstances, &information)?;
+    Ok(widest(&fit.covariance, [by_errors, by_postures]))
+}
+
+/// The covariance `noise`, widened parameter by parameter to the largest variance of all; correlations are those of the widest.
+fn widest(noise: &DMatrix<f64>, others: [DMatrix<f64>; 2]) -> DMatrix<f64> {
+    let size = |c: &DMatrix<f64>| (0..c.nrows()).map(|k| c[(k, k)] / noise[(k, k)]).sum::<f64>();
+    let [a, b] = others;
+    let (mut wide, other) = if size(&b) > size(&a) { (b, a) } else { (a, b) };
+    let grow: Vec<f64> = (0..wide.nrows())
+        .map(|k| (noise[(k, k)].max(other[(k, k)]) / wide[(k, k)]).max(1.0).sqrt())
+        .map(|g| if g.is_finite() { g } else { 1.0 })
+        .collect();
+    for r in 0..wide.nrows() {
+        for c in 0..wide.ncols() {
+            wide[(r, c)] *= grow[r] * grow[c];
+        }
+    }
+    wide
+}
+
+/// `r^T` of the last row of the linearised problem is what is left; the others are columns. With errors of every joint's angle fitted
+/// beside the parameters: covariance of those, and how far it moves them.
+fn joint_errors(
+    problem: &Problem,
+    fit: &Fit,
+    near: &DMatrix<f64>,
+    circumstances: &[Circumstance],
+    information: &[f64],
+) -> Result<DMatrix<f64>, FitError> {
+    let (m, joints) = (fit.kept.len(), problem.robot().joints());
+    let per_joint = 2 * ORDERS;
+    let (errors, rows) = (joints * per_joint, near.ncols());
+    let mut all = DMatrix::zeros(m + errors + 1, rows);
+    all.rows_mut(0, m).copy_from(&near.rows(0, m));
+    all.row_mut(m + errors).copy_from(&near.row(m));
+    let unit = ORDINARY / (ORDERS as f64).sqrt();
+    for at in circumstances {
+        for (j, column) in at.joints.iter().enumerate() {
+            for h in 1..=ORDERS {
+                let (sin, cos) = (h as f64 * at.q[j]).sin_cos();
+                let first = m + j * per_joint + 2 * (h - 1);
+                for k in 0..at.height {
+                    all[(first, at.first_row + k)] = column[k] * unit * sin;
+                    all[(first + 1, at.first_row + k)] = column[k] * unit * cos;
+                }
+            }
+        }
+    }
+    let mut gram = DMatrix::zeros(m + errors + 1, m + errors + 1);
+    linalg::normal_matrix(&all, &mut gram);
+    let n = m + errors;
+    let flat = fit.kept.iter().filter(|&&p| problem.parameters()[p].knowledge == Knowledge::Flat).count() as f64;
+    let left = gram[(n, n)];
+    let least = if fit.noise_stated { 1.0 } else { 0.0 };
+    let mut noise: f64 = (left / (rows as f64 - flat).max(1.0)).max(least);
+    let mut variances = vec![BEGIN; joints];
+    let (mut factor, mut scaled, mut inverse) = (Cholesky::new(n), DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    let mut found = DVector::zeros(n);
+    for round in 0..ROUNDS {
+        let prior = |k: usize| if k < m { information[k] } else { 1.0 / variances[(k - m) / per_joint] };
+        let scale: Vec<f64> = (0..n).map(|k| 1.0 / (gram[(k, k)] / noise + prior(k)).sqrt()).collect();
+        for c in 0..n {
+            for r in c..n {
+                scaled[(r, c)] = gram[(r, c)] / noise * scale[r] * scale[c];
+            }
+            scaled[(c, c)] += prior(c) * scale[c] * scale[c];
+        }
+        factor.factor(&scaled)?;
+        factor.inverse(&mut inverse);
+        for c in 0..n {
+            for r in 0..n {
+                inverse[(r, c)] *= scale[r] * scale[c];
+            }
+        }
+        // What is held pulls towards nothing, from where it is.
+        let pull = |k: usize| if k < m { information[k] * fit.values[fit.kept[k]] } else { 0.0 };
+        let right = DVector::from_fn(n, |k, _| gram[(k, n)] / noise - pull(k));
+        found = &inverse * right;
+        if round + 1 == ROUNDS {
+            break;
+        }
+        let mut effective = flat;
+        for (j, v) in variances.iter_mut().enumerate() {
+            let own = m + j * per_joint..m + (j + 1) * per_joint;
+            let spread: f64 = own.clone().map(|k| inverse[(k, k)]).sum();
+            effective += per_joint as f64 - spread / *v;
+            *v = ((own.map(|k| found[k] * found[k]).sum::<f64>() + spread) / per_joint as f64).clamp(1e-6, MOST);
+        }
+        let squares = left - 2.0 * (0..n).map(|k| found[k] * gram[(k, n)]).sum::<f64>()
+            + (0..n).map(|r| found[r] * (0..n).map(|c| gram[(r, c)] * found[c]).sum::<f64>()).sum::<f64>();
+        noise = (squares / (rows as f64 - effective).max(1.0)).max(least);
+    }
+    let moved = found.rows(0, m);
+    Ok(inverse.view((0, 0), (m, m)) + moved * moved.transpose())
+}
+
+/// Rows of each posture of one set-up, as ranges of scalar residuals.
+fn postures(circumstances: &[Circumstance]) -> Vec<Vec<usize>> {
+    let mut order: Vec<usize> = (0..circumstances.len()).collect();
+    let key = |k: usize| (circumstances[k].setup, circumstances[k].q.first().map_or(0.0, |q| q / SAME_POSTURE));
+    order.sort_by(|&a, &b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)).then(a.cmp(&b)));
+    let mut found: Vec<Vec<usize>> = Vec::new();
+    for &k in &order {
+        let at = &circumstances[k];
+        // Sorted by the first joint, equal postures lie within a stretch of the same first angle.
+        let near = found.iter_mut().rev().take_while(|group| {
+            let other = &circumstances[group[0]];
+            other.setup == at.setup && (other.q[0] - at.q[0]).abs() <= SAME_POSTURE
+        });
+        let same = |other: &Circumstance| other.q.iter().zip(&at.q).all(|(a, b)| (a - b).abs() <= SAME_POSTURE);
+        match { near }.find(|group| same(&circumstances[group[0]])) {
+            Some(group) => group.push(k),
+            None => found.push(vec![k]),
+        }
+    }
+    found
+}
+
+/// The sandwich with leverages: how far the parameters move as each posture is left out, summed.
+fn left_out_in_turn(
+    near: &DMatrix<f64>,
+    circumstances: &[Circumstance],
+    information: &[f64],
+) -> Result<DMatrix<f64>, FitError> {
+    let m = information.len();
+    let mut gram = DMatrix::zeros(m + 1, m + 1);
+    linalg::normal_matrix(near, &mut gram);
+    let mut normal = gram.view((0, 0), (m, m)).into_owned();
+    (0..m).for_each(|k| normal[(k, k)] += information[k]);
+    let scale = DVector::from_fn(m, |k, _| 1.0 / normal[(k, k)].sqrt());
+    let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
+    let (mut factor, mut inverse) = (Cholesky::new(m), DMatrix::zeros(m, m));
+    factor.factor(&scaled)?;
+    factor.inverse(&mut inverse);
+    let mut sum = DMatrix::zeros(m, m);
+    for group in postures(circumstances) {
+        let rows: Vec<usize> = group
+            .iter()
+            .flat_map(|&k| circumstances[k].first_row..circumstances[k].first_row + circumstances[k].height)
+            .collect();
+        let columns = DMatrix::from_fn(m, rows.len(), |p, k| near[(p, rows[k])] * scale[p]);
+        let left = DVector::from_fn(rows.len(), |k, _| near[(m, rows[k])]);
+        let moves = linalg::product(&inverse, &columns);
+        // A posture that alone tells some parameter has no residual of its own there.
+        let mut remaining = -linalg::product_of_transposed(&columns, &moves);
+        (0..rows.len()).for_each(|k| remaining[(k, k)] += 1.0 + LEAST_LEFT);
+        let moved = match remaining.cholesky() {
+            Some(factor) => &moves * factor.solve(&left),
+            None => &moves * left,
+        };
+        sum.ger(1.0, &moved, &moved, 1.0);
+    }
+    Ok(DMatrix::from_fn(m, m, |r, c| sum[(r, c)] * scale[r] * scale[c]))
+}
+
+/// Of a residual, the least share that is its own.
+const LEAST_LEFT: f64 = 1e-3;
