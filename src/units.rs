@@ -67,9 +67,11 @@ impl Unit {
     pub const UM_PER_M_K: Unit = Unit { symbol: "um/(m·K)", suffix: "um_per_m_k", si: 1e-6 };
     /// Kilogram.
     pub const KG: Unit = Unit { symbol: "kg", suffix: "kg", si: 1.0 };
+    /// First moment of a mass.
+    pub const KG_M: Unit = Unit { symbol: "kg·m", suffix: "kg_m", si: 1.0 };
 
     /// Every unit there is.
-    pub const ALL: [Unit; 13] = [
+    pub const ALL: [Unit; 14] = [
         Unit::MM,
         Unit::UM,
         Unit::DEG,
@@ -83,6 +85,7 @@ impl Unit {
         Unit::UM_PER_M,
         Unit::UM_PER_M_K,
         Unit::KG,
+        Unit::KG_M,
     ];
 
     /// The unit written so.

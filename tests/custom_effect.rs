@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use calibench::assess::Library;
 use calibench::effects::{
-    Effect, EffectError, Emit, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Registry, Role,
-    Scan, Situation, Stray, Subject, ids,
+    Effect, EffectError, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical,
+    Registry, Role, Scan, Situation, Stray, Subject, ids,
 };
 use calibench::identify::{
     Calibration, Model, Problem, ProblemError, Use, identify, missing, read_calibration, read_model, write_calibration,
@@ -167,6 +167,7 @@ static CABLE: Family = Family {
     scan: Scan::None,
     follows: &[Follows::JointAngle],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,

@@ -33,7 +33,7 @@ impl Background {
     /// When the inner products are not finite.
     pub fn new(examination: &Examination) -> Result<Self, FitError> {
         let Examination { gram, z, remainder, library, spans, .. } = examination;
-        let small = library.candidates.iter().zip(spans).filter(|(c, _)| !examination.model.is_freely_fitted(&c.id));
+        let small = library.candidates.iter().zip(spans).filter(|(c, _)| examination.model.is_ordinary(&c.id));
         let columns: Vec<usize> = small.flat_map(|(_, span)| span.range()).collect();
         let (values, vectors) = linalg::symmetric_eigen(&gram.select_columns(&columns).select_rows(&columns))?;
         let lambda = values.map(|l| l.max(0.0));

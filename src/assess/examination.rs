@@ -128,7 +128,7 @@ impl Examination {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
         let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library { candidates, untestable: Vec::new() }, yardstick)
+        Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() }, yardstick)
     }
 
     /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
@@ -154,7 +154,7 @@ impl Examination {
     pub(super) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.settle_loads(&self.fit.values);
-        let library = Library { candidates, untestable: Vec::new() };
+        let library = Library { candidates, ..Library::default() };
         Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.yardstick.clone())
     }
 

@@ -1,5 +1,7 @@
 //! What may be missing: every candidate of the library, and every family whose place (an order, a moment, a sample) a scan finds.
 
+mod steps;
+
 use std::borrow::Cow;
 
 use nalgebra::DMatrix;
@@ -10,8 +12,10 @@ use super::evidence::{SIZES, ln_mean_exp};
 use super::examination::Examination;
 use super::library::Untestable;
 use super::sweep::{self, Sweep};
-use crate::effects;
+use crate::effects::{self, EffectId, Scan};
 use crate::identify::FitError;
+
+pub use steps::Moment;
 
 /// Where a scan found its effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +49,8 @@ pub struct Hypothesis {
     pub visible: f64,
     /// Number of places tried.
     pub places: usize,
+    /// Between which samples it happened, where it is a step.
+    pub moment: Option<Moment>,
 }
 
 /// Whole orders tried on every joint; once and twice per turn are effects of their own.
@@ -53,9 +59,6 @@ const ORDERS: std::ops::RangeInclusive<u32> = 3..=140;
 /// Usual ratios of strain-wave gears, where the robot's are not known: their ripple is once and twice per turn of the wave generator.
 const USUAL_RATIOS: [u32; 11] = [30, 50, 51, 80, 81, 100, 101, 120, 121, 160, 161];
 
-/// Change points tried.
-const MOMENTS: usize = 24;
-
 /// Every hypothesis on a fitted model, in the order of the catalogue, the scanned ones last.
 pub(super) fn hypotheses(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
     let mut all = named(examination, background);
@@ -63,7 +66,7 @@ pub(super) fn hypotheses(examination: &Examination, background: &Background) -> 
     let harmonics: Vec<Option<Hypothesis>> =
         (0..joints).into_par_iter().map(|j| harmonic(examination, background, j)).collect();
     all.extend(harmonics.into_iter().flatten());
-    let (steps, untestable) = steps(examination, background);
+    let (steps, untestable) = steps::steps(examination, background);
     all.extend(steps);
     all.extend(outlier(examination, background));
     (all, untestable)
@@ -96,6 +99,7 @@ fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> 
             coefficients,
             visible: examination.visible(k),
             places: 1,
+            moment: None,
         }
     };
     (0..examination.library.candidates.len()).into_par_iter().map(of_candidate).collect()
@@ -154,6 +158,7 @@ impl Tried {
             coefficients: self.explained[best].1,
             visible: self.visible[best],
             places: self.places.len(),
+            moment: None,
         })
     }
 }
@@ -200,57 +205,8 @@ fn waves(angles: &[f64], orders: &[u32]) -> DMatrix<f64> {
 
 /// Plausible size of the first number of an effect.
 fn plausible(examination: &Examination, id: &str) -> Option<f64> {
-    let subject = examination.model.subject(examination.problem.robot(), &[]);
+    let subject = examination.model.subject(examination.problem.robot(), &examination.library.balls);
     effects::build(id, &subject).ok()?.parameters().first().map(|p| p.prior)
-}
-
-/// Something that moved once, at a moment to be found.
-fn steps(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
-    let circumstances = &examination.circumstances;
-    let joints = examination.problem.robot().joints();
-    let ids: Vec<String> = ["base_step".to_owned(), "tool_step".to_owned()]
-        .into_iter()
-        .chain((1..=joints).map(|j| format!("joint_step:{j}")))
-        .collect();
-    let needs = if circumstances.iter().any(|c| c.time_s.is_none()) {
-        "column time_s"
-    } else if examination.problem.setups().len() > 1 {
-        "data of one session alone"
-    } else {
-        let moments = moments(circumstances.iter().filter_map(|c| c.time_s).collect());
-        let found = |id: &String| step(examination, background, id, &moments);
-        return (ids.par_iter().filter_map(found).collect(), Vec::new());
-    };
-    (Vec::new(), ids.into_iter().map(|effect| Untestable { effect, needs }).collect())
-}
-
-fn step(examination: &Examination, background: &Background, id: &str, moments: &[f64]) -> Option<Hypothesis> {
-    let circumstances = &examination.circumstances;
-    let carriers = match id.split_once(':') {
-        Some((_, joint)) => sweep::joint(circumstances, joint.parse::<usize>().ok()? - 1),
-        None if id == "base_step" => sweep::base(circumstances),
-        None => sweep::tool(circumstances),
-    };
-    let plausible = plausible(examination, &format!("{id}:0"))?;
-    let after = |i: usize, b: usize| if circumstances[i].time_s > Some(moments[b]) { 1.0 } else { 0.0 };
-    let features = DMatrix::from_fn(circumstances.len(), moments.len(), after);
-    let sweep = Sweep::new(examination, background, &carriers, Cow::Owned(features));
-    let trial = |(b, &moment): (usize, &f64)| {
-        let place = (Place::Time(moment), format!("{id}:{moment}"));
-        Trial::new(examination, background, place, &sweep.block(b, 1, plausible))
-    };
-    Tried::of(moments.iter().enumerate().map(trial).collect()).hypothesis(examination, |_| id.to_owned())
-}
-
-/// Moments between samples, evenly spread over them; s, to the tenth.
-fn moments(mut times: Vec<f64>) -> Vec<f64> {
-    times.sort_by(f64::total_cmp);
-    times.dedup();
-    let between: Vec<f64> = times.windows(2).map(|w| ((w[0] + w[1]) * 5.0).round() / 10.0).collect();
-    let count = between.len().min(MOMENTS);
-    let mut moments: Vec<f64> = (0..count).map(|k| between[(2 * k + 1) * between.len() / (2 * count)]).collect();
-    moments.dedup();
-    moments
 }
 
 /// One sample that disagrees with all others.
@@ -291,23 +247,21 @@ pub enum Unplaced {
 /// # Errors
 /// When the place cannot be found in these data.
 pub fn place(examination: &Examination, id: &str) -> Result<String, Unplaced> {
-    let parts: Vec<&str> = id.split(':').collect();
-    let joint = |text: &str| {
-        text.parse::<usize>().ok().filter(|j| (1..=examination.problem.robot().joints()).contains(j)).map(|j| j - 1)
-    };
+    let subject = examination.model.subject(examination.problem.robot(), &examination.library.balls);
+    let family = examination.model.family(id);
+    let lacks_its_place = family.is_some_and(|f| f.scanned(&subject, "").iter().any(|whole| whole.trim_end_matches(':') == id));
+    if !lacks_its_place {
+        return Ok(id.to_owned());
+    }
     let background = || examination.background();
-    let found = match parts[..] {
-        ["harmonic", j] => match joint(j) {
-            Some(j) => harmonic(examination, &background()?, j),
-            None => return Ok(id.to_owned()),
-        },
-        ["outlier"] => outlier(examination, &background()?),
-        ["base_step" | "tool_step"] | ["joint_step", _] => {
-            let (all, untestable) = steps(examination, &background()?);
-            if let Some(u) = untestable.iter().find(|u| u.effect == id) {
-                return Err(Unplaced::Needs { needs: u.needs });
+    let found = match (family.map(|f| f.scan), EffectId::new(id).number(0)) {
+        (Some(Scan::Order), Some(joint)) => harmonic(examination, &background()?, joint - 1),
+        (Some(Scan::Sample), _) => outlier(examination, &background()?),
+        (Some(Scan::Time), _) => {
+            if let Some(needs) = steps::lacking(examination) {
+                return Err(Unplaced::Needs { needs });
             }
-            all.into_iter().find(|h| h.effect == id)
+            steps::step(examination, &background()?, id)
         }
         _ => return Ok(id.to_owned()),
     };

@@ -1,8 +1,8 @@
 //! The candidates: every effect of the catalogue, and of the user, that the fitted model does not hold and the data can test.
 
-use crate::effects::{self, Effect, EffectId, Role};
+use crate::effects::{self, Effect, EffectId, Family, Offered, Role};
 use crate::identify::{Model, Use, missing};
-use crate::measure::Dataset;
+use crate::measure::{Dataset, Measured, Sample};
 use crate::robot::Robot;
 
 /// An effect of fixed shape that may be missing.
@@ -37,10 +37,11 @@ pub struct Library {
     pub candidates: Vec<Candidate>,
     /// Effects that cannot, and why.
     pub untestable: Vec<Untestable>,
+    /// Names of the balls, where all datasets have the same artifact.
+    pub balls: Vec<String>,
+    /// Whether something else than balls is measured as well.
+    pub other_targets: bool,
 }
-
-/// A family that is a candidate as a whole too: gearboxes of one make are all compliant, if one is.
-const WHOLE: &str = "joint_compliance";
 
 impl Library {
     /// The candidates for one robot measured in `datasets`, beside those that `model` holds.
@@ -48,12 +49,21 @@ impl Library {
         let mut library = Library::default();
         let Some((_, first)) = datasets.first() else { return library };
         let balls = first.ball_ids();
+        library.balls = if datasets.iter().all(|(_, d)| d.ball_ids() == balls) { balls.clone() } else { Vec::new() };
+        library.other_targets = fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. }));
         let subject = model.subject(&first.robot, &balls);
-        let whole = (!model.effects.iter().any(|e| EffectId::new(e).family() == WHOLE)).then(|| WHOLE.to_owned());
-        for id in whole.into_iter().chain(effects::ids(&subject)).chain(gear_ripple(&first.robot)) {
+        let not_in = |f: &&Family| !model.effects.iter().any(|e| EffectId::new(e).family() == f.id);
+        let as_wholes = model.registry.families().filter(|f| f.offered == Offered::AsWholeToo).filter(not_in);
+        let wholes: Vec<String> = as_wholes.map(|f| f.id.to_owned()).collect();
+        for id in wholes.iter().cloned().chain(effects::ids(&subject)).chain(gear_ripple(&first.robot)) {
             let Some(candidate) = candidate(id, model) else { continue };
             let Ok(effect) = effects::build(&candidate.id, &subject) else { continue };
+            if !is_offered(&candidate.id, model, datasets) {
+                continue;
+            }
             match missing_somewhere(effect.as_ref(), datasets, model) {
+                // What its members lack is said of them.
+                Some(_) if wholes.contains(&candidate.id) && !model.is_freely_fitted(&candidate.id) => {}
                 Some(needs) => library.untestable.push(Untestable { effect: candidate.id, needs }),
                 None => library.candidates.push(candidate),
             }
@@ -65,13 +75,37 @@ impl Library {
     pub fn of_robot(cell: &Dataset, model: &Model) -> Self {
         let balls = cell.ball_ids();
         let subject = model.subject(&cell.robot, &balls);
-        let ids = effects::ids(&subject).into_iter().chain(gear_ripple(&cell.robot)).filter_map(|id| candidate(id, model));
-        Library { candidates: ids.collect(), untestable: Vec::new() }
+        let ids = effects::ids(&subject)
+            .into_iter()
+            .chain(gear_ripple(&cell.robot))
+            .filter(|id| is_offered(id, model, &[("", cell)]));
+        let ids = ids.filter_map(|id| candidate(id, model));
+        Library { candidates: ids.collect(), balls: balls.clone(), ..Library::default() }
     }
 
     /// The candidate of that id.
     pub fn place(&self, id: &str) -> Option<usize> {
         self.candidates.iter().position(|c| c.id == id)
+    }
+}
+
+/// The samples that are fitted.
+fn fitted<'d>(datasets: &'d [(&'d str, &'d Dataset)]) -> impl Iterator<Item = &'d Sample> {
+    datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)))
+}
+
+/// Whether a diagnosis of these data is to think of an effect by itself.
+fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
+    match model.family(id).map_or(Offered::Always, |f| f.offered) {
+        Offered::Always | Offered::AsWholeToo => true,
+        Offered::BesideOtherTargets => fitted(datasets).any(|s| !matches!(s.measured, Measured::Ball { .. })),
+        Offered::WithoutPayload => datasets.iter().all(|(_, d)| d.payloads.iter().all(|p| p.mass == 0.0)),
+        Offered::WithoutMasses => datasets.iter().all(|(_, d)| !d.robot.has_masses()),
+        Offered::ToLogs => {
+            fitted(datasets).next().is_some()
+                && fitted(datasets).all(|s| s.time_s.is_some() || s.approach.is_some() || s.q_commanded.is_some())
+        }
+        Offered::ByName => false,
     }
 }
 

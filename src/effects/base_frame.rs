@@ -2,7 +2,9 @@
 
 use super::family::alone;
 use super::shape::constant;
-use super::{Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::robot::{Axis6, Site};
 use crate::units::{DEG, MM, Unit};
 
@@ -15,6 +17,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::World],
     role: Role::Baseline,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Unlimited,
     period: Period::None,

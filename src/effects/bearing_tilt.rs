@@ -3,7 +3,8 @@
 use super::family::each_joint;
 use super::shape::per_joint;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Unphysical,
 };
 use crate::robot::{Axis6, Site};
 use crate::units::{URAD, Unit};
@@ -17,6 +18,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Load],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(30.0),
     period: Period::None,

@@ -2,7 +2,9 @@
 
 use super::reference_torque::reference_torque;
 use super::shape::{Shape, theta};
-use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -14,6 +16,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::OtherTorque],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,

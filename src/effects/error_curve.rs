@@ -7,8 +7,8 @@
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
 use super::{
-    Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan,
-    Stray, Subject,
+    Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical,
+    Role, Scan, Stray, Subject,
 };
 use crate::units::{URAD, Unit};
 
@@ -21,6 +21,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::JointAngle],
     role: Role::AnyShape,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,

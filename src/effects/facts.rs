@@ -24,6 +24,8 @@ pub enum Follows {
     Approach,
     /// What the joint was commanded beyond what was read.
     Commanded,
+    /// The joint's last move.
+    LastMove,
     /// Time within the session.
     Time,
     /// Temperature of the robot.
@@ -51,10 +53,31 @@ pub enum Follows {
 pub enum Role {
     /// Part of every model: the description of a robot is no better than its maker, so nothing holds the sizes.
     Baseline,
-    /// A cause, held to plausible sizes when it is fitted.
+    /// A cause of which every robot has a little, held to plausible sizes when it is fitted.
     Cause,
+    /// A cause that is there or is not: held to plausible sizes, and no part of what an ordinary robot is expected to have.
+    Event,
     /// No cause, but a way to draw any curve: never named by a diagnosis.
     AnyShape,
+}
+
+/// When a diagnosis offers the members of a family; by name they can be added to any model that the data can test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Offered {
+    /// Always.
+    Always,
+    /// Always, and all members at once as one candidate.
+    AsWholeToo,
+    /// Where balls are not all that is measured: it is exactly another effect where they are.
+    BesideOtherTargets,
+    /// Where no payload was entered.
+    WithoutPayload,
+    /// Where the robot's description holds no link masses.
+    WithoutMasses,
+    /// Where the samples are a log of moves: with times, sides of approach or commanded joints.
+    ToLogs,
+    /// Never by itself.
+    ByName,
 }
 
 /// What is impossible about a number.

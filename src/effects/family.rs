@@ -59,6 +59,8 @@ pub struct Family {
     pub follows: &'static [Follows],
     /// What it is to a model.
     pub role: Role,
+    /// When a diagnosis offers it.
+    pub offered: Offered,
     /// Which values its parameters can have.
     pub physical: Physical,
     /// How large its parameters may be before they are not believable.
@@ -88,7 +90,12 @@ impl Family {
 
     /// The joint that an id of this family names first, counted from 1; `None` when its members are not of a joint, or it names none.
     pub fn joint(&self, id: &EffectId<'_>) -> Option<usize> {
-        if self.arguments.starts_with(":J") { id.number(0) } else { None }
+        if self.is_of_joint() { id.number(0) } else { None }
+    }
+
+    /// Whether its ids name a joint first.
+    pub fn is_of_joint(&self) -> bool {
+        self.arguments.starts_with(":J")
     }
 
     /// Whether its members are one a joint, with nothing to be tried out.
@@ -129,6 +136,7 @@ pub const CATALOGUE: &[Family] = &[
     stiffening::FAMILY,
     cross_compliance::FAMILY,
     gravity_backlash::FAMILY,
+    lumped_gravity::FAMILY,
     hysteresis::FAMILY,
     harmonic::ONCE,
     harmonic::TWICE,
@@ -137,6 +145,7 @@ pub const CATALOGUE: &[Family] = &[
     joint_scale::FAMILY,
     wrist_coupling::FAMILY,
     joint_source::FAMILY,
+    product::FAMILY,
     bearing_tilt::FAMILY,
     link_bending::FAMILY,
     link_mass::FAMILY,
@@ -150,11 +159,15 @@ pub const CATALOGUE: &[Family] = &[
     gauge_tilt::FAMILY,
     stiction::FAMILY,
     ball::FAMILY,
+    ball_step::FAMILY,
     artifact_scale::FAMILY,
     artifact_sag::FAMILY,
+    artifact_step::FAMILY,
     pedestal::FAMILY,
     payload_mass::FAMILY,
     payload_com::FAMILY,
+    payload_moment::FAMILY,
+    unsettled::FAMILY,
     gravity_direction::FAMILY,
     base_drift::FAMILY,
     base_step::FAMILY,

@@ -3,7 +3,9 @@
 
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};
-use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::units::{MRAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -15,6 +17,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Reading],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.05),
     period: Period::None,

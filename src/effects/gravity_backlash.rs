@@ -4,7 +4,8 @@ use super::family::each_joint;
 use super::reference_torque::reference_torque;
 use super::shape::{per_joint, theta};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Unphysical,
 };
 use crate::units::{URAD, Unit};
 
@@ -17,6 +18,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::JointTorque],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::AtLeast(0.0, Unphysical::LostMotionAgainstLoad),
     linear_range: LinearRange::Si(1e-3),
     period: Period::None,

@@ -7,7 +7,8 @@ use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
 use super::{
-    Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Situation, Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Situation,
+    Stray,
 };
 use crate::units::{MRAD, Unit};
 
@@ -20,6 +21,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Load],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.1),
     period: Period::None,

@@ -6,8 +6,8 @@
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
 use super::{
-    Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan,
-    Stray,
+    Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical,
+    Role, Scan, Stray,
 };
 use crate::units::{URAD, Unit};
 
@@ -20,6 +20,7 @@ pub(super) const ONCE: Family = Family {
     scan: Scan::None,
     follows: &[Follows::JointAngle],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(5e-3),
     period: Period::PerTurn(1),

@@ -5,7 +5,9 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -17,6 +19,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Approach],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(1e-3),
     period: Period::None,

@@ -5,7 +5,8 @@
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Unphysical,
 };
 use crate::units::Unit;
 
@@ -21,6 +22,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::JointTorque, Follows::Payload],
     role: Role::Baseline,
+    offered: Offered::AsWholeToo,
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(10.0),
     period: Period::None,

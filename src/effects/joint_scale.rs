@@ -2,7 +2,7 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -14,6 +14,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::JointAngleInProportion],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.01),
     period: Period::None,

@@ -3,7 +3,9 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -14,7 +16,8 @@ pub(super) const FAMILY: Family = Family {
     origin: Origin::Arm,
     scan: Scan::None,
     follows: &[Follows::Commanded],
-    role: Role::Cause,
+    role: Role::Event,
+    offered: Offered::AsWholeToo,
     physical: Physical::Any,
     linear_range: LinearRange::Si(1.5),
     period: Period::None,

@@ -2,7 +2,9 @@
 
 use super::family::each_joint;
 use super::shape::{Shape, theta};
-use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -14,6 +16,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::Time,
     follows: &[Follows::Time],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,

@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 
 use super::shape::Shape;
 use super::{
-    Emit, Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Subject,
-    Unphysical,
+    Emit, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Subject, Unphysical,
 };
 use crate::robot::{Axis6, Frame, Site};
 use crate::units::{MM, Unit};
@@ -23,6 +23,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Load],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(30.0),
     period: Period::None,

@@ -6,7 +6,9 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
-use super::{Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -18,6 +20,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Load],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::AtLeast(-1.0, Unphysical::NegativeMass),
     linear_range: LinearRange::Si(2.0),
     period: Period::None,

@@ -5,7 +5,7 @@
 
 use super::family::alone;
 use super::shape::constant;
-use super::{Family, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{Family, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::robot::{MdhEntry, Robot, Site};
 use crate::units::{DEG, MM, Unit};
 
@@ -18,6 +18,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[],
     role: Role::Baseline,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(40.0),
     period: Period::None,

@@ -6,7 +6,9 @@
 
 mod artifact_sag;
 mod artifact_scale;
+mod artifact_step;
 mod ball;
+mod ball_step;
 mod base_drift;
 mod base_frame;
 mod base_step;
@@ -30,12 +32,15 @@ mod joint_source;
 mod joint_step;
 mod link_bending;
 mod link_mass;
+mod lumped_gravity;
 mod mdh;
 mod outlier;
 mod own;
 mod payload_com;
 mod payload_mass;
+mod payload_moment;
 mod pedestal;
+mod product;
 mod reference_torque;
 mod registry;
 mod shape;
@@ -48,11 +53,12 @@ mod through_compliance;
 mod tool_frame;
 mod tool_step;
 mod tracker_registration;
+mod unsettled;
 mod wrist_coupling;
 
 use thiserror::Error;
 
-pub use facts::{Follows, LinearRange, Meaning, Period, Physical, Role, Stray, Unphysical};
+pub use facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Stray, Unphysical};
 pub use family::{Build, CATALOGUE, Family, Origin, Scan};
 pub use id::EffectId;
 pub use own::{OwnEffect, OwnEffectError, OwnTerm};

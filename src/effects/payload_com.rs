@@ -3,7 +3,9 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
-use super::{Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::units::{MM, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -15,6 +17,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Load, Follows::Payload],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.3),
     period: Period::None,

@@ -4,7 +4,8 @@ use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
 use super::{
-    Family, Follows, LinearRange, Meaning, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Unphysical,
 };
 use crate::units::Unit;
 
@@ -17,6 +18,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Load, Follows::Payload],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::AtLeastMinusPayload(Unphysical::NegativeMass),
     linear_range: LinearRange::Sizes(50.0),
     period: Period::None,

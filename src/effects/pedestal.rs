@@ -3,7 +3,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Unphysical,
 };
 use crate::robot::{Axis6, Site};
 use crate::units::{URAD, Unit};
@@ -17,6 +18,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Load, Follows::World],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
     linear_range: LinearRange::Sizes(50.0),
     period: Period::None,

@@ -11,8 +11,8 @@ use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
 ///
 /// ```
 /// use calibench::effects::{
-///     Effect, Emit, Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Registry, Role, Scan, Situation,
-///     Stray, Subject, build,
+///     Effect, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Registry, Role, Scan,
+///     Situation, Stray, Subject, build,
 /// };
 /// use calibench::robot::{MdhEntry, Site, built_in};
 /// use calibench::units::Unit;
@@ -41,6 +41,7 @@ use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
 ///     scan: Scan::None,
 ///     follows: &[Follows::JointAngle],
 ///     role: Role::Cause,
+///     offered: Offered::Always,
 ///     physical: Physical::Any,
 ///     linear_range: LinearRange::Si(5e-3),
 ///     period: Period::None,

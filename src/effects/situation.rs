@@ -75,6 +75,8 @@ pub struct Situation<'a> {
     pub plungers: Option<[i8; 3]>,
     /// Commanded joint angles, where `q` are read back, rad (N).
     pub q_commanded: Option<&'a [f64]>,
+    /// Joint angles of the sample before, in the order of measurement within the session, rad (N).
+    pub q_before: Option<&'a [f64]>,
     /// Sign of each joint's last motion (N).
     pub approach: Option<&'a [i8]>,
     /// Seconds since the session began.
@@ -105,6 +107,7 @@ impl<'a> Situation<'a> {
             reading: None,
             plungers: None,
             q_commanded: None,
+            q_before: None,
             approach: None,
             time_s: None,
             duration_s: None,

@@ -6,7 +6,8 @@ use super::family::each_joint;
 use super::reference_torque::reference_torque;
 use super::shape::{per_joint, theta};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Unphysical,
 };
 use crate::units::{DEG, Unit};
 
@@ -19,6 +20,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::JointTorque, Follows::Payload],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::AtMost(0.0, Unphysical::Softening),
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,

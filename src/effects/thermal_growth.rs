@@ -5,8 +5,8 @@
 
 use super::shape::Shape;
 use super::{
-    Emit, Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Situation,
-    Stray,
+    Emit, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Situation, Stray,
 };
 use crate::robot::{MdhEntry, Site};
 use crate::units::Unit;
@@ -20,6 +20,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Time, Follows::Temperature],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,

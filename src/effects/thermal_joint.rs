@@ -2,7 +2,9 @@
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
-use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -14,6 +16,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Time, Follows::Temperature],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(2e-3),
     period: Period::None,

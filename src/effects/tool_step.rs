@@ -2,7 +2,9 @@
 
 use super::family::alone;
 use super::shape::Shape;
-use super::{Family, Follows, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
@@ -15,6 +17,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::Time,
     follows: &[Follows::Tool, Follows::Time],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,

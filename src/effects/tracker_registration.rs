@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, Kind, LinearRange, Meaning, Needs, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, Kind, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Stray,
 };
 use crate::robot::Site;
 use crate::units::{UM, URAD, Unit};
@@ -21,6 +22,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::Point],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(100.0),
     period: Period::None,

@@ -3,7 +3,7 @@
 
 use super::family::alone;
 use super::shape::{Shape, theta};
-use super::{Family, Follows, LinearRange, Meaning, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -15,6 +15,7 @@ pub(super) const FAMILY: Family = Family {
     scan: Scan::None,
     follows: &[Follows::OtherAngles],
     role: Role::Cause,
+    offered: Offered::Always,
     physical: Physical::Any,
     linear_range: LinearRange::Si(0.02),
     period: Period::None,

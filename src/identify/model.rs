@@ -53,6 +53,11 @@ impl Model {
         self.family(effect).is_some_and(|f| f.role == Role::Baseline)
     }
 
+    /// Whether an ordinary robot is expected to have a little of an effect.
+    pub fn is_ordinary(&self, effect: &str) -> bool {
+        self.family(effect).is_none_or(|f| f.role == Role::Cause || f.role == Role::AnyShape)
+    }
+
     /// The family of an effect; `None` of one of the user's own.
     pub fn family(&self, effect: &str) -> Option<&'static Family> {
         self.registry.family(effect)

@@ -13,6 +13,7 @@ mod error;
 mod linear_range;
 mod linearised;
 mod moves;
+mod order;
 mod parameter;
 mod sample_row;
 mod samples_view;
@@ -28,6 +29,7 @@ pub(crate) use self::columns::Circumstance;
 use self::distance_row::DistanceRow;
 pub use self::error::ProblemError;
 pub(super) use self::linearised::{Linearised, Workspace};
+use self::order::joints_before;
 pub use self::parameter::{Knowledge, Parameter, Setup, Use};
 use self::sample_row::SampleRow;
 pub use self::samples_view::PosedSample;
@@ -96,6 +98,15 @@ impl Problem {
         for ((row, id), sample) in self.rows.iter_mut().zip(&mut self.sample_ids).zip(taken) {
             row.take(&self.cells[row.cell], sample);
             id.clone_from(&sample.id);
+        }
+        if self.rows.iter().any(|row| row.q_before.is_some()) {
+            let before = samples.iter().flat_map(|list| {
+                let all = list.iter().zip(joints_before(list));
+                all.filter(|(s, _)| which.takes(s)).map(|(_, before)| before)
+            });
+            for (row, before) in self.rows.iter_mut().zip(before) {
+                row.q_before = before.map(<[f64]>::to_vec);
+            }
         }
         self.load_nominal();
         self.check_values()

@@ -140,8 +140,10 @@ pub fn recommend(
     let of = |id: &str| candidates.iter().position(|c| c.id == id).unwrap_or_default();
     let places = |ids: &[(&str, f64)]| ids.iter().map(|(id, width)| (of(id), width.powi(-2))).collect::<Vec<(usize, f64)>>();
     let step_widths: Vec<(&str, f64)> = plain.iter().map(|id| (id.as_str(), begin.width_of(id))).collect();
-    let (steps_held, library_held) =
-        (places(&step_widths), places(&library.iter().map(|(id, width)| (id.as_str(), *width)).collect::<Vec<_>>()));
+    let (steps_held, library_held) = (
+        places(&step_widths),
+        places(&library.iter().map(|(id, width)| (id.as_str(), width * examination.yardstick.weight())).collect::<Vec<_>>()),
+    );
     let band_places = {
         let first = bands.first().map_or(0, |id| of(id));
         first..first + bands.len()

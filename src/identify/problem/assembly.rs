@@ -7,11 +7,12 @@ use nalgebra::Vector3;
 
 use super::cell::{Cell, Placed};
 use super::distance_row::DistanceRow;
+use super::order::joints_before;
 use super::sample_row::SampleRow;
 use super::start::{start, worlds_own};
 use super::weighing::LoadState;
 use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
-use crate::effects::{self, Effect, Needs, Owner, ParameterSpec};
+use crate::effects::{self, Effect, Follows, Needs, Owner, ParameterSpec};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Robot, Site};
@@ -245,9 +246,13 @@ impl<'a> Assembly<'a> {
             room: None,
         };
         for (d, (_, dataset)) in datasets.iter().enumerate() {
-            for sample in dataset.samples.iter().filter(|s| which.takes(s)) {
+            let moves_matter =
+                model.effects.iter().any(|e| model.family(e).is_some_and(|f| f.follows.contains(&Follows::LastMove)));
+            let before = if moves_matter { joints_before(&dataset.samples) } else { vec![None; dataset.samples.len()] };
+            for (sample, before) in dataset.samples.iter().zip(before).filter(|(s, _)| which.takes(s)) {
                 let setup = setup_of[&(d, sample.session.as_deref())];
-                let row = SampleRow::new(&problem.cells, d, setup, problem.row_count, sample);
+                let mut row = SampleRow::new(&problem.cells, d, setup, problem.row_count, sample);
+                row.q_before = before.map(<[f64]>::to_vec);
                 problem.row_count += row.height();
                 problem.rows.push(row);
                 problem.sample_ids.push(sample.id.clone());

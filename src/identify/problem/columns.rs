@@ -17,6 +17,8 @@ pub(crate) struct Circumstance {
     pub setup: usize,
     /// The ball of unknown place that it is of, by its first parameter.
     pub free_ball: Option<usize>,
+    /// The ball that it probes, by place in its artifact.
+    pub ball: Option<usize>,
     /// Joint angles, rad (N).
     pub q: Vec<f64>,
     /// Moment of the load about each joint, N·m (N).
@@ -83,6 +85,7 @@ impl Problem {
                 height: row.height(),
                 setup: row.setup,
                 free_ball: pattern.iter().map(|moves| moves.parameter).filter(|&p| is_free(p)).min(),
+                ball: row.ball(),
                 q: row.q().to_vec(),
                 tau: loads.tau.clone(),
                 time_s: row.time_s(),

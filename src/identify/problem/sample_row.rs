@@ -57,6 +57,8 @@ pub(super) struct SampleRow {
     plungers: Option<[i8; 3]>,
     reading: Option<Vector3<f64>>,
     q_commanded: Option<Vec<f64>>,
+    /// Joints of the sample before in its session, rad.
+    pub q_before: Option<Vec<f64>>,
 }
 
 impl SampleRow {
@@ -81,6 +83,7 @@ impl SampleRow {
             plungers: None,
             reading: None,
             q_commanded: sample.q_commanded.clone(),
+            q_before: None,
         };
         row.take(&cells[cell], sample);
         row
@@ -223,6 +226,11 @@ impl SampleRow {
         }
     }
 
+    /// The ball that it probes, by place in its artifact.
+    pub fn ball(&self) -> Option<usize> {
+        self.ball
+    }
+
     /// Seconds since its session began.
     pub fn time_s(&self) -> Option<f64> {
         self.time_s
@@ -246,6 +254,7 @@ impl SampleRow {
             reading: self.reading,
             plungers: self.plungers,
             q_commanded: self.q_commanded.as_deref(),
+            q_before: self.q_before.as_deref(),
             approach: self.approach.as_deref(),
             time_s: self.time_s,
             duration_s: setup.duration_s,

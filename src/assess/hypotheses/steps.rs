@@ -1,0 +1,268 @@
+//! Something that moved once: in which session, between which two samples, and how surely that is known.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, Vector3};
+use rayon::prelude::*;
+
+use super::{Hypothesis, Place, Trial, plausible};
+use crate::assess::background::Background;
+use crate::assess::evidence::ln_sum_exp;
+use crate::assess::examination::Examination;
+use crate::assess::library::Untestable;
+use crate::assess::sweep::{self, Sweep};
+use crate::effects::{EffectId, Family, Follows, Offered, Origin, Scan};
+use crate::identify::Circumstance;
+
+/// Between which samples something moved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moment {
+    /// The session, where there are several.
+    pub session: Option<String>,
+    /// Samples just before and just after the likeliest moment.
+    pub between: [String; 2],
+    /// Samples between which it happened with 95 % probability, given that it is this effect: the last one before it at the earliest, and
+    /// the first one after it at the latest.
+    pub credible: [String; 2],
+}
+
+/// So many gaps between samples are all tried; of more, so many evenly spread, then again between the best one's neighbours.
+const TRIED_AT_ONCE: usize = 128;
+
+/// Mass of the interval of moments.
+const CREDIBLE: f64 = 0.95;
+
+/// A gap between two samples of one session, in the order of time, in which something may have moved.
+struct Gap {
+    setup: usize,
+    /// Samples before and after it.
+    samples: [usize; 2],
+    /// The moment, s.
+    moment: f64,
+}
+
+/// Every step that these data can show.
+pub(super) fn steps(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
+    let ids = ids(examination);
+    if let Some(needs) = lacking(examination) {
+        return (Vec::new(), ids.into_iter().map(|effect| Untestable { effect, needs }).collect());
+    }
+    (ids.par_iter().filter_map(|id| step(examination, background, id)).collect(), Vec::new())
+}
+
+/// What these data lack to place a moment.
+pub(super) fn lacking(examination: &Examination) -> Option<&'static str> {
+    examination.circumstances.iter().any(|c| c.time_s.is_none()).then_some("column time_s")
+}
+
+/// Ids without their moments: of the base and the tool, of every joint, then all others.
+fn ids(examination: &Examination) -> Vec<String> {
+    let library = &examination.library;
+    let subject = examination.model.subject(examination.problem.robot(), &library.balls);
+    let shown = |f: &&Family| match f.offered {
+        Offered::BesideOtherTargets => library.other_targets,
+        Offered::ByName => false,
+        _ => true,
+    };
+    let rank = |f: &&'static Family| match (f.follows.first(), f.is_of_joint()) {
+        (Some(Follows::World), _) => 0,
+        (Some(Follows::Tool), _) => 1,
+        (_, true) => 2,
+        _ => 3,
+    };
+    let mut families: Vec<&'static Family> =
+        examination.model.registry.families().filter(|f| f.scan == Scan::Time).filter(shown).collect();
+    families.sort_by_key(rank);
+    let ids = families.into_iter().flat_map(|f| f.scanned(&subject, ""));
+    ids.map(|id| id.trim_end_matches(':').to_owned()).collect()
+}
+
+/// A step of which only the moment is not known; `None` where there is no moment to be tried.
+pub(super) fn step(examination: &Examination, background: &Background, id: &str) -> Option<Hypothesis> {
+    let circumstances = &examination.circumstances;
+    let concerned = concerned(examination, id)?;
+    let carriers = carriers(examination, id, &concerned)?;
+    let plausible = plausible(examination, &format!("{id}:0"))?;
+    let gaps = gaps(circumstances, &concerned);
+    let mut trials: BTreeMap<usize, Trial> = BTreeMap::new();
+    let mut next = spread(0..gaps.len());
+    while !next.is_empty() {
+        let after = |i: usize, b: usize| {
+            let Gap { setup, moment, .. } = gaps[next[b]];
+            if circumstances[i].setup == setup && circumstances[i].time_s > Some(moment) { 1.0 } else { 0.0 }
+        };
+        let features = DMatrix::from_fn(circumstances.len(), next.len(), after);
+        let sweep = Sweep::new(examination, background, &carriers, Cow::Owned(features));
+        let trial = |(b, &gap): (usize, &usize)| {
+            let moment = gaps[gap].moment;
+            let place = (Place::Time(moment), format!("{id}:{moment}"));
+            (gap, Trial::new(examination, background, place, &sweep.block(b, 1, plausible)))
+        };
+        trials.extend(next.iter().enumerate().map(trial));
+        next = beside_the_best(&trials, gaps.len());
+    }
+    hypothesis(examination, id, trials, &gaps)
+}
+
+/// Samples that an effect of this id can move.
+fn concerned(examination: &Examination, id: &str) -> Option<Vec<bool>> {
+    let family = examination.model.family(id)?;
+    let of_ball = family.follows.contains(&Follows::Ball);
+    let ball = if of_ball {
+        Some(examination.library.balls.iter().position(|b| Some(b.as_str()) == EffectId::new(id).rest())?)
+    } else {
+        None
+    };
+    let moved = |c: &Circumstance| match (family.origin, ball) {
+        (_, Some(ball)) => c.ball == Some(ball),
+        (Origin::Artifact, None) => c.ball.is_some(),
+        _ => true,
+    };
+    Some(examination.circumstances.iter().map(moved).collect())
+}
+
+/// What the effect moves: a joint, the tool, or base and balls against each other.
+fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<Vec<Vec<Vector3<f64>>>> {
+    let circumstances = &examination.circumstances;
+    let family = examination.model.family(id)?;
+    if family.is_of_joint() {
+        return Some(sweep::joint(circumstances, family.joint(&EffectId::new(id))?.checked_sub(1)?));
+    }
+    if family.follows.contains(&Follows::Tool) {
+        return Some(sweep::tool(circumstances));
+    }
+    let mut carriers = sweep::base(circumstances);
+    for carrier in &mut carriers {
+        carrier.iter_mut().zip(concerned).filter(|(_, moved)| !**moved).for_each(|(c, _)| *c = Vector3::zeros());
+    }
+    Some(carriers)
+}
+
+/// The gaps between samples that are concerned, session by session.
+fn gaps(circumstances: &[Circumstance], concerned: &[bool]) -> Vec<Gap> {
+    let mut sessions: BTreeMap<usize, Vec<(f64, usize)>> = BTreeMap::new();
+    for (i, c) in circumstances.iter().enumerate().filter(|(i, _)| concerned[*i]) {
+        if let Some(time) = c.time_s {
+            sessions.entry(c.setup).or_default().push((time, i));
+        }
+    }
+    let of_session = |(setup, mut samples): (usize, Vec<(f64, usize)>)| {
+        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let pairs = samples.windows(2).filter(|w| w[0].0 < w[1].0);
+        pairs.map(|w| Gap { setup, samples: [w[0].1, w[1].1], moment: between(w[0].0, w[1].0) }).collect::<Vec<Gap>>()
+    };
+    sessions.into_iter().flat_map(of_session).collect()
+}
+
+/// A moment from `before` on and before `after`, s; to the tenth where that lies between them.
+fn between(before: f64, after: f64) -> f64 {
+    let tenth = ((before + after) * 5.0).round() / 10.0;
+    if before <= tenth && tenth < after { tenth } else { before }
+}
+
+/// Places of a range, all of them or so many evenly spread.
+fn spread(range: std::ops::Range<usize>) -> Vec<usize> {
+    let (length, count) = (range.len(), range.len().min(TRIED_AT_ONCE));
+    (0..count).map(|k| range.start + (2 * k + 1) * length / (2 * count)).collect()
+}
+
+/// The places to be tried next: those between the neighbours of the best one so far.
+fn beside_the_best(trials: &BTreeMap<usize, Trial>, places: usize) -> Vec<usize> {
+    let Some(best) = best(trials) else { return Vec::new() };
+    let low = trials.range(..best).next_back().map_or(0, |(k, _)| k + 1);
+    let high = trials.range(best + 1..).next().map_or(places, |(k, _)| *k);
+    let untried: Vec<usize> = (low..high).filter(|k| *k != best).collect();
+    spread(0..untried.len()).into_iter().map(|k| untried[k]).collect()
+}
+
+/// The most credible place.
+fn best(trials: &BTreeMap<usize, Trial>) -> Option<usize> {
+    trials.iter().max_by(|a, b| a.1.ln_evidence[1].total_cmp(&b.1.ln_evidence[1])).map(|(k, _)| *k)
+}
+
+/// Logarithm of the share of all places that each place tried stands for.
+fn ln_shares(tried: &[usize], places: usize) -> Vec<f64> {
+    let edge = |k: usize| match (k.checked_sub(1).map(|k| tried[k]), tried.get(k)) {
+        (None, _) => 0.0,
+        (_, None) => places as f64,
+        (Some(a), Some(b)) => 0.5 * (a + b + 1) as f64,
+    };
+    (0..tried.len()).map(|k| ((edge(k + 1) - edge(k)) / places as f64).ln()).collect()
+}
+
+fn hypothesis(examination: &Examination, id: &str, trials: BTreeMap<usize, Trial>, gaps: &[Gap]) -> Option<Hypothesis> {
+    let best = best(&trials)?;
+    let tried: Vec<usize> = trials.keys().copied().collect();
+    let shares = ln_shares(&tried, gaps.len());
+    let weighed = |which: usize| -> Vec<f64> { trials.values().zip(&shares).map(|(t, s)| t.ln_evidence[which] + s).collect() };
+    let (plain, aware) = (weighed(0), weighed(1));
+    let trial = &trials[&best];
+    let moment = moment(examination, gaps, &tried, &aware, best);
+    Some(Hypothesis {
+        effect: id.to_owned(),
+        in_model: trial.place.1.clone(),
+        place: Some(trial.place.0.clone()),
+        ln_evidence: ln_sum_exp(plain.iter().copied()),
+        ln_evidence_against_background: ln_sum_exp(aware.iter().copied()),
+        explains: trial.explained.0 / examination.remainder.squares,
+        coefficients: trial.explained.1,
+        visible: trial.visible,
+        places: gaps.len(),
+        moment: Some(moment),
+    })
+}
+
+/// The gaps around the best one, in its session, that hold the mass of the interval.
+fn moment(examination: &Examination, gaps: &[Gap], tried: &[usize], aware: &[f64], best: usize) -> Moment {
+    let own: Vec<(usize, f64)> =
+        tried.iter().zip(aware).filter(|(k, _)| gaps[**k].setup == gaps[best].setup).map(|(k, ln)| (*k, *ln)).collect();
+    let whole = ln_sum_exp(own.iter().map(|(_, ln)| *ln));
+    let mut likely = own;
+    likely.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let (mut mass, mut low, mut high) = (0.0, best, best);
+    for (k, ln) in likely {
+        if mass >= CREDIBLE {
+            break;
+        }
+        mass += (ln - whole).exp();
+        (low, high) = (low.min(k), high.max(k));
+    }
+    let setups = examination.problem.setups();
+    let sample = |k: usize, side: usize| examination.problem.sample_ids()[gaps[k].samples[side]].clone();
+    Moment {
+        session: (setups.len() > 1).then(|| setups[gaps[best].setup].label.clone()),
+        between: [sample(best, 0), sample(best, 1)],
+        credible: [sample(low, 0), sample(high, 1)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_moment_lies_between_its_samples() {
+        assert_eq!(between(10.0, 20.0), 15.0);
+        assert_eq!(between(10.01, 10.04), 10.01);
+        assert_eq!(between(0.0, 0.1), 0.0);
+    }
+
+    #[test]
+    fn shares_of_the_places_tried_add_up() {
+        for tried in [vec![0, 1, 2, 3], vec![1, 4, 5, 6, 9], vec![7]] {
+            let whole: f64 = ln_shares(&tried, 12).into_iter().map(f64::exp).sum();
+            assert!((whole - 1.0).abs() < 1e-12, "{tried:?}: {whole}");
+        }
+        let all = ln_shares(&(0..12).collect::<Vec<_>>(), 12);
+        assert!(all.iter().all(|s| (s.exp() - 1.0 / 12.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn places_are_spread_evenly() {
+        assert_eq!(spread(3..6), [3, 4, 5]);
+        let many = spread(0..10_000);
+        assert_eq!(many.len(), TRIED_AT_ONCE);
+        assert!(many.windows(2).all(|w| (70..90).contains(&(w[1] - w[0]))));
+    }
+}

@@ -1,0 +1,44 @@
+//! `artifact_step:T`: the artifact moved once, T seconds into the session: every ball is shifted by (x, y, z) after T, in the world.
+//!
+//! Where nothing but balls is measured, this is [`base_step`](super::base_step) with the opposite sign, exactly: only other targets, or a
+//! look at the clamps, can tell the two apart.
+
+use super::family::alone;
+use super::shape::Shape;
+use super::{
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
+use crate::robot::Site;
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "artifact_step",
+    arguments: ":T",
+    what: "the artifact was bumped once",
+    equation: "every ball += (x, y, z) after T",
+    origin: Origin::Artifact,
+    scan: Scan::Time,
+    follows: &[Follows::Time, Follows::World],
+    role: Role::Event,
+    offered: Offered::BesideOtherTargets,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.02),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the artifact was bumped once",
+        look: "check its clamping; what was measured before and after are two sessions",
+    },
+    stray: Stray::Moment,
+    members: alone,
+    build: |id, _| {
+        let time = id.time(0)?;
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.05 * MM), move |at, emit| {
+            if at.ball().is_some() && at.is_after(time) {
+                (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Time, Needs::Balls])
+        .built()
+    },
+};

@@ -1,0 +1,48 @@
+//! `ball_step:B:T`: a ball was knocked once, T seconds into the session: `ball_B += (x, y, z)` after T, in the world.
+
+use super::family::each_ball;
+use super::shape::Shape;
+use super::{
+    EffectId, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role,
+    Scan, Stray,
+};
+use crate::robot::Site;
+use crate::units::{MM, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "ball_step",
+    arguments: ":B:T",
+    what: "a ball was knocked once",
+    equation: "ball_B += (x, y, z) after T",
+    origin: Origin::Artifact,
+    scan: Scan::Time,
+    follows: &[Follows::Ball, Follows::Time],
+    role: Role::Event,
+    offered: Offered::Always,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.1),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "one ball was knocked in the course of the campaign",
+        look: "look at that ball: a loose seat, a collision; measure it again, or leave out what was probed on it before",
+    },
+    stray: Stray::Moment,
+    members: each_ball,
+    build: |id, subject| {
+        // A ball's name may hold colons: the moment is what follows the last one.
+        let (ball, time) = id.rest().and_then(|rest| rest.rsplit_once(':')).ok_or_else(|| id.wrong(FORM))?;
+        let unknown = || id.wrong(format!("{FORM}, the ball being one of: {}", subject.balls.join(", ")));
+        let ball = subject.balls.iter().position(|b| b == ball).ok_or_else(unknown)?;
+        let time = EffectId::new(&format!("ball_step:{time}")).time(0).map_err(|_| id.wrong(FORM))?;
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.1 * MM), move |at, emit| {
+            if at.ball() == Some(ball) && at.is_after(time) {
+                (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
+            }
+        })
+        .owner(Owner::Session)
+        .needs(&[Needs::Time, Needs::Balls])
+        .built()
+    },
+};
+
+const FORM: &str = "names a ball, and after another colon seconds since the session began";

@@ -1,0 +1,42 @@
+//! `product:J:A:B`: the error of joint J follows two joint angles at once, to the first orders:
+//! `theta_J += sum of sin q_A sin q_B, sin q_A cos q_B, cos q_A sin q_B, cos q_A cos q_B`, each with a coefficient.
+//!
+//! Any pair can be named; none is offered by itself, since there are more of them than most data can tell apart.
+
+use super::shape::{Shape, theta};
+use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use crate::units::{URAD, Unit};
+
+pub(super) const FAMILY: Family = Family {
+    id: "product",
+    arguments: ":J:A:B",
+    what: "a joint errs by two angles at once",
+    equation: "theta_J += (sin, cos q_A) x (sin, cos q_B)",
+    origin: Origin::Arm,
+    scan: Scan::None,
+    follows: &[Follows::JointAngle, Follows::OtherAngles],
+    role: Role::Event,
+    offered: Offered::ByName,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(5e-3),
+    period: Period::None,
+    meaning: Meaning { physics: "the error of a joint depends on how two joints stand at once", look: "" },
+    stray: Stray::None,
+    // With the next joint: the pairs that share a housing or a bearing.
+    members: |subject| (1..subject.robot.joints()).map(|j| format!(":{j}:{j}:{}", j + 1)).collect(),
+    build: |id, subject| {
+        id.at_most(3)?;
+        let (j, a, b) = (id.joint(0, subject)?, id.joint(1, subject)?, id.joint(2, subject)?);
+        if a == b {
+            return Err(id.wrong("names two joints after the first; of one angle it is harmonic2"));
+        }
+        let parameter = |name| ParameterSpec::new(format!("{}.{name}", id.whole()), Unit::URAD, 50.0 * URAD);
+        Shape::new(id, ["ss", "sc", "cs", "cc"].map(parameter).to_vec(), move |at, emit| {
+            let ((sin_a, cos_a), (sin_b, cos_b)) = (at.q[a].sin_cos(), at.q[b].sin_cos());
+            for (k, weight) in [sin_a * sin_b, sin_a * cos_b, cos_a * sin_b, cos_a * cos_b].into_iter().enumerate() {
+                emit(k, theta(j), weight);
+            }
+        })
+        .built()
+    },
+};

@@ -1,0 +1,42 @@
+//! `unsettled:J`: joint J was read before it had settled, `theta_J += s (q_J - q_J before)`: the error is a part of the last move, that
+//! from the posture of the sample before, in the order of measurement within the session.
+
+use super::family::each_joint;
+use super::shape::{per_joint, theta};
+use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use crate::units::Unit;
+
+pub(super) const FAMILY: Family = Family {
+    id: "unsettled",
+    arguments: ":J",
+    what: "a joint was read before it settled",
+    equation: "theta_J += s (q_J - q_J before)",
+    origin: Origin::SetUp,
+    scan: Scan::None,
+    follows: &[Follows::LastMove],
+    role: Role::Event,
+    offered: Offered::ToLogs,
+    physical: Physical::Any,
+    linear_range: LinearRange::Si(0.02),
+    period: Period::None,
+    meaning: Meaning {
+        physics: "the joints were read before the arm had settled: the error is a part of the last move",
+        look: "wait longer before the joints are read",
+    },
+    stray: Stray::None,
+    members: each_joint,
+    build: |id, subject| {
+        let unit = Unit::URAD_PER_RAD;
+        per_joint(
+            id,
+            id.joints(subject)?,
+            |_, name| vec![ParameterSpec::new(format!("{name}.s"), unit, unit.to_si(200.0))],
+            |at, j, emit| {
+                if let Some(before) = at.q_before.and_then(|q| q.get(j)) {
+                    emit(0, theta(j), at.q[j] - before);
+                }
+            },
+        )
+        .built()
+    },
+};
