@@ -57,7 +57,7 @@ mod tests {
         let ball = |id: &str| Ball { id: id.into(), position: Vector3::zeros(), sigma: 0.0, free: false };
         let probe = |id: &str, ball: usize, time: f64| Sample {
             time_s: Some(time),
-            ..Sample::new(id.into(), vec![0.0; 6], Measured::Ball { ball, reading: None })
+            ..Sample::new(id, vec![0.0; 6], Measured::Ball { ball, reading: None })
         };
         let mut samples = vec![probe("p1", 0, 10.0), probe("p2", 0, 20.0), probe("p3", 1, 30.0)];
         if points {

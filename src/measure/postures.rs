@@ -156,7 +156,7 @@ fn split(joints: &[&[f64]], group: &[usize]) -> Option<Vec<Vec<usize>>> {
         if range <= tolerance {
             continue;
         }
-        let parts = cut(&order, |previous, _, i| !(angle(i, j) - angle(previous, j) <= tolerance));
+        let parts = cut(&order, |previous, _, i| angle(i, j) - angle(previous, j) > tolerance);
         if parts.len() > 1 {
             return Some(parts);
         }

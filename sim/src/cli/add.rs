@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use calibench::assess::{Objection, ProvingGround, WorkspacePoses, rung};
-use calibench::identify::{write_model, write_model_like};
+use calibench::identify::{Use, write_model, write_model_like};
 use calibench::report::{objection_sentence, parameter_rows, rung_table, step_json, symptom_sentence};
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, blame_data, check_datasets, model_for, named, print, print_json, read_datasets, warn_of_poses};
+use super::{
+    Failure, Outcome, blame_data, check_datasets, gate, model_for, named, print, print_json, read_datasets, warn_of_poses,
+};
 use crate::step::{StepError, Wanted};
 
 #[derive(clap::Args)]
@@ -27,7 +29,7 @@ pub struct Arguments {
     /// Campaigns that are not fitted: a step that makes one worse is refused
     #[arg(long, num_args = 1.., value_name = "DATASET")]
     check: Vec<PathBuf>,
-    /// Take the step even if it is refused
+    /// Take the step even if it is refused, and go on with data that do not fit their robot
     #[arg(long)]
     force: bool,
     /// Print one JSON document instead of tables
@@ -38,6 +40,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let named = named(&datasets);
     let wanted = Wanted::parse(&arguments.effect, &model, &named)?;
     let checks = check_datasets(&arguments.check, &datasets[0].1)?;
@@ -68,8 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let added = after.added.join(" ");
     if arguments.json {
-        print_json(&step_json(&before, &after, &objections, accepted))?;
+        let mut document = step_json(&before, &after, &objections, accepted);
+        gate.mark(&mut document);
+        print_json(&document)?;
     } else {
+        gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
         print(&rung_table(&[&before, &after]))?;
         print(&format!("\nFOUND: {added}\n{}", parameter_rows(&after.calibration, &after.added)))?;
         for symptom in after.symptoms.iter().filter(|s| !before.symptoms.iter().any(|b| b.parameter == s.parameter)) {

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use calibench::assess::{ChoiceKind, Climb, Extrapolation, ProvingGround, Rung, WorkspacePoses, ladder};
-use calibench::identify::{write_model, write_model_like};
+use calibench::identify::{Use, write_model, write_model_like};
 use calibench::report::{
     advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence, top_sentences,
 };
 
 use super::progress::Waiting;
 use super::{
-    Failure, Outcome, blame_data, check_datasets, model_for, named, print, print_json, read_datasets, recommended,
+    Failure, Outcome, blame_data, check_datasets, gate, model_for, named, print, print_json, read_datasets, recommended,
     warn_of_poses,
 };
 
@@ -31,6 +31,9 @@ pub struct Arguments {
     /// Write the model of the whole library, whichever is recommended
     #[arg(long, requires = "output")]
     whole: bool,
+    /// Go on with data that do not fit their robot
+    #[arg(long)]
+    force: bool,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
@@ -39,6 +42,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let checks = check_datasets(&arguments.check, &datasets[0].1)?;
     let checks = super::named(&checks);
     let named = named(&datasets);
@@ -67,10 +71,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let mut document = ladder_json(&climbed);
         let calibration = &chosen.calibration;
         let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+        gate.mark(&mut document);
         document["outside_range"] = extrapolation_json(&beyond);
         print_json(&document)?;
         return Ok(Outcome::Done);
     }
+    gate.tell()?;
     print(&rung_table(&climbed.rungs.iter().chain(&climbed.other).collect::<Vec<&Rung>>()))?;
     for sentence in top_sentences(&climbed.top, &recommended(&arguments.datasets, arguments.model.as_deref())) {
         print(&sentence)?;

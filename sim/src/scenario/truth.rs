@@ -182,11 +182,7 @@ fn stated(
         sources.wrong(&key, e.to_string(), remedy)
     })?;
     if effects::family(id).is_some_and(|f| f.follows.contains(&effects::Follows::LastMove)) {
-        return Err(sources.wrong(
-            &key,
-            "is an error of the read-back, and the simulated arm is read at rest",
-            "leave it out",
-        ));
+        return Err(sources.wrong(&key, "is an error of the read-back, and the simulated arm is read at rest", "leave it out"));
     }
     let keys: Vec<String> = effect.parameters().iter().map(|p| parameter_key(id, &p.name, p.unit.suffix)).collect();
     if let Some(unknown) = given.keys().find(|g| *g != "draw" && !keys.contains(g)) {

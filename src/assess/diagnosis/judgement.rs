@@ -58,7 +58,7 @@ struct Shortlist {
 impl Shortlist {
     /// Of hypotheses, the most credible first.
     fn of(datasets: &[(&str, &Dataset)], examination: &Examination, all: &[Hypothesis]) -> Result<Self, IdentifyError> {
-        let set = credible(all).max(SHORTLIST).min(2 * SHORTLIST).min(all.len());
+        let set = credible(all).clamp(SHORTLIST, 2 * SHORTLIST).min(all.len());
         let mut places: Vec<usize> = (0..set).collect();
         let mut plain: Vec<usize> = (0..all.len()).collect();
         plain.sort_by(|&a, &b| all[b].ln_evidence.total_cmp(&all[a].ln_evidence).then(a.cmp(&b)));

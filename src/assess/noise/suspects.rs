@@ -52,8 +52,8 @@ pub struct Suspect {
 /// # Errors
 /// When data and model do not go together, or do not determine the unknowns.
 pub fn suspects(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {
-    let mut problem = Problem::new(datasets, model, Use::Fit)?;
-    let fit = fit(&mut problem)?;
+    let problem = Problem::new(datasets, model, Use::Fit)?;
+    let fit = fit(&problem)?;
     Ok(suspects_of(datasets, &problem, &fit))
 }
 
