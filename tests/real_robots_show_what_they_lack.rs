@@ -151,7 +151,7 @@ fn a_step_that_harms_another_campaign_is_refused() {
     for objection in &objections {
         println!("refused: {objection:?}");
     }
-    let of_b = |o: &&Objection| matches!(o, Objection::Session { name, rms } if name.starts_with('B') && rms[1] > rms[0]);
+    let of_b = |o: &&Objection| matches!(o, Objection::Campaign { name, by } if name.starts_with('B') && by.rms[1] > by.rms[0]);
     assert!(objections.iter().any(|o| of_b(&o) && o.refuses()), "{objections:?}");
 
     // B not fitted at all, only judged.
@@ -162,7 +162,7 @@ fn a_step_that_harms_another_campaign_is_refused() {
     let objections = next.objections(&below);
     println!("B not fitted: {objections:?}");
     let [only] = &objections[..] else { panic!("A itself gains: {objections:?}") };
-    assert!(matches!(only, Objection::Check { name, rms } if name == "B" && rms[1] > rms[0]) && only.refuses());
+    assert!(matches!(only, Objection::Check { name, by } if name == "B" && by.rms[1] > by.rms[0]) && only.refuses());
 
     // Why: where A measured nothing of that joint, its 17 per turn is a guess. Elsewhere it helps B too.
     let of_b = |taken: &dyn Fn(&Sample) -> bool| {

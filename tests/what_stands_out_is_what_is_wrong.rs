@@ -303,7 +303,7 @@ fn two_bad_samples_of_eighty_are_found_and_none_where_there_are_none() {
     for trial in 0..TRIALS {
         let (a, b) = ((trial * 7) % 80, (trial * 7 + 11 + trial) % 80);
         let names = named(&with_bad_samples(9000 + trial as u64, &[a, b]));
-        let mut wanted = vec![format!("p{a}"), format!("p{b}")];
+        let mut wanted = [format!("p{a}"), format!("p{b}")];
         wanted.sort();
         found += usize::from(wanted.iter().all(|w| names.contains(w)));
         accused += names.iter().filter(|n| !wanted.contains(n)).count();

@@ -114,7 +114,7 @@ mod with_mujoco {
         let poses: Vec<Vec<f64>> = validation.samples.iter().map(|s| s.q.clone()).collect();
         let after = (visible >= VISIBLE).then(|| {
             let climbed = ladder(&data, model, ProvingGround { poses: &poses, checks: &[] }, &mut |_| {}).unwrap();
-            let after = error(&climbed.recommended().0.calibration, &validation);
+            let after = error(&climbed.recommended().calibration, &validation);
             [after, after / floor]
         });
         Trial {

@@ -61,7 +61,7 @@ mod tests {
         };
         let mut samples = vec![probe("p1", 0, 10.0), probe("p2", 0, 20.0), probe("p3", 1, 30.0)];
         if points {
-            samples.push(Sample::new("t1".into(), vec![0.0; 6], Measured::Point(Vector3::zeros())));
+            samples.push(Sample::new("t1", vec![0.0; 6], Measured::Point(Vector3::zeros())));
         }
         Dataset { balls: vec![ball("a"), ball("b:2")], samples, ..Dataset::default() }
     }
