@@ -20,6 +20,8 @@ pub(super) struct Level {
     pub factor: f64,
     /// One-sigma per axis of what looks like noise and is more than the instrument's, m: robot, at every pose another.
     pub white: f64,
+    /// Mean length of the error at postures left out of the fit, the instrument's noise taken off, m.
+    pub left_out: f64,
     /// Standard deviation of the logarithm of the level.
     pub spread: f64,
 }
@@ -68,7 +70,13 @@ impl Level {
         } else {
             (1.0, (robot2 - expected2).sqrt())
         };
-        Level { factor, white, spread: 0.05 + 0.42 / (super::recommend::postures(circumstances).count().max(1) as f64).sqrt() }
+        let left_out = MEAN_LENGTH * robot2.sqrt();
+        Level {
+            factor,
+            white,
+            left_out,
+            spread: 0.05 + 0.42 / (super::recommend::postures(circumstances).count().max(1) as f64).sqrt(),
+        }
     }
 }
 

@@ -155,6 +155,8 @@ impl WorkspaceError {
                 .iter_mut()
                 .for_each(|e| *e += level.white * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random));
         }
+        let seen = seen(examination, &there, poses);
+        hold_to_level(&mut errors, &seen, &level, examination);
         let widened: Vec<f64> = (0..DRAWS)
             .map(|_| (level.spread * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random)).exp())
             .collect();
@@ -163,8 +165,6 @@ impl WorkspaceError {
         let count = poses.len();
         let mut sum = DVector::<f64>::zeros(count);
         let (mut means, mut maxima) = (Vec::with_capacity(DRAWS), Vec::with_capacity(DRAWS));
-        let ranges = examination.problem.joint_ranges();
-        let seen: Vec<bool> = poses.iter().map(|q| inside(q, &ranges)).collect();
         let mut parts = [Vec::new(), Vec::new()];
         for draw in errors.column_iter() {
             let lengths = DVector::from_fn(count, |p, _| draw.rows(3 * p, 3).norm());
@@ -191,12 +191,47 @@ impl WorkspaceError {
     }
 }
 
-/// Share of a joint's range by which a pose may lie beyond it and still be where the fit has seen the arm.
+/// Share of a range by which a pose may lie beyond it and still be where the fit has seen the arm.
 const MARGIN: f64 = 0.1;
 
-/// Whether a pose (rad, N) is inside the joint ranges of a fit, or hardly outside.
-fn inside(q: &[f64], ranges: &[[f64; 2]]) -> bool {
-    q.iter().zip(ranges).all(|(q, r)| (r[0] - MARGIN * (r[1] - r[0])..=r[1] + MARGIN * (r[1] - r[0])).contains(q))
+/// So many poses where the arm was seen tell the level of the draws there.
+const ENOUGH_SEEN: usize = 10;
+
+/// Whether numbers lie in these ranges, or hardly outside.
+fn inside(values: &[f64], ranges: &[[f64; 2]]) -> bool {
+    let within = |(v, r): (&f64, &[f64; 2])| {
+        let margin = MARGIN * (r[1] - r[0]);
+        (r[0] - margin..=r[1] + margin).contains(v)
+    };
+    values.iter().zip(ranges).all(within)
+}
+
+/// Which poses are where the fit has seen the arm: inside the ranges of its joints, and of its TCP.
+fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<bool> {
+    let tcp = |q: &[f64]| world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
+    let mut box_of_tcp = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for at in &examination.circumstances {
+        let place = tcp(&at.q);
+        box_of_tcp.iter_mut().zip(place.iter()).for_each(|(r, &x)| *r = [r[0].min(x), r[1].max(x)]);
+    }
+    let ranges = examination.problem.joint_ranges();
+    poses.iter().map(|q| inside(q, &ranges) && inside(tcp(q).as_slice(), &box_of_tcp)).collect()
+}
+
+/// Holds the draws to what was measured where that says most: at poses like those of the campaign, the geometric mean of the draws and of
+/// the error at postures left out; everywhere, where no place in the world is known and the absolute error has no meaning.
+fn hold_to_level(errors: &mut DMatrix<f64>, seen: &[bool], level: &Level, examination: &Examination) {
+    let nowhere = examination.problem.parameters().iter().any(|p| p.defines_world);
+    let held: Vec<usize> = (0..seen.len()).filter(|&p| nowhere || seen[p]).collect();
+    if held.len() < ENOUGH_SEEN.min(seen.len()) {
+        return;
+    }
+    let length = |draw: usize, p: usize| errors.fixed_view::<3, 1>(3 * p, draw).norm();
+    let sum: f64 = (0..errors.ncols()).map(|d| held.iter().map(|&p| length(d, p)).sum::<f64>()).sum();
+    let drawn = sum / (held.len() * errors.ncols().max(1)) as f64;
+    let ratio = level.left_out / drawn.max(f64::MIN_POSITIVE);
+    let factor = if nowhere { ratio } else { ratio.sqrt() };
+    held.iter().for_each(|&p| errors.rows_mut(3 * p, 3).scale_mut(factor));
 }
 
 /// Errors of the fitted parameters (SI, a column a draw): what `noise` (whitened, residuals x draws) does to them, and how far the truth,

@@ -37,7 +37,7 @@ pub(super) fn expected(campaign: &Campaign, frames: &Frames) -> [f64; 2] {
 }
 
 /// Largest distance of the flange from the second joint that the arm can stretch to, m.
-pub(super) fn reach(robot: &Robot) -> f64 {
+pub(in crate::assess) fn reach(robot: &Robot) -> f64 {
     let distance = |q: &[f64]| {
         let mut pose = crate::robot::Pose::identity();
         let mut second = Vector3::zeros();

@@ -14,7 +14,8 @@ mod slip;
 pub use believable::{Unbelievable, unbelievable};
 
 use self::campaign::Campaign;
-use self::expected::{expected, reach};
+use self::expected::expected;
+pub(super) use self::expected::reach;
 use crate::identify::Use;
 use crate::measure::Dataset;
 

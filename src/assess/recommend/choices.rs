@@ -3,18 +3,11 @@
 use super::curves;
 use super::folds::Folds;
 use super::linear::{self, Linear};
-use super::robust;
 use super::rule::Gain;
 use crate::assess::examination::Examination;
 use crate::assess::library::Candidate;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
-
-/// A set-aside sample may be this far off, in plausible sizes of an outlier: anything.
-const ANYWHERE: f64 = 1e3;
-
-/// No more than this share of the postures is set aside: what so many do is no exception.
-const MOST_ASIDE: f64 = 0.05;
 
 /// The whole library is offered while its parameters in effect are no larger a share of three numbers a posture.
 const SHARE_OF_NUMBERS: f64 = 0.9;
@@ -85,7 +78,7 @@ pub struct Recommendation {
     pub choices: Vec<Choice>,
     /// Place of the one to use.
     pub chosen: usize,
-    /// Samples that were set aside, as outliers of every choice's model.
+    /// Samples that the steps set aside, and with them every model but the one to begin with.
     pub aside: Vec<String>,
     /// Postures.
     pub postures: usize,
@@ -149,12 +142,9 @@ pub fn recommend(
         first..first + bands.len()
     };
     let wide = examination.beside(datasets, candidates.clone())?;
-    let mut linear = Linear::new(&wide);
-    let aside = robust::aside(&robust::distances(&linear)?);
-    let few = aside.iter().filter(|a| **a).count() as f64 <= MOST_ASIDE * aside.len() as f64;
-    linear.aside = if few { aside } else { vec![false; aside.len()] };
+    let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in examination.problem().sample_ids().iter().enumerate() {
-        linear.aside[sample] |= steps.iter().any(|s| s.strip_prefix("outlier:") == Some(id.as_str()));
+        linear.aside[sample] = steps.iter().any(|s| s.strip_prefix("outlier:") == Some(id.as_str()));
     }
 
     let curves_held = curves::held(&wide, &linear, band_places.clone(), &[])?;
@@ -170,7 +160,7 @@ pub fn recommend(
 
     let variants: Vec<linear::Choice> = held.iter().map(|(_, held)| linear.with(held.iter().copied())).collect();
     let mut gains: Vec<Vec<Gain>> = vec![Vec::new(); held.len()];
-    for folds in Folds::all(&divisions, &wide.circumstances) {
+    for folds in Folds::all(&divisions, &wide.circumstances, &linear.places) {
         let division = folds.division;
         let products = linear.fold_products(folds);
         let before = linear.held_out(&products, &variants[0])?;
@@ -183,12 +173,8 @@ pub fn recommend(
     let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
         let mut model = begin.clone();
         let mut added = Vec::new();
-        for id in &aside {
-            let outlier = format!("outlier:{id}");
-            if !model.effects.contains(&outlier) {
-                model = model.with(&outlier);
-                model.width.insert(outlier, ANYWHERE);
-            }
+        for id in aside.iter().filter(|_| kind != Kind::Begin) {
+            model = model.with(&format!("outlier:{id}"));
         }
         for (place, information) in held {
             let id = &candidates[place].id;

@@ -14,6 +14,9 @@ const FOLDS: usize = 10;
 /// From so many postures on, blocks of joint space are divisions too: of fewer, each block is an extrapolation.
 const BLOCKS_FROM: usize = 81;
 
+/// Fewer places are no division: of two, each would be predicted from a single one.
+const LEAST_PLACES: usize = 3;
+
 /// Nothing else is random here; the same data give the same folds.
 const SEED: u64 = 0x0ca1_1bf0;
 
@@ -29,6 +32,8 @@ pub enum Division {
     Time,
     /// Blocks of postures that are near each other in joint space.
     Blocks,
+    /// Places where balls stand, each left out: a model that is good only where it was fitted shows here.
+    Places,
 }
 
 impl Division {
@@ -38,6 +43,7 @@ impl Division {
             Division::Random => "postures",
             Division::Time => "time",
             Division::Blocks => "blocks",
+            Division::Places => "places",
         }
     }
 
@@ -47,6 +53,7 @@ impl Division {
             Division::Random => "random postures",
             Division::Time => "runs of time",
             Division::Blocks => "blocks of joint space",
+            Division::Places => "places",
         }
     }
 }
@@ -70,8 +77,16 @@ impl Folds {
         Folds { division: Division::Random, of, count }
     }
 
-    /// The divisions that a campaign of these postures bears.
-    pub fn all(postures: &Postures, circumstances: &[Circumstance]) -> Vec<Folds> {
+    /// Places left out one after the other, where every sample has one and there are three or more.
+    fn of_places(postures: &Postures, places: &[Option<usize>]) -> Option<Folds> {
+        let of: Option<Vec<usize>> = postures.members().iter().map(|samples| places[samples[0]]).collect();
+        let of = of?;
+        let count = of.iter().max().map_or(0, |p| p + 1);
+        (count >= LEAST_PLACES).then_some(Folds { division: Division::Places, of, count })
+    }
+
+    /// The divisions that a campaign of these postures bears; `places` of each sample, counted from 0.
+    pub fn all(postures: &Postures, circumstances: &[Circumstance], places: &[Option<usize>]) -> Vec<Folds> {
         let n = postures.count();
         let count = FOLDS.min(n);
         let time = (0..n).map(|p| p * count / n).collect();
@@ -79,6 +94,7 @@ impl Folds {
         if n >= BLOCKS_FROM {
             all.push(Folds { division: Division::Blocks, of: blocks(postures, circumstances, count), count });
         }
+        all.extend(Folds::of_places(postures, places));
         all
     }
 }

@@ -1,12 +1,14 @@
 //! A fitted model with what may correct it beside it, taken as linear near the fit: what any choice of columns predicts of postures that
 //! were left out is then linear algebra on the same columns, good to second order.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
 use super::folds::Folds;
 use crate::assess::examination::{Examination, Span};
-use crate::identify::{FitError, Parameter, linalg};
+use crate::assess::misfit::reach;
+use crate::identify::{FitError, Parameter, Use, linalg};
+use crate::measure::{Dataset, Measured};
 use crate::units::DEG;
 
 /// Held-out rows count only inside the joint ranges of the rows that predict them, plus this share of the range at either end.
@@ -48,6 +50,8 @@ pub(super) struct Linear {
     pub aside: Vec<bool>,
     /// Of each fitted column: the set-up, ball or other place that owns it beside the arm.
     local: Vec<Option<usize>>,
+    /// Where the ball of each sample stands, among the places of the artifact.
+    pub places: Vec<Option<usize>>,
     /// What a fit's information is worth in units of these rows: they are weighted by the noise that is known, not by that stated.
     pub weight2: f64,
     /// How the fitted model holds its own columns.
@@ -64,7 +68,7 @@ pub(super) struct FoldProducts {
 
 impl Linear {
     /// Of an examined fit with candidates beside it.
-    pub fn new(examination: &Examination) -> Self {
+    pub fn new(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Self {
         let Examination { rows, fitted, spans, circumstances, problem, fit, .. } = examination;
         let parameters = problem.parameters();
         let postures = super::postures(circumstances);
@@ -84,6 +88,7 @@ impl Linear {
             unit,
             aside: vec![false; circumstances.len()],
             local: locals(fit.kept.iter().map(|&p| &parameters[p])),
+            places: places(examination, datasets),
             weight2,
             information,
             pull,
@@ -287,6 +292,27 @@ impl Linear {
         widen.iter_mut().filter(|w| !w.is_finite()).for_each(|w| *w = 0.0);
         widen
     }
+}
+
+/// Balls nearer to each other than this share of the arm's reach stand at one place.
+const ONE_PLACE: f64 = 0.1;
+
+/// Place of each sample's ball: balls that stand near each other are one.
+fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Vec<Option<usize>> {
+    let reach = reach(examination.problem.robot());
+    let mut known: Vec<Vector3<f64>> = Vec::new();
+    let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d, s)));
+    rows.map(|(d, s)| match s.measured {
+        Measured::Ball { ball, .. } => {
+            let at = d.balls[ball].position;
+            Some(known.iter().position(|k| (k - at).norm() < ONE_PLACE * reach).unwrap_or_else(|| {
+                known.push(at);
+                known.len() - 1
+            }))
+        }
+        Measured::Point(_) | Measured::Distance { .. } => None,
+    })
+    .collect()
 }
 
 /// Numbers the owners of what does not belong to the arm: set-ups (base and tool), balls, artifacts.

@@ -7,7 +7,6 @@ mod choices;
 mod curves;
 mod folds;
 mod linear;
-mod robust;
 mod rule;
 mod shrinkage;
 mod steps;

@@ -5,6 +5,9 @@ use super::folds::Division;
 /// A gain of less than this share of the mean square is none.
 const LEAST_GAIN: f64 = 0.05;
 
+/// A loss of more than this share of the mean square is harm, where whole places were left out.
+const LEAST_HARM: f64 = 0.02;
+
 /// Standard errors of the paired differences that a gain must exceed: one is too little, measured.
 const LEAST_SIGMA: f64 = 2.0;
 
@@ -57,8 +60,11 @@ impl Gain {
         })
     }
 
-    /// Whether it is large and sure.
+    /// Whether it is large and sure; where whole places were left out, whether it does no harm.
     pub fn convinces(&self) -> bool {
+        if self.division == Division::Places {
+            return self.share > -LEAST_HARM;
+        }
         self.share > LEAST_GAIN && self.sigma > LEAST_SIGMA && self.tail < 1.0 + TAIL
     }
 }

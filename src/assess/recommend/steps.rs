@@ -51,7 +51,7 @@ fn judged(
     ids.dedup();
     let candidates = ids.iter().map(|id| Candidate::new((*id).to_owned())).collect();
     let wide = Examination::with(datasets, before, candidates)?;
-    let mut linear = Linear::new(&wide);
+    let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in wide.problem().sample_ids().iter().enumerate() {
         linear.aside[sample] = aside.contains(&id.as_str());
     }
@@ -60,7 +60,7 @@ fn judged(
         sets.iter().map(|set| linear.with(set.iter().map(|id| (place(id), widths.width_of(id).powi(-2))))).collect();
     let base = linear.base();
     let mut all = vec![Vec::new(); sets.len()];
-    for folds in Folds::all(&super::postures(&wide.circumstances), &wide.circumstances) {
+    for folds in Folds::all(&super::postures(&wide.circumstances), &wide.circumstances, &linear.places) {
         let division = folds.division;
         let products = linear.fold_products(folds);
         let before = linear.held_out(&products, &base)?;
