@@ -46,7 +46,7 @@ impl Generator {
 
     /// Text with everything that a CSV field or a TOML string must carry.
     fn text(&mut self) -> String {
-        let letters: Vec<char> = "aZ09 _-,;\"'#=[]\\é漢\t".chars().collect();
+        let letters: Vec<char> = "aZ09 _-,;\"'#=[]\\é漢".chars().collect();
         let middle: String = (0..self.0.random_range(0..8)).map(|_| letters[self.0.random_range(0..letters.len())]).collect();
         format!("x{middle}y")
     }

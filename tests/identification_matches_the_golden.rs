@@ -117,8 +117,9 @@ fn a_tool_on_axis_six_loses_four_parameters() {
     }
 }
 
-/// Of a parameter's own uncertainty, the others held: what differences of chi-square over a hundredth of it can tell.
-const NO_FARTHER: f64 = 1e-4;
+/// Of a parameter's own uncertainty, the others held. The columns of a step leave out how a parameter changes the loads themselves, which
+/// costs a ten-thousandth.
+const NO_FARTHER: f64 = 3e-4;
 
 /// No matter where and how often the arm was weighed on the way.
 #[test]

@@ -76,7 +76,8 @@ fn a_step_that_helps_is_written_and_one_that_does_not_is_not() {
 
     let forced = calibench(at, &["add", "base_step", "run/trical", "--model", "model.toml", "-o", "other.toml", "--force"]);
     assert_eq!(code(&forced), 0, "{}", String::from_utf8_lossy(&forced.stderr));
-    assert!(String::from_utf8_lossy(&forced.stdout).contains("Against it: blocks that were not fitted"));
+    let said = String::from_utf8_lossy(&forced.stdout).into_owned();
+    assert!(said.contains("Against it: ") && said.contains("that were not fitted are predicted no better"), "{said}");
     assert_eq!(model(), expected);
     assert!(fs::read_to_string(at.join("other.toml")).unwrap().contains(&format!("    \"{id}\",\n]")));
 }
@@ -122,7 +123,7 @@ fn a_bad_sample_is_set_aside_by_name() {
     assert_eq!((code(&step), &document(&step)["after"]["added"][0]), (0, &"outlier:p14".into()));
     let said = calibench(at, &["diagnose", "run/trical"]);
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
-    assert!(said.contains("Look at sample p14 before anything else"), "{said}");
+    assert!(said.contains("Look at sample p14"), "{said}");
 }
 
 #[test]

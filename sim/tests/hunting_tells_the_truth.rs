@@ -63,10 +63,7 @@ const UR10: [(&str, &[Shown]); 5] = [
             ),
         ],
     ),
-    (
-        "ur10: diagnose",
-        &[("diagnose A", &["11911 samples", "Verdict", "Saw", "Means", "Do", "│ effect               ┆ prob", "│ harmonic:"])],
-    ),
+    ("ur10: diagnose", &[("diagnose A", &["11911 samples", "Verdict", "Saw", "Means", "Do", "│ effect  ", "│ harmonic:"])]),
     (
         "ur10: add",
         &[

@@ -167,10 +167,13 @@ pub fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
     ChiSquared::new(dof).ok().map(|d| d.sf(squares.max(0.0)))
 }
 
+/// So large a ratio is no chance, and further out the incomplete beta function loses its argument.
+const BEYOND_CHANCE: f64 = 1e12;
+
 /// Chance of a larger ratio of two mean squares.
 pub fn fisher_chance(ratio: f64, above: f64, below: f64) -> Option<f64> {
     let d = FisherSnedecor::new(above, below).ok()?;
-    Some(if ratio.is_finite() { d.sf(ratio.max(0.0)).clamp(0.0, 1.0) } else { 0.0 })
+    Some(if ratio < BEYOND_CHANCE { d.sf(ratio.max(0.0)).clamp(0.0, 1.0) } else { 0.0 })
 }
 
 /// Where a standard deviation lies that was found to be `found` with `dof` degrees of freedom.

@@ -194,8 +194,8 @@ impl WorkspaceError {
 /// Share of a range by which a pose may lie beyond it and still be where the fit has seen the arm.
 const MARGIN: f64 = 0.1;
 
-/// So many poses where the arm was seen tell the level of the draws there.
-const ENOUGH_SEEN: usize = 10;
+/// Draws that expect so many times what was measured are no witness.
+const CONTRADICTED: f64 = 3.0;
 
 /// Whether numbers lie in these ranges, or hardly outside.
 fn inside(values: &[f64], ranges: &[[f64; 2]]) -> bool {
@@ -223,14 +223,14 @@ fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<b
 fn hold_to_level(errors: &mut DMatrix<f64>, seen: &[bool], level: &Level, examination: &Examination) {
     let nowhere = examination.problem.parameters().iter().any(|p| p.defines_world);
     let held: Vec<usize> = (0..seen.len()).filter(|&p| nowhere || seen[p]).collect();
-    if held.len() < ENOUGH_SEEN.min(seen.len()) {
+    if held.is_empty() {
         return;
     }
     let length = |draw: usize, p: usize| errors.fixed_view::<3, 1>(3 * p, draw).norm();
     let sum: f64 = (0..errors.ncols()).map(|d| held.iter().map(|&p| length(d, p)).sum::<f64>()).sum();
     let drawn = sum / (held.len() * errors.ncols().max(1)) as f64;
     let ratio = level.left_out / drawn.max(f64::MIN_POSITIVE);
-    let factor = if nowhere { ratio } else { ratio.sqrt() };
+    let factor = if nowhere || ratio * CONTRADICTED < 1.0 { ratio } else { ratio.sqrt() };
     held.iter().for_each(|&p| errors.rows_mut(3 * p, 3).scale_mut(factor));
 }
 

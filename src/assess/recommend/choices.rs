@@ -154,7 +154,8 @@ pub fn recommend(
         held.push((Kind::Steps, steps_held.clone()));
         held.push((Kind::StepsAndCurves, steps_held.iter().copied().chain(with_steps).collect()));
     }
-    if !library_held.is_empty() && determined(&linear, &library_held, postures)? {
+    let judged_elsewhere = stands_somewhere(examination) || Folds::of_places(&divisions, &linear.places).is_some();
+    if !library_held.is_empty() && judged_elsewhere && determined(&linear, &library_held, postures)? {
         held.push((Kind::Library, library_held));
     }
 
@@ -191,6 +192,11 @@ pub fn recommend(
     let mut all = Recommendation { choices, chosen: 0, aside, postures };
     all.chosen = all.ranked().first().copied().unwrap_or(0);
     Ok(all)
+}
+
+/// Whether a place in the world is known. Where none is, what a hundred effects make of a new place shows only at places left out.
+fn stands_somewhere(examination: &Examination) -> bool {
+    !examination.problem().parameters().iter().any(|p| p.defines_world)
 }
 
 /// Whether the postures are enough for what the data take of these candidates.

@@ -78,7 +78,7 @@ impl Folds {
     }
 
     /// Places left out one after the other, where every sample has one and there are three or more.
-    fn of_places(postures: &Postures, places: &[Option<usize>]) -> Option<Folds> {
+    pub fn of_places(postures: &Postures, places: &[Option<usize>]) -> Option<Folds> {
         let of: Option<Vec<usize>> = postures.members().iter().map(|samples| places[samples[0]]).collect();
         let of = of?;
         let count = of.iter().max().map_or(0, |p| p + 1);

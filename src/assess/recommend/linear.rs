@@ -50,6 +50,8 @@ pub(super) struct Linear {
     pub aside: Vec<bool>,
     /// Of each fitted column: the set-up, ball or other place that owns it beside the arm.
     local: Vec<Option<usize>>,
+    /// Sum of the squares of each column.
+    energy: Vec<f64>,
     /// Where the ball of each sample stands, among the places of the artifact.
     pub places: Vec<Option<usize>>,
     /// What a fit's information is worth in units of these rows: they are weighted by the noise that is known, not by that stated.
@@ -88,6 +90,7 @@ impl Linear {
             unit,
             aside: vec![false; circumstances.len()],
             local: locals(fit.kept.iter().map(|&p| &parameters[p])),
+            energy: rows.row_iter().map(|row| row.norm_squared()).collect(),
             places: places(examination, datasets),
             weight2,
             information,
@@ -125,7 +128,7 @@ impl Linear {
         let m = choice.columns.len();
         let mut normal = DMatrix::from_fn(m, m, |r, c| products[(choice.columns[r], choice.columns[c])]);
         (0..m).for_each(|k| normal[(k, k)] += choice.information[k]);
-        let scale = DVector::from_fn(m, |k, _| 1.0 / normal[(k, k)].max(f64::MIN_POSITIVE).sqrt());
+        let scale = self.scale(choice);
         let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c] + if r == c { 1e-9 } else { 0.0 });
         let mut factor = linalg::Cholesky::new(m);
         factor.factor(&scaled)?;
@@ -133,6 +136,12 @@ impl Linear {
         factor.inverse(&mut inverse);
         let held = |k: usize| inverse[(k, k)] * scale[k] * scale[k] * choice.information[k];
         Ok(m as f64 - (0..m).map(held).sum::<f64>())
+    }
+
+    /// Scales the normal matrix to about a unit diagonal, by all rows: of the rows of a fold a number may be undetermined.
+    fn scale(&self, choice: &Choice) -> DVector<f64> {
+        let size = |k: usize| (self.energy[choice.columns[k]] + choice.information[k]).max(f64::MIN_POSITIVE);
+        DVector::from_fn(choice.columns.len(), |k, _| 1.0 / size(k).sqrt())
     }
 
     fn taken(&self) -> impl Iterator<Item = usize> {
@@ -183,7 +192,7 @@ impl Linear {
         let (m, last) = (choice.columns.len(), products.nrows() - 1);
         let mut normal = DMatrix::from_fn(m, m, |r, c| products[(choice.columns[r], choice.columns[c])]);
         (0..m).for_each(|k| normal[(k, k)] += choice.information[k]);
-        let scale = DVector::from_fn(m, |k, _| 1.0 / normal[(k, k)].max(f64::MIN_POSITIVE).sqrt());
+        let scale = self.scale(choice);
         let mut scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
         // A fold that alone knows a number leaves it where it is.
         (0..m).for_each(|k| scaled[(k, k)] += 1e-9);
