@@ -23,11 +23,11 @@ mod with_mujoco {
     use calibench_sim::scenario::{Bearing, Friction, MujocoToml, Pedestal, Scenario, Stiffening, load_scenario};
     use rayon::prelude::*;
 
-    const SEEDS: u64 = 10;
+    const SEEDS: u64 = 5;
     /// What is left of a flaw over the noise, from which on it must be found.
     const VISIBLE: f64 = 4.0;
-    /// Robots that show a flaw so well, of 30: else its sizes are chosen too small.
-    const ENOUGH: f64 = 8.0;
+    /// Robots that show a flaw so well, of 15: else its sizes are chosen too small.
+    const ENOUGH: f64 = 4.0;
 
     /// One flaw at three sizes, and what the catalogue calls it.
     struct Flaw {

@@ -20,7 +20,7 @@ pub(super) const FAMILY: Family = Family {
     role: Role::Cause,
     offered: Offered::Always,
     physical: Physical::AtLeast(0.0, Unphysical::NegativeCompliance),
-    linear_range: LinearRange::Sizes(30.0),
+    linear_range: LinearRange::Sizes(60.0),
     period: Period::None,
     meaning: Meaning { physics: "a bearing gives way: the axis tips under the load's moment", look: "" },
     stray: Stray::None,

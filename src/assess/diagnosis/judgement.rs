@@ -42,11 +42,26 @@ const MAIN_SHARE: f64 = 0.5;
 /// The background is there when the data are so many times likelier with it.
 const BACKGROUND_ODDS: f64 = 20.0;
 
-/// An effect larger than so many plausible sizes is not believable.
+/// An effect of the user's own is not believable beyond so many plausible sizes.
 const BELIEVABLE: f64 = 30.0;
 
 /// Findings looked at closely: by evidence against the background, and as many again that explain most.
 const SHORTLIST: usize = 8;
+
+/// Plausible sizes to which a size is held that is asked whether it can be: not at all.
+const UNHELD: f64 = 1e3;
+
+/// Whether a candidate is no larger than its family can be; an effect of the user's own, than so many plausible sizes.
+fn is_believable(close: &Examination, candidate: usize, effect: &str) -> bool {
+    let Some(family) = close.model.family(effect) else { return size(close, candidate).1 <= BELIEVABLE };
+    let (mean, covariance) = close.posterior(candidate, UNHELD, close.remainder.unit());
+    let least = |i: usize| (mean[i].abs() - 2.0 * covariance[(i, i)].max(0.0).sqrt()).max(0.0);
+    close.spans[candidate].range().enumerate().all(|(i, column)| {
+        let value = least(i);
+        let column = &close.columns[column];
+        family.linear_range.holds(&close.wide.parameters()[column.parameter].spec, value * column.plausible)
+    })
+}
 
 /// The hypotheses looked at closely, and what they came to.
 struct Shortlist {
@@ -68,7 +83,7 @@ impl Shortlist {
         let candidates = hypotheses.iter().map(|h| Candidate { id: h.in_model.clone(), family: family(h) });
         let close = examination.beside(datasets, candidates.collect())?;
         let is_sample = |h: &Hypothesis| h.effect.starts_with("outlier");
-        let believable = hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || size(&close, k).1 <= BELIEVABLE).collect();
+        let believable = hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || is_believable(&close, k, &h.effect)).collect();
         Ok(Shortlist { close, hypotheses, believable })
     }
 
