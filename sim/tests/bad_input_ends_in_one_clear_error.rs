@@ -149,7 +149,7 @@ fn impossible_cells() -> Vec<Mistake> {
     vec![
         at("[[ball]]", cell("x_mm = -79.539\n", "x_mm = 5000.0\n", "ball[0]", "move the ball")),
         at("[[ball]]", cell("z_mm = 17.531", "z_mm = -100.0", "ball[0]", "move the ball")),
-        at("[base]", cell("x_mm = -536.320", "x_mm = -53632.0", "base.x_mm", "millimetres")),
+        cell("x_mm = -536.320", "x_mm = -53632.0", "base.x_mm", "millimetres"),
         at("[[ball]]", cell("clearance_mm = 3.0", "clearance_mm = 5000.0", "ball[0]", "clearance_mm")),
         cell("poses_per_ball = 20", "poses_per_ball = 2", "plan.poses_per_ball", "number of poses"),
         at("[tracker]", cell("facing_deg = 75.0", "facing_deg = 1.0", "tracker", "facing_deg")),

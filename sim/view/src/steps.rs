@@ -29,15 +29,15 @@ pub struct Left {
 pub struct Steps {
     /// By the arm as drawn, by the calibration, and by every rung of the ladder above it.
     pub rungs: Vec<Left>,
-    /// By the whole library of effects, fitted at once to what the calibration leaves.
-    pub whole: Option<Left>,
+    /// By the recommended model, where it is none of the rungs: error curves, or the whole library at once, beside the calibration's.
+    pub other: Option<Left>,
 }
 
 impl Steps {
-    /// Before and after every step: each rung after the one below it, the whole library after the calibration.
+    /// Before and after every step: each rung after the one below it, the recommended model after the calibration.
     pub fn pairs(&self) -> impl Iterator<Item = (&Left, &Left)> {
-        let whole = self.rungs.get(1).zip(self.whole.as_ref());
-        self.rungs.iter().zip(self.rungs.iter().skip(1)).chain(whole)
+        let other = self.rungs.get(1).zip(self.other.as_ref());
+        self.rungs.iter().zip(self.rungs.iter().skip(1)).chain(other)
     }
 }
 
@@ -50,7 +50,7 @@ pub fn steps(subject: &Subject, climb: bool) -> Result<Steps, IdentifyError> {
     let named = [(subject.name.as_str(), dataset)];
     let left = |name: String, of: &Calibration| Left::new(name, of, &named);
     let rungs = vec![left("as drawn".into(), &calibration.as_drawn())?, left("calibrated".into(), calibration)?];
-    let mut steps = Steps { rungs, whole: None };
+    let mut steps = Steps { rungs, other: None };
     if climb {
         let poses = WorkspacePoses::of(&named);
         let ground = ProvingGround { poses: &poses.q, checks: &[] };
@@ -58,11 +58,11 @@ pub fn steps(subject: &Subject, climb: bool) -> Result<Steps, IdentifyError> {
         for rung in ladder.rungs.iter().skip(1) {
             steps.rungs.push(left(format!("+ {}", rung.added.join(", ")), &rung.calibration)?);
         }
-        let whole = ladder
-            .whole
+        let other = ladder
+            .other
             .as_ref()
-            .map(|whole| left(format!("whole library, {} effects", whole.added.len()), &whole.calibration));
-        steps.whole = whole.transpose()?;
+            .map(|other| left(format!("recommended, {} effects at once", other.added.len()), &other.calibration));
+        steps.other = other.transpose()?;
     }
     Ok(steps)
 }
