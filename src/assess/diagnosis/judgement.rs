@@ -83,7 +83,8 @@ impl Shortlist {
         let candidates = hypotheses.iter().map(|h| Candidate { id: h.in_model.clone(), family: family(h) });
         let close = examination.beside(datasets, candidates.collect())?;
         let is_sample = |h: &Hypothesis| h.effect.starts_with("outlier");
-        let believable = hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || is_believable(&close, k, &h.effect)).collect();
+        let believable =
+            hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || is_believable(&close, k, &h.effect)).collect();
         Ok(Shortlist { close, hypotheses, believable })
     }
 
