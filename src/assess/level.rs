@@ -26,6 +26,9 @@ pub(super) struct Level {
     pub spread: f64,
 }
 
+/// A fit that leaves less than this share of the noise as stated says that it is overstated: it is then no ground to take anything off.
+const OVERSTATED: f64 = 0.8;
+
 /// Mean of the length of a vector of three normal numbers of one-sigma 1.
 const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 
@@ -40,7 +43,8 @@ impl Level {
             unit[s.place] = s.variance / s.height as f64 / examination.yardstick.weight().powi(2);
             stated += s.variance * 3.0 / s.height as f64;
         });
-        let noise2 = if problem.noise_stated() { stated / circumstances.len().max(1) as f64 / 3.0 } else { 0.0 };
+        let overstated = fit.chi2 < OVERSTATED * fit.dof as f64;
+        let noise2 = if problem.noise_stated() && !overstated { stated / circumstances.len().max(1) as f64 / 3.0 } else { 0.0 };
         let missed = cross_validated(examination, &random_folds(circumstances), 0..0);
         let whole = |s: usize| 3.0 / circumstances[s].height as f64;
         let lengths: Vec<f64> = (0..circumstances.len()).map(|s| (missed[s] * unit[s] * whole(s)).sqrt()).collect();
