@@ -26,8 +26,9 @@ pub(super) struct Level {
     pub spread: f64,
 }
 
-/// A fit that leaves less than this share of the noise as stated says that it is overstated: it is then no ground to take anything off.
-const OVERSTATED: f64 = 0.8;
+/// A chi-square so many standard deviations below its degrees of freedom says that the noise is overstated (chance 2e-4): it is then no
+/// ground to take anything off.
+const OVERSTATED: f64 = 3.5;
 
 /// Mean of the length of a vector of three normal numbers of one-sigma 1.
 const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
@@ -43,7 +44,8 @@ impl Level {
             unit[s.place] = s.variance / s.height as f64 / examination.yardstick.weight().powi(2);
             stated += s.variance * 3.0 / s.height as f64;
         });
-        let overstated = fit.chi2 < OVERSTATED * fit.dof as f64;
+        let dof = fit.dof as f64;
+        let overstated = fit.chi2 < dof - OVERSTATED * (2.0 * dof).sqrt();
         let noise2 = if problem.noise_stated() && !overstated { stated / circumstances.len().max(1) as f64 / 3.0 } else { 0.0 };
         let missed = cross_validated(examination, &random_folds(circumstances), 0..0);
         let whole = |s: usize| 3.0 / circumstances[s].height as f64;
