@@ -135,14 +135,8 @@ fn names_that_mean_something_to_the_viewer_or_a_terminal_are_only_names() {
     let folder = tempfile::tempdir().unwrap();
     let named = folder.path().join("a\nb\u{1b}[31m");
     fs::create_dir(&named).unwrap();
-    let balls = r#"
-[[ball]]
-id = "a/../b/** + /world [x]\u0007"
-x_mm = 300.0
-y_mm = 0.0
-z_mm = 100.0
-"#;
-    fs::write(named.join("dataset.toml"), format!("{DATASET}{balls}")).unwrap();
+    let ball = |id: &str| format!("{DATASET}\n[[ball]]\nid = \"{id}\"\nx_mm = 300.0\ny_mm = 0.0\nz_mm = 100.0\n");
+    fs::write(named.join("dataset.toml"), ball("a/../b/** + /world [x]")).unwrap();
     fs::write(named.join("samples.csv"), points()).unwrap();
     let (code, said, left_out) = view(&named, &named.join("run.rrd"));
     assert_eq!(code, 0, "{left_out}");
@@ -151,4 +145,8 @@ z_mm = 100.0
         "{said:?} {left_out:?}"
     );
     assert!(refused(&named, &named).contains("is not a file"));
+    fs::write(named.join("dataset.toml"), ball("a\\u0007")).unwrap();
+    let why = refused(&named, &named.join("again.rrd"));
+    assert!(why.contains("ball[0].id") && why.contains("control characters"), "{why}");
+    assert!(!why.contains(['\u{7}', '\u{1b}']), "{why:?}");
 }
