@@ -10,10 +10,8 @@ use super::fit::{Fit, FitError};
 use super::linalg::{self, Cholesky};
 use super::problem::Circumstance;
 use super::{Knowledge, Problem};
-use crate::units::{DEG, URAD};
-
-/// Joint angles that differ by less are one posture.
-const SAME_POSTURE: f64 = 0.01 * DEG;
+use crate::measure::Postures;
+use crate::units::URAD;
 
 /// Orders per turn of a joint's error.
 const ORDERS: usize = 4;
@@ -140,28 +138,6 @@ fn joint_errors(
     Ok(inverse.view((0, 0), (m, m)) + moved * moved.transpose())
 }
 
-/// Rows of each posture of one set-up, as ranges of scalar residuals.
-fn postures(circumstances: &[Circumstance]) -> Vec<Vec<usize>> {
-    let mut order: Vec<usize> = (0..circumstances.len()).collect();
-    let key = |k: usize| (circumstances[k].setup, circumstances[k].q.first().map_or(0.0, |q| q / SAME_POSTURE));
-    order.sort_by(|&a, &b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)).then(a.cmp(&b)));
-    let mut found: Vec<Vec<usize>> = Vec::new();
-    for &k in &order {
-        let at = &circumstances[k];
-        // Sorted by the first joint, equal postures lie within a stretch of the same first angle.
-        let near = found.iter_mut().rev().take_while(|group| {
-            let other = &circumstances[group[0]];
-            other.setup == at.setup && (other.q[0] - at.q[0]).abs() <= SAME_POSTURE
-        });
-        let same = |other: &Circumstance| other.q.iter().zip(&at.q).all(|(a, b)| (a - b).abs() <= SAME_POSTURE);
-        match { near }.find(|group| same(&circumstances[group[0]])) {
-            Some(group) => group.push(k),
-            None => found.push(vec![k]),
-        }
-    }
-    found
-}
-
 /// The sandwich with leverages: how far the parameters move as each posture is left out, summed.
 fn left_out_in_turn(
     near: &DMatrix<f64>,
@@ -179,7 +155,9 @@ fn left_out_in_turn(
     factor.factor(&scaled)?;
     factor.inverse(&mut inverse);
     let mut sum = DMatrix::zeros(m, m);
-    for group in postures(circumstances) {
+    let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
+    let setups: Vec<usize> = circumstances.iter().map(|c| c.setup).collect();
+    for group in Postures::of_joints(&joints, &setups).members() {
         let rows: Vec<usize> = group
             .iter()
             .flat_map(|&k| circumstances[k].first_row..circumstances[k].first_row + circumstances[k].height)
