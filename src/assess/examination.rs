@@ -245,6 +245,14 @@ impl Examination {
         })
     }
 
+    /// What one of the whitened squares of each sample is worth, m².
+    pub(super) fn squared_units(&self) -> Vec<f64> {
+        let mut unit = vec![0.0; self.circumstances.len()];
+        let weight2 = self.yardstick.weight().powi(2);
+        self.problem.for_each_sample(&self.fit.values, &mut |s| unit[s.place] = s.variance / s.height as f64 / weight2);
+        unit
+    }
+
     /// The fit.
     pub fn fit(&self) -> &Fit {
         &self.fit

@@ -38,12 +38,8 @@ impl Level {
     pub fn of(examination: &Examination, parameters: &DMatrix<f64>, sizes: &DMatrix<f64>) -> Self {
         let Examination { rows, circumstances, problem, fit, fitted, .. } = examination;
         let samples: Vec<usize> = (0..circumstances.len()).step_by(circumstances.len().div_ceil(MOST).max(1)).collect();
-        let mut unit = vec![0.0; circumstances.len()];
-        let mut stated = 0.0;
-        problem.for_each_sample(&fit.values, &mut |s| {
-            unit[s.place] = s.variance / s.height as f64 / examination.yardstick.weight().powi(2);
-            stated += s.variance * 3.0 / s.height as f64;
-        });
+        let unit = examination.squared_units();
+        let stated = 3.0 * unit.iter().sum::<f64>() * examination.yardstick.weight().powi(2);
         let dof = fit.dof as f64;
         let overstated = fit.chi2 < dof - OVERSTATED * (2.0 * dof).sqrt();
         let noise2 = if problem.noise_stated() && !overstated { stated / circumstances.len().max(1) as f64 / 3.0 } else { 0.0 };

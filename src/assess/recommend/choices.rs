@@ -147,15 +147,19 @@ pub fn recommend(
         linear.aside[sample] = steps.iter().any(|s| s.strip_prefix("outlier:") == Some(id.as_str()));
     }
 
-    let curves_held = curves::held(&wide, &linear, band_places.clone(), &[])?;
+    let all = linear.all_products();
+    let curves_held = curves::held(&wide, &linear, &all, band_places.clone(), &[])?;
     let mut held = vec![(Kind::Begin, Vec::new()), (Kind::Curves, curves_held)];
     if !steps_held.is_empty() {
-        let with_steps = curves::held(&wide, &linear, band_places, &steps_held)?;
+        let with_steps = curves::held(&wide, &linear, &all, band_places, &steps_held)?;
         held.push((Kind::Steps, steps_held.clone()));
         held.push((Kind::StepsAndCurves, steps_held.iter().copied().chain(with_steps).collect()));
     }
     let judged_elsewhere = stands_somewhere(examination) || Folds::of_places(&divisions, &linear.places).is_some();
-    if !library_held.is_empty() && judged_elsewhere && determined(&linear, &library_held, postures)? {
+    if !library_held.is_empty()
+        && judged_elsewhere
+        && linear.effective(&all, &linear.with(library_held.iter().copied()))? <= SHARE_OF_NUMBERS * 3.0 * postures as f64
+    {
         held.push((Kind::Library, library_held));
     }
 
@@ -197,9 +201,4 @@ pub fn recommend(
 /// Whether a place in the world is known. Where none is, what a hundred effects make of a new place shows only at places left out.
 fn stands_somewhere(examination: &Examination) -> bool {
     !examination.problem().parameters().iter().any(|p| p.defines_world)
-}
-
-/// Whether the postures are enough for what the data take of these candidates.
-fn determined(linear: &Linear, held: &[(usize, f64)], postures: usize) -> Result<bool, IdentifyError> {
-    Ok(linear.effective(&linear.with(held.iter().copied()))? <= SHARE_OF_NUMBERS * 3.0 * postures as f64)
 }

@@ -1,5 +1,7 @@
 //! Error curves of all joints, as one candidate: which bands of orders a campaign bears, and how large each is.
 
+use nalgebra::DMatrix;
+
 use super::linear::Linear;
 use super::shrinkage::Shrinkage;
 use crate::assess::examination::{Examination, Span};
@@ -21,10 +23,11 @@ pub(super) fn bands(joints: usize, postures: usize) -> Vec<String> {
 }
 
 /// The information that holds each of these candidates, bands that move the target at all, beside a base of the fitted columns and
-/// `others`, each of those with its own information.
+/// `others`, each of those with its own information; `all` are the products of all rows.
 pub(super) fn held(
     examination: &Examination,
-    linear: &Linear,
+    linear: &Linear<'_>,
+    all: &DMatrix<f64>,
     bands: std::ops::Range<usize>,
     others: &[(usize, f64)],
 ) -> Result<Vec<(usize, f64)>, FitError> {
@@ -38,9 +41,8 @@ pub(super) fn held(
         groups.push(Span { first: columns.len(), count: linear.spans[k].count });
         columns.extend(linear.spans[k].range().map(|c| linear.fitted + c));
     }
-    let products = linear.all_products();
-    columns.push(products.nrows() - 1);
-    let chosen = products.select_columns(&columns).select_rows(&columns);
+    columns.push(all.nrows() - 1);
+    let chosen = all.select_columns(&columns).select_rows(&columns);
     let found = Shrinkage::new(&chosen, base.columns.len(), &base.information, &groups, linear.scalars())?;
     Ok(kept.into_iter().zip(found.variance.iter().map(|v| found.noise / v / linear.weight2)).collect())
 }

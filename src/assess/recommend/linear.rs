@@ -32,9 +32,9 @@ pub(super) struct Choice {
 }
 
 /// The columns, sample by sample.
-pub(super) struct Linear {
+pub(super) struct Linear<'a> {
     /// Whitened: one row a column, the last the residuals; one column a scalar residual.
-    pub rows: DMatrix<f64>,
+    pub rows: &'a DMatrix<f64>,
     pub fitted: usize,
     pub spans: Vec<Span>,
     /// First scalar residual and their number, of each sample.
@@ -68,26 +68,24 @@ pub(super) struct FoldProducts {
     all: DMatrix<f64>,
 }
 
-impl Linear {
+impl<'a> Linear<'a> {
     /// Of an examined fit with candidates beside it.
-    pub fn new(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Self {
+    pub fn new(examination: &'a Examination, datasets: &[(&str, &Dataset)]) -> Self {
         let Examination { rows, fitted, spans, circumstances, problem, fit, .. } = examination;
         let parameters = problem.parameters();
         let postures = super::postures(circumstances);
-        let mut unit = vec![0.0; circumstances.len()];
         let weight2 = examination.yardstick.weight().powi(2);
-        problem.for_each_sample(&fit.values, &mut |s| unit[s.place] = s.variance / s.height as f64 / weight2);
         let information: Vec<f64> = fit.kept.iter().map(|&p| weight2 * parameters[p].knowledge.information()).collect();
         let pull = fit.kept.iter().zip(&information).map(|(&p, i)| -i * fit.values[p]).collect();
         Linear {
-            rows: rows.clone(),
+            rows,
             fitted: fitted.len(),
             spans: spans.clone(),
             stretch: circumstances.iter().map(|c| (c.first_row, c.height)).collect(),
             posture: postures.of_samples().to_vec(),
             members: postures.members(),
             q: circumstances.iter().map(|c| c.q.clone()).collect(),
-            unit,
+            unit: examination.squared_units(),
             aside: vec![false; circumstances.len()],
             local: locals(fit.kept.iter().map(|&p| &parameters[p])),
             energy: rows.row_iter().map(|row| row.norm_squared()).collect(),
@@ -122,20 +120,28 @@ impl Linear {
         self.rows.ncols() - aside
     }
 
-    /// How many parameters' worth of freedom a choice has: the trace of what it does to the residuals.
-    pub fn effective(&self, choice: &Choice) -> Result<f64, FitError> {
-        let products = self.all_products();
+    /// How many parameters' worth of freedom a choice has: the trace of what it does to the residuals, by the products of all rows.
+    pub fn effective(&self, all: &DMatrix<f64>, choice: &Choice) -> Result<f64, FitError> {
+        let (mut factor, scale) = self.factored(all, choice)?;
         let m = choice.columns.len();
-        let mut normal = DMatrix::from_fn(m, m, |r, c| products[(choice.columns[r], choice.columns[c])]);
-        (0..m).for_each(|k| normal[(k, k)] += choice.information[k]);
-        let scale = self.scale(choice);
-        let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c] + if r == c { 1e-9 } else { 0.0 });
-        let mut factor = linalg::Cholesky::new(m);
-        factor.factor(&scaled)?;
         let mut inverse = DMatrix::zeros(m, m);
         factor.inverse(&mut inverse);
         let held = |k: usize| inverse[(k, k)] * scale[k] * scale[k] * choice.information[k];
         Ok(m as f64 - (0..m).map(held).sum::<f64>())
+    }
+
+    /// The normal matrix of a choice, scaled and factored, from products of rows; and the scale.
+    fn factored(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<(linalg::Cholesky, DVector<f64>), FitError> {
+        let m = choice.columns.len();
+        let mut normal = DMatrix::from_fn(m, m, |r, c| products[(choice.columns[r], choice.columns[c])]);
+        (0..m).for_each(|k| normal[(k, k)] += choice.information[k]);
+        let scale = self.scale(choice);
+        let mut scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
+        // A fold that alone knows a number leaves it where it is.
+        (0..m).for_each(|k| scaled[(k, k)] += 1e-9);
+        let mut factor = linalg::Cholesky::new(m);
+        factor.factor(&scaled)?;
+        Ok((factor, scale))
     }
 
     /// Scales the normal matrix to about a unit diagonal, by all rows: of the rows of a fold a number may be undetermined.
@@ -190,14 +196,7 @@ impl Linear {
     /// Coefficients of a choice from products of rows, embedded among all columns.
     pub fn solve(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<DVector<f64>, FitError> {
         let (m, last) = (choice.columns.len(), products.nrows() - 1);
-        let mut normal = DMatrix::from_fn(m, m, |r, c| products[(choice.columns[r], choice.columns[c])]);
-        (0..m).for_each(|k| normal[(k, k)] += choice.information[k]);
-        let scale = self.scale(choice);
-        let mut scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-        // A fold that alone knows a number leaves it where it is.
-        (0..m).for_each(|k| scaled[(k, k)] += 1e-9);
-        let mut factor = linalg::Cholesky::new(m);
-        factor.factor(&scaled)?;
+        let (mut factor, scale) = self.factored(products, choice)?;
         let mut step = DVector::from_fn(m, |k, _| scale[k] * (products[(choice.columns[k], last)] + choice.pull[k]));
         factor.solve_in_place(step.as_mut_slice());
         let mut all = DVector::zeros(last);
