@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use calibench::assess::{ProvingGround, Validation, ladder};
+use calibench::assess::{ProvingGround, Validation, WorkspaceError, ladder};
 use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
 use calibench::measure::{Dataset, Postures, SampleSet};
 use calibench::units::MM;
@@ -17,6 +17,9 @@ const FRAME_POSES: usize = 50;
 
 /// Rows judged are too few below this: a mean of n postures scatters by 0.42/sqrt(n).
 const LEAST_JUDGED: usize = 15;
+
+/// Mean of the length of a vector of three normal numbers of one-sigma 1.
+const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 
 /// One division of the data, and what came of it.
 #[derive(Debug, Clone, Serialize)]
@@ -35,7 +38,7 @@ pub struct Proof {
     pub recommended_mm: f64,
     /// What kind of model is recommended.
     pub kind: &'static str,
-    /// Mean error there as predicted for the default and the recommended model, over what was measured.
+    /// Mean error there as predicted for the default and the recommended model, the instrument's noise with it, over what was measured.
     pub predicted_over_measured: [Option<f64>; 2],
     /// The verdict on the default model.
     pub verdict: &'static str,
@@ -172,7 +175,9 @@ fn judge(
     let geometry = identify(fitted, &Model::of(&["base_frame", "mdh"])).and_then(|c| errors(&c)).ok().flatten();
     let rms = |v: &Option<Validation>| v.as_ref().map_or(f64::NAN, |v| v.rms / MM);
     let postures = [Postures::of(fitted, |s| Use::Fit.takes(s)).count(), Postures::of(judged, takes).count()];
-    let predicted = [first, advised].map(|r| r.workspace.as_ref().map(|w| w.mean.expected));
+    // Whoever measures an error measures the instrument's noise with it.
+    let seen = |w: &WorkspaceError| w.mean.expected.hypot(MEAN_LENGTH * w.noise);
+    let predicted = [first, advised].map(|r| r.workspace.as_ref().map(seen));
     let over = |k: usize| {
         let measured = measured[k].as_ref().filter(|_| postures[1] >= LEAST_JUDGED)?;
         Some(predicted[k]? / measured.mean)

@@ -90,4 +90,15 @@ impl Elsewhere {
     pub fn circumstances(&self) -> Vec<Circumstance> {
         self.problem.circumstances(&self.values)
     }
+
+    /// The same with columns as they are, m: those of [`Elsewhere::fields`].
+    pub fn plain_circumstances(&self) -> Vec<Circumstance> {
+        let mut all = self.circumstances();
+        self.problem.for_each_sample(&self.values, &mut |s| {
+            if let Some(back) = s.whitener.try_inverse() {
+                all[s.place].joints.iter_mut().for_each(|column| *column = back * *column);
+            }
+        });
+        all
+    }
 }

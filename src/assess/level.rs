@@ -4,24 +4,23 @@
 //! what is thought plausible, and on robots that err by something else it is wrong by factors either way. At the fitted postures both are
 //! known: what the draws expect there, and by how much postures are missed that were left out.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::cross_validation::cross_validated;
 use super::examination::Examination;
-use super::recommend::random_folds;
-
-/// Postures looked at; of more, every so many-th.
-const MOST: usize = 600;
+use super::recommend::{places, random_folds};
+use crate::identify::Fit;
+use crate::measure::Dataset;
 
 /// How the draws are put right.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
-    /// Factor of the draws: less than one where they expect more than is measured.
-    pub factor: f64,
-    /// One-sigma per axis of what looks like noise and is more than the instrument's, m: robot, at every pose another.
-    pub white: f64,
     /// Mean length of the error at postures left out of the fit, the instrument's noise taken off, m.
     pub left_out: f64,
+    /// The same at places left out as wholes, where there are several, m.
+    pub places_left_out: Option<f64>,
+    /// How much of the square at postures left out is not the instrument's noise: 0 to 1.
+    pub share: f64,
+    /// One-sigma of the instrument's noise per axis that was taken off, m.
+    pub noise: f64,
     /// Standard deviation of the logarithm of the level.
     pub spread: f64,
 }
@@ -30,64 +29,52 @@ pub(super) struct Level {
 /// ground to take anything off.
 const OVERSTATED: f64 = 3.5;
 
+/// Share of the samples that may be bad.
+const FEW: f64 = 0.05;
+
 /// Mean of the length of a vector of three normal numbers of one-sigma 1.
 const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 
 impl Level {
-    /// From the draws of the fitted parameters' errors (SI) and of the candidates' sizes: a column a draw.
-    pub fn of(examination: &Examination, parameters: &DMatrix<f64>, sizes: &DMatrix<f64>) -> Self {
-        let Examination { rows, circumstances, problem, fit, fitted, .. } = examination;
-        let samples: Vec<usize> = (0..circumstances.len()).step_by(circumstances.len().div_ceil(MOST).max(1)).collect();
+    /// Of an examined fit.
+    pub fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Self {
+        let Examination { circumstances, problem, fit, .. } = examination;
         let unit = examination.squared_units();
-        let stated = 3.0 * unit.iter().sum::<f64>() * examination.yardstick.weight().powi(2);
-        let dof = fit.dof as f64;
-        let overstated = fit.chi2 < dof - OVERSTATED * (2.0 * dof).sqrt();
-        let noise2 = if problem.noise_stated() && !overstated { stated / circumstances.len().max(1) as f64 / 3.0 } else { 0.0 };
-        let missed = cross_validated(examination, &random_folds(circumstances), 0..0);
-        let whole = |s: usize| 3.0 / circumstances[s].height as f64;
-        let lengths: Vec<f64> = (0..circumstances.len()).map(|s| (missed[s] * unit[s] * whole(s)).sqrt()).collect();
-        let usual = median(&lengths).max(f64::MIN_POSITIVE);
-        // A few bad samples are no level.
-        let clipped: Vec<f64> = lengths.iter().map(|l| l.min(5.0 * usual)).collect();
-        let measured2 = (mean(&clipped) / MEAN_LENGTH).powi(2);
-
-        let m = fitted.len();
-        let mut expected = 0.0;
-        let mut count = 0.0;
-        for &s in &samples {
-            let at = &circumstances[s];
-            let mut squares = DVector::<f64>::zeros(sizes.ncols());
-            for k in at.first_row..at.first_row + at.height {
-                let row = rows.column(k);
-                let field = parameters.tr_mul(&row.rows(0, m)) + sizes.tr_mul(&row.rows(m, sizes.nrows()));
-                squares += field.component_mul(&field);
-            }
-            expected += squares.iter().map(|q| (q * unit[s] * whole(s)).sqrt()).sum::<f64>();
-            count += squares.len() as f64;
-        }
-        let expected2 = (expected / count.max(1.0) / MEAN_LENGTH).powi(2);
-        let robot2 = (measured2 - noise2).max(0.05 * measured2);
-        let (factor, white) = if expected2 > robot2 {
-            ((robot2 / expected2.max(f64::MIN_POSITIVE)).sqrt(), 0.0)
+        let samples = circumstances.len().max(1) as f64;
+        let noise2 = if problem.noise_stated() && !is_noise_overstated(fit) {
+            unit.iter().sum::<f64>() * examination.yardstick.weight().powi(2) / samples
         } else {
-            (1.0, (robot2 - expected2).sqrt())
+            0.0
         };
-        let left_out = MEAN_LENGTH * robot2.sqrt();
+        let measured2 = |folds: &[usize]| {
+            let missed = cross_validated(examination, folds, 0..0);
+            let length = |s: usize| (missed[s] * unit[s] * 3.0 / circumstances[s].height as f64).sqrt();
+            (clipped_mean((0..circumstances.len()).map(length).collect()) / MEAN_LENGTH).powi(2)
+        };
+        let of_robot = |measured2: f64| (measured2 - noise2).max(0.05 * measured2);
+        let by_postures = measured2(&random_folds(circumstances));
+        let left_out = MEAN_LENGTH * of_robot(by_postures).sqrt();
         Level {
-            factor,
-            white,
             left_out,
+            places_left_out: places(examination, datasets)
+                .map(|p| (MEAN_LENGTH * of_robot(measured2(&p)).sqrt()).max(left_out)),
+            share: of_robot(by_postures) / by_postures.max(f64::MIN_POSITIVE),
+            noise: noise2.sqrt(),
             spread: 0.05 + 0.42 / (super::recommend::postures(circumstances).count().max(1) as f64).sqrt(),
         }
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
+/// Mean of some lengths, of which a few bad ones are no more than the largest of the others: no level is to be theirs.
+fn clipped_mean(mut lengths: Vec<f64>) -> f64 {
+    lengths.sort_by(f64::total_cmp);
+    let Some(last) = lengths.len().checked_sub(1) else { return 0.0 };
+    let most = lengths[(last as f64 * (1.0 - FEW)) as usize].max(5.0 * lengths[last / 2]);
+    lengths.iter().map(|l| l.min(most)).sum::<f64>() / lengths.len() as f64
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+/// Whether a fit is too good for the noise that was stated.
+pub(super) fn is_noise_overstated(fit: &Fit) -> bool {
+    let dof = fit.dof as f64;
+    fit.chi2 < dof - OVERSTATED * (2.0 * dof).sqrt()
 }

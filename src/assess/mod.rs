@@ -21,6 +21,7 @@ mod next;
 mod noise;
 mod noise_floor;
 mod outside_range;
+mod posterior;
 mod recommend;
 mod relevance;
 mod residual_views;

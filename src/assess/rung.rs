@@ -169,7 +169,7 @@ impl Objection {
 pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<'_>) -> Result<Rung, IdentifyError> {
     let examination = Examination::new(datasets, model)?;
     let diagnosis = diagnose_examined(datasets, &examination)?;
-    let workspace = WorkspaceError::predict(datasets, &examination, &diagnosis.relevance, ground.poses)?;
+    let workspace = WorkspaceError::predict(datasets, &examination, ground.poses)?;
     let calibration = examination.calibration(datasets);
     let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
     let validation =

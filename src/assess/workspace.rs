@@ -12,14 +12,11 @@ use rand_distr::{Distribution, StandardNormal};
 use super::elsewhere::Elsewhere;
 use super::examination::Examination;
 use super::level::Level;
-use super::relevance::Relevance;
+use super::posterior::Posterior;
 use crate::effects::Owner;
-use crate::identify::{FitError, IdentifyError, Knowledge, Parameter, linalg};
+use crate::identify::IdentifyError;
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
 use crate::robot::{Robot, Surroundings, world_from_tool};
-
-/// Draws of what the robot may be.
-const DRAWS: usize = 200;
 
 /// Poses when none are named.
 pub const WORKSPACE_POSES: usize = 300;
@@ -42,7 +39,7 @@ pub struct ExpectedError {
     pub error: f64,
 }
 
-/// A number with the spread of its draws; on simulated robots the truth lies within it in a third to a half of the cases.
+/// A number with the spread of its draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Banded {
     /// Expected value.
@@ -74,6 +71,8 @@ pub struct WorkspaceError {
     pub elsewhere: Option<Banded>,
     /// Pose by pose.
     pub poses: Vec<ExpectedError>,
+    /// One-sigma of the instrument's noise per axis, m: who measures the error sees it as well. Zero where it is not known.
+    pub noise: f64,
 }
 
 /// Poses spread over the workspace of a robot: uniform in its joints, clear of itself (rad, N).
@@ -131,40 +130,24 @@ impl WorkspaceError {
     pub fn predict(
         datasets: &[(&str, &Dataset)],
         examination: &Examination,
-        relevance: &Relevance,
         poses: &[Vec<f64>],
     ) -> Result<Option<Self>, IdentifyError> {
         let Some((_, first)) = datasets.first().filter(|_| !poses.is_empty()) else { return Ok(None) };
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
-        let fields = fields(&there, examination)?;
-        let (m, n) = (examination.fitted.len(), examination.columns.len());
-        let (fitted, candidates) = (fields.columns(0, m), fields.columns(m, n));
-        let projection = &examination.projection;
-        let absorbed = projection.absorbed(projection.of_columns.clone());
-        let mut normal = |count: usize| DMatrix::<f64>::from_fn(count, DRAWS, |_, _| StandardNormal.sample(&mut random));
-        let (of_candidates, of_noise, of_priors) = (normal(n), normal(examination.rows.ncols()), normal(m));
-        let errors_of_fit = errors_of_fit(examination, of_noise * relevance.noise.sqrt(), of_priors)?;
-        let mut sizes = &relevance.root * of_candidates;
-        sizes.column_iter_mut().for_each(|mut c| c += &relevance.mean);
-        let parameters = errors_of_fit - absorbed * &sizes;
-        let level = Level::of(examination, &parameters, &sizes);
-        let mut errors = (fitted * parameters + candidates * sizes) * level.factor;
-        if level.white > 0.0 {
-            errors
-                .iter_mut()
-                .for_each(|e| *e += level.white * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random));
-        }
+        let posterior = Posterior::of(datasets, examination)?;
+        let mut errors = posterior.errors(&there, examination, &mut random)?;
+        let level = Level::of(datasets, examination);
         let seen = seen(examination, &there, poses);
         hold_to_level(&mut errors, &seen, &level, examination);
-        let widened: Vec<f64> = (0..DRAWS)
+        let widened: Vec<f64> = (0..errors.ncols())
             .map(|_| (level.spread * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random)).exp())
             .collect();
         errors.column_iter_mut().zip(&widened).for_each(|(mut draw, w)| draw *= *w);
 
         let count = poses.len();
         let mut sum = DVector::<f64>::zeros(count);
-        let (mut means, mut maxima) = (Vec::with_capacity(DRAWS), Vec::with_capacity(DRAWS));
+        let (mut means, mut maxima) = (Vec::new(), Vec::new());
         let mut parts = [Vec::new(), Vec::new()];
         for draw in errors.column_iter() {
             let lengths = DVector::from_fn(count, |p, _| draw.rows(3 * p, 3).norm());
@@ -184,18 +167,22 @@ impl WorkspaceError {
             let tcp = world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
             let in_base = base_from_world * Point3::from(tcp);
             let (radius, height) = (in_base.x.hypot(in_base.y), in_base.z);
-            ExpectedError { q: q.clone(), tcp, radius, height, error: sum[p] / DRAWS as f64 }
+            ExpectedError { q: q.clone(), tcp, radius, height, error: sum[p] / errors.ncols() as f64 }
         };
         let poses = poses.iter().enumerate().map(expected).collect();
-        Ok(Some(WorkspaceError { mean: Banded::of(means), max: Banded::of(maxima), ranges_seen, elsewhere, poses }))
+        Ok(Some(WorkspaceError {
+            mean: Banded::of(means),
+            max: Banded::of(maxima),
+            ranges_seen,
+            elsewhere,
+            poses,
+            noise: level.noise,
+        }))
     }
 }
 
 /// Share of a range by which a pose may lie beyond it and still be where the fit has seen the arm.
 const MARGIN: f64 = 0.1;
-
-/// Draws that expect so many times what was measured are no witness.
-const CONTRADICTED: f64 = 3.0;
 
 /// Whether numbers lie in these ranges, or hardly outside.
 fn inside(values: &[f64], ranges: &[[f64; 2]]) -> bool {
@@ -219,88 +206,26 @@ fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<b
 }
 
 /// Holds the draws to what was measured where that says most: at poses like those of the campaign, the geometric mean of the draws and of
-/// the error at postures left out; everywhere, where no place in the world is known and the absolute error has no meaning.
+/// the error at postures left out. Where no place in the world is known the absolute error has no meaning, and what was measured alone
+/// decides: at poses like those seen by postures left out, at others by whole places.
 fn hold_to_level(errors: &mut DMatrix<f64>, seen: &[bool], level: &Level, examination: &Examination) {
     let nowhere = examination.problem.parameters().iter().any(|p| p.defines_world);
-    let held: Vec<usize> = (0..seen.len()).filter(|&p| nowhere || seen[p]).collect();
-    if held.is_empty() {
-        return;
-    }
-    let length = |draw: usize, p: usize| errors.fixed_view::<3, 1>(3 * p, draw).norm();
-    let sum: f64 = (0..errors.ncols()).map(|d| held.iter().map(|&p| length(d, p)).sum::<f64>()).sum();
-    let drawn = sum / (held.len() * errors.ncols().max(1)) as f64;
-    let ratio = level.left_out / drawn.max(f64::MIN_POSITIVE);
-    let factor = if nowhere || ratio * CONTRADICTED < 1.0 { ratio } else { ratio.sqrt() };
-    held.iter().for_each(|&p| errors.rows_mut(3 * p, 3).scale_mut(factor));
-}
-
-/// Errors of the fitted parameters (SI, a column a draw): what `noise` (whitened, residuals x draws) does to them, and how far the truth,
-/// drawn by `priors` (unit normal, parameters x draws), lies from where prior knowledge pulls them.
-///
-/// `(J^T J + P)^-1 (J^T e + P b)`, b of the size that the effects truly have. A width that was fitted to the same data is too narrow for
-/// an effect that they hardly see; such an effect is taken to be as large as those that they could see are.
-fn errors_of_fit(
-    examination: &Examination,
-    noise: DMatrix<f64>,
-    mut priors: DMatrix<f64>,
-) -> Result<DMatrix<f64>, IdentifyError> {
-    let Examination { fitted, rows, projection, problem, fit, .. } = examination;
-    let true_size = true_sizes(examination)?;
-    for (k, p) in fit.kept.iter().enumerate() {
-        let parameter = &problem.parameters()[*p];
-        let pull = match parameter.knowledge {
-            Knowledge::Flat => 0.0,
-            Knowledge::Stated(sigma) => 1.0 / sigma,
-            Knowledge::Plausible(sigma) => true_size[k] / (sigma * sigma),
-        };
-        priors.row_mut(k).scale_mut(pull);
-    }
-    let push = rows.rows(0, fitted.len()) * noise + priors;
-    Ok(projection.absorbed(projection.half(push)))
-}
-
-/// One-sigma that the fitted parameters of the catalogue truly have, SI; of no account for the others.
-///
-/// What the data would see if it were of plausible size has the width at which it is held. Of what they would not see that width says
-/// little: it is taken to have the size that the former have, rms. In between in proportion: `w² = s w_k² + (1 - s) typical²`,
-/// s the share of a plausible size that would be from the data.
-fn true_sizes(examination: &Examination) -> Result<Vec<f64>, FitError> {
-    let Examination { fitted, rows, problem, fit, .. } = examination;
-    let parameters: Vec<&Parameter> = fit.kept.iter().map(|p| &problem.parameters()[*p]).collect();
-    let held = |p: &&Parameter| matches!(p.knowledge, Knowledge::Plausible(_));
-    if !parameters.iter().any(held) {
-        return Ok(vec![0.0; parameters.len()]);
-    }
-    let size = |p: &Parameter| match p.knowledge {
-        Knowledge::Flat => f64::INFINITY,
-        Knowledge::Stated(sigma) => sigma,
-        Knowledge::Plausible(_) => p.spec.prior,
+    let mut hold = |inside: bool, target: f64, weight: f64| {
+        let held: Vec<usize> = (0..seen.len()).filter(|&p| seen[p] == inside).collect();
+        let length = |draw: usize, p: usize| errors.fixed_view::<3, 1>(3 * p, draw).norm();
+        let sum: f64 = (0..errors.ncols()).map(|d| held.iter().map(|&p| length(d, p)).sum::<f64>()).sum();
+        let drawn = sum / (held.len() * errors.ncols()).max(1) as f64;
+        let factor = (target / drawn.max(f64::MIN_POSITIVE)).powf(weight);
+        held.iter().for_each(|&p| errors.rows_mut(3 * p, 3).scale_mut(factor));
     };
-    let mut products = DMatrix::zeros(fitted.len(), fitted.len());
-    linalg::normal_matrix(&rows.rows(0, fitted.len()).into_owned(), &mut products);
-    parameters.iter().enumerate().for_each(|(k, p)| products[(k, k)] += size(p).powi(-2));
-    let scale = products.diagonal().map(|d| 1.0 / d.sqrt());
-    let scaled = DMatrix::from_fn(fitted.len(), fitted.len(), |r, c| products[(r, c)] * scale[r] * scale[c]);
-    let mut factor = linalg::Cholesky::new(fitted.len());
-    factor.factor(&scaled)?;
-    let mut inverse = DMatrix::zeros(fitted.len(), fitted.len());
-    factor.inverse(&mut inverse);
-    let prior = |k: usize| parameters[k].spec.prior;
-    let seen = |k: usize| (1.0 - inverse[(k, k)] * (scale[k] / prior(k)).powi(2)).clamp(0.0, 1.0);
-    let (mut sum, mut count) = (0.0, 0.0);
-    for k in (0..parameters.len()).filter(|&k| held(&parameters[k])) {
-        sum += seen(k) * (fit.values[fit.kept[k]] / prior(k)).powi(2);
-        count += seen(k);
+    if nowhere {
+        hold(true, level.left_out, 1.0);
+        // Predicted from one place less, a place errs by too much; by postures of the same places, by too little.
+        hold(false, level.places_left_out.map_or(level.left_out, |places| (places * level.left_out).sqrt()), 1.0);
+    } else {
+        // Where most of what is left out is the instrument's noise, it says little of the robot.
+        hold(true, level.left_out, 0.5 * level.share);
     }
-    let typical = if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 };
-    let size = |(k, parameter): (usize, &&Parameter)| match parameter.knowledge {
-        Knowledge::Plausible(width) => {
-            let unseen = typical * prior(k);
-            (seen(k) * width * width + (1.0 - seen(k)) * unseen * unseen).sqrt()
-        }
-        Knowledge::Flat | Knowledge::Stated(_) => 0.0,
-    };
-    Ok(parameters.iter().enumerate().map(size).collect())
 }
 
 /// Points measured at these poses by whoever measured the first set-up, at the end of the session, coming from any side.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Comparison, Examination, Extrapolation, Relevance, WorkspacePoses};
+use calibench::assess::{Comparison, Examination, Extrapolation, WorkspacePoses};
 use calibench::identify::{Calibration, IdentifyError, Use, read_calibration};
 use calibench::measure::Dataset;
 use calibench::report::{Outlook, comparison_json, comparison_text, extrapolation_sentence, write_comparison_plots};
@@ -82,8 +82,7 @@ fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> R
         }
     }
     let examination = Examination::new(&fitted, &calibration.model).map_err(why)?;
-    let relevance = Relevance::new(&examination).map_err(|e| why(e.into()))?;
-    let expected = outlook(&fitted, &examination, &relevance, &WorkspacePoses::of(datasets)).map_err(why)?;
+    let expected = outlook(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(why)?;
     expected.ok_or_else(|| {
         "The position error to expect over the workspace cannot be told: no pose of the robot is clear of itself.".into()
     })

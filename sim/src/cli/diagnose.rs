@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     bar.begin("testing every effect");
     let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
     bar.begin("predicting the error over the workspace");
-    let outlook = outlook(&named, &examination, &diagnosis.relevance, &WorkspacePoses::of(&named)).map_err(blame)?;
+    let outlook = outlook(&named, &examination, &WorkspacePoses::of(&named)).map_err(blame)?;
     drop(bar);
     if let Some(warning) = outlook.as_ref().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
         eprintln!("{warning}");

@@ -39,7 +39,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::assess::{DataFit, Examination, Extrapolation, Relevance, WorkspaceError, WorkspacePoses, data_fit};
+use calibench::assess::{DataFit, Examination, Extrapolation, WorkspaceError, WorkspacePoses, data_fit};
 use calibench::effects::Subject;
 use calibench::files::one_line;
 use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, Use, read_model};
@@ -371,14 +371,13 @@ fn check_datasets(folders: &[PathBuf], fitted: &Dataset) -> Result<Vec<(String, 
     Ok(checks)
 }
 
-/// The error to expect of an examined fit, and of the whole library fitted to what it leaves, at `poses`; `None` without poses.
+/// The error to expect of an examined fit at `poses`; `None` without poses.
 fn outlook(
     named: &[(&str, &Dataset)],
     examination: &Examination,
-    relevance: &Relevance,
     poses: &WorkspacePoses,
 ) -> Result<Option<Outlook>, IdentifyError> {
-    let error = WorkspaceError::predict(named, examination, relevance, &poses.q)?;
+    let error = WorkspaceError::predict(named, examination, &poses.q)?;
     let ranges = examination.problem().joint_ranges();
     let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
     Ok(error.map(|error| Outlook { error, source: poses.source, extrapolation }))

@@ -147,7 +147,7 @@ impl<'a> Trial<'a> {
         let data = [("fit", self.fit)];
         let examination = Examination::new(&data, self.model)?;
         let diagnosis = diagnose_examined(&data, &examination)?;
-        let predicted = WorkspaceError::predict(&data, &examination, &diagnosis.relevance, &self.poses)?;
+        let predicted = WorkspaceError::predict(&data, &examination, &self.poses)?;
         // What the data cannot test they do not see: it is no contributor.
         let untestable = |id: &str| diagnosis.untestable.iter().any(|u| u.effect == id);
         let testable = !hidden.effects.iter().any(|(id, _)| untestable(id));

@@ -8,7 +8,6 @@ use crate::assess::noise_floor::{NoiseFloor, NoiseSource};
 use crate::assess::residual_views::SeenSample;
 use crate::identify::Use;
 use crate::measure::{Dataset, Postures, Sample};
-use crate::robot::{MdhEntry, Site};
 
 /// Noise, suspects, repeats, the order of measurement.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,11 +38,6 @@ impl Scatter {
         let noise = examination.yardstick.noise.clone();
         let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
         let rows = rows(problem, &fit.values);
-        let mut levers = 0.0;
-        let joints = problem.robot().joints();
-        problem.for_each_sample(&fit.values, &mut |posed| {
-            levers += (0..joints).map(|j| posed.posture.column(Site::mdh(j, MdhEntry::Theta)).norm_squared()).sum::<f64>();
-        });
         let repeats = noise.replicates.is_some().then(|| {
             let samples: Vec<&Sample> =
                 datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
@@ -56,7 +50,7 @@ impl Scatter {
             repetition: examination.yardstick.repetition,
             suspects: Vec::new(),
             serial: SerialCorrelation::of(&rows, postures.of_samples()),
-            joint_steps: JointSteps::of(datasets, levers / rows.len().max(1) as f64),
+            joint_steps: JointSteps::of(datasets, problem, &fit.values),
             repeats: repeats.flatten(),
             noise,
         }

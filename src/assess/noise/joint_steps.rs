@@ -1,7 +1,8 @@
 //! Joint angles that were rounded before anyone saw them: a read-out in hundredths of a degree is a measurement with noise of its own.
 
-use crate::identify::Use;
+use crate::identify::{Problem, Use};
 use crate::measure::Dataset;
+use crate::robot::{MdhEntry, Site};
 use crate::units::DEG;
 
 /// Steps in which controllers round, deg, coarse to fine. Coarser ones are those of commanded poses, which are exact.
@@ -23,9 +24,20 @@ pub struct JointSteps {
 }
 
 impl JointSteps {
-    /// The largest step of which all angles of the rows of set `fit` are multiples; `None` where there is none. `levers` is the sum over
-    /// the joints of the squares of what they move the TCP by, m²/rad², mean over the samples.
-    pub(in crate::assess) fn of(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
+    /// Those of the rows of set `fit`, the arm standing as `values` say; `None` where there are none.
+    pub(in crate::assess) fn of(datasets: &[(&str, &Dataset)], problem: &Problem, values: &[f64]) -> Option<Self> {
+        let (mut levers, mut samples) = (0.0, 0.0);
+        problem.for_each_sample(values, &mut |posed| {
+            let lever = |j| posed.posture.column(Site::mdh(j, MdhEntry::Theta)).norm_squared();
+            levers += (0..problem.robot().joints()).map(lever).sum::<f64>();
+            samples += 1.0;
+        });
+        JointSteps::with_levers(datasets, levers / f64::max(samples, 1.0))
+    }
+
+    /// The largest step of which all angles of the rows of set `fit` are multiples. `levers` is the sum over the joints of the squares of
+    /// what they move the TCP by, m²/rad², mean over the samples.
+    fn with_levers(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
         let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
         if taken().count() < FEWEST {
             return None;
@@ -58,7 +70,7 @@ mod tests {
 
     #[test]
     fn hundredths_are_seen_and_what_is_finer_or_commanded_is_not() {
-        let of = |step: f64| JointSteps::of(&[("", &data(step))], 3.0);
+        let of = |step: f64| JointSteps::with_levers(&[("", &data(step))], 3.0);
         let found = of(0.01).map(|s| (s.step / DEG, s.per_axis));
         assert!(
             found.is_some_and(|(step, size)| (step - 0.01).abs() < 1e-12 && (size - 0.01 * DEG / 12f64.sqrt()).abs() < 1e-12)

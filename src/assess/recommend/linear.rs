@@ -306,7 +306,7 @@ impl<'a> Linear<'a> {
 const ONE_PLACE: f64 = 0.1;
 
 /// Place of each sample's ball: balls that stand near each other are one.
-fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Vec<Option<usize>> {
+pub(super) fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Vec<Option<usize>> {
     let reach = reach(examination.problem.robot());
     let mut known: Vec<Vector3<f64>> = Vec::new();
     let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d, s)));

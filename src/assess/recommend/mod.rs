@@ -16,14 +16,21 @@ pub use folds::Division;
 pub use rule::Gain;
 pub(super) use steps::{gains, gains_of_each};
 
+use super::examination::Examination;
 use crate::identify::Circumstance;
-use crate::measure::Postures;
+use crate::measure::{Dataset, Postures};
 
 /// Fold of each sample where whole postures are drawn at random.
 pub(super) fn random_folds(circumstances: &[Circumstance]) -> Vec<usize> {
     let postures = postures(circumstances);
     let folds = folds::Folds::random(postures.count());
     postures.of_samples().iter().map(|&p| folds.of[p]).collect()
+}
+
+/// Place of each sample's ball, counted from 0; `None` where some sample has none, or there is only one.
+pub(super) fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Option<Vec<usize>> {
+    let places: Option<Vec<usize>> = linear::places(examination, datasets).into_iter().collect();
+    places.filter(|p| p.iter().any(|&place| place > 0))
 }
 
 /// Postures of a campaign, whatever the set-up or the target: what the arm does is the same.

@@ -9,6 +9,7 @@ use crate::measure::Dataset;
 use crate::robot::{Loads, MdhEntry, Site};
 
 /// Under which circumstances a sample was taken, and how its whitened residual moves with the places that a scan varies.
+#[derive(Clone)]
 pub(crate) struct Circumstance {
     /// First scalar residual, and their number: three, or one for a distance.
     pub first_row: usize,

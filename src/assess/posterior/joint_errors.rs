@@ -1,0 +1,140 @@
+//! Errors of joint angles of any shape: curves of a joint's own angle, and smooth functions of two variables, one of them that angle.
+//!
+//! A function of two variables is a Gaussian process by random features (Rahimi & Recht 2007). Where no data are it opens again, so that
+//! nothing is foretold there for sure from what looked like a function of one.
+
+use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
+
+use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::identify::Circumstance;
+use crate::units::URAD;
+
+/// Orders per turn, band by band: a band has one size.
+const BANDS: [RangeInclusive<usize>; 3] = [1..=4, 5..=10, 11..=20];
+
+/// Postures below which only the first two bands can be told from anything.
+const FOR_HIGH_ORDERS: usize = 20;
+
+/// Lengths over which a function of two variables changes, rad or parts of the usual load.
+const LENGTHS: [f64; 2] = [0.5, 1.5];
+
+/// Random features of each length.
+const FEATURES: usize = 3;
+
+/// One-sigma of a joint's error, of a band or of a pair, rad.
+const ORDINARY: f64 = 50.0 * URAD;
+
+/// A variable that a joint's error goes with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Variable {
+    Angle(usize),
+    Load(usize),
+}
+
+/// A wave over two variables.
+struct Feature {
+    frequency: [f64; 2],
+    phase: f64,
+}
+
+/// Functions of two variables by which a joint errs.
+struct Pair {
+    joint: usize,
+    of: [Variable; 2],
+    features: Vec<Feature>,
+}
+
+/// The shapes.
+pub(super) struct JointErrors {
+    curves: Vec<(usize, RangeInclusive<usize>)>,
+    pairs: Vec<Pair>,
+    /// Usual load of each joint, N·m.
+    load: Vec<f64>,
+}
+
+impl JointErrors {
+    /// Those that may be seen at `circumstances`; without curves where the model has them.
+    pub fn of(circumstances: &[Circumstance], has_curves: bool) -> Self {
+        let joints = circumstances.first().map_or(0, |c| c.joints.len());
+        let moves = |j: usize| circumstances.iter().map(|c| c.joints[j].norm()).fold(0.0, f64::max);
+        let most = (0..joints).map(moves).fold(0.0, f64::max);
+        let moving: Vec<usize> = (0..joints).filter(|&j| moves(j) > 1e-6 * most).collect();
+        let bands = if circumstances.len() < FOR_HIGH_ORDERS { 1 } else { BANDS.len() };
+        let of_joint = |&j: &usize| BANDS[..bands].iter().map(move |band| (j, band.clone()));
+        let curves = if has_curves { Vec::new() } else { moving.iter().flat_map(of_joint).collect() };
+        let mean_square = |j: usize| circumstances.iter().map(|c| c.tau[j].powi(2)).sum::<f64>() / circumstances.len() as f64;
+        let load: Vec<f64> = (0..joints).map(|j| mean_square(j).sqrt()).collect();
+        let mut random = ChaCha8Rng::seed_from_u64(0);
+        let mut wave = |length: f64| {
+            let mut frequency = || <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random) / length;
+            let frequency = [frequency(), frequency()];
+            Feature { frequency, phase: TAU * random.random::<f64>() }
+        };
+        let angles: Vec<Variable> = (0..joints).map(Variable::Angle).collect();
+        let mut pairs = Vec::new();
+        for &joint in &moving {
+            let of_angles = (0..joints).flat_map(|i| (i + 1..joints).map(move |k| [i, k].map(Variable::Angle)));
+            let of_load = angles.iter().filter(|_| load[joint] > 0.0).map(|angle| [Variable::Load(joint), *angle]);
+            for of in of_angles.chain(of_load) {
+                // What a joint does by its own angle may be rougher than what others do to it.
+                let lengths = if of.contains(&Variable::Angle(joint)) { &LENGTHS[..] } else { &LENGTHS[1..] };
+                let each = lengths.iter().flat_map(|&length| (0..FEATURES).map(move |_| length));
+                pairs.push(Pair { joint, of, features: each.map(&mut wave).collect() });
+            }
+        }
+        JointErrors { curves, pairs, load }
+    }
+
+    /// How many columns each group has.
+    pub fn groups(&self) -> impl Iterator<Item = (usize, usize)> {
+        let curves = self.curves.iter().map(|(_, band)| (1, 2 * band.clone().count()));
+        curves.chain(self.pairs.iter().map(|pair| (2, pair.features.len())))
+    }
+
+    /// Columns of all shapes, in ordinary sizes: rows of these circumstances one after the other, as they are whitened.
+    pub fn columns(&self, circumstances: &[Circumstance]) -> DMatrix<f64> {
+        let rows = circumstances.iter().map(|c| c.height).sum();
+        let mut all = DMatrix::zeros(rows, self.groups().map(|(_, count)| count).sum());
+        let mut sizes = Vec::with_capacity(all.ncols());
+        let mut row = 0;
+        for at in circumstances {
+            sizes.clear();
+            self.errors(at, &mut |j, size| sizes.push((j, size)));
+            for (column, (j, size)) in sizes.iter().enumerate() {
+                for k in 0..at.height {
+                    all[(row + k, column)] = at.joints[*j][k] * size;
+                }
+            }
+            row += at.height;
+        }
+        all
+    }
+
+    /// Error of each shape here: the joint, rad.
+    fn errors(&self, at: &Circumstance, each: &mut dyn FnMut(usize, f64)) {
+        for (j, band) in &self.curves {
+            let unit = ORDINARY / (band.clone().count() as f64).sqrt();
+            for order in band.clone() {
+                let (sin, cos) = (order as f64 * at.q[*j]).sin_cos();
+                each(*j, unit * sin);
+                each(*j, unit * cos);
+            }
+        }
+        let value = |v: Variable| match v {
+            Variable::Angle(j) => at.q[j],
+            Variable::Load(j) => at.tau[j] / self.load[j],
+        };
+        for Pair { joint, of, features } in &self.pairs {
+            let unit = ORDINARY * (2.0 / features.len() as f64).sqrt();
+            let [a, b] = of.map(value);
+            for Feature { frequency, phase } in features {
+                each(*joint, unit * (frequency[0] * a + frequency[1] * b + phase).cos());
+            }
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! What the robot may be beyond the fitted model: draws of everything that the data leave possible.
+//!
+//! The fitted parameters, the candidates of the catalogue, curves of every joint's angle and smooth functions of two variables are drawn at
+//! once, and with them the noise; what looks white and is more than the instrument's noise is robot, at every pose another.
+
+mod joint_errors;
+mod sampler;
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+
+use self::joint_errors::JointErrors;
+use self::sampler::{Draw, Group, LinearModel, Size};
+use super::elsewhere::Elsewhere;
+use super::examination::Examination;
+use super::level::is_noise_overstated;
+use super::noise::JointSteps;
+use crate::effects::{EffectId, Owner};
+use crate::identify::{IdentifyError, Knowledge, Parameter};
+use crate::measure::Dataset;
+
+/// Samples drawn from; of more, every so many-th.
+const MOST: usize = 300;
+
+/// A number that the fit takes freely may be so many times as large as is plausible: links and compliances.
+const FREE: f64 = 4.0;
+
+/// A frame stands anywhere, in plausible sizes.
+const ANYWHERE: f64 = 1e3;
+
+/// Noise that is stated counts as much as so many residuals: wrong by a third is nothing unusual.
+const STATED_NOISE: f64 = 10.0;
+
+const SEED: u64 = 0x0ca1_1be1;
+
+/// Draws of what the robot may be.
+pub(super) struct Posterior {
+    draws: Vec<Draw>,
+    /// Of each fitted parameter and candidate: its unit, SI or plausible sizes, and what it is drawn about.
+    unit: Vec<f64>,
+    centre: Vec<f64>,
+    shapes: JointErrors,
+    /// One-sigma per axis of the noise to which the residuals are whitened, m.
+    noise_m: f64,
+    /// Variance of the read-out's noise in units of the former; `None` where all that looks like noise may be robot.
+    known: Option<f64>,
+}
+
+impl Posterior {
+    /// Of an examined fit.
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Self, IdentifyError> {
+        let Examination { rows, fitted, columns, spans, circumstances, problem, fit, model, yardstick, .. } = examination;
+        let (m, n) = (fitted.len(), columns.len());
+        let parameters: Vec<&Parameter> = fit.kept.iter().map(|&p| &problem.parameters()[p]).collect();
+        let mut groups: Vec<Group> = Vec::new();
+        let (mut unit, mut centre) = (Vec::with_capacity(m + n), Vec::with_capacity(m + n));
+        let mut last = "";
+        for (k, (parameter, &p)) in parameters.iter().zip(&fit.kept).enumerate() {
+            let value = fit.values[p];
+            let plausible = parameter.spec.prior;
+            let from_nothing = -value / plausible;
+            let (size, own, about) = match parameter.knowledge {
+                Knowledge::Stated(sigma) => (Size::Known(1.0), sigma, -value / sigma),
+                Knowledge::Plausible(_) if parameter.owner == Owner::Robot => (Size::Drawn(0), plausible, from_nothing),
+                Knowledge::Flat if parameter.owner == Owner::Robot && !model.is_freely_fitted(&parameter.effect) => {
+                    (Size::Drawn(0), plausible, from_nothing)
+                }
+                Knowledge::Flat if parameter.owner == Owner::Robot => {
+                    (Size::Known(FREE.max(2.0 * from_nothing.abs()).powi(2)), plausible, from_nothing)
+                }
+                Knowledge::Flat | Knowledge::Plausible(_) => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
+            };
+            unit.push(own);
+            centre.push(about);
+            let joins = matches!(size, Size::Drawn(_)) && last == parameter.effect;
+            match groups.last_mut().filter(|_| joins) {
+                Some(group) => group.columns.end = k + 1,
+                None => groups.push(Group { columns: k..k + 1, size: size.clone() }),
+            }
+            last = if matches!(size, Size::Drawn(_)) { &parameter.effect } else { "" };
+        }
+        groups.extend(spans.iter().map(|s| Group { columns: m + s.first..m + s.first + s.count, size: Size::Drawn(0) }));
+        unit.resize(m + n, 1.0);
+        centre.resize(m + n, 0.0);
+
+        let step = circumstances.len().div_ceil(MOST).max(1);
+        let taken: Vec<_> = circumstances.iter().step_by(step).cloned().collect();
+        let has_curves = model.effects.iter().any(|e| EffectId::new(e).family() == "error_curve");
+        let shapes = JointErrors::of(&taken, has_curves);
+        let mut first = m + n;
+        for (kind, count) in shapes.groups() {
+            groups.push(Group { columns: first..first + count, size: Size::Drawn(kind) });
+            first += count;
+        }
+        // Known distances are rows of their own, behind those of the samples.
+        let samples_end = circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
+        let mut samples = Vec::new();
+        let mut places = Vec::new();
+        for stretch in
+            taken.iter().map(|c| c.first_row..c.first_row + c.height).chain((samples_end..rows.ncols()).map(|r| r..r + 1))
+        {
+            samples.push(places.len()..places.len() + stretch.len());
+            places.extend(stretch);
+        }
+        let of_shapes = shapes.columns(&taken);
+        let mut x = DMatrix::zeros(places.len(), first);
+        let mut y = DVector::zeros(places.len());
+        for (to, &from) in places.iter().enumerate() {
+            let row = rows.column(from);
+            for k in 0..m + n {
+                x[(to, k)] = row[k] * unit[k];
+            }
+            y[to] = row[m + n] - (0..m).map(|k| x[(to, k)] * centre[k]).sum::<f64>();
+        }
+        x.view_mut((0, m + n), of_shapes.shape()).copy_from(&of_shapes);
+        let units = examination.squared_units();
+        let noise_m = (units.iter().sum::<f64>() / units.len().max(1) as f64).sqrt();
+        // Rounded angles err by their rounding: that is the read-out's.
+        let rounding = JointSteps::of(datasets, problem, &fit.values).map_or(0.0, |steps| steps.per_axis);
+        let is_known = yardstick.is_known() && !is_noise_overstated(fit);
+        let known = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
+        let noise = known.map(|known| (known, STATED_NOISE));
+        let draws = LinearModel { x, y, samples, groups, noise }.draws(SEED)?;
+        Ok(Posterior { draws, unit, centre, shapes, noise_m, known })
+    }
+
+    /// Errors of the fitted model at the samples of `there`, points: three rows a sample (m), one column a draw.
+    ///
+    /// # Errors
+    /// When there is no sample.
+    pub fn errors(
+        &self,
+        there: &Dataset,
+        examination: &Examination,
+        random: &mut ChaCha8Rng,
+    ) -> Result<DMatrix<f64>, IdentifyError> {
+        let elsewhere = Elsewhere::new(there, examination, |effect| effect.owner() != Owner::Artifact)?;
+        let fields = elsewhere.fields();
+        let known = self.unit.len();
+        let of_shapes = self.shapes.columns(&elsewhere.plain_circumstances());
+        let mut all = DMatrix::zeros(fields.nrows(), self.draws.len());
+        for (mut error, draw) in all.column_iter_mut().zip(&self.draws) {
+            let own = DVector::from_fn(known, |k, _| self.unit[k] * (self.centre[k] + draw.b[k]));
+            error.gemv(1.0, &fields, &own, 0.0);
+            error.gemv(1.0, &of_shapes, &draw.b.rows(known, of_shapes.ncols()), 1.0);
+            let excess = self.known.map_or(1.0, |known| 1.0 - known / draw.mean_square());
+            let share = self.noise_m * excess.max(0.0).sqrt();
+            for p in 0..fields.nrows() / 3 {
+                for (k, e) in draw.noise_of_sample(3, random).iter().enumerate() {
+                    error[3 * p + k] += share * e;
+                }
+            }
+        }
+        Ok(all)
+    }
+}

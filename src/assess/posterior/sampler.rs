@@ -1,0 +1,421 @@
+//! Draws from a linear model whose columns come in groups, each group with a size of its own that is drawn too.
+//!
+//! `y = X b + e`: `b` of group g has variance `s_g²`, the sizes scatter about a common one, `s_g² = 2 tau² / chi²(2)`, and tau is
+//! log-uniform; columns of known variance are drawn along. The noise is Student's t by rows of one sample, with its scale and its degrees of
+//! freedom drawn. Gibbs' sampler, all coefficients at once (Bhattacharya, Chakraborty & Mallick 2016 where rows are fewer than columns).
+//! A size that was fitted would be too certain of what the data hardly see; drawn, it may be anything that they leave possible.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
+use rayon::prelude::*;
+
+use crate::identify::FitError;
+use crate::identify::linalg::{self, Cholesky};
+
+/// Chains, and sweeps of each: those that forget where it began, and those that are kept.
+const CHAINS: u64 = 2;
+const FORGOTTEN: usize = 15;
+const KEPT: usize = 45;
+
+/// Sweeps between two looks at the weights of the samples where there are more rows than columns: their products are the dear part.
+const REWEIGH: usize = 10;
+
+/// Common sizes, in plausible sizes: log-uniform.
+const SMALLEST: f64 = 0.01;
+const LARGEST: f64 = 3.0;
+const SIZE_STEPS: usize = 40;
+/// Kinds of groups, each with a common size.
+pub const KINDS: usize = 3;
+
+/// Where chains begin: what the data show grows within a few sweeps, what they do not shrinks slowly.
+const BEGIN: f64 = 0.02;
+
+/// Degrees of freedom of the noise.
+const TAILS: [f64; 5] = [2.5, 4.0, 7.0, 15.0, 50.0];
+
+/// Weight of the common size in that of a group, in coefficients.
+const COMMON_WEIGHT: f64 = 2.0;
+
+/// Number `k` of the common sizes.
+fn common_size(k: usize) -> f64 {
+    SMALLEST * (k as f64 * (LARGEST / SMALLEST).ln() / (SIZE_STEPS - 1) as f64).exp()
+}
+
+/// What is known of some columns before the data.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Size {
+    /// Their variance.
+    Known(f64),
+    /// It is one of many of its kind, numbered from 0, that scatter about a common size.
+    Drawn(usize),
+}
+
+/// Columns that have one size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Their places.
+    pub columns: Range<usize>,
+    /// What is known of it.
+    pub size: Size,
+}
+
+/// What is drawn from.
+pub struct LinearModel {
+    /// One row a residual, in units of the noise, one column a coefficient.
+    pub x: DMatrix<f64>,
+    /// The residuals.
+    pub y: DVector<f64>,
+    /// Rows of each sample: they share a weight.
+    pub samples: Vec<Range<usize>>,
+    /// In the order of the columns, without gaps.
+    pub groups: Vec<Group>,
+    /// Variance of the noise as far as it is known, in units of the noise, and by how many degrees of freedom.
+    pub noise: Option<(f64, f64)>,
+}
+
+/// One draw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Draw {
+    /// The coefficients.
+    pub b: DVector<f64>,
+    /// Variance of the noise of a row of ordinary weight, in units of the noise.
+    pub noise: f64,
+    /// Degrees of freedom of its distribution.
+    pub tail: f64,
+    /// The common size.
+    pub common: [f64; KINDS],
+}
+
+impl Draw {
+    /// Noise of a further sample, in units of the noise: `width` numbers of one weight.
+    pub fn noise_of_sample(&self, width: usize, random: &mut impl Rng) -> Vec<f64> {
+        let weight = chi_squared(self.tail, random) / self.tail;
+        let sigma = (self.noise / weight).sqrt();
+        (0..width).map(|_| sigma * normal(random)).collect()
+    }
+
+    /// Mean square of a row of noise, in units of the noise.
+    pub fn mean_square(&self) -> f64 {
+        self.noise * self.tail / (self.tail - 2.0)
+    }
+}
+
+impl LinearModel {
+    /// Draws, the same for the same `seed` on any number of threads.
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub fn draws(&self, seed: u64) -> Result<Vec<Draw>, FitError> {
+        let chains: Vec<u64> = (0..CHAINS).collect();
+        let of_chain = |&chain: &u64| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(chain);
+            self.chain(&mut random)
+        };
+        let chains: Result<Vec<Vec<Draw>>, FitError> = chains.par_iter().map(of_chain).collect();
+        Ok(chains?.into_iter().flatten().collect())
+    }
+
+    fn chain(&self, random: &mut ChaCha8Rng) -> Result<Vec<Draw>, FitError> {
+        let rows = self.x.nrows();
+        let mut state = State {
+            common: [BEGIN; KINDS],
+            variance: vec![BEGIN * BEGIN; self.groups.len()],
+            weight: vec![1.0; self.samples.len()],
+            noise: self.noise.map_or(self.y.norm_squared() / rows.max(1) as f64, |(known, _)| known).max(f64::MIN_POSITIVE),
+            tail: 15.0,
+        };
+        let mut solver = Solver::new(self);
+        let mut draws = Vec::with_capacity(KEPT);
+        for sweep in 0..FORGOTTEN + KEPT {
+            let mut b = solver.draw(self, &state, sweep, random)?;
+            self.scale_kinds(&mut b, &mut state, random);
+            self.sizes(&b, &mut state, random);
+            self.noise(&b, &mut state, random);
+            if sweep >= FORGOTTEN {
+                draws.push(Draw { b, noise: state.noise, tail: state.tail, common: state.common });
+            }
+        }
+        Ok(draws)
+    }
+
+    /// Draws the sizes of the groups, and the common one.
+    fn sizes(&self, b: &DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
+        for (group, variance) in self.groups.iter().zip(&mut state.variance) {
+            if let Size::Drawn(kind) = group.size {
+                let own: f64 = group.columns.clone().map(|k| b[k] * b[k]).sum();
+                let freedom = group.columns.len() as f64 + COMMON_WEIGHT;
+                *variance = (own + COMMON_WEIGHT * state.common[kind].powi(2)) / chi_squared(freedom, random);
+            }
+        }
+        let half = COMMON_WEIGHT / 2.0;
+        for kind in 0..KINDS {
+            let drawn = self.groups.iter().zip(&state.variance).filter(|(g, _)| g.size == Size::Drawn(kind));
+            let (count, inverse) = drawn.fold((0.0, 0.0), |(c, i), (_, v)| (c + 1.0, i + 1.0 / v));
+            let ln = |k: usize| half * (2.0 * count * common_size(k).ln() - common_size(k).powi(2) * inverse);
+            state.common[kind] = common_size(one_of(SIZE_STEPS, ln, random));
+        }
+    }
+
+    /// Scales everything of a kind at once, coefficients, sizes and the common size: of that scale the data alone decide, and what they do
+    /// not see moves freely (Liu & Sabatti 2000). Drawn one after the other they would hold each other where they are.
+    fn scale_kinds(&self, b: &mut DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
+        let mut left = &self.y - &self.x * &*b;
+        for kind in 0..KINDS {
+            let of_kind = || self.groups.iter().filter(|g| g.size == Size::Drawn(kind)).map(|g| g.columns.clone());
+            let mut own = DVector::zeros(left.len());
+            for columns in of_kind() {
+                own.gemv(1.0, &self.x.columns(columns.start, columns.len()), &b.rows(columns.start, columns.len()), 1.0);
+            }
+            let (mut with_left, mut with_own) = (0.0, 0.0);
+            for (rows, weight) in self.samples.iter().zip(&state.weight) {
+                let (l, o) = (left.rows(rows.start, rows.len()), own.rows(rows.start, rows.len()));
+                with_left += weight * l.dot(&o);
+                with_own += weight * o.norm_squared();
+            }
+            let ln = |k: usize| {
+                let more = common_size(k) / state.common[kind] - 1.0;
+                (more * with_left - 0.5 * more * more * with_own) / state.noise
+            };
+            let common = common_size(one_of(SIZE_STEPS, ln, random));
+            let factor = common / state.common[kind];
+            of_kind().flatten().for_each(|k| b[k] *= factor);
+            for (group, variance) in self.groups.iter().zip(&mut state.variance) {
+                if group.size == Size::Drawn(kind) {
+                    *variance *= factor * factor;
+                }
+            }
+            state.common[kind] = common;
+            left.axpy(1.0 - factor, &own, 1.0);
+        }
+    }
+
+    /// Draws the weights of the samples, the scale of the noise and its tail.
+    fn noise(&self, b: &DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
+        let left = &self.y - &self.x * b;
+        let squares: Vec<f64> = self.samples.iter().map(|rows| left.rows(rows.start, rows.len()).norm_squared()).collect();
+        for ((weight, rows), square) in state.weight.iter_mut().zip(&self.samples).zip(&squares) {
+            *weight = chi_squared(state.tail + rows.len() as f64, random) / (state.tail + square / state.noise);
+        }
+        let weighted: f64 = state.weight.iter().zip(&squares).map(|(w, s)| w * s).sum();
+        let count = self.samples.iter().map(Range::len).sum::<usize>() as f64;
+        let (known, freedom) = self.noise.unwrap_or((0.0, 0.0));
+        state.noise = (weighted + known * freedom).max(f64::MIN_POSITIVE) / chi_squared(count + freedom, random);
+        // Weights of mean one about their tail: gamma of shape and rate tail/2.
+        let (sum, sum_ln) = state.weight.iter().fold((0.0, 0.0), |(s, l), w| (s + w, l + w.ln()));
+        let n = state.weight.len() as f64;
+        let ln = |k: usize| {
+            let half = TAILS[k] / 2.0;
+            n * (half * half.ln() - statrs::function::gamma::ln_gamma(half)) + half * (sum_ln - sum)
+        };
+        state.tail = TAILS[one_of(TAILS.len(), ln, random)];
+    }
+}
+
+/// Where a chain stands.
+struct State {
+    common: [f64; KINDS],
+    variance: Vec<f64>,
+    weight: Vec<f64>,
+    noise: f64,
+    tail: f64,
+}
+
+/// Draws all coefficients at once, through whichever of the two normal matrices is the smaller.
+enum Solver {
+    /// Rows by rows.
+    ByRows { factor: Cholesky, known: DMatrix<f64>, drawn: Vec<usize>, scaled: DMatrix<f64>, kernel: DMatrix<f64> },
+    /// Columns by columns: the rows weighted and transposed, their products, and the residuals weighted.
+    ByColumns { factor: Cholesky, weighted: DMatrix<f64>, products: DMatrix<f64>, y: DVector<f64>, scaled: DMatrix<f64> },
+}
+
+impl Solver {
+    fn new(model: &LinearModel) -> Self {
+        let (rows, columns) = model.x.shape();
+        if rows > columns {
+            return Solver::ByColumns {
+                factor: Cholesky::new(columns),
+                weighted: DMatrix::zeros(columns, rows),
+                products: DMatrix::zeros(columns, columns),
+                y: DVector::zeros(rows),
+                scaled: DMatrix::zeros(columns, columns),
+            };
+        }
+        let is_drawn = |g: &&Group| matches!(g.size, Size::Drawn(_));
+        let drawn: Vec<usize> = model.groups.iter().filter(is_drawn).flat_map(|g| g.columns.clone()).collect();
+        let sizes = model.groups.iter().filter_map(|g| match g.size {
+            Size::Known(variance) => Some(g.columns.clone().map(move |k| (k, variance))),
+            Size::Drawn(_) => None,
+        });
+        let of_known: Vec<(usize, f64)> = sizes.flatten().collect();
+        let mut x = DMatrix::zeros(rows, of_known.len());
+        for (mut to, (k, variance)) in x.column_iter_mut().zip(&of_known) {
+            to.axpy(variance.sqrt(), &model.x.column(*k), 0.0);
+        }
+        let mut known = DMatrix::zeros(rows, rows);
+        linalg::normal_matrix(&x, &mut known);
+        let scaled = DMatrix::zeros(rows, drawn.len());
+        Solver::ByRows { factor: Cholesky::new(rows), known, drawn, scaled, kernel: DMatrix::zeros(rows, rows) }
+    }
+
+    fn draw(
+        &mut self,
+        model: &LinearModel,
+        state: &State,
+        sweep: usize,
+        random: &mut ChaCha8Rng,
+    ) -> Result<DVector<f64>, FitError> {
+        let (rows, columns) = model.x.shape();
+        let mut variance = vec![0.0; columns];
+        for (group, drawn) in model.groups.iter().zip(&state.variance) {
+            let own = if let Size::Known(v) = group.size { v } else { *drawn };
+            group.columns.clone().for_each(|k| variance[k] = own);
+        }
+        match self {
+            Solver::ByRows { factor, known, drawn, scaled, kernel } => {
+                for (mut to, &k) in scaled.column_iter_mut().zip(drawn.iter()) {
+                    to.axpy(variance[k].sqrt(), &model.x.column(k), 0.0);
+                }
+                linalg::normal_matrix(scaled, kernel);
+                *kernel += &*known;
+                let mut noise = DVector::zeros(rows);
+                for (own, weight) in model.samples.iter().zip(&state.weight) {
+                    own.clone().for_each(|r| noise[r] = state.noise / weight);
+                }
+                (0..rows).for_each(|r| kernel[(r, r)] += noise[r]);
+                factor.factor(kernel)?;
+                let mut b = DVector::from_fn(columns, |k, _| variance[k].sqrt() * normal(random));
+                let mut short = &model.y - &model.x * &b;
+                (0..rows).for_each(|r| short[r] -= noise[r].sqrt() * normal(random));
+                factor.solve_in_place(short.as_mut_slice());
+                let pulled = model.x.tr_mul(&short);
+                (0..columns).for_each(|k| b[k] += variance[k] * pulled[k]);
+                Ok(b)
+            }
+            Solver::ByColumns { factor, weighted, products, y, scaled } => {
+                if sweep % REWEIGH == 0 {
+                    model.x.transpose_to(weighted);
+                    y.copy_from(&model.y);
+                    for (own, weight) in model.samples.iter().zip(&state.weight) {
+                        for r in own.clone() {
+                            weighted.column_mut(r).scale_mut(weight.sqrt());
+                            y[r] *= weight.sqrt();
+                        }
+                    }
+                    linalg::normal_matrix(weighted, products);
+                }
+                let precision = |k: usize| products[(k, k)] / state.noise + 1.0 / variance[k];
+                let scale = DVector::from_fn(columns, |k, _| 1.0 / precision(k).sqrt());
+                for c in 0..columns {
+                    for r in c + 1..columns {
+                        scaled[(r, c)] = products[(r, c)] / state.noise * scale[r] * scale[c];
+                    }
+                    scaled[(c, c)] = 1.0;
+                }
+                factor.factor(scaled)?;
+                // Data and prior each with noise of their own: what solves for them is a draw.
+                let sigma = state.noise.sqrt();
+                let noisy = DVector::from_fn(rows, |r, _| y[r] / state.noise + normal(random) / sigma);
+                let mut b = &*weighted * noisy;
+                (0..columns).for_each(|k| b[k] = (b[k] + normal(random) / variance[k].sqrt()) * scale[k]);
+                factor.solve_in_place(b.as_mut_slice());
+                Ok(b.component_mul(&scale))
+            }
+        }
+    }
+}
+
+fn normal(random: &mut impl Rng) -> f64 {
+    StandardNormal.sample(random)
+}
+
+fn chi_squared(freedom: f64, random: &mut impl Rng) -> f64 {
+    ChiSquared::new(freedom).map_or(freedom, |d| d.sample(random)).max(f64::MIN_POSITIVE)
+}
+
+/// One of `count`, by the logarithms of their weights.
+fn one_of(count: usize, ln: impl Fn(usize) -> f64, random: &mut impl Rng) -> usize {
+    let all: Vec<f64> = (0..count).map(ln).collect();
+    let largest = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = all.iter().map(|l| (l - largest).exp()).collect();
+    let mut left = random.random::<f64>() * weights.iter().sum::<f64>();
+    for (k, w) in weights.iter().enumerate() {
+        left -= w;
+        if left <= 0.0 {
+            return k;
+        }
+    }
+    count - 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROBOTS: u64 = 500;
+    const BINS: usize = 10;
+    /// Chi-square with nine degrees of freedom is larger by chance in one case of a hundred.
+    const BY_CHANCE: f64 = 21.67;
+
+    /// A model drawn from its own prior, and the true coefficients.
+    fn drawn(random: &mut ChaCha8Rng, rows: usize) -> (LinearModel, DVector<f64>) {
+        let mut groups = vec![Group { columns: 0..3, size: Size::Known(4.0) }];
+        groups.extend((0..12).map(|g| Group { columns: 3 + 2 * g..5 + 2 * g, size: Size::Drawn(g % KINDS) }));
+        let common: Vec<f64> = (0..KINDS).map(|_| common_size(random.random_range(0..SIZE_STEPS))).collect();
+        let x = DMatrix::from_fn(rows, 27, |_, _| 3.0 * normal(random));
+        let mut b = DVector::zeros(27);
+        for group in &groups {
+            let variance = match group.size {
+                Size::Known(variance) => variance,
+                Size::Drawn(kind) => COMMON_WEIGHT * common[kind].powi(2) / chi_squared(COMMON_WEIGHT, random),
+            };
+            group.columns.clone().for_each(|k| b[k] = variance.sqrt() * normal(random));
+        }
+        let noise = 10.0 / chi_squared(10.0, random);
+        let truth = Draw { b: b.clone(), noise, tail: TAILS[random.random_range(0..TAILS.len())], common: [0.0; KINDS] };
+        let samples: Vec<Range<usize>> = (0..rows / 3).map(|s| 3 * s..3 * s + 3).collect();
+        let e: Vec<f64> = samples.iter().flat_map(|_| truth.noise_of_sample(3, random)).collect();
+        let y = &x * &b + DVector::from_vec(e);
+        (LinearModel { x, y, samples, groups, noise: Some((1.0, 10.0)) }, b)
+    }
+
+    /// Simulation-based calibration (Talts and others 2018): ranks of the truth among the draws are uniform.
+    fn ranks_are_uniform(rows: usize) {
+        let robots: Vec<u64> = (0..ROBOTS).collect();
+        let ranks = |&robot: &u64| {
+            let mut random = ChaCha8Rng::seed_from_u64(robot);
+            random.set_stream(7);
+            let (model, b) = drawn(&mut random, rows);
+            let elsewhere = DMatrix::from_fn(30, 27, |_, _| normal(&mut random));
+            let of = |b: &DVector<f64>| {
+                let at = &elsewhere * b;
+                [at.abs().mean(), at.abs().max()]
+            };
+            let truth = of(&b);
+            let draws: Vec<[f64; 2]> = model.draws(robot).unwrap().iter().map(|d| of(&d.b)).collect();
+            [0, 1].map(|k| draws.iter().filter(|d| d[k] < truth[k]).count() * BINS / (draws.len() + 1))
+        };
+        let ranks: Vec<[usize; 2]> = robots.par_iter().map(ranks).collect();
+        for k in [0, 1] {
+            let mut count = [0.0; BINS];
+            ranks.iter().for_each(|r| count[r[k]] += 1.0);
+            let expected = ROBOTS as f64 / BINS as f64;
+            let chi2: f64 = count.iter().map(|c: &f64| (c - expected).powi(2) / expected).sum();
+            assert!(chi2 < BY_CHANCE, "{rows} rows, {}: chi-square {chi2:.1}, {count:?}", ["mean", "largest"][k]);
+        }
+    }
+
+    #[test]
+    fn draws_rank_the_truth_uniformly_with_fewer_rows_than_columns() {
+        ranks_are_uniform(24);
+    }
+
+    #[test]
+    fn draws_rank_the_truth_uniformly_with_more_rows_than_columns() {
+        ranks_are_uniform(60);
+    }
+}
