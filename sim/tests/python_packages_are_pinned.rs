@@ -1,12 +1,13 @@
 //! Every Python package that is fetched is pinned with hashes: what runs tomorrow is what ran today, byte for byte.
 
 /// What is wanted, what is pinned, and the package that it is all for.
-const SETS: [(&str, &str, &str); 5] = [
+const SETS: [(&str, &str, &str); 6] = [
     (include_str!("../requirements.in"), include_str!("../requirements.txt"), "mujoco"),
     (include_str!("../view/requirements.in"), include_str!("../view/requirements.txt"), "rerun-sdk"),
     (include_str!("../../tests/browser/requirements.in"), include_str!("../../tests/browser/requirements.txt"), "playwright"),
     (include_str!("../dask/requirements.in"), include_str!("../dask/requirements.txt"), "distributed"),
     (include_str!("../../tests/clients/requirements.in"), include_str!("../../tests/clients/requirements.txt"), "pyserial"),
+    (include_str!("../../docs/robots/requirements.in"), include_str!("../../docs/robots/requirements.txt"), "scikit-learn"),
 ];
 
 /// Package and version of a line that pins one.

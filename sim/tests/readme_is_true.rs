@@ -5,10 +5,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::Mutex;
 
 use serde_json::Value;
 
 const HOW_TO_REFRESH: &str = "refresh with `CALIBENCH_WRITE_README=1 cargo test --test readme_is_true`";
+
+/// Tests at once write the same README.
+static PAGE: Mutex<()> = Mutex::new(());
 
 /// Folders that are no part of the repository, as are Python environments.
 const NOT_OURS: [&str; 3] = [".git", "target", "runs"];
@@ -80,12 +84,7 @@ fn its_commands_run_and_print_what_it_shows() {
     let result = std::fs::read_to_string(folder.path().join("runs/paper/result.json")).expect("the run was kept");
     let result: Value = serde_json::from_str(&result).expect("the result is JSON");
     let blocks = [("story", format!("```text\n{}```\n", excerpt(&story))), ("table 9", table_9(&result))];
-    if std::env::var_os("CALIBENCH_WRITE_README").is_some() {
-        let written = blocks.iter().fold(read("README.md"), |text, (name, now)| {
-            let (before, _, after) = around(&text, name);
-            format!("{before}{now}{after}")
-        });
-        std::fs::write(root().join("README.md"), written).expect("the README can be written");
+    if is_to_be_written(&blocks) {
         return;
     }
     let text = read("README.md");
@@ -94,6 +93,32 @@ fn its_commands_run_and_print_what_it_shows() {
         if let Err(difference) = same_as_printed(shown, now) {
             panic!("README, {name}: {difference}; {HOW_TO_REFRESH}. It is now\n{now}");
         }
+    }
+}
+
+/// Writes the blocks into the README, if that is what was asked for.
+fn is_to_be_written(blocks: &[(&str, String)]) -> bool {
+    let asked = std::env::var_os("CALIBENCH_WRITE_README").is_some();
+    if asked {
+        let _alone = PAGE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let written = blocks.iter().fold(read("README.md"), |text, (name, now)| {
+            let (before, _, after) = around(&text, name);
+            format!("{before}{now}{after}")
+        });
+        std::fs::write(root().join("README.md"), written).expect("the README can be written");
+    }
+    asked
+}
+
+/// What `docs/robots/make` measured takes half an hour and public data; that the README says the same takes neither.
+#[test]
+fn its_public_robots_are_those_of_the_table() {
+    let table = read("docs/robots/table.md");
+    let (head, _) = table.split_once("## All divisions\n").expect("the table has a head");
+    if !is_to_be_written(&[("public robots", head.to_owned())]) {
+        let text = read("README.md");
+        let (_, shown, _) = around(&text, "public robots");
+        assert_eq!(shown, head, "README (left) and docs/robots/table.md (right); {HOW_TO_REFRESH}");
     }
 }
 
@@ -282,7 +307,7 @@ fn its_tree_is_the_repository() {
 #[test]
 fn links_of_every_page_lead_somewhere() {
     let mut pages = vec![PathBuf::from("README.md"), "CHANGELOG.md".into(), "benches/README.md".into()];
-    for folder in ["docs", "docs/decisions", "docs/studies"] {
+    for folder in ["docs", "docs/decisions", "docs/robots", "docs/studies"] {
         let entries = std::fs::read_dir(root().join(folder)).expect("the folder is there").filter_map(Result::ok);
         pages.extend(
             entries.map(|e| Path::new(folder).join(e.file_name())).filter(|p| p.extension().is_some_and(|e| e == "md")),
@@ -325,7 +350,7 @@ fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
 #[test]
 fn its_scripts_can_be_executed() {
     use std::os::unix::fs::PermissionsExt;
-    for script in ["tests/run", "sim/setup.sh", ".ci/run"] {
+    for script in ["tests/run", "sim/setup.sh", ".ci/run", "docs/robots/make"] {
         assert!(read("README.md").contains(script), "the README does not tell of {script}");
         let mode = std::fs::metadata(root().join(script)).unwrap_or_else(|e| panic!("{script}: {e}")).permissions().mode();
         assert!(mode & 0o111 == 0o111, "{script} is not executable");

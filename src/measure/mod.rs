@@ -1,5 +1,6 @@
 //! Taking the data: mastering, the centring controller, the pool of poses, their selection, the campaign, the dataset.
 
+mod blocks;
 mod campaign;
 mod campaign_files;
 mod cell_devices;

@@ -1,6 +1,6 @@
 //! `prove DATASET...`: does the advice hold at postures that it has not seen?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use calibench::files::write_whole;
 use calibench::measure::Dataset;
@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::progress::Waiting;
 use super::{Failure, Outcome, named, print, print_json, read_datasets, seed};
-use crate::prove::{Proof, Summary, by_campaigns, by_places, by_postures, by_short_campaigns};
+use crate::prove::{Case, Proof, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -18,6 +18,9 @@ pub struct Arguments {
     /// Parts of the postures, drawn at random, that are left out one after the other; 0 for none
     #[arg(long, default_value_t = 5)]
     folds: usize,
+    /// Parts of joint space, each of postures that are near each other, that are left out one after the other as well; 0 for none
+    #[arg(long, default_value_t = 0)]
+    blocks: usize,
     /// Leave out the places of an artifact as well: balls whose names agree before a slash
     #[arg(long)]
     places: bool,
@@ -30,12 +33,15 @@ pub struct Arguments {
     /// How many of those short campaigns are drawn from each dataset
     #[arg(long, default_value_t = 5, requires = "short")]
     draws: usize,
-    /// Take every n-th row only
-    #[arg(long, default_value_t = 1)]
-    every: usize,
+    /// Take at most so many rows of each dataset, spread over it
+    #[arg(long, value_name = "ROWS")]
+    at_most: Option<usize>,
     /// Seed of what is drawn
     #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
+    /// Folder for the rows of every division, a CSV file each: joints, and what the default model leaves; a file that is there is replaced
+    #[arg(long, value_name = "DIR")]
+    rows: Option<PathBuf>,
     /// Where to write the table (Markdown); a file that is there is replaced
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
@@ -47,25 +53,26 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut datasets = read_datasets(&arguments.datasets)?;
     for (_, dataset) in &mut datasets {
-        thin(dataset, arguments.every.max(1));
+        thin(dataset, arguments.at_most.unwrap_or(usize::MAX));
     }
     let named = named(&datasets);
-    let waiting = Waiting::new("proving");
-    let mut proofs: Vec<Proof> = Vec::new();
-    for (name, dataset) in &named {
-        waiting.now(format!("proving {name}"));
-        if arguments.folds > 1 {
-            proofs.extend(by_postures(name, dataset, arguments.folds, arguments.seed)?);
-        }
-        if arguments.places {
-            proofs.extend(by_places(name, dataset)?);
-        }
-        if let Some(postures) = arguments.short {
-            proofs.extend(by_short_campaigns(name, dataset, postures, arguments.draws, arguments.seed)?);
-        }
+    let cases = cases(arguments, &named);
+    if cases.is_empty() {
+        return Err(
+            "there is nothing to divide; give data of more postures, or other divisions (--folds, --blocks, --short)".into()
+        );
     }
-    if arguments.campaigns {
-        proofs.extend(by_campaigns(&named, arguments.seed)?);
+    let waiting = Waiting::new("proving");
+    let mut proofs: Vec<Proof> = Vec::with_capacity(cases.len());
+    for case in &cases {
+        waiting.now(format!("proving {}, {}", case.robot, case.fold));
+        let (mut proof, default) = case.prove()?;
+        if let Some(folder) = &arguments.rows {
+            let path = free_name(folder, &case.file_name(), &proofs);
+            write_whole(&path, csv(&case.rows(&default)?).as_bytes())?;
+            proof.rows = Some(path);
+        }
+        proofs.push(proof);
     }
     drop(waiting);
     let table = markdown(&proofs);
@@ -80,10 +87,46 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Every n-th row.
-fn thin(dataset: &mut Dataset, every: usize) {
-    let samples = std::mem::take(&mut dataset.samples);
-    dataset.samples = samples.into_iter().step_by(every).collect();
+/// Every division that was asked for.
+fn cases<'a>(arguments: &Arguments, named: &[(&'a str, &'a Dataset)]) -> Vec<Case<'a>> {
+    let Arguments { folds, blocks, places, campaigns, short, draws, seed, .. } = *arguments;
+    let mut cases = Vec::new();
+    for (name, dataset) in named {
+        if folds > 1 {
+            cases.extend(by_postures(name, dataset, folds, seed));
+        }
+        if blocks > 1 {
+            cases.extend(by_blocks(name, dataset, blocks, seed));
+        }
+        if places {
+            cases.extend(by_places(name, dataset));
+        }
+        if let Some(postures) = short {
+            cases.extend(by_short_campaigns(name, dataset, postures, draws, seed));
+        }
+    }
+    if campaigns {
+        cases.extend(by_campaigns(named, seed));
+    }
+    cases
+}
+
+/// A path for a file of that name which no proof has yet: names that differ only in what is no letter or digit become the same.
+fn free_name(folder: &Path, name: &str, proofs: &[Proof]) -> PathBuf {
+    let stem = name.trim_end_matches(".csv");
+    let numbered = (2..).map(|k| folder.join(format!("{stem}-{k}.csv")));
+    let is_free = |path: &PathBuf| proofs.iter().all(|p| p.rows.as_ref() != Some(path));
+    std::iter::once(folder.join(name)).chain(numbered).find(is_free).unwrap_or_else(|| folder.join(name))
+}
+
+/// At most so many rows, spread over the whole.
+fn thin(dataset: &mut Dataset, at_most: usize) {
+    let count = dataset.samples.len();
+    if at_most < count {
+        let samples = std::mem::take(&mut dataset.samples).into_iter().enumerate();
+        let taken = samples.filter(|(k, _)| k * at_most / count != (k + 1) * at_most / count);
+        dataset.samples = taken.map(|(_, sample)| sample).collect();
+    }
 }
 
 /// The proofs as a table, and what they come to.

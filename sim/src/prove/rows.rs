@@ -1,0 +1,112 @@
+//! What the default model leaves on every row of a division, for other people's regressors to be held against it on the same division.
+
+use std::fmt::Write;
+
+use calibench::identify::{Calibration, IdentifyError, Use};
+use calibench::measure::{Dataset, Measured, Postures};
+use calibench::units::{DEG, MM};
+use nalgebra::Vector3;
+
+use super::Case;
+
+/// What a row is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The default model was identified on it.
+    Fitted,
+    /// It was left out.
+    Judged,
+}
+
+/// One sample of a division.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// What it is for.
+    pub part: Part,
+    /// Its posture, counted from 1 through both parts.
+    pub posture: usize,
+    /// Joint angles as the controller reports them, rad (N).
+    pub q: Vec<f64>,
+    /// Name of the ball where its place is not known beforehand. A ball that no fitted row has is placed by the judged rows.
+    pub free_ball: Option<String>,
+    /// Measured minus predicted by the default model, in the axes of the robot's base, m; of a distance, along the line of sight.
+    pub error: Vector3<f64>,
+}
+
+impl Case<'_> {
+    /// Every row fitted and every row judged, in this order, under `default`, the default model identified on those fitted. They are
+    /// judged as the proof judges them. Rows of a campaign left out that only tell where it stands are no part of it.
+    ///
+    /// # Errors
+    /// When the calibration is of other data.
+    pub fn rows(&self, default: &Calibration) -> Result<Vec<Row>, IdentifyError> {
+        let mut rows = part_rows(default, &self.fitted(), Part::Fitted, 0)?;
+        let postures = rows.iter().map(|r| r.posture).max().unwrap_or(0);
+        rows.extend(part_rows(&self.as_judged(default), &self.judged(), Part::Judged, postures)?);
+        Ok(rows)
+    }
+
+    /// A file name for its rows, without folder: what is no letter or digit becomes a dash.
+    pub fn file_name(&self) -> String {
+        let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
+        let name: String = format!("{} {}", self.robot, self.fold).chars().map(plain).collect();
+        let words: Vec<&str> = name.split('-').filter(|w| !w.is_empty()).collect();
+        format!("{}.csv", words.join("-"))
+    }
+}
+
+fn part_rows(
+    calibration: &Calibration,
+    datasets: &[(&str, &Dataset)],
+    part: Part,
+    before: usize,
+) -> Result<Vec<Row>, IdentifyError> {
+    let which = if part == Part::Fitted { Use::Fit } else { Use::Validation };
+    let applied = calibration.apply(datasets, which)?;
+    let mut errors = Vec::with_capacity(applied.problem.sample_count());
+    applied.problem.for_each_sample(&applied.values, &mut |posed| {
+        let base = posed.posture.frame(0);
+        errors.push(Vector3::new(base.x.dot(&posed.residual), base.y.dot(&posed.residual), base.z.dot(&posed.residual)));
+    });
+    let postures = Postures::of(datasets, |s| which.takes(s));
+    let samples = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s)).map(move |s| (*d, s)));
+    let free_ball = |dataset: &Dataset, measured: &Measured| match measured {
+        Measured::Ball { ball, .. } => dataset.balls.get(*ball).filter(|b| b.free).map(|b| b.id.clone()),
+        Measured::Point(_) | Measured::Distance { .. } => None,
+    };
+    Ok(samples
+        .zip(postures.of_samples())
+        .zip(errors)
+        .map(|(((dataset, sample), posture), error)| Row {
+            part,
+            posture: before + posture + 1,
+            q: sample.q.clone(),
+            free_ball: free_ball(dataset, &sample.measured),
+            error,
+        })
+        .collect())
+}
+
+/// The rows as a CSV file: `part`, `posture`, `q1_deg` and so on, `free_ball`, `error_x_mm`, `error_y_mm`, `error_z_mm`.
+pub fn csv(rows: &[Row]) -> String {
+    let joints: String = (1..=rows.first().map_or(0, |r| r.q.len())).map(|j| format!("q{j}_deg,")).collect();
+    let mut text = format!("part,posture,{joints}free_ball,error_x_mm,error_y_mm,error_z_mm\n");
+    for row in rows {
+        let part = if row.part == Part::Fitted { "fitted" } else { "judged" };
+        let _ = write!(text, "{part},{}", row.posture);
+        row.q.iter().for_each(|q| {
+            let _ = write!(text, ",{:.6}", q / DEG);
+        });
+        let _ = write!(text, ",{}", quoted(row.free_ball.as_deref().unwrap_or_default()));
+        row.error.iter().for_each(|e| {
+            let _ = write!(text, ",{:.6}", e / MM);
+        });
+        text.push('\n');
+    }
+    text
+}
+
+/// A field that may hold commas or quotes.
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_owned() }
+}
