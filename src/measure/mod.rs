@@ -33,6 +33,7 @@ mod queue;
 mod reading;
 mod response;
 mod samples_file;
+mod samples_header;
 mod samples_text;
 pub mod selection;
 
@@ -59,5 +60,6 @@ pub use plan_file::{PLAN_FORMAT, read_plan, write_plan};
 pub use pool::{Candidate, PoolRequest, ProbedBall, feasible_pool};
 pub use postures::{Postures, SAME_POSTURE};
 pub use probing::{PlannedPose, Probing, ProbingFailure};
-pub(crate) use samples_file::{Header, Row};
+pub(crate) use samples_file::Row;
+pub(crate) use samples_header::Header;
 pub(crate) use samples_text::number;
