@@ -5,6 +5,7 @@ mod catalogue;
 mod cell;
 mod compare;
 mod compensate;
+mod data_gate;
 mod design;
 mod design_tables;
 mod diagnose;
@@ -39,15 +40,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::assess::{DataFit, Examination, Extrapolation, Relevance, WorkspaceError, WorkspacePoses, data_fit};
+use calibench::assess::{Examination, Extrapolation, Relevance, WorkspaceError, WorkspacePoses};
 use calibench::effects::Subject;
 use calibench::files::one_line;
-use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, Use, read_model};
+use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_model};
 use calibench::measure::{Dataset, read_dataset};
-use calibench::report::{Outlook, Recommended, extrapolation_sentence, misfit_json, misfit_sentence, nominal_fit_lines};
+use calibench::report::{Outlook, Recommended, extrapolation_sentence};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
+use self::data_gate::gate;
 use crate::blame::with_reasons;
 
 /// Anything that ends a verb; printed with the chain of its reasons.
@@ -305,56 +307,6 @@ fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Mode
         Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
         None => Model::default_for(first),
     })
-}
-
-/// Data that do not fit their robot: nothing is done with them unless it is asked for.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-struct DoNotFit(String);
-
-/// What the nominal arm leaves of the data, and why they do not fit, where they do not and the user goes on all the same.
-struct Gate {
-    fits: Vec<DataFit>,
-    /// The sentence that every result keeps.
-    misfit: Option<String>,
-}
-
-impl Gate {
-    /// Prints the nominal fits, and the misfit where there is one, ahead of other text.
-    fn tell(&self) -> Result<(), Failure> {
-        nominal_fit_lines(&self.fits).iter().try_for_each(|line| print(line))?;
-        self.misfit.iter().try_for_each(|sentence| print(sentence))
-    }
-
-    /// Adds the misfit to a JSON document.
-    fn mark(&self, document: &mut serde_json::Value) {
-        if let Some(sentence) = &self.misfit {
-            document["misfit"] = sentence.as_str().into();
-        }
-    }
-}
-
-/// Whether the data fit their robot at all, judged by the rows that `which` takes; before anything is identified. A dataset that has no
-/// folder yet has no name.
-///
-/// # Errors
-/// Where they do not fit, unless `force`: exit code 2, and with `json` one document on standard output.
-fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
-    // Another arm's data are refused as that.
-    let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
-    let fits = if one_arm { data_fit(&named(datasets), which) } else { Vec::new() };
-    let misfit = fits.iter().find_map(|fit| fit.misfit.as_ref());
-    let sentence = misfit.map(|m| match m.nominal.dataset.as_str() {
-        "" => misfit_sentence(m),
-        name => format!("{name}/samples.csv: {}", misfit_sentence(m)),
-    });
-    if let (Some(misfit), Some(sentence), false) = (misfit, &sentence, force) {
-        if json {
-            print_json(&misfit_json(misfit))?;
-        }
-        return Err(Box::new(DoNotFit(sentence.clone())));
-    }
-    Ok(Gate { fits, misfit: sentence })
 }
 
 /// Campaigns that are not fitted but judged, of the same arm as the data.

@@ -42,6 +42,7 @@ function verdict(report) {
     element("p", { class: "eyebrow" }, `calibench report · ${title} · ${robot}`),
     element("h1", {}, said.headline),
     element("p", { class: "means" }, said.means),
+    report.misfit && element("p", { class: "warning" }, report.misfit),
     question && element("p", { class: "quiet" }, `Asked: ${question}`),
     element("dl", { class: "figures" }, tiles.map(([name, value, beside]) => element("div", {}, element("dt", {}, name),
       element("dd", {}, element("div", { class: "value" }, value), element("div", { class: "beside" }, beside))))),
