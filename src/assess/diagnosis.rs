@@ -46,6 +46,8 @@ pub struct Finding {
     pub cv_gain: f64,
     /// Effects that explain the same in these data.
     pub rivals: Vec<String>,
+    /// Effects, as a model takes them, that are exactly the same to these data, whatever their size.
+    pub exactly_same: Vec<String>,
     /// Its numbers.
     pub parameters: Vec<FoundParameter>,
     /// Its size in plausible sizes, rms over its numbers, as the data alone would have it.

@@ -5,10 +5,12 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::{Contribution, Finding, FoundParameter};
 use crate::assess::cross_validation::{cross_validated, folds};
+use crate::assess::exact_alias::exact_aliases;
 use crate::assess::examination::Examination;
 use crate::assess::hypotheses::Hypothesis;
 use crate::assess::relevance::Relevance;
 use crate::identify::ORDINARY_WIDTH;
+use crate::measure::Dataset;
 
 /// Two effects are near-aliases when less than this share of what one explains is left to it beside the other.
 const NEAR_ALIAS: f64 = 0.03;
@@ -32,6 +34,7 @@ const FREE: f64 = 1e3;
 
 /// Looks at hypotheses side by side; `close` holds them as its candidates, in this order.
 pub(super) fn findings(
+    datasets: &[(&str, &Dataset)],
     close: &Examination,
     hypotheses: &[Hypothesis],
     tests: usize,
@@ -69,6 +72,7 @@ pub(super) fn findings(
             delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.circumstances.len() as f64).ln(),
             cv_gain: 1.0 - (after / before).sqrt(),
             rivals: rivals.map(|r| hypotheses[r].effect.clone()).collect(),
+            exactly_same: exact_aliases(&h.in_model, datasets),
             parameters: parameters.collect(),
             size: size(close, k).0,
         }

@@ -220,7 +220,7 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
     let first = first.cloned();
     let nothing = evidence.nothing;
 
-    let mut findings = findings(&list.close, &list.hypotheses, tests, probability);
+    let mut findings = findings(datasets, &list.close, &list.hypotheses, tests, probability);
     put_first(&mut findings, first.as_ref());
     let mut set95: Vec<String> = Vec::new();
     if verdict.names_effects() {

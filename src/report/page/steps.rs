@@ -25,20 +25,23 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &Rung, ground: ProvingGro
     let d = &first.diagnosis;
     if d.verdict.is_noise() {
         return Ok(
-            json!({"rungs": [rung_json(first)], "complete": true, "advice": "Nothing is left but noise: there is nothing to add."}),
+            json!({"rungs": [rung_json(first, &[])], "complete": true, "advice": "Nothing is left but noise: there is nothing to add."}),
         );
     }
     let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
     let Some((effect, stepped)) = step(subject, first, ground) else {
-        return Ok(json!({"rungs": [rung_json(first)], "complete": false, "command": command}));
+        return Ok(json!({"rungs": [rung_json(first, &[])], "complete": false, "command": command}));
     };
     let (rungs, objections) = match stepped {
         Ok(next) => {
             let next = judge(next, subject.judged)?;
             let objections = next.objections(first);
-            (vec![rung_json(first), rung_json(&next)], objections.iter().map(objection_sentence).collect::<Vec<_>>())
+            (
+                vec![rung_json(first, &[]), rung_json(&next, &[first])],
+                objections.iter().map(objection_sentence).collect::<Vec<_>>(),
+            )
         }
-        Err(e) => (vec![rung_json(first)], vec![format!("the data do not determine it: {e}")]),
+        Err(e) => (vec![rung_json(first, &[])], vec![format!("the data do not determine it: {e}")]),
     };
     Ok(json!({"rungs": rungs, "complete": false, "step": {"effect": effect, "objections": objections}, "command": command}))
 }
