@@ -27,9 +27,6 @@ impl Recommended {
     }
 }
 
-/// An outlier is so much more likely than the ordinary small stuff of a robot before it is spoken of.
-const OUTLIER_ODDS: f64 = 20.0;
-
 /// An effect that explains less than this share of the fitted model's energy is called hidden.
 const HIDDEN: f64 = 0.5;
 
@@ -59,12 +56,8 @@ fn beneath(d: &Diagnosis) -> Verdict {
 
 /// The effect that is named first; suspects are set aside.
 fn first(d: &Diagnosis) -> Option<&Finding> {
-    let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(is_sample));
+    let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(Finding::is_sample));
     d.findings.get(aside)
-}
-
-fn is_sample(f: &Finding) -> bool {
-    f.hypothesis.effect.starts_with("outlier")
 }
 
 /// What explains most, with its share, and how much is still missing.
@@ -158,10 +151,7 @@ fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
 
 /// A sample that disagrees with all others: before anything else where nothing explains more, else as a hint.
 fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
-    let sticks_out = |f: &&Finding| {
-        f.hypothesis.in_model.starts_with("outlier:") && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln()
-    };
-    let place = d.findings.iter().position(|f| sticks_out(&f))?;
+    let place = d.outlier()?;
     let f = &d.findings[place];
     let sample = f.hypothesis.in_model.trim_start_matches("outlier:");
     Some(if place == 0 {
