@@ -106,7 +106,8 @@ fn gain_json(gain: &Gain) -> Value {
     })
 }
 
-fn recommended_json(ladder: &Ladder) -> Value {
+/// The model that a ladder recommends, and why.
+pub fn recommended_json(ladder: &Ladder) -> Value {
     let choice = ladder.recommendation.choice();
     let rung = ladder.recommended();
     let held_out =

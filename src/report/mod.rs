@@ -26,8 +26,8 @@ pub use diagnosis_sentences::{Recommended, sentences};
 pub use finding_notes::added_sentences;
 pub use heat_map::{curve_line, heat_map_text};
 pub use json::{calibration_json, validation_json};
-pub use ladder::{ladder_json, rung_json, rung_table, step_json};
-pub use ladder_sentences::{advice, objection_sentence, rung_sentence, symptom_sentence, top_sentences};
+pub use ladder::{ladder_json, recommended_json, rung_json, rung_table, step_json};
+pub use ladder_sentences::{advice, objection_sentence, planned_sentence, rung_sentence, symptom_sentence, top_sentences};
 pub use misfit::{misfit_json, misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_json, unbelievable_sentence};
 pub use next::{detectability_json, detectability_text, next_json, next_sentences, next_table};
 pub use page::{
