@@ -11,7 +11,7 @@ use super::columns::Column;
 use super::limits::{TEMPERATURE_C, TORQUE_NM};
 use super::samples_header::Header;
 use super::{Dataset, Measured, Sample, SampleSet};
-use crate::files::{FileError, Record, Rows, name_remedy};
+use crate::files::{FileError, Record, Rows, name_remedy, open_file};
 use crate::robot::Robot;
 use crate::units::{DEG, MM, UM, readable};
 
@@ -25,7 +25,7 @@ pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "put the file samples.csv there"));
     }
-    let file = std::fs::File::open(path).map_err(|e| {
+    let file = open_file(path).map_err(|e| {
         FileError::whole(path, format!("cannot be read: {e}"), "a dataset is a folder with dataset.toml and samples.csv")
     })?;
     let mut rows = Rows::new(BufReader::new(Hashed { input: file, hash }), path, b',');
