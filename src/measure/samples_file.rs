@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::columns::Column;
-use super::limits::{TEMPERATURE_C, TORQUE_NM};
+use super::limits::{POINT_MM, READING_UM, TEMPERATURE_C, TIME_S, TORQUE_NM};
 use super::samples_header::Header;
 use super::{Dataset, Measured, Sample, SampleSet};
 use crate::files::{FileError, Record, Rows, name_remedy, open_file};
@@ -132,8 +132,13 @@ impl<'a> Row<'a> {
         }
     }
 
-    fn vector(&self, component: fn(usize) -> Column, unit: f64) -> Result<Option<Vector3<f64>>, FileError> {
-        Ok(self.numbers(component, 3, unit)?.map(|v| Vector3::new(v[0], v[1], v[2])))
+    /// Three numbers that a cell can have, of which the limits are in the unit of the columns.
+    fn vector(&self, component: fn(usize) -> Column, unit: f64, limits: [f64; 2]) -> Result<Option<Vector3<f64>>, FileError> {
+        let numbers = self.numbers(component, 3, unit)?;
+        for (k, value) in numbers.iter().flatten().enumerate() {
+            self.possible(component(k), limits, Some(readable(*value, unit)))?;
+        }
+        Ok(numbers.map(|v| Vector3::new(v[0], v[1], v[2])))
     }
 
     /// All signs of a quantity, or none.
@@ -148,9 +153,11 @@ impl<'a> Row<'a> {
         values.into_iter().enumerate().map(sign).collect::<Result<_, _>>().map(Some)
     }
 
-    /// A number greater than zero, where there is one.
-    fn positive(&self, column: Column, unit: f64) -> Result<Option<f64>, FileError> {
-        match self.number(column, unit)? {
+    /// A number greater than zero that a cell can have, where there is one.
+    fn positive(&self, column: Column, unit: f64, limits: [f64; 2]) -> Result<Option<f64>, FileError> {
+        let number = self.number(column, unit)?;
+        self.possible(column, limits, number.map(|v| readable(v, unit)))?;
+        match number {
             Some(value) if value <= 0.0 => {
                 Err(self.error(column, "is not greater than zero", "give a positive number, or leave it empty"))
             }
@@ -192,12 +199,12 @@ impl<'a> Row<'a> {
                     Column::Plunger(1),
                     Column::Plunger(2),
                 ];
-                (Measured::Ball { ball, reading: self.vector(Column::Reading, UM)? }, own)
+                (Measured::Ball { ball, reading: self.vector(Column::Reading, UM, READING_UM)? }, own)
             }
             "point" => {
                 let empty = || self.error(Column::World(0), "is empty", "a row of kind `point` has x_mm, y_mm, z_mm");
                 let own = &[Column::World(0), Column::World(1), Column::World(2)];
-                (Measured::Point(self.vector(Column::World, MM)?.ok_or_else(empty)?), own)
+                (Measured::Point(self.vector(Column::World, MM, POINT_MM)?.ok_or_else(empty)?), own)
             }
             "distance" => {
                 let ids = dataset.anchors.iter().map(|a| a.id.as_str());
@@ -205,7 +212,7 @@ impl<'a> Row<'a> {
                 self.required(Column::Distance)?;
                 let empty = || self.error(Column::Distance, "is empty", "fill it");
                 (
-                    Measured::Distance { anchor, distance: self.positive(Column::Distance, MM)?.ok_or_else(empty)? },
+                    Measured::Distance { anchor, distance: self.positive(Column::Distance, MM, POINT_MM)?.ok_or_else(empty)? },
                     &[Column::Anchor, Column::Distance],
                 )
             }
@@ -266,7 +273,7 @@ impl<'a> Row<'a> {
         Ok(Sample {
             set,
             payload,
-            time_s: self.number(Column::Time, 1.0)?,
+            time_s: self.possible(Column::Time, TIME_S, self.number(Column::Time, 1.0)?)?,
             temp_c: self.possible(Column::Temperature, TEMPERATURE_C, self.number(Column::Temperature, 1.0)?)?,
             approach: self.signs(Column::Approach, joints, &[-1, 0, 1])?,
             plungers: self.signs(Column::Plunger, 3, &[-1, 1])?.map(|s| [s[0], s[1], s[2]]),
@@ -274,7 +281,7 @@ impl<'a> Row<'a> {
             session: self.text(Column::Session).map(str::to_owned),
             q_commanded: self.numbers(Column::Commanded, joints, DEG)?,
             tau: self.torques(joints)?,
-            sigma: self.positive(Column::Sigma, UM)?,
+            sigma: self.positive(Column::Sigma, UM, READING_UM)?,
             extra: self
                 .header
                 .extra
