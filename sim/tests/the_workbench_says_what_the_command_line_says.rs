@@ -119,6 +119,7 @@ fn an_expression_is_fitted_as_a_model_file_has_it_and_a_slip_is_told_at_its_fiel
         (own("teeth", "deg", "theta:3", "sin(202*q3"), "expressions", "at character"),
         (own("teeth", "deg", "theta:3", " \n"), "expressions", "is empty"),
         (own("teeth", "degrees", "theta:3", "q3"), "unit", "'degrees' is no unit"),
+        (own("teeth", "mm", "theta:3", "q3"), "unit", "'mm' is no measure of its sites, which turn"),
         (own("teeth", "deg", "theta:7", "q3"), "site", "'theta:7' is no site"),
         (own("my teeth", "deg", "theta:3", "q3"), "name", "'my teeth' is no name"),
         (own("mdh", "deg", "theta:3", "q3"), "name", "already"),
