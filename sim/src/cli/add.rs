@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let named = named(&datasets);
     let wanted = Wanted::parse(&arguments.effect, &model, &named)?;
-    let checks = check_datasets(&arguments.check, &datasets[0].1)?;
+    let checks = check_datasets(&arguments.check, &datasets)?;
     let checks = super::named(&checks);
     let poses = WorkspacePoses::of(&named);
     let ground = ProvingGround { poses: &poses.q, checks: &checks };

@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
-    let checks = check_datasets(&arguments.check, &datasets[0].1)?;
+    let checks = check_datasets(&arguments.check, &datasets)?;
     let checks = super::named(&checks);
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);

@@ -44,7 +44,7 @@ use calibench::assess::{Examination, Extrapolation, Relevance, WorkspaceError, W
 use calibench::effects::Subject;
 use calibench::files::one_line;
 use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_model};
-use calibench::measure::{Dataset, read_dataset};
+use calibench::measure::{Dataset, SampleSet, read_dataset};
 use calibench::report::{Outlook, Recommended, extrapolation_sentence};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -273,9 +273,6 @@ fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
 fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {
     // `.` and `D/` are named like the folders they are.
     let whole: Vec<PathBuf> = folders.iter().map(|f| f.canonicalize().unwrap_or_else(|_| f.clone())).collect();
-    if let Some(k) = (1..whole.len()).find(|&k| whole[..k].contains(&whole[k])) {
-        return Err(format!("{} is named twice; name each dataset once", folders[k].display()).into());
-    }
     let parts = |folder: &Path| folder.iter().map(|part| part.to_string_lossy().into_owned()).collect::<Vec<String>>();
     let end = |folder: &Path, length: usize| {
         let parts = parts(folder);
@@ -283,7 +280,7 @@ fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure>
     };
     let distinct = |length: &usize| {
         let names: Vec<String> = whole.iter().map(|f| end(f, *length)).collect();
-        (1..names.len()).all(|k| !names[..k].contains(&names[k]))
+        (1..names.len()).all(|k| whole[..k].contains(&whole[k]) || !names[..k].contains(&names[k]))
     };
     let longest = whole.iter().map(|f| f.iter().count()).max().unwrap_or(1);
     let length = (1..=longest).find(distinct).unwrap_or(longest);
@@ -309,17 +306,27 @@ fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Mode
     })
 }
 
-/// Campaigns that are not fitted but judged, of the same arm as the data.
-fn check_datasets(folders: &[PathBuf], fitted: &Dataset) -> Result<Vec<(String, Dataset)>, Failure> {
-    let checks = read_datasets(folders)?;
-    let other = checks.iter().position(|(_, d)| !d.robot.is_same_arm(&fitted.robot));
-    if let Some(k) = other {
+/// Campaigns that are not fitted but judged, of the same arm as the data; what is fitted as well is none.
+fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Result<Vec<(String, Dataset)>, Failure> {
+    let mut checks = read_datasets(folders)?;
+    let first = &fitted[0].1;
+    if let Some((name, other)) = checks.iter().find(|(_, d)| !d.robot.is_same_arm(&first.robot)) {
         let problem = format!(
             "is of '{}', the data are of '{}'; check against campaigns of the same robot",
-            checks[k].1.robot.name, fitted.robot.name
+            other.robot.name, first.robot.name
         );
-        return Err(Box::new(Blamed { path: folders[k].join("dataset.toml"), field: "robot", problem }));
+        let folder = folders.iter().find(|f| f.ends_with(name)).unwrap_or(&folders[0]);
+        return Err(Box::new(Blamed { path: folder.join("dataset.toml"), field: "robot", problem }));
     }
+    checks.retain(|(name, check)| {
+        // Rows of set `validation` are judged, and not fitted.
+        let is_fitted =
+            check.samples.iter().all(|s| s.set == SampleSet::Fit) && fitted.iter().any(|(_, d)| d.hash == check.hash);
+        if is_fitted {
+            eprintln!("{name} is among the data that are fitted; it is no check, and is left out of them.");
+        }
+        !is_fitted
+    });
     Ok(checks)
 }
 
