@@ -10,7 +10,7 @@ use super::{Failure, named, print, print_json};
 /// Data that do not fit their robot: nothing is done with them unless it is asked for.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
-struct DoNotFit(String);
+pub(super) struct DoNotFit(pub(super) String);
 
 /// What the nominal arm leaves of the data, and why they do not fit, where they do not and the user goes on all the same.
 pub(super) struct Gate {

@@ -49,7 +49,7 @@ use calibench::report::{Outlook, Recommended, extrapolation_sentence};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use self::data_gate::gate;
+use self::data_gate::{DoNotFit, gate};
 use crate::blame::with_reasons;
 
 /// Anything that ends a verb; printed with the chain of its reasons.
