@@ -10,7 +10,7 @@ use calibench::effects::OwnEffect;
 use calibench::robot::{FramePose, Payload, Pose, built_in};
 use calibench::units::{DEG, MM, Unit};
 use identified::{calibration, calibration_of, postures, target};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
 const PLAIN: [f64; 6] = [0.2, -1.2, 1.6, 0.3, 0.8, 0.5];
 
@@ -54,23 +54,6 @@ fn every_refusal_has_its_row() {
         assert_eq!(empty, *status != "ok", "{id}: what was refused tells the controller nothing");
         assert!(row[rows[0].len() - 6..].iter().all(|field| !field.is_empty()), "{id}: the target is carried through");
     }
-}
-
-/// The foot of the robot is no place for its tool.
-#[test]
-fn no_target_lies_in_the_arm_itself() {
-    let calibration = calibration(1);
-    let mut compensator = Compensator::new(&calibration, &Task::default()).unwrap();
-    let mut refused = 0;
-    for height in [0.05, 0.10, 0.15, 0.20] {
-        let turned = Rotation3::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI);
-        let wanted = Pose::from_parts(Vector3::new(0.02, 0.0, height).into(), turned);
-        let wanted = Wanted::Pose { pose: wanted, near: None, status: None, turn: None };
-        let outcome = compensator.compensate(&target("t", wanted)).outcome;
-        assert!(outcome.is_err(), "{height}: {outcome:?}");
-        refused += usize::from(matches!(outcome, Err(Refusal::OwnBody { .. })));
-    }
-    assert!(refused > 0, "some of them the arm would reach");
 }
 
 #[test]

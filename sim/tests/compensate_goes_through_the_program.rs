@@ -54,6 +54,19 @@ fn text(folder: &TempDir, name: &str) -> String {
     fs::read_to_string(folder.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
+/// The second of these lies in the foot of the robot, where the arm would put its tool.
+#[test]
+fn a_target_in_the_arm_itself_is_refused() {
+    let folder = bench("id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\nnear,400,0,500,0,90,0\ninside,0,0,100,0,180,0\n");
+    let told = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv"]);
+    assert_eq!(told.status.code(), Some(1), "{}", String::from_utf8_lossy(&told.stderr));
+    let out = String::from_utf8(told.stdout).unwrap();
+    assert!(out.contains("1 of 2 targets compensated") && out.contains("in the robot's own body: base"), "{out}");
+    let file = text(&folder, "f.csv");
+    let status: Vec<&str> = file.lines().map(|line| line.split(',').nth(1).unwrap()).collect();
+    assert_eq!(status, ["status", "ok", "own_body"]);
+}
+
 #[test]
 fn targets_become_a_csv_and_a_krl_module() {
     let folder = bench(POSES);
