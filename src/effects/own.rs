@@ -166,14 +166,9 @@ impl OwnEffect {
     }
 }
 
-/// Whether a site turns, or shifts; `None` where there is no such site.
+/// Whether a site turns, or shifts; `None` where there is no such site, or it depends on the artifact whether there is.
 fn turns(site: &str) -> Option<bool> {
     let turn = |axis: Axis6| matches!(axis, Axis6::Rz | Axis6::Ry | Axis6::Rx);
-    // Of one ball the coordinate alone is a site.
-    let ball = site.strip_prefix("ball:").and_then(|rest| rest.rsplit_once(':'));
-    if ball.is_some() {
-        return Some(false);
-    }
     match Site::parse(site, MOST_JOINTS)? {
         Site::Base(axis) | Site::Flex(_, axis) => Some(turn(axis)),
         Site::Mdh(_, entry) => Some(!matches!(entry, MdhEntry::A | MdhEntry::D)),
