@@ -1,6 +1,8 @@
 //! Files are written whole or not at all, and errors in them name the file, the line, the field and the remedy.
 
-use std::io::{Read, Write};
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -34,6 +36,8 @@ pub struct FileError {
 impl FileError {
     fn words(&self) -> String {
         let FileError { path, line, field, problem, remedy } = self;
+        // A message that quotes all of a mangled file helps nobody.
+        let [field, problem] = [shortened(field), shortened(problem)];
         let line = line.map(|l| format!(":{l}")).unwrap_or_default();
         let field = if field.is_empty() { String::new() } else { format!(": {field}") };
         format!("{}{line}{field}: {problem}; {remedy}", path.display())
@@ -45,6 +49,16 @@ impl FileError {
     }
 }
 
+/// Longest part of a message, characters.
+const LONGEST_PART: usize = 600;
+
+fn shortened(text: &str) -> Cow<'_, str> {
+    match text.char_indices().nth(LONGEST_PART) {
+        Some((end, _)) => Cow::Owned(format!("{} ...", &text[..end])),
+        None => Cow::Borrowed(text),
+    }
+}
+
 /// The text on one line: what a file or a flag holds may end lines or steer a terminal, and is quoted in errors.
 pub fn one_line(text: &str) -> String {
     text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
@@ -52,6 +66,19 @@ pub fn one_line(text: &str) -> String {
 
 /// Longest text file read whole, bytes: scenario, robot and calibration files are a thousand times shorter.
 const LONGEST_TEXT: u64 = 64 << 20;
+
+/// Opens a file to be read. A pipe would keep the program waiting for whoever may write to it, and a device need not end: neither is
+/// opened.
+///
+/// # Errors
+/// When there is no such file, it may not be read, or it is none.
+pub fn open_file(path: &Path) -> std::io::Result<File> {
+    let kind = std::fs::metadata(path)?;
+    if !kind.is_file() && !kind.is_dir() {
+        return Err(std::io::Error::new(ErrorKind::InvalidInput, "it is a pipe or a device, and not a file"));
+    }
+    File::open(path)
+}
 
 /// Reads a text file.
 ///
@@ -62,7 +89,7 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
     let mut bytes = Vec::new();
-    std::fs::File::open(path)
+    open_file(path)
         .and_then(|file| file.take(LONGEST_TEXT + 1).read_to_end(&mut bytes))
         .map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions"))?;
     if bytes.len() as u64 > LONGEST_TEXT {
@@ -72,6 +99,13 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
         let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         FileError { line: Some(line), ..FileError::whole(path, "is not UTF-8 text", "save it as UTF-8") }
     })?;
+    if let Some(at) = text.find('\0') {
+        let line = 1 + text[..at].matches('\n').count();
+        return Err(FileError {
+            line: Some(line),
+            ..FileError::whole(path, "is no text: it holds NUL bytes", "save it as UTF-8")
+        });
+    }
     if text.trim().is_empty() {
         return Err(FileError::whole(path, "is empty", "give a file with content"));
     }

@@ -59,6 +59,7 @@ fn every_mistake_is_named() {
         (POSES, "id,x_mm", "1,x_mm", 1, "", "names the columns"),
         (POSES, "p2,410", "p1,410", 3, "id", "its own id"),
         (POSES, "p2,410", ",410", 3, "id", "fill"),
+        (POSES, "p2,410", "p\u{1b}2,410", 3, "id", "plain name"),
         (POSES, "p2,410,", "p2,,", 3, "x_mm", "fill"),
         (POSES, "p2,410,", "p2,4.1e9,", 3, "x_mm", "in mm"),
         (POSES, "p2,410,", "p2,nan,", 3, "x_mm", "number"),

@@ -8,11 +8,13 @@ use calibench::assess::{Diagnosis, Verdict, diagnose};
 use calibench::effects::{CATALOGUE, Effect, Follows, Needs, Scan, Subject, build, family};
 use calibench::identify::{Fit, Model, Parameter, Problem, TorquePosture, Use, fit};
 use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
+use calibench::report::{Recommended, diagnosis_json, sentences};
 use calibench::robot::{FramePose, Payload, built_in, world_from_tool};
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::json;
 
 /// Samples on balls, each on a ball of its own, and as many measured points.
 const BALLS: usize = 60;
@@ -247,9 +249,20 @@ fn what_a_family_is_said_to_follow_is_what_its_columns_follow() {
     }
 }
 
+/// What is measured.
+#[derive(Clone, Copy, PartialEq)]
+enum Measures {
+    /// Balls and points by turns.
+    Both,
+    /// The same in two sessions.
+    TwoSessions,
+    /// The balls alone.
+    Balls,
+}
+
 /// A cell in which six balls are probed ten times each, and what a diagnosis of a model with the base alone finds in it when `effect` has
 /// these sizes, in plausible ones.
-fn diagnosed(effect: &str, sessions: bool, size: impl Fn(&Parameter) -> f64) -> Diagnosis {
+fn diagnosed(effect: &str, measures: Measures, size: impl Fn(&Parameter) -> f64) -> Diagnosis {
     let mut data = cell();
     for (k, sample) in data.samples.iter_mut().enumerate() {
         if let Measured::Ball { ball, .. } = &mut sample.measured {
@@ -259,9 +272,12 @@ fn diagnosed(effect: &str, sessions: bool, size: impl Fn(&Parameter) -> f64) -> 
         sample.approach = None;
         sample.plungers = None;
         sample.temp_c = None;
-        if sessions {
+        if measures == Measures::TwoSessions {
             sample.session = Some(if k < BALLS { "first" } else { "second" }.into());
         }
+    }
+    if measures == Measures::Balls {
+        data.samples.retain(|s| matches!(s.measured, Measured::Ball { .. }));
     }
     data.balls.truncate(6);
     data.noise = Noise { ball: Some(5.0 * UM), point: Some(5.0 * UM), joint: Vec::new() };
@@ -285,15 +301,16 @@ fn diagnosed(effect: &str, sessions: bool, size: impl Fn(&Parameter) -> f64) -> 
 #[test]
 fn a_step_is_placed_between_the_samples_between_which_it_happened() {
     // Samples are 60 s apart, the first at 60 s; balls are probed every other time, and each ball every twelfth.
-    for (effect, sessions, session, between) in [
-        ("base_step:2430", false, "", ["s039", "s040"]),
-        ("joint_step:3:4890", false, "", ["s080", "s081"]),
-        ("artifact_step:3000", false, "", ["s048", "s050"]),
-        ("ball_step:b002:4000", false, "", ["s064", "s076"]),
-        ("base_step:5430", true, "second", ["s089", "s090"]),
+    for (effect, measures, session, between) in [
+        ("base_step:2430", Measures::Both, "", ["s039", "s040"]),
+        ("joint_step:3:4890", Measures::Both, "", ["s080", "s081"]),
+        ("artifact_step:3000", Measures::Both, "", ["s048", "s050"]),
+        ("ball_step:b002:4000", Measures::Both, "", ["s064", "s076"]),
+        ("base_step:5430", Measures::TwoSessions, "second", ["s089", "s090"]),
     ] {
         // Of the second session, where there are two.
-        let told = diagnosed(effect, sessions, |p| if sessions && !p.name.ends_with("@second") { 0.0 } else { 3.0 });
+        let sessions = measures == Measures::TwoSessions;
+        let told = diagnosed(effect, measures, |p| if sessions && !p.name.ends_with("@second") { 0.0 } else { 3.0 });
         let stem = effect.rsplit_once(':').unwrap().0;
         let first = &told.findings[0].hypothesis;
         assert_eq!(first.effect, stem, "{effect}: {:?}", told.set95);
@@ -301,12 +318,43 @@ fn a_step_is_placed_between_the_samples_between_which_it_happened() {
         assert_eq!(moment.between, between, "{effect}");
         assert!(moment.credible[0] <= moment.between[0] && moment.credible[1] >= moment.between[1], "{effect}: {moment:?}");
         assert_eq!(moment.session.as_deref().unwrap_or_default(), session, "{effect}");
+        // It is said, and written.
+        let written = diagnosis_json(&told, None, &Recommended::default());
+        assert_eq!(written["findings"][0]["moment"]["between"], json!(between), "{effect}");
+        assert_eq!(written["findings"][0]["moment"]["between_95"], json!(moment.credible), "{effect}");
+        let of_session = if sessions { " of session second" } else { "" };
+        let [before, after] = between;
+        let said = format!(
+            "between samples {before} and {after}{of_session} (95 %: {} to {})",
+            moment.credible[0], moment.credible[1]
+        );
+        assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.contains(&said)), "{effect}: {said}");
     }
 }
 
 #[test]
+fn what_these_data_cannot_tell_apart_is_said_with_what_would() {
+    let mut told = diagnosed("base_step:2430", Measures::Balls, |_| 3.0);
+    // Whatever is likelier: it is said of the step as soon as that is named.
+    told.findings.retain(|f| f.hypothesis.effect == "base_step");
+    (told.verdict, told.set95) = (Verdict::Identified, vec!["base_step".into()]);
+    let first = &told.findings[0];
+    let moment = first.hypothesis.in_model.strip_prefix("base_step:").unwrap();
+    assert_eq!(first.exactly_same, [format!("artifact_step:{moment}")]);
+    let said =
+        format!("base_step:{moment} or artifact_step:{moment}: the same in these data; only a look at either from outside");
+    assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.contains(&said)), "{said}");
+    let written = diagnosis_json(&told, None, &Recommended::default());
+    assert_eq!(written["findings"][0]["exactly_same"], json!(first.exactly_same));
+    assert!(written["findings"][0]["parted_by"].as_str().unwrap().contains("from outside"));
+    // With points of the tool beside them they are two things.
+    let told = diagnosed("base_step:2430", Measures::Both, |_| 3.0);
+    assert!(told.findings[0].exactly_same.is_empty());
+}
+
+#[test]
 fn joints_that_stand_where_they_were_sent_are_seen_in_whatever_background() {
-    let told = diagnosed("joint_source", false, |_| 1.0);
+    let told = diagnosed("joint_source", Measures::Both, |_| 1.0);
     assert_eq!((told.verdict, &told.set95[..]), (Verdict::Identified, &["joint_source".to_owned()][..]));
 }
 

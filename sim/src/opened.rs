@@ -13,6 +13,8 @@ pub struct Opened {
     pub question: Option<String>,
     /// Datasets by name, whose rows of set `fit` are examined.
     pub datasets: Vec<(String, Dataset)>,
+    /// Datasets that do not fit their robot and are used all the same, by name, and the sentence that every result keeps.
+    pub misfits: Vec<(String, String)>,
     /// What is judged on, where it is not the datasets themselves.
     pub judged: Option<(String, Dataset)>,
     /// The model to begin with.
@@ -44,9 +46,11 @@ impl Opened {
             Some((name, d)) => vec![(name.as_str(), d)],
             None => datasets.clone(),
         };
+        let misfit = self.misfits.iter().find(|(name, _)| datasets.iter().any(|(n, _)| n == name));
         tell(&PageSubject {
             title: self.title.clone(),
             question: self.question.clone(),
+            misfit: misfit.map(|(_, sentence)| sentence.clone()),
             datasets: &datasets,
             judged: &judged,
             model,

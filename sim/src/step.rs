@@ -3,7 +3,7 @@
 use calibench::assess::{Curve, Examination, ProvingGround, Rung, Variable, add, place, step};
 use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
-use calibench::identify::{IdentifyError, Model};
+use calibench::identify::{IdentifyError, Model, Use};
 use calibench::measure::Dataset;
 use thiserror::Error;
 
@@ -57,7 +57,8 @@ impl Wanted {
             return Err(wrong(format!("effect '{id}' is in the model already")));
         }
         let balls = dataset.ball_ids();
-        let samples: Vec<String> = datasets.iter().flat_map(|(_, d)| d.samples.iter().map(|s| s.id.clone())).collect();
+        let fitted = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)));
+        let samples: Vec<String> = fitted.map(|s| s.id.clone()).collect();
         let subject = Subject { samples: Some(&samples), ..model.subject(&dataset.robot, &balls) };
         let unplaced = unplaced(&subject);
         if !unplaced.iter().any(|u| u == id) {

@@ -32,6 +32,21 @@ fn paper() -> tempfile::TempDir {
     folder
 }
 
+/// Writes a reading of 0.6 mm into these samples.
+fn spoil(path: &Path, ids: &[&str]) {
+    let text = fs::read_to_string(path).unwrap();
+    let column = text.lines().next().unwrap().split(',').position(|c| c == "r1_um").unwrap();
+    let spoilt = text.lines().map(|line| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if ids.contains(&cells[0].as_str()) {
+            cells[column] = "600".into();
+        }
+        cells.join(",") + "\n"
+    });
+    let spoilt: String = spoilt.collect();
+    fs::write(path, spoilt).unwrap();
+}
+
 fn number(v: &Value, key: &str) -> f64 {
     v[key].as_f64().unwrap_or_else(|| panic!("{key}: {v}"))
 }
@@ -105,25 +120,34 @@ fn a_bad_sample_is_set_aside_by_name() {
     let folder = paper();
     let at = folder.path();
     // A centring that ended 0.3 mm off the ball, and does not know it.
-    let path = at.join("run/trical/samples.csv");
-    let text = fs::read_to_string(&path).unwrap();
-    let column = text.lines().next().unwrap().split(',').position(|c| c == "r1_um").unwrap();
-    let spoilt: Vec<String> = text
-        .lines()
-        .map(|line| {
-            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-            if cells[0] == "p14" {
-                cells[column] = "600".into();
-            }
-            cells.join(",")
-        })
-        .collect();
-    fs::write(&path, spoilt.join("\n") + "\n").unwrap();
+    spoil(&at.join("run/trical/samples.csv"), &["p14"]);
     let step = calibench(at, &["add", "outlier", "run/trical", "-o", "model2.toml", "--json"]);
     assert_eq!((code(&step), &document(&step)["after"]["added"][0]), (0, &"outlier:p14".into()));
     let said = calibench(at, &["diagnose", "run/trical"]);
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
     assert!(said.contains("Look at sample p14"), "{said}");
+}
+
+/// Two samples spoil the judgement of each other: what is advised is taken all the same, one after the other.
+#[test]
+fn a_sample_that_the_diagnosis_advises_to_set_aside_is_set_aside() {
+    let folder = paper();
+    let at = folder.path();
+    spoil(&at.join("run/trical/samples.csv"), &["p14", "p41"]);
+    let mut aside = Vec::new();
+    for _ in 0..2 {
+        let told = document(&calibench(at, &["diagnose", "run/trical", "--model", "model.toml", "--json"]));
+        let said = told["sentences"].as_array().unwrap().iter().filter_map(Value::as_str);
+        let mut commands = said.flat_map(|s| s.split('`')).filter_map(|c| c.strip_prefix("calibench add outlier:"));
+        let Some((sample, rest)) = commands.next().and_then(|c| c.split_once(' ')) else { break };
+        let effect = format!("outlier:{sample}");
+        let arguments: Vec<&str> = ["add", &effect].into_iter().chain(rest.split(' ')).collect();
+        let taken = calibench(at, &arguments);
+        assert_eq!(code(&taken), 0, "{arguments:?}: {}", String::from_utf8_lossy(&taken.stderr));
+        aside.push(sample.to_owned());
+    }
+    aside.sort();
+    assert_eq!(aside, ["p14", "p41"]);
 }
 
 #[test]

@@ -334,6 +334,85 @@ fn data_and_calibrations_that_do_not_go_together() {
     }
 }
 
+/// What a slip of the hand makes of good input: a pipe for a file, a file of zeros, an expression without end, a sample that is not there.
+#[cfg(unix)]
+#[test]
+fn what_is_no_input_is_told_in_a_line() {
+    let folder = measured();
+    let at = |name: &str| folder.path().join(name);
+    let made = Command::new("mkfifo").arg(at("pipe")).status().expect("mkfifo is there");
+    assert!(made.success());
+    for name in ["piped", "zeros", "early"] {
+        copy(&at("r/trical"), &at(name));
+    }
+    fs::remove_file(at("piped/samples.csv")).expect("there");
+    fs::rename(at("pipe"), at("piped/samples.csv")).expect("writable");
+    assert!(Command::new("mkfifo").arg(at("pipe")).status().expect("mkfifo is there").success());
+    fs::write(at("zeros/samples.csv"), vec![0; 1 << 21]).expect("writable");
+    fs::write(at("zeros.toml"), vec![0; 1 << 21]).expect("writable");
+    let effect = |unit: &str, basis: &str| {
+        format!(
+            "effects = [\"mdh\"]\n[[effect]]\nname = \"own\"\nunit = \"{unit}\"\nterms = [{{ site = \"theta:3\", basis = \"{basis}\" }}]\n"
+        )
+    };
+    fs::write(at("long.toml"), effect("deg", &["sin(q3)"; 9_000].join("+"))).expect("writable");
+    fs::write(at("mm.toml"), effect("mm", "sin(q3)")).expect("writable");
+    fs::write(at("kg.toml"), effect("kg", "sin(q3)")).expect("writable");
+    let rows = fs::read_to_string(at("r/trical/samples.csv")).expect("a text");
+    let (header, first) = rows.split_once('\n').expect("a header");
+    let time = header.split(',').position(|c| c == "time_s").expect("it is logged");
+    let row = first.lines().next().expect("a row");
+    let mut cells: Vec<&str> = row.split(',').collect();
+    cells[time] = "-5";
+    fs::write(at("early/samples.csv"), rows.replacen(row, &cells.join(","), 1)).expect("writable");
+    let validation = fs::read_to_string(at("r/validation/samples.csv")).expect("a text");
+    let kept = validation.lines().nth(1).and_then(|l| l.split(',').next()).expect("an id");
+    let outlier = format!("outlier:{kept}");
+    for (arguments, named) in [
+        (&["identify", "r/trical", "--model", "pipe", "-o", OUT][..], &["pipe: cannot be read", "pipe or a device"][..]),
+        (&["diagnose", "piped"], &["piped/samples.csv: cannot be read", "pipe or a device"]),
+        (&["run", "pipe"], &["pipe: cannot be read", "pipe or a device"]),
+        (&["import", "generic", "pipe", "--map", "pipe", "-o", OUT], &["pipe: cannot be read", "pipe or a device"]),
+        (&["compensate", "c.toml", "pipe", "-o", OUT], &["pipe: cannot be read", "pipe or a device"]),
+        (&["diagnose", "zeros"], &["zeros/samples.csv", ":"]),
+        (&["identify", "r/trical", "--model", "zeros.toml", "-o", OUT], &["zeros.toml:1: is no text: it holds NUL bytes"]),
+        (
+            &["identify", "r/trical", "--model", "long.toml", "-o", OUT],
+            &["long.toml:5: effect[0].terms[0].basis", "500 characters"],
+        ),
+        (&["identify", "r/trical", "--model", "mm.toml", "-o", OUT], &["mm.toml:4: effect[0].unit", "which turn", "give deg"]),
+        (&["identify", "r/trical", "--model", "kg.toml", "-o", OUT], &["kg.toml:4: effect[0].unit", "no measure"]),
+        (&["diagnose", "early"], &["early/samples.csv:2: time_s", "-5 is impossible"]),
+        (&["add", "outlier:nope", "r/trical"], &["there is no sample 'nope'", "outlier:ID"]),
+        (&["add", &outlier, "r/trical"], &["there is no sample", "among the rows that are fitted"]),
+    ] {
+        let error = refusal(&format!("{arguments:?}"), &calibench(folder.path(), arguments));
+        assert!(named.iter().all(|part| error.contains(part)) && error.len() < 600, "{arguments:?}: {error}");
+    }
+}
+
+/// A dataset that is given twice, under its name, another path or as a copy, is counted once, and that is said.
+#[test]
+fn data_given_twice_count_once() {
+    let folder = measured();
+    copy(&folder.path().join("r/trical"), &folder.path().join("copy"));
+    let told = |arguments: &[&str]| {
+        let output = calibench(folder.path(), arguments);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{arguments:?}: {error}");
+        (output.stdout, error)
+    };
+    let (once, _) = told(&["diagnose", "r/trical", "--json"]);
+    let samples = |out: &[u8]| serde_json::from_slice::<serde_json::Value>(out).expect("JSON")["samples"].clone();
+    for second in ["r/trical", "r/../r/trical", "copy"] {
+        let (out, error) = told(&["diagnose", "r/trical", second, "--json"]);
+        assert!(error.contains("counted once"), "{second}: {error}");
+        assert_eq!(samples(&out), samples(&once), "{second}");
+    }
+    let (_, error) = told(&["ladder", "r/trical", "--check", "copy", "--json"]);
+    assert!(error.contains("copy is among the data that are fitted"), "{error}");
+}
+
 #[test]
 fn an_output_that_is_in_the_way_stays() {
     let folder = measured();

@@ -14,6 +14,8 @@ const QUESTION: &str = include_str!("../../scenarios/table8.toml");
 const POSES: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\np-1,420,60,400,170,10,175\nlast,430,-80,380,-175,-5,180\n";
 /// The second of these is out of reach.
 const HOLED: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\nnear,420,60,400,170,10,175\nfar,4500,60,400,170,10,175\n";
+/// The same places as those of the first two, in metres.
+const METRES: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\np-1,0.42,0.06,0.4,170,10,175\nlast,0.43,-0.08,0.38,-175,-5,180\n";
 /// A tool before the flange, as the controller has it.
 const TOOL: &str = "--tool=0,0,125,0,0,0";
 
@@ -50,6 +52,19 @@ fn bench(targets: &str) -> TempDir {
 
 fn text(folder: &TempDir, name: &str) -> String {
     fs::read_to_string(folder.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The second of these lies in the foot of the robot, where the arm would put its tool.
+#[test]
+fn a_target_in_the_arm_itself_is_refused() {
+    let folder = bench("id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\nnear,400,0,500,0,90,0\ninside,0,0,100,0,180,0\n");
+    let told = calibench(folder.path(), &["compensate", "c.toml", "t.csv", "-o", "f.csv"]);
+    assert_eq!(told.status.code(), Some(1), "{}", String::from_utf8_lossy(&told.stderr));
+    let out = String::from_utf8(told.stdout).unwrap();
+    assert!(out.contains("1 of 2 targets compensated") && out.contains("in the robot's own body: base"), "{out}");
+    let file = text(&folder, "f.csv");
+    let status: Vec<&str> = file.lines().map(|line| line.split(',').nth(1).unwrap()).collect();
+    assert_eq!(status, ["status", "ok", "own_body"]);
 }
 
 #[test]
@@ -211,6 +226,10 @@ fn bad_input_ends_in_one_clear_error() {
         (POSES.into(), with(&["--lin"]), &["--krl"]),
         (POSES.into(), with(&["--base", "1,2,3"]), &["--base", "6 numbers", "world"]),
         (POSES.into(), with(&["--tool", "1,2,3,4,5,nan"]), &["--tool", "6 numbers"]),
+        (POSES.into(), with(&["--load", "6000,0,0,0"]), &["--load", "no arm carries"]),
+        (POSES.into(), with(&["--tool", "1e6,0,0,0,0,0"]), &["--tool", "as in no cell"]),
+        (POSES.into(), with(&["--base", "1e9,0,0,0,0,0"]), &["--base", "as in no cell"]),
+        (METRES.into(), with(&[]), &["t.csv: x_mm", "metres", "in mm"]),
         (POSES.into(), with(&["--load=-1,0,0,0"]), &["--load", "less than nothing"]),
         (POSES.into(), with(&["--session", "monday"]), &["c.toml", "no set-up 'monday'"]),
         (

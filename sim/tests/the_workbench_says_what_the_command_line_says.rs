@@ -94,7 +94,8 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     // The next experiment, and its plan.
     let unasked = bench.ask("POST", "/api/save-plan", &[], "{}");
     assert!(unasked.status == 422 && unasked.body.contains("ask for the next experiment first"), "{}", unasked.body);
-    let verb = printed(&at, &["next", "trical", "--json", "-o", "next.toml"]);
+    fs::write(at.join("begin.toml"), "effects = [\"base_frame\", \"mdh\", \"joint_compliance\"]\n").unwrap();
+    let verb = printed(&at, &["next", "trical", "--model", "begin.toml", "--json", "-o", "next.toml"]);
     let next = bench.act("next", &json!({}));
     for key in ["criterion", "rivals", "now", "actions", "best", "not_offered", "sentences", "cell_known"] {
         assert_eq!(next["next"][key], verb[key], "{key}");
@@ -118,6 +119,7 @@ fn an_expression_is_fitted_as_a_model_file_has_it_and_a_slip_is_told_at_its_fiel
         (own("teeth", "deg", "theta:3", "sin(202*q3"), "expressions", "at character"),
         (own("teeth", "deg", "theta:3", " \n"), "expressions", "is empty"),
         (own("teeth", "degrees", "theta:3", "q3"), "unit", "'degrees' is no unit"),
+        (own("teeth", "mm", "theta:3", "q3"), "unit", "'mm' is no measure of its sites, which turn"),
         (own("teeth", "deg", "theta:7", "q3"), "site", "'theta:7' is no site"),
         (own("my teeth", "deg", "theta:3", "q3"), "name", "'my teeth' is no name"),
         (own("mdh", "deg", "theta:3", "q3"), "name", "already"),
@@ -170,4 +172,45 @@ fn datasets_are_chosen_among_those_that_are_open() {
     }
     assert_eq!(bench.ask("POST", "/api/choose", &[], r#"{"datasets": []}"#).status, 422);
     assert_eq!(untimed(bench.act("undo", &json!({}))), both);
+}
+
+/// A copy of a dataset in which one joint counts the other way.
+fn with_joint_counted_backwards(from: &Path, to: &Path, column: &str) {
+    fs::create_dir(to).unwrap();
+    fs::copy(from.join("dataset.toml"), to.join("dataset.toml")).unwrap();
+    let text = fs::read_to_string(from.join("samples.csv")).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    let place = header.split(',').position(|name| name == column).unwrap();
+    let turned = |row: &str| -> String {
+        let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+        cells[place] = (-cells[place].parse::<f64>().unwrap()).to_string();
+        cells.join(",") + "\n"
+    };
+    fs::write(to.join("samples.csv"), format!("{header}\n{}", rows.lines().map(turned).collect::<String>())).unwrap();
+}
+
+#[test]
+fn data_that_do_not_fit_are_opened_by_force_alone_and_the_page_says_so() {
+    let folder = ripple();
+    let at = folder.path().join("run");
+    with_joint_counted_backwards(&at.join("trical"), &at.join("slip"), "q4_deg");
+    for verb in ["report", "workbench"] {
+        let program = Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(&at).args([verb, "slip"]).output().unwrap();
+        let told = String::from_utf8_lossy(&program.stderr).into_owned();
+        assert_eq!(program.status.code(), Some(2), "{verb}: {told}");
+        assert!(program.stdout.is_empty() && told.contains("slip/samples.csv") && told.contains("joint 4"), "{verb}: {told}");
+    }
+    let report = printed(&at, &["report", "slip", "--force", "--json"]);
+    let sentence = report["misfit"].as_str().unwrap();
+    assert!(sentence.contains("joint 4"), "{sentence}");
+
+    // The sentence stands where the data do that it is about, and nowhere else.
+    let bench = Workbench::start(&at, &["trical", "slip", "--force", "--save-to", "kept"]);
+    assert_eq!(bench.get("document")["document"]["misfit"], report["misfit"]);
+    let fits = bench.act("choose", &json!({"datasets": ["trical"]}));
+    assert_eq!(fits["document"]["misfit"], Value::Null);
+    let again = bench.act("choose", &json!({"datasets": ["slip"]}));
+    assert_eq!(again["document"]["misfit"], report["misfit"]);
+    bench.act("save-report", &json!({}));
+    assert!(fs::read_to_string(at.join("kept/report.html")).unwrap().contains("joint 4 counted"));
 }

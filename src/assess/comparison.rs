@@ -87,7 +87,8 @@ impl Comparison {
         let lack_of_fit = LackOfFit::of(&noise, rms, whitened.squares, whitened.dof, problem.row_count());
 
         let normalised: Vec<(f64, usize)> = seen.iter().map(|s| whitened.normalised(s.first_row, s.height)).collect();
-        let layout = Layout::new(&seen, problem.setups().len(), datasets, &normalised);
+        let mut layout = Layout::new(&seen, problem.setups().len(), datasets, &normalised);
+        layout.acquit(&standing.refitted, datasets);
         let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
         let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
         let scores = Scores::new(&whitened, &beforehand, &places, layout.patterns(), &mut show);

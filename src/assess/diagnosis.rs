@@ -12,6 +12,7 @@ use super::library::Untestable;
 use super::noise::{Suspect, suspects_of};
 use super::relevance::Relevance;
 pub use super::verdict::Verdict;
+use crate::effects::EffectId;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 use crate::units::Unit;
@@ -46,6 +47,8 @@ pub struct Finding {
     pub cv_gain: f64,
     /// Effects that explain the same in these data.
     pub rivals: Vec<String>,
+    /// Effects, as a model takes them, that are exactly the same to these data, whatever their size.
+    pub exactly_same: Vec<String>,
     /// Its numbers.
     pub parameters: Vec<FoundParameter>,
     /// Its size in plausible sizes, rms over its numbers, as the data alone would have it.
@@ -127,6 +130,33 @@ pub struct Diagnosis {
     pub fitted: Vec<String>,
 }
 
+/// A sample disagrees with all others where setting it aside is so many times likelier than the ordinary small stuff of a robot.
+const OUTLIER_ODDS: f64 = 20.0;
+
+impl Diagnosis {
+    /// Place of the finding by which a single sample disagrees with all others, if one does.
+    pub fn outlier(&self) -> Option<usize> {
+        let sticks_out = |f: &Finding| f.is_sample() && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln();
+        self.findings.iter().position(sticks_out)
+    }
+
+    /// Whether it advises to set a sample aside: as a suspect, before anything else, or as what is missing in the model.
+    pub fn advises_to_set_aside(&self, sample: &str) -> bool {
+        let is_it = |f: &Finding| f.is_sample() && EffectId::new(&f.hypothesis.in_model).rest() == Some(sample);
+        let named = |(k, f): (usize, &Finding)| {
+            is_it(f) && (self.outlier() == Some(k) && k == 0 || self.set95.contains(&f.hypothesis.effect))
+        };
+        self.scatter.suspects.iter().any(|s| s.sample == sample) || self.findings.iter().enumerate().any(named)
+    }
+}
+
+impl Finding {
+    /// Whether it is a single sample that disagrees with the others.
+    pub fn is_sample(&self) -> bool {
+        EffectId::new(&self.hypothesis.effect).family() == "outlier"
+    }
+}
+
 /// Finds which effect is missing in `model`, as the rows of set `fit` see it.
 ///
 /// # Errors
@@ -156,8 +186,7 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
     }
     let mut rest = judgement::judged(datasets, &without)?;
     // What sets the worst of them aside leads: it is the first step to take.
-    let of_sample = |f: &&Finding| f.hypothesis.effect.starts_with("outlier");
-    if let Some(worst) = diagnosis.findings.iter().find(of_sample) {
+    if let Some(worst) = diagnosis.findings.iter().find(|f| f.is_sample()) {
         rest.findings.insert(0, worst.clone());
     }
     Ok(Diagnosis {
@@ -173,8 +202,7 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
 /// Whether the effect that is named without regard to the suspects explains the data as well as setting them aside does (Bayesian
 /// information criterion): then they are no accidents.
 fn explains_as_much(examination: &Examination, diagnosis: &Diagnosis, without: &Examination, suspects: &[Suspect]) -> bool {
-    let named =
-        diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && !f.hypothesis.effect.starts_with("outlier"));
+    let named = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && !f.is_sample());
     let Some(first) = named else { return false };
     let n = examination.fit.dof as f64;
     let cost = |squares: f64, coefficients: usize| n * squares.max(f64::MIN_POSITIVE).ln() + coefficients as f64 * n.ln();

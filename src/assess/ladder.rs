@@ -110,7 +110,7 @@ pub fn ladder(
         if rungs.len() > MOST_RUNGS {
             break Top::Tired;
         }
-        match next_step(datasets, below, ground, witness)? {
+        match best_step(datasets, below, ground, witness)? {
             Ok(next) => {
                 witness(Climb::Reached(&next));
                 rungs.push(*next);
@@ -179,9 +179,13 @@ fn choose(
 }
 
 /// One rung up, or what was tried and what speaks against it.
-type Next = Result<Box<Rung>, Vec<(String, Vec<Objection>)>>;
+pub type Next = Result<Box<Rung>, Vec<(String, Vec<Objection>)>>;
 
-fn next_step(
+/// The step that a ladder takes from a rung.
+///
+/// # Errors
+/// When what the effects gain cannot be computed. A step that cannot be fitted is not taken.
+pub fn best_step(
     datasets: &[(&str, &Dataset)],
     below: &Rung,
     ground: ProvingGround<'_>,

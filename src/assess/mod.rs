@@ -42,12 +42,12 @@ pub use exact_alias::exact_aliases;
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
-pub use ladder::{Climb, Ladder, Top, ladder};
+pub use ladder::{Climb, Ladder, Next, Top, best_step, ladder};
 pub use library::{Candidate, Library, Untestable};
 pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{
-    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Pool, Proposal, Prospect, Rival, STEPS, Step,
-    actions, propose,
+    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Planned, Pool, Proposal, Prospect, Rival, STEPS,
+    Step, actions, planned_for, propose,
 };
 pub use noise::{
     JointScatter, JointSteps, LagCorrelation, REPEATS_ALARM, RepeatScatter, SERIAL_LEVEL, SUSPECT_DEVIATION, SerialCorrelation,

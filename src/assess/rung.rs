@@ -255,12 +255,14 @@ impl Rung {
         // A sample that the step sets aside is nothing that it could predict: the others must not be predicted worse for it.
         let aside: Vec<&str> = self.added.iter().filter_map(|e| e.strip_prefix("outlier:")).collect();
         let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
+        // Beside a second bad sample the first may seem to help the others; the diagnosis has weighed them together.
+        let advised = sets_aside && aside.iter().all(|sample| below.diagnosis.advises_to_set_aside(sample));
         let of_others =
             |r: &Rung| rms(r.blocks.iter().filter(|(id, _)| !aside.contains(&id.as_str())).map(|(_, squares)| *squares));
         let squares = [of_others(below), of_others(self)];
         let enough = if sets_aside { 1.0 + WORSE } else { 1.0 - A_FALL };
         all.extend(self.gains.iter().find(|gain| !gain.convinces()).copied().map(Objection::Gain));
-        if self.gains.is_empty() && squares[1] > squares[0] * enough {
+        if self.gains.is_empty() && !advised && squares[1] > squares[0] * enough {
             all.push(Objection::CrossValidation { rms: squares });
         }
         // Of one session that has been said.

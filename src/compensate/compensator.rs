@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::own_bodies::OwnBodies;
 use super::task::Setup;
 use super::uncertainty::Spread;
 use super::{CalibratedArm, Conditions, NominalInverse, RigidRobot, Task, TaskError, Uncertainty, WorkFrame};
@@ -20,6 +21,9 @@ pub const NEAR_SINGULAR: f64 = 0.02;
 /// No identified deviation turns a joint farther than this from the drawing's solution, rad: what does has changed its configuration, or
 /// lies in a singularity.
 const LARGEST_TURN: f64 = 30.0 * DEG;
+
+/// So near to the root of the robot no TCP comes, as a share of the sum of its lengths.
+const FOOT: f64 = 0.02;
 
 /// Where the TCP is wanted.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,6 +77,12 @@ pub enum Refusal {
     /// The search did not end.
     #[error("the search did not end")]
     NotConverged,
+    /// It lies in the arm that would reach it.
+    #[error("it lies in the robot's own body: {body}")]
+    OwnBody {
+        /// Which body.
+        body: String,
+    },
     /// An effect has no value there.
     #[error("effect '{effect}' has no value there")]
     NoValue {
@@ -90,6 +100,7 @@ impl Refusal {
             Refusal::NoSuchConfiguration => "no_such_configuration",
             Refusal::ConfigurationFlip => "configuration_flip",
             Refusal::NotConverged => "not_converged",
+            Refusal::OwnBody { .. } => "own_body",
             Refusal::NoValue { .. } => "no_value",
         }
     }
@@ -147,6 +158,7 @@ pub struct Compensator<'a> {
     inverse: NominalInverse<'a>,
     solver: InverseKinematics,
     spread: Spread,
+    bodies: OwnBodies,
     /// KUKA's `$BASE`.
     root_from_work: Pose,
     world_from_root: Pose,
@@ -167,6 +179,7 @@ impl<'a> Compensator<'a> {
             WorkFrame::World => world_from_root.inverse(),
             WorkFrame::Base(base) => base.pose(),
         };
+        let bodies = OwnBodies::of(&calibration.robot, arm.tool());
         let mut solver = InverseKinematics::new(calibration.robot.joints());
         solver.tolerance = MET;
         Ok(Compensator {
@@ -177,6 +190,7 @@ impl<'a> Compensator<'a> {
             inverse: NominalInverse::new(&calibration.robot),
             solver,
             spread: Spread::of(calibration),
+            bodies,
             root_from_work,
             world_from_root,
             near: calibration.joint_ranges.iter().map(|[low, high]| 0.5 * (low + high)).collect(),
@@ -267,6 +281,17 @@ impl<'a> Compensator<'a> {
         sentences
     }
 
+    /// Whether every target is a pose within the robot's foot, where no arm works: what lies there has another unit.
+    pub fn all_in_the_foot(&self, targets: &[Target]) -> bool {
+        let links = self.calibration.robot.links.iter();
+        let foot = FOOT * links.map(|l| l.mdh.a.abs() + l.mdh.d.abs()).sum::<f64>();
+        let is_in = |t: &Target| match &t.wanted {
+            Wanted::Pose { pose, .. } => (self.root_from_work * pose).translation.vector.norm() < foot,
+            Wanted::Joints(_) => false,
+        };
+        !targets.is_empty() && targets.iter().all(is_in)
+    }
+
     /// Compensates a target.
     pub fn compensate(&mut self, target: &Target) -> Compensated {
         let robot = self.arm.robot();
@@ -317,7 +342,10 @@ impl<'a> Compensator<'a> {
         if turned || status(&found.q) != status(drawn) {
             return Err(Refusal::ConfigurationFlip);
         }
-        Ok(found.q)
+        match self.bodies.holds_tcp(self.arm.posture()) {
+            Some(body) => Err(Refusal::OwnBody { body }),
+            None => Ok(found.q),
+        }
     }
 
     /// Status and turn of joints, for arms that have them.

@@ -16,6 +16,7 @@ mod fake_file;
 mod flange;
 mod krl;
 mod nominal_inverse;
+mod own_bodies;
 mod rigid;
 mod targets_file;
 mod task;

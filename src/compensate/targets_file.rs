@@ -5,7 +5,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::{Conditions, Target, Wanted};
-use crate::files::{FileError, Record, Rows, name_remedy, nearest_name};
+use crate::files::{FileError, Record, Rows, name_remedy, nearest_name, open_file};
+use crate::measure::{TEMPERATURE_C, TIME_S};
 use crate::robot::{FramePose, Payload, Robot, SphericalWrist};
 use crate::units::{DEG, MM};
 
@@ -37,7 +38,7 @@ pub fn read_targets(path: &Path, expected: &Expected<'_>) -> Result<Vec<Target>,
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "name a CSV file of targets"));
     }
-    let file = std::fs::File::open(path)
+    let file = open_file(path)
         .map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions"))?;
     let mut rows = Rows::new(BufReader::new(file), path, b',');
     let Some(titles) = rows.next()? else {
@@ -160,6 +161,17 @@ impl<'a> Row<'a> {
         }
     }
 
+    /// A number that a cell can have, where there is one.
+    fn possible(&self, column: &str, [least, most]: [f64; 2]) -> Result<Option<f64>, FileError> {
+        match self.number(column, 1.0)? {
+            Some(v) if !(least..=most).contains(&v) => {
+                let problem = format!("{v} is impossible in a cell: at least {least}, at most {most}");
+                Err(self.error(column, problem, "give it in the unit of the column, or leave it empty"))
+            }
+            value => Ok(value),
+        }
+    }
+
     fn required(&self, column: &str, unit: f64) -> Result<f64, FileError> {
         self.number(column, unit)?.ok_or_else(|| self.error(column, "is empty".into(), "fill it"))
     }
@@ -206,6 +218,9 @@ impl<'a> Row<'a> {
         }
         let n = expected.robot.joints();
         let id = self.text("id").ok_or_else(|| self.error("id", "is empty".into(), "fill it"))?;
+        if id.contains(char::is_control) {
+            return Err(self.error("id", "has control characters".into(), "give a plain name"));
+        }
         let near = self.numbers(&joints(n), DEG)?;
         let wanted = if self.header.poses {
             let (status, turn) = (self.bits("s", 7)?, self.bits("t", 63)?);
@@ -225,15 +240,12 @@ impl<'a> Row<'a> {
         };
         let approach = self.numbers(&approaches(n), 1.0)?;
         let approach = approach.map(|signs| signs.into_iter().enumerate().map(sign).collect::<Result<_, _>>()).transpose()?;
-        let temp_c = self.number("temp_c", 1.0)?;
+        let temp_c = self.possible("temp_c", TEMPERATURE_C)?;
         if let (None, Some(effect)) = (temp_c, expected.by_temperature) {
             let remedy = format!("fill it: the calibration's effect '{effect}' depends on the temperature");
             return Err(self.error("temp_c", "is empty".into(), &remedy));
         }
-        let time_s = self.number("time_s", 1.0)?;
-        if time_s.is_some_and(|t| t < 0.0) {
-            return Err(self.error("time_s", "is negative".into(), "count it from the beginning of the session"));
-        }
+        let time_s = self.possible("time_s", TIME_S)?;
         let payload = self.text("payload").map(|name| {
             expected.payloads.iter().find(|p| p.name == name).cloned().ok_or_else(|| {
                 let known: Vec<&str> = expected.payloads.iter().take(12).map(|p| p.name.as_str()).collect();

@@ -130,7 +130,7 @@ impl<'a> EffectId<'a> {
     pub fn sample(&self, subject: &Subject<'_>) -> Result<&'a str, EffectError> {
         let sample = self.rest.filter(|s| !s.is_empty()).ok_or_else(|| self.wrong("names a sample after the colon"))?;
         if subject.samples.is_some_and(|known| !known.iter().any(|s| s == sample)) {
-            return Err(self.wrong(format!("there is no sample '{sample}' in these data")));
+            return Err(self.wrong(format!("there is no sample '{sample}' among the rows that are fitted")));
         }
         Ok(sample)
     }

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::expression::Expression;
 use super::{Effect, Emit, Needs, Owner, ParameterSpec, Situation, Subject};
-use crate::robot::Site;
+use crate::robot::{Axis6, MOST_JOINTS, MdhEntry, Site};
 use crate::units::{DEG, MM, Unit};
 
 /// One term of a user's effect.
@@ -45,6 +45,8 @@ pub struct OwnEffectError {
 
 /// Longest name, characters.
 const LONGEST_NAME: usize = 64;
+/// Longest quote of a text in an error, characters.
+const LONGEST_QUOTE: usize = 60;
 /// Most terms of one effect.
 const MOST_TERMS: usize = 500;
 
@@ -58,6 +60,26 @@ impl OwnEffect {
         }
     }
 
+    /// Whether its unit measures what its sites do, as far as all of them do the same.
+    ///
+    /// # Errors
+    /// When it does not.
+    pub fn unit_fits(&self) -> Result<(), OwnEffectError> {
+        let wrong = |problem: String, remedy: String| Err(OwnEffectError { key: "unit".into(), problem, remedy });
+        if matches!(self.unit, Unit::KG | Unit::KG_M) {
+            return wrong(
+                format!("'{}' is no measure of a turn or a shift", self.unit.symbol),
+                "give deg, urad, mm or um".into(),
+            );
+        }
+        let mut all = self.terms.iter().map(|t| turns(&t.site));
+        let first = all.next().flatten();
+        let other = first.filter(|first| all.all(|t| t == Some(*first)) && measures(self.unit).is_some_and(|u| u != *first));
+        let Some(turning) = other else { return Ok(()) };
+        let (moves, such) = if turning { ("turn", "deg, mrad or urad") } else { ("shift", "mm or um") };
+        wrong(format!("'{}' is no measure of its sites, which {moves}", self.unit.symbol), format!("give {such}"))
+    }
+
     /// Makes it ready for a robot and an artifact.
     ///
     /// # Errors
@@ -68,7 +90,7 @@ impl OwnEffect {
         let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
         if !plain || name.len() > LONGEST_NAME {
             let remedy = format!("use up to {LONGEST_NAME} letters, digits, `_` and `-`");
-            return Err(wrong("name".into(), format!("'{name}' is no name"), remedy));
+            return Err(wrong("name".into(), format!("'{}' is no name", quoted(name)), remedy));
         }
         if subject.registry.family(name).is_some() {
             let problem = format!("'{name}' is an effect of the catalogue");
@@ -85,6 +107,7 @@ impl OwnEffect {
             let problem = format!("there are {}", self.terms.len());
             return Err(wrong("terms".into(), problem, format!("give 1 to {MOST_TERMS}")));
         }
+        self.unit_fits()?;
         let mut parameters: Vec<ParameterSpec> = Vec::new();
         let mut numbered: Vec<bool> = Vec::new();
         let mut terms = Vec::with_capacity(self.terms.len());
@@ -96,10 +119,14 @@ impl OwnEffect {
                     "write theta:J, d:J (J = 1..{n}), alpha:K, a:K, beta:K (K = 0..{}), flex:K:AXIS (K = 0..{n}), base:AXIS, tool:x or ball:x",
                     n - 1
                 );
-                wrong(key("site"), format!("'{}' is no site of this robot", term.site), remedy)
+                wrong(key("site"), format!("'{}' is no site of this robot", quoted(&term.site)), remedy)
             })?;
             let basis = Expression::parse(&term.basis, subject.robot.joints()).map_err(|e| {
-                wrong(key("basis"), format!("at character {} of `{}`: {}", e.position, term.basis, e.problem), e.remedy)
+                wrong(
+                    key("basis"),
+                    format!("at character {} of `{}`: {}", e.position, quoted(&term.basis), e.problem),
+                    e.remedy,
+                )
             })?;
             let coefficient = match &term.group {
                 Some(group) if group.is_empty() || !group.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
@@ -136,6 +163,33 @@ impl OwnEffect {
             Owner::Robot
         };
         Ok(Box::new(Own { id: name.clone(), parameters, needs, owner, terms }))
+    }
+}
+
+/// Whether a site turns, or shifts; `None` where there is no such site, or it depends on the artifact whether there is.
+fn turns(site: &str) -> Option<bool> {
+    let turn = |axis: Axis6| matches!(axis, Axis6::Rz | Axis6::Ry | Axis6::Rx);
+    match Site::parse(site, MOST_JOINTS)? {
+        Site::Base(axis) | Site::Flex(_, axis) => Some(turn(axis)),
+        Site::Mdh(_, entry) => Some(!matches!(entry, MdhEntry::A | MdhEntry::D)),
+        Site::Tool(_) | Site::Target(_) => Some(false),
+    }
+}
+
+/// Whether a unit measures turns, or shifts; `None` where it may be either.
+fn measures(unit: Unit) -> Option<bool> {
+    match unit {
+        Unit::DEG | Unit::MRAD | Unit::URAD | Unit::MDEG_PER_NM | Unit::URAD_PER_NM | Unit::URAD_PER_RAD => Some(true),
+        Unit::MM | Unit::UM | Unit::UM_PER_M | Unit::UM_PER_M_K => Some(false),
+        _ => None,
+    }
+}
+
+/// A text that is quoted in an error, cut where it is longer than a line.
+fn quoted(text: &str) -> String {
+    match text.char_indices().nth(LONGEST_QUOTE) {
+        Some((end, _)) => format!("{} ...", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::effects::{OwnEffect, OwnTerm};
 use crate::files::name_remedy;
-use crate::robot::{Axis6, MOST_JOINTS, MdhEntry, Site};
 use crate::units::{Unit, readable};
 
 /// An effect of the user's own, as written; linear in its coefficients.
@@ -76,21 +75,13 @@ pub fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Result<(Vec<
             let known = Unit::ALL.map(|u| u.symbol);
             wrong("unit", format!("'{}' is no unit known here", table.unit), name_remedy(&table.unit, &known))
         })?;
-        if let Some(turning) = kind_of_all(table).filter(|turning| measures(unit).is_some_and(|turn| turn != *turning)) {
-            let (moves, such) = if turning { ("turn", "deg, mrad or urad") } else { ("shift", "mm or um") };
-            return Err(wrong(
-                "unit",
-                format!("'{}' is no measure of its sites, which {moves}", table.unit),
-                format!("give {such}"),
-            ));
-        }
         if own.iter().any(|e| e.name == table.name) {
             return Err(wrong("name", format!("'{}' stands twice", table.name), "name each effect differently".into()));
         }
         if !table.candidate && !fitted.contains(&table.name) {
             fitted.push(table.name.clone());
         }
-        own.push(OwnEffect {
+        let effect = OwnEffect {
             name: table.name.clone(),
             unit,
             plausible: table.plausible.map_or(OwnEffect::usual_size(unit), |p| unit.to_si(p)),
@@ -99,34 +90,11 @@ pub fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Result<(Vec<
                 .iter()
                 .map(|t| OwnTerm { site: t.site.clone(), basis: t.basis.clone(), group: t.group.clone() })
                 .collect(),
-        });
+        };
+        effect.unit_fits().map_err(|e| wrong("unit", e.problem, e.remedy))?;
+        own.push(effect);
     }
     Ok((own, fitted))
-}
-
-/// Whether all sites of an effect turn, or all shift; `None` where they are of both kinds, or one is unknown.
-fn kind_of_all(table: &OwnEffectTable) -> Option<bool> {
-    let turns = |site: &str| {
-        let turn = |axis: Axis6| matches!(axis, Axis6::Rz | Axis6::Ry | Axis6::Rx);
-        match Site::parse(site, MOST_JOINTS) {
-            Some(Site::Base(axis) | Site::Flex(_, axis)) => Some(turn(axis)),
-            Some(Site::Mdh(_, entry)) => Some(!matches!(entry, MdhEntry::A | MdhEntry::D)),
-            Some(Site::Tool(_) | Site::Target(_)) => Some(false),
-            None => None,
-        }
-    };
-    let mut all = table.terms.iter().map(|t| turns(&t.site));
-    let first = all.next()??;
-    all.all(|turning| turning == Some(first)).then_some(first)
-}
-
-/// Whether a unit measures turns, or shifts; `None` where it may be either.
-fn measures(unit: Unit) -> Option<bool> {
-    match unit {
-        Unit::DEG | Unit::MRAD | Unit::URAD | Unit::MDEG_PER_NM | Unit::URAD_PER_NM | Unit::URAD_PER_RAD => Some(true),
-        Unit::MM | Unit::UM | Unit::UM_PER_M | Unit::UM_PER_M_K => Some(false),
-        _ => None,
-    }
 }
 
 /// The tables of effects, of which those named in `fitted` are fitted.

@@ -1,7 +1,6 @@
 //! A table of somebody's measurements, row by row, through a column map.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -9,7 +8,7 @@ use csv::StringRecord;
 
 use super::column_map::{ColumnMap, ColumnName, Measure, Source};
 use super::{ImportError, ImportReport, Skipped};
-use crate::files::{FileError, Record, Rows};
+use crate::files::{FileError, Record, Rows, open_file};
 use crate::measure::{Column, Dataset, Header, Row, number};
 use crate::units::{DEG, MM, UM};
 
@@ -31,7 +30,7 @@ pub(super) fn read_table(
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "name the files in it").into());
     }
-    let file = File::open(path).map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path"))?;
+    let file = open_file(path).map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path"))?;
     let mut rows = Rows::new(BufReader::new(file), path, map.delimiter);
     let titles = if map.header { rows.next()? } else { None };
     let titles: Option<Vec<String>> = titles.map(|t| t.fields.iter().map(|t| t.trim().to_owned()).collect());

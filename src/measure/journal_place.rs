@@ -9,7 +9,7 @@ use super::conditions::Changed;
 use super::dataset_file::DATASET_TOML;
 use super::journal_entry::Entry;
 use super::journal_lines::{Broken, read_lines};
-use crate::files::FileError;
+use crate::files::{FileError, open_file};
 
 /// The journal, once the campaign is done and it lies in the dataset.
 pub(super) const CAMPAIGN_JOURNAL: &str = "campaign.journal";
@@ -27,7 +27,7 @@ pub(super) fn finished(folder: &Path, journal: &Path, conditions: &Conditions) -
     if journal.exists() || !inside.exists() {
         return Ok(None);
     }
-    let mut file = File::open(&inside).map_err(|e| unreadable(&inside, &e))?;
+    let mut file = open_file(&inside).map_err(|e| unreadable(&inside, &e))?;
     let lines = read_lines(&content(&mut file, &inside)?).map_err(|broken| broken.at(&inside))?;
     match lines.conditions.changed(conditions) {
         Some(changed) => Err(changed.at(&inside)),
@@ -54,7 +54,7 @@ pub(super) fn free_or_own(folder: &Path, journal: &Path) -> Result<(), FileError
 
 /// Whether two journals are the same, or one is the other cut.
 fn begins_alike(a: &Path, b: &Path) -> bool {
-    let read = |path: &Path| File::open(path).ok().and_then(|mut file| content(&mut file, path).ok());
+    let read = |path: &Path| open_file(path).ok().and_then(|mut file| content(&mut file, path).ok());
     read(a).zip(read(b)).is_some_and(|(a, b)| a.iter().zip(&b).all(|(a, b)| a == b))
 }
 

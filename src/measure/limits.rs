@@ -30,9 +30,16 @@ const UM: &str = "give the length in micrometres";
 const TURN: &str = "give the angle in degrees, within a turn";
 
 /// Temperatures of a robot, deg C.
-pub(super) const TEMPERATURE_C: [f64; 2] = [-90.0, 200.0];
+pub(crate) const TEMPERATURE_C: [f64; 2] = [-90.0, 200.0];
 /// Torques of a joint, N·m.
 pub(super) const TORQUE_NM: [f64; 2] = [-1e6, 1e6];
+
+/// Seconds since a session began; whoever counts them from 1970 is let in.
+pub(crate) const TIME_S: [f64; 2] = [0.0, 1e10];
+/// Coordinates of a measured point, and distances, mm: trackers reach 100 m.
+pub(super) const POINT_MM: [f64; 2] = [-1e5, 1e5];
+/// Readings of an indicator, and one-sigmas, um.
+pub(super) const READING_UM: [f64; 2] = [-1e6, 1e6];
 
 /// A number that no cell can have.
 pub(super) struct Impossible {

@@ -1,6 +1,6 @@
 //! `samples.csv`: one row a measurement. Every mistake is one error that names line, column and remedy.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -8,9 +8,10 @@ use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::columns::Column;
-use super::limits::{TEMPERATURE_C, TORQUE_NM};
+use super::limits::{POINT_MM, READING_UM, TEMPERATURE_C, TIME_S, TORQUE_NM};
+use super::samples_header::Header;
 use super::{Dataset, Measured, Sample, SampleSet};
-use crate::files::{FileError, Record, Rows, name_remedy};
+use crate::files::{FileError, Record, Rows, name_remedy, open_file};
 use crate::robot::Robot;
 use crate::units::{DEG, MM, UM, readable};
 
@@ -18,15 +19,13 @@ use crate::units::{DEG, MM, UM, readable};
 const MOST_ROWS: usize = 10_000_000;
 /// How far a reported joint may lie outside its limits, rad: controllers round, and limits are given to the degree.
 const LIMIT_MARGIN: f64 = 1.0 * DEG;
-/// Prefix of a free column.
-const EXTRA: &str = "extra_";
 
 /// Reads the rows into `dataset` (samples and names of the free columns), and every byte into `hash`.
 pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256) -> Result<(), FileError> {
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "put the file samples.csv there"));
     }
-    let file = std::fs::File::open(path).map_err(|e| {
+    let file = open_file(path).map_err(|e| {
         FileError::whole(path, format!("cannot be read: {e}"), "a dataset is a folder with dataset.toml and samples.csv")
     })?;
     let mut rows = Rows::new(BufReader::new(Hashed { input: file, hash }), path, b',');
@@ -71,76 +70,6 @@ impl<R: Read> Read for Hashed<'_, R> {
         let read = self.input.read(buffer)?;
         self.hash.update(&buffer[..read]);
         Ok(read)
-    }
-}
-
-/// Which column stands where.
-pub(crate) struct Header {
-    names: Vec<String>,
-    place: HashMap<Column, usize>,
-    extra: Vec<(String, usize)>,
-}
-
-impl Header {
-    /// A header of columns already known, then free ones.
-    pub fn new(columns: &[Column], extra: &[String]) -> Header {
-        let names = columns.iter().map(|c| c.name()).chain(extra.iter().cloned()).collect();
-        let place = columns.iter().enumerate().map(|(place, column)| (*column, place)).collect();
-        let extra = extra.iter().enumerate().map(|(k, name)| (name.clone(), columns.len() + k)).collect();
-        Header { names, place, extra }
-    }
-
-    fn parse(path: &Path, titles: &Record, dataset: &Dataset) -> Result<Header, FileError> {
-        let joints = dataset.robot.joints();
-        let error = |field: &str, problem: String, remedy: String| titles.wrong(path, field, problem, remedy);
-        let otherwise =
-            "separate them by commas and write decimal points, or bring the file in with `calibench import generic`";
-        let names = titles.titles(path, otherwise)?;
-        let known = Column::all(joints);
-        let known_names: Vec<String> = known.iter().map(|c| c.name()).collect();
-        let known_texts: Vec<&str> = known_names.iter().map(String::as_str).collect();
-        let mut seen = HashSet::new();
-        let mut header = Header { names: names.clone(), place: HashMap::new(), extra: Vec::new() };
-        for (place, name) in names.iter().enumerate() {
-            if name.is_empty() {
-                return Err(error("", format!("column {} has no name", place + 1), "name it, or remove it".into()));
-            }
-            if !seen.insert(name) {
-                return Err(error(name, "stands twice in the header".into(), "keep one of them".into()));
-            }
-            if let Some(k) = known_names.iter().position(|n| n == name) {
-                header.place.insert(known[k], place);
-            } else if name.starts_with(EXTRA) && name.len() > EXTRA.len() {
-                header.extra.push((name.clone(), place));
-            } else {
-                let remedy = match crate::files::nearest_name(name, known_texts.iter().copied()) {
-                    Some(_) => name_remedy(name, &known_texts),
-                    None => format!("a free column is written `{EXTRA}{name}`; this robot has {joints} joints"),
-                };
-                return Err(error(name, "there is no such column".into(), remedy));
-            }
-        }
-        for column in [Column::Id, Column::Kind] {
-            if !header.place.contains_key(&column) {
-                return Err(error(&column.name(), "this required column is missing".into(), "add it".into()));
-            }
-        }
-        for quantity in Column::quantities(joints) {
-            let (there, missing): (Vec<Column>, Vec<Column>) =
-                (0..quantity.count).map(quantity.component).partition(|c| header.place.contains_key(c));
-            let required = (quantity.component)(0) == Column::Joint(0);
-            if let Some(first) = missing.first()
-                && (required || !there.is_empty())
-            {
-                let problem = if required {
-                    "this required column is missing"
-                } else {
-                    "this column is missing while its fellows are there"
-                };
-                return Err(error(&first.name(), problem.into(), format!("the robot needs all {} of them", quantity.count)));
-            }
-        }
-        Ok(header)
     }
 }
 
@@ -203,8 +132,13 @@ impl<'a> Row<'a> {
         }
     }
 
-    fn vector(&self, component: fn(usize) -> Column, unit: f64) -> Result<Option<Vector3<f64>>, FileError> {
-        Ok(self.numbers(component, 3, unit)?.map(|v| Vector3::new(v[0], v[1], v[2])))
+    /// Three numbers that a cell can have, of which the limits are in the unit of the columns.
+    fn vector(&self, component: fn(usize) -> Column, unit: f64, limits: [f64; 2]) -> Result<Option<Vector3<f64>>, FileError> {
+        let numbers = self.numbers(component, 3, unit)?;
+        for (k, value) in numbers.iter().flatten().enumerate() {
+            self.possible(component(k), limits, Some(readable(*value, unit)))?;
+        }
+        Ok(numbers.map(|v| Vector3::new(v[0], v[1], v[2])))
     }
 
     /// All signs of a quantity, or none.
@@ -219,9 +153,11 @@ impl<'a> Row<'a> {
         values.into_iter().enumerate().map(sign).collect::<Result<_, _>>().map(Some)
     }
 
-    /// A number greater than zero, where there is one.
-    fn positive(&self, column: Column, unit: f64) -> Result<Option<f64>, FileError> {
-        match self.number(column, unit)? {
+    /// A number greater than zero that a cell can have, where there is one.
+    fn positive(&self, column: Column, unit: f64, limits: [f64; 2]) -> Result<Option<f64>, FileError> {
+        let number = self.number(column, unit)?;
+        self.possible(column, limits, number.map(|v| readable(v, unit)))?;
+        match number {
             Some(value) if value <= 0.0 => {
                 Err(self.error(column, "is not greater than zero", "give a positive number, or leave it empty"))
             }
@@ -263,12 +199,12 @@ impl<'a> Row<'a> {
                     Column::Plunger(1),
                     Column::Plunger(2),
                 ];
-                (Measured::Ball { ball, reading: self.vector(Column::Reading, UM)? }, own)
+                (Measured::Ball { ball, reading: self.vector(Column::Reading, UM, READING_UM)? }, own)
             }
             "point" => {
                 let empty = || self.error(Column::World(0), "is empty", "a row of kind `point` has x_mm, y_mm, z_mm");
                 let own = &[Column::World(0), Column::World(1), Column::World(2)];
-                (Measured::Point(self.vector(Column::World, MM)?.ok_or_else(empty)?), own)
+                (Measured::Point(self.vector(Column::World, MM, POINT_MM)?.ok_or_else(empty)?), own)
             }
             "distance" => {
                 let ids = dataset.anchors.iter().map(|a| a.id.as_str());
@@ -276,7 +212,7 @@ impl<'a> Row<'a> {
                 self.required(Column::Distance)?;
                 let empty = || self.error(Column::Distance, "is empty", "fill it");
                 (
-                    Measured::Distance { anchor, distance: self.positive(Column::Distance, MM)?.ok_or_else(empty)? },
+                    Measured::Distance { anchor, distance: self.positive(Column::Distance, MM, POINT_MM)?.ok_or_else(empty)? },
                     &[Column::Anchor, Column::Distance],
                 )
             }
@@ -337,7 +273,7 @@ impl<'a> Row<'a> {
         Ok(Sample {
             set,
             payload,
-            time_s: self.number(Column::Time, 1.0)?,
+            time_s: self.possible(Column::Time, TIME_S, self.number(Column::Time, 1.0)?)?,
             temp_c: self.possible(Column::Temperature, TEMPERATURE_C, self.number(Column::Temperature, 1.0)?)?,
             approach: self.signs(Column::Approach, joints, &[-1, 0, 1])?,
             plungers: self.signs(Column::Plunger, 3, &[-1, 1])?.map(|s| [s[0], s[1], s[2]]),
@@ -345,7 +281,7 @@ impl<'a> Row<'a> {
             session: self.text(Column::Session).map(str::to_owned),
             q_commanded: self.numbers(Column::Commanded, joints, DEG)?,
             tau: self.torques(joints)?,
-            sigma: self.positive(Column::Sigma, UM)?,
+            sigma: self.positive(Column::Sigma, UM, READING_UM)?,
             extra: self
                 .header
                 .extra

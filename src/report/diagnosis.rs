@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::diagnosis_sentences::{Recommended, sentences, sizes};
+use super::finding_notes::put_notes;
 use super::heat_map::{curve_line, heat_map_text};
 use super::scatter::scatter_json;
 use super::tables::plain_table;
@@ -72,7 +73,7 @@ fn finding_json(rank: usize, f: &Finding) -> Value {
         Some(Place::Time(t)) => json!({"time_s": t}),
         Some(Place::Sample(id)) => json!({"sample": id}),
     };
-    json!({
+    let mut finding = json!({
         "rank": rank,
         "effect": h.effect,
         "in_model": h.in_model,
@@ -88,7 +89,9 @@ fn finding_json(rank: usize, f: &Finding) -> Value {
         "size_plausible": f.size,
         "rivals": f.rivals,
         "parameters": parameters,
-    })
+    });
+    put_notes(&mut finding, f);
+    finding
 }
 
 fn heat_map_json(map: &HeatMap) -> Value {

@@ -1,9 +1,11 @@
 //! A diagnosis in words: what is seen, what it means, what to do.
 
+use super::finding_notes::{moment_words, same_words};
 use super::heat_map::curve_line;
 use super::meaning::{meaning, what};
 use super::scatter::{scatter_sentences, suspects_named};
 use crate::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
+use crate::effects::EffectId;
 use crate::units::MM;
 
 /// How the commands that a report recommends go on after the verb: datasets and model as they were given.
@@ -24,9 +26,6 @@ impl Recommended {
         self.verb(&format!("add {effect}"))
     }
 }
-
-/// An outlier is so much more likely than the ordinary small stuff of a robot before it is spoken of.
-const OUTLIER_ODDS: f64 = 20.0;
 
 /// An effect that explains less than this share of the fitted model's energy is called hidden.
 const HIDDEN: f64 = 0.5;
@@ -57,12 +56,8 @@ fn beneath(d: &Diagnosis) -> Verdict {
 
 /// The effect that is named first; suspects are set aside.
 fn first(d: &Diagnosis) -> Option<&Finding> {
-    let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(is_sample));
+    let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(Finding::is_sample));
     d.findings.get(aside)
-}
-
-fn is_sample(f: &Finding) -> bool {
-    f.hypothesis.effect.starts_with("outlier")
 }
 
 /// What explains most, with its share, and how much is still missing.
@@ -156,10 +151,7 @@ fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
 
 /// A sample that disagrees with all others: before anything else where nothing explains more, else as a hint.
 fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
-    let sticks_out = |f: &&Finding| {
-        f.hypothesis.in_model.starts_with("outlier:") && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln()
-    };
-    let place = d.findings.iter().position(|f| sticks_out(&f))?;
+    let place = d.outlier()?;
     let f = &d.findings[place];
     let sample = f.hypothesis.in_model.trim_start_matches("outlier:");
     Some(if place == 0 {
@@ -194,10 +186,11 @@ fn left(d: &Diagnosis) -> String {
 /// Effect, size, place, share; the physics; the command and where to look.
 fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
     let h = &f.hypothesis;
-    let at = match &h.place {
-        None | Some(Place::Sample(_)) => String::new(),
-        Some(Place::Order(k)) => format!(", {k} times per turn"),
-        Some(Place::Time(t)) => format!(", after {t} s"),
+    let at = match (&h.place, &h.moment) {
+        (None | Some(Place::Sample(_)), _) => String::new(),
+        (Some(Place::Order(k)), _) => format!(", {k} times per turn"),
+        (Some(Place::Time(t)), Some(moment)) => format!(", after {t} s, {}", moment_words(moment)),
+        (Some(Place::Time(t)), None) => format!(", after {t} s"),
     };
     let hidden = if h.visible < HIDDEN {
         format!(
@@ -218,20 +211,19 @@ fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
         f.probability
     );
     let meaning = meaning(&h.in_model);
-    let means = format!("Means: {}{}.", meaning.physics, same_to_the_data(&h.in_model));
+    let means = format!("Means: {}{}.", meaning.physics, same_to_the_data(f));
     let look = if meaning.look.is_empty() { String::new() } else { format!("{}; or ", meaning.look) };
     [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
 }
 
-/// What is exactly the same to any data of this kind, and what would part it.
-fn same_to_the_data(effect: &str) -> &'static str {
-    match effect.split(':').next().unwrap_or_default() {
-        "base_step" | "artifact_step" => {
-            "; to these data it is the same whether the base moved or the artifact: only a look at either from outside (a level, a dial gauge, a tracker on the floor) parts them"
-        }
+/// What no data of this kind can tell from it, and what would.
+fn same_to_the_data(f: &Finding) -> String {
+    // A ball off its place and a nest off its place are one thing to any data of balls.
+    let nest = match EffectId::new(&f.hypothesis.in_model).family() {
         "ball" => "; to these data it is the same whether the ball is off or its nest",
         _ => "",
-    }
+    };
+    format!("{nest}{}", same_words(f).map_or(String::new(), |same| format!("; {same}")))
 }
 
 /// Numbers of a finding as they would be fitted now: at most three.

@@ -2,14 +2,15 @@
 
 use serde_json::{Value, json};
 
+use super::finding_notes::added_json;
 use super::ladder_sentences::{advice, objection_sentence, symptom_sentence, why};
 use super::tables::plain_rows;
 use super::workspace::workspace_json;
 use crate::assess::{Choice, Gain, Ladder, Objection, Rung, Top, Validation};
 use crate::units::MM;
 
-/// A rung as JSON.
-pub fn rung_json(rung: &Rung) -> Value {
+/// A rung as JSON; `below` holds those before it, whose diagnoses tell more of what it adds.
+pub fn rung_json(rung: &Rung, below: &[&Rung]) -> Value {
     let validated = |v: &Validation| json!({"samples": v.samples, "mean_mm": v.mean / MM, "max_mm": v.max / MM, "std_mm": v.std / MM, "rms_mm": v.rms / MM});
     let sessions: Vec<Value> = rung
         .sessions
@@ -35,6 +36,7 @@ pub fn rung_json(rung: &Rung) -> Value {
         .collect();
     json!({
         "added": rung.added,
+        "added_notes": added_json(&rung.added, below),
         "parameters": added,
         "effects": rung.model.effects,
         "fit_rms_mm": rung.fit / MM,
@@ -57,7 +59,8 @@ pub fn rung_json(rung: &Rung) -> Value {
 
 /// A ladder as one JSON document.
 pub fn ladder_json(ladder: &Ladder) -> Value {
-    let rungs: Vec<Value> = ladder.rungs.iter().map(rung_json).collect();
+    let all: Vec<&Rung> = ladder.rungs.iter().collect();
+    let rungs: Vec<Value> = (0..all.len()).map(|k| rung_json(all[k], &all[..k])).collect();
     let stopped = match &ladder.top {
         Top::NothingLeft => json!({"because": "nothing_left"}),
         Top::Tired => json!({"because": "most_rungs"}),
@@ -73,7 +76,7 @@ pub fn ladder_json(ladder: &Ladder) -> Value {
         "format": "calibench-ladder/1",
         "rungs": rungs,
         "stopped": stopped,
-        "other": ladder.other.as_ref().map(rung_json),
+        "other": ladder.other.as_ref().map(|other| rung_json(other, &all)),
         "choices": ladder.recommendation.choices.iter().map(choice_json).collect::<Vec<_>>(),
         "set_aside": ladder.recommendation.aside,
         "recommended": recommended_json(ladder),
@@ -103,7 +106,8 @@ fn gain_json(gain: &Gain) -> Value {
     })
 }
 
-fn recommended_json(ladder: &Ladder) -> Value {
+/// The model that a ladder recommends, and why.
+pub fn recommended_json(ladder: &Ladder) -> Value {
     let choice = ladder.recommendation.choice();
     let rung = ladder.recommended();
     let held_out =
@@ -122,8 +126,8 @@ fn recommended_json(ladder: &Ladder) -> Value {
 pub fn step_json(before: &Rung, after: &Rung, objections: &[Objection], accepted: bool) -> Value {
     json!({
         "format": "calibench-step/1",
-        "before": rung_json(before),
-        "after": rung_json(after),
+        "before": rung_json(before, &[]),
+        "after": rung_json(after, &[before]),
         "objections": objections.iter().map(objection_sentence).collect::<Vec<_>>(),
         "accepted": accepted,
     })

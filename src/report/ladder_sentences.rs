@@ -1,7 +1,7 @@
 //! A ladder in words: every rung as it is reached, what speaks against a step, why it ends, and which model to use.
 
 use super::diagnosis_sentences::Recommended;
-use crate::assess::{ChoiceKind, Contradiction, Gain, Ladder, Objection, Rung, Symptom, Top, Unphysical};
+use crate::assess::{ChoiceKind, Contradiction, Gain, Ladder, Objection, Planned, Rung, Symptom, Top, Unphysical};
 use crate::units::MM;
 
 /// An objection in words.
@@ -113,18 +113,38 @@ pub fn top_sentences(top: &Top, commands: &Recommended) -> Vec<String> {
     }
 }
 
-/// Which model to use, and why.
-pub fn advice(ladder: &Ladder) -> String {
-    let choice = ladder.recommendation.choice();
-    let what = match ladder.kind() {
+/// Which model to use.
+fn what_to_use(ladder: &Ladder) -> String {
+    match ladder.kind() {
         ChoiceKind::Begin => "the model to begin with".to_owned(),
         ChoiceKind::Steps => "the last rung".to_owned(),
         ChoiceKind::Curves => "the model to begin with and the error curves of all joints".to_owned(),
         ChoiceKind::StepsAndCurves => "the last rung and the error curves of all joints".to_owned(),
         ChoiceKind::Library => {
-            format!("the whole library ({} effects, each held to the size that the data give it)", choice.added.len())
+            let effects = ladder.recommendation.choice().added.len();
+            format!("the whole library ({effects} effects, each held to the size that the data give it)")
         }
+    }
+}
+
+/// For which model measurements are planned, and why.
+pub fn planned_sentence(planned: &Planned) -> String {
+    let ladder = &planned.ladder;
+    let what = match ladder.kind() {
+        ChoiceKind::Steps => format!("the model with {}", ladder.last().model.effects.join(" + ")),
+        _ => what_to_use(ladder),
     };
+    if planned.in_question {
+        return format!(
+            "Planned for the model as it is: which effect it lacks is to be told first. Until then the ladder recommends {what}."
+        );
+    }
+    format!("Planned for {what}, which the ladder recommends: {}.", why(ladder))
+}
+
+/// Which model to use, and why.
+pub fn advice(ladder: &Ladder) -> String {
+    let what = what_to_use(ladder);
     let aside = match ladder.recommendation.aside.as_slice() {
         [] => String::new(),
         ids => format!(" Set aside as disagreeing with all others: {}.", ids.join(", ")),

@@ -34,6 +34,8 @@ pub struct PageSubject<'a> {
     pub title: String,
     /// The question asked, where there was one.
     pub question: Option<String>,
+    /// Why the data do not fit their robot, where they are examined all the same.
+    pub misfit: Option<String>,
     /// Named datasets of one robot, whose rows of set `fit` are examined.
     pub datasets: &'a [(&'a str, &'a Dataset)],
     /// Datasets whose rows of set `validation` are judged on: the same, or others of the same set-up.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibench::assess::{Objection, ProvingGround, WorkspacePoses, rung};
 use calibench::identify::{Use, write_model, write_model_like};
-use calibench::report::{objection_sentence, parameter_rows, rung_table, step_json, symptom_sentence};
+use calibench::report::{added_sentences, objection_sentence, parameter_rows, rung_table, step_json, symptom_sentence};
 
 use super::progress::Waiting;
 use super::{
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let named = named(&datasets);
     let wanted = Wanted::parse(&arguments.effect, &model, &named)?;
-    let checks = check_datasets(&arguments.check, &datasets[0].1)?;
+    let checks = check_datasets(&arguments.check, &datasets)?;
     let checks = super::named(&checks);
     let poses = WorkspacePoses::of(&named);
     let ground = ProvingGround { poses: &poses.q, checks: &checks };
@@ -78,6 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
         print(&rung_table(&[&before, &after]))?;
         print(&format!("\nFOUND: {added}\n{}", parameter_rows(&after.calibration, &after.added)))?;
+        added_sentences(&after.added, &[&before]).iter().try_for_each(|sentence| print(sentence))?;
         for symptom in after.symptoms.iter().filter(|s| !before.symptoms.iter().any(|b| b.parameter == s.parameter)) {
             print(&symptom_sentence(symptom))?;
         }

@@ -36,7 +36,7 @@ pub struct Arguments {
     #[arg(long, value_parser = work_frame, allow_hyphen_values = true)]
     base: Option<WorkFrame>,
     /// TCP on the flange, X,Y,Z,A,B,C (mm, deg), KUKA's $TOOL; without it, the tool of the set-up
-    #[arg(long, value_parser = frame, allow_hyphen_values = true, value_name = "X,Y,Z,A,B,C")]
+    #[arg(long, value_parser = tool, allow_hyphen_values = true, value_name = "X,Y,Z,A,B,C")]
     tool: Option<FramePose>,
     /// What the flange carries and where its centre of mass is on the flange, KG,X,Y,Z (kg, mm); without it, the first payload of the set-up
     #[arg(long, value_parser = load, allow_hyphen_values = true, value_name = "KG,X,Y,Z")]
@@ -135,7 +135,12 @@ fn read(path: &Path, compensator: &Compensator<'_>, task: &Task) -> Result<Vec<T
     let by_temperature = compensator.arm().needs().find(|(_, needs)| needs.contains(&Needs::Temperature)).map(|(id, _)| id);
     // A load on the command line is that of every target.
     let payloads = if task.payload.is_some() { &[][..] } else { compensator.payloads() };
-    read_targets(path, &Expected { robot: &calibration.robot, payloads, by_temperature })
+    let targets = read_targets(path, &Expected { robot: &calibration.robot, payloads, by_temperature })?;
+    if compensator.all_in_the_foot(&targets) {
+        let problem = "every target lies in the foot of the robot, as if it were given in metres";
+        return Err(FileError { field: "x_mm".into(), ..FileError::whole(path, problem, "give the targets in mm") });
+    }
+    Ok(targets)
 }
 
 /// The module, or nothing where a target was refused.
@@ -264,20 +269,41 @@ fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
     values.and_then(|values| values.try_into().ok()).ok_or_else(wrong)
 }
 
-fn frame(text: &str) -> Result<FramePose, String> {
+/// A frame no farther away than `farthest`, mm.
+fn frame_within(text: &str, farthest: f64) -> Result<FramePose, String> {
     let [x, y, z, a, b, c] = numbers(text, "X,Y,Z in mm and A,B,C in deg")?;
+    if [x, y, z].iter().any(|v| v.abs() > farthest) {
+        return Err(format!("that is more than {farthest} mm away, as in no cell; give X,Y,Z in mm"));
+    }
     Ok(FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) })
+}
+
+/// No tool is longer, mm.
+const LONGEST_TOOL: f64 = 1e4;
+/// No frame of a cell is farther from the robot, mm.
+const FARTHEST_FRAME: f64 = 5e4;
+/// No flange carries more, kg.
+const HEAVIEST: f64 = 5e3;
+
+fn tool(text: &str) -> Result<FramePose, String> {
+    frame_within(text, LONGEST_TOOL)
 }
 
 fn work_frame(text: &str) -> Result<WorkFrame, String> {
     if text == "world" {
         Ok(WorkFrame::World)
     } else {
-        frame(text).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
+        frame_within(text, FARTHEST_FRAME).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
     }
 }
 
 fn load(text: &str) -> Result<[f64; 4], String> {
     let load = numbers(text, "KG in kg and X,Y,Z in mm")?;
-    if load[0] < 0.0 { Err("a load does not weigh less than nothing; give its mass in kg".into()) } else { Ok(load) }
+    if load[0] < 0.0 {
+        return Err("a load does not weigh less than nothing; give its mass in kg".into());
+    }
+    if load[0] > HEAVIEST || load[1..].iter().any(|v| v.abs() > LONGEST_TOOL) {
+        return Err(format!("no arm carries more than {HEAVIEST} kg, or farther out than {LONGEST_TOOL} mm; give kg and mm"));
+    }
+    Ok(load)
 }

@@ -86,11 +86,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// All files, those to be fitted first, and what each is for; no sets where the user leaves that to the format.
 fn sets(arguments: &Arguments) -> Result<(Vec<PathBuf>, Vec<SampleSet>), Failure> {
-    if arguments.validation.is_empty() {
-        return Ok((arguments.files.clone(), Vec::new()));
-    }
     let same = |a: &PathBuf, b: &PathBuf| a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    let fitted = arguments.files.iter().filter(|f| !arguments.validation.iter().any(|v| same(v, f)));
+    let mut named: Vec<PathBuf> = Vec::new();
+    for file in &arguments.files {
+        if named.iter().any(|n| same(n, file)) {
+            eprintln!("{} is named twice; it is counted once.", file.display());
+        } else {
+            named.push(file.clone());
+        }
+    }
+    if arguments.validation.is_empty() {
+        return Ok((named, Vec::new()));
+    }
+    let fitted = named.iter().filter(|f| !arguments.validation.iter().any(|v| same(v, f)));
     let mut files: Vec<PathBuf> = fitted.cloned().collect();
     if files.is_empty() {
         return Err("all files are kept for validation; leave at least one to be fitted".into());

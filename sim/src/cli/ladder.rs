@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, Extrapolation, ProvingGround, Rung, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench::report::{
-    advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence, top_sentences,
+    added_sentences, advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence,
+    top_sentences,
 };
 
 use super::progress::Waiting;
@@ -43,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
-    let checks = check_datasets(&arguments.check, &datasets[0].1)?;
+    let checks = check_datasets(&arguments.check, &datasets)?;
     let checks = super::named(&checks);
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);
@@ -78,6 +79,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     gate.tell()?;
     print(&rung_table(&climbed.rungs.iter().chain(&climbed.other).collect::<Vec<&Rung>>()))?;
+    let rungs: Vec<&Rung> = climbed.rungs.iter().collect();
+    for (k, rung) in rungs.iter().enumerate() {
+        added_sentences(&rung.added, &rungs[..k]).iter().try_for_each(|sentence| print(sentence))?;
+    }
     for sentence in top_sentences(&climbed.top, &recommended(&arguments.datasets, arguments.model.as_deref())) {
         print(&sentence)?;
     }

@@ -5,6 +5,7 @@ mod catalogue;
 mod cell;
 mod compare;
 mod compensate;
+mod data_gate;
 mod design;
 mod design_tables;
 mod diagnose;
@@ -39,15 +40,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::assess::{DataFit, Examination, Extrapolation, WorkspaceError, WorkspacePoses, data_fit};
+use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses};
 use calibench::effects::Subject;
 use calibench::files::one_line;
-use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, Use, read_model};
-use calibench::measure::{Dataset, read_dataset};
-use calibench::report::{Outlook, Recommended, extrapolation_sentence, misfit_json, misfit_sentence, nominal_fit_lines};
+use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_model};
+use calibench::measure::{Dataset, SampleSet, read_dataset};
+use calibench::report::{Outlook, Recommended, extrapolation_sentence};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
+use self::data_gate::{DoNotFit, gate};
 use crate::blame::with_reasons;
 
 /// Anything that ends a verb; printed with the chain of its reasons.
@@ -271,9 +273,6 @@ fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
 fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {
     // `.` and `D/` are named like the folders they are.
     let whole: Vec<PathBuf> = folders.iter().map(|f| f.canonicalize().unwrap_or_else(|_| f.clone())).collect();
-    if let Some(k) = (1..whole.len()).find(|&k| whole[..k].contains(&whole[k])) {
-        return Err(format!("{} is named twice; name each dataset once", folders[k].display()).into());
-    }
     let parts = |folder: &Path| folder.iter().map(|part| part.to_string_lossy().into_owned()).collect::<Vec<String>>();
     let end = |folder: &Path, length: usize| {
         let parts = parts(folder);
@@ -281,7 +280,7 @@ fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure>
     };
     let distinct = |length: &usize| {
         let names: Vec<String> = whole.iter().map(|f| end(f, *length)).collect();
-        (1..names.len()).all(|k| !names[..k].contains(&names[k]))
+        (1..names.len()).all(|k| whole[..k].contains(&whole[k]) || !names[..k].contains(&names[k]))
     };
     let longest = whole.iter().map(|f| f.iter().count()).max().unwrap_or(1);
     let length = (1..=longest).find(distinct).unwrap_or(longest);
@@ -307,67 +306,27 @@ fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Mode
     })
 }
 
-/// Data that do not fit their robot: nothing is done with them unless it is asked for.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-struct DoNotFit(String);
-
-/// What the nominal arm leaves of the data, and why they do not fit, where they do not and the user goes on all the same.
-struct Gate {
-    fits: Vec<DataFit>,
-    /// The sentence that every result keeps.
-    misfit: Option<String>,
-}
-
-impl Gate {
-    /// Prints the nominal fits, and the misfit where there is one, ahead of other text.
-    fn tell(&self) -> Result<(), Failure> {
-        nominal_fit_lines(&self.fits).iter().try_for_each(|line| print(line))?;
-        self.misfit.iter().try_for_each(|sentence| print(sentence))
-    }
-
-    /// Adds the misfit to a JSON document.
-    fn mark(&self, document: &mut serde_json::Value) {
-        if let Some(sentence) = &self.misfit {
-            document["misfit"] = sentence.as_str().into();
-        }
-    }
-}
-
-/// Whether the data fit their robot at all, judged by the rows that `which` takes; before anything is identified. A dataset that has no
-/// folder yet has no name.
-///
-/// # Errors
-/// Where they do not fit, unless `force`: exit code 2, and with `json` one document on standard output.
-fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
-    // Another arm's data are refused as that.
-    let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
-    let fits = if one_arm { data_fit(&named(datasets), which) } else { Vec::new() };
-    let misfit = fits.iter().find_map(|fit| fit.misfit.as_ref());
-    let sentence = misfit.map(|m| match m.nominal.dataset.as_str() {
-        "" => misfit_sentence(m),
-        name => format!("{name}/samples.csv: {}", misfit_sentence(m)),
-    });
-    if let (Some(misfit), Some(sentence), false) = (misfit, &sentence, force) {
-        if json {
-            print_json(&misfit_json(misfit))?;
-        }
-        return Err(Box::new(DoNotFit(sentence.clone())));
-    }
-    Ok(Gate { fits, misfit: sentence })
-}
-
-/// Campaigns that are not fitted but judged, of the same arm as the data.
-fn check_datasets(folders: &[PathBuf], fitted: &Dataset) -> Result<Vec<(String, Dataset)>, Failure> {
-    let checks = read_datasets(folders)?;
-    let other = checks.iter().position(|(_, d)| !d.robot.is_same_arm(&fitted.robot));
-    if let Some(k) = other {
+/// Campaigns that are not fitted but judged, of the same arm as the data; what is fitted as well is none.
+fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Result<Vec<(String, Dataset)>, Failure> {
+    let mut checks = read_datasets(folders)?;
+    let first = &fitted[0].1;
+    if let Some((name, other)) = checks.iter().find(|(_, d)| !d.robot.is_same_arm(&first.robot)) {
         let problem = format!(
             "is of '{}', the data are of '{}'; check against campaigns of the same robot",
-            checks[k].1.robot.name, fitted.robot.name
+            other.robot.name, first.robot.name
         );
-        return Err(Box::new(Blamed { path: folders[k].join("dataset.toml"), field: "robot", problem }));
+        let folder = folders.iter().find(|f| f.ends_with(name)).unwrap_or(&folders[0]);
+        return Err(Box::new(Blamed { path: folder.join("dataset.toml"), field: "robot", problem }));
     }
+    checks.retain(|(name, check)| {
+        // Rows of set `validation` are judged, and not fitted.
+        let is_fitted =
+            check.samples.iter().all(|s| s.set == SampleSet::Fit) && fitted.iter().any(|(_, d)| d.hash == check.hash);
+        if is_fitted {
+            eprintln!("{name} is among the data that are fitted; it is no check, and is left out of them.");
+        }
+        !is_fitted
+    });
     Ok(checks)
 }
 

@@ -2,10 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{CellLayout, Examination, WORKSPACE_POSES, diagnose_examined, propose, workspace_poses};
+use calibench::assess::{
+    CellLayout, Examination, ProvingGround, WORKSPACE_POSES, WorkspacePoses, diagnose_examined, planned_for, propose,
+    workspace_poses,
+};
 use calibench::identify::Use;
 use calibench::measure::Dataset;
-use calibench::report::{next_json, next_sentences, next_table};
+use calibench::report::{next_json, next_sentences, next_table, planned_sentence, recommended_json};
 use calibench::units::MM;
 
 use super::progress::Waiting;
@@ -19,7 +22,7 @@ pub struct Arguments {
     /// Dataset folders: one robot; what comes next is measured at the first set-up of the first
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
-    /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
+    /// Model file to plan for; the default is what `ladder` recommends from the paper's model: base_frame, mdh, joint_compliance
     #[arg(long)]
     model: Option<PathBuf>,
     /// Scenario of the cell, for what stands in it; without it nothing but robot and balls is known
@@ -55,10 +58,19 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let named = named(&datasets);
     let waiting = Waiting::new("diagnosing");
-    let examination = Examination::new(&named, &model).map_err(blame)?;
+    let poses = workspace_poses(first, WORKSPACE_POSES);
+    // A model that is named is the one that is meant.
+    let planned = match &arguments.model {
+        Some(_) => None,
+        None => {
+            let at = WorkspacePoses::of(&named);
+            Some(planned_for(&named, &model, ProvingGround { poses: &at.q, checks: &[] }).map_err(blame)?)
+        }
+    };
+    let model = planned.as_ref().map_or(&model, |p| &p.rung().model);
+    let examination = Examination::new(&named, model).map_err(blame)?;
     let diagnosis = diagnose_examined(&named, &examination).map_err(blame)?;
     waiting.now("designing");
-    let poses = workspace_poses(first, WORKSPACE_POSES);
     let proposal =
         propose(&named, &examination, &diagnosis, &diagnosis.relevance, &layout, &poses, arguments.seed).map_err(blame)?;
     drop(waiting);
@@ -70,12 +82,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let mut document = next_json(&proposal);
         document["cell_known"] = layout.is_known.into();
         document["written"] = written.into();
+        if let Some(planned) = &planned {
+            document["planned_for"] = planned_sentence(planned).into();
+            document["recommended"] = recommended_json(&planned.ladder);
+        }
         gate.mark(&mut document);
         print_json(&document)?;
         return Ok(Outcome::Done);
     }
     gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
     print(&next_table(&proposal))?;
+    planned.iter().try_for_each(|p| print(&planned_sentence(p)))?;
     for sentence in next_sentences(&proposal) {
         print(&sentence)?;
     }

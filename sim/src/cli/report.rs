@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, read_text, write_whole};
-use calibench::identify::{IdentifyError, Model, read_calibration};
+use calibench::identify::{IdentifyError, Model, Use, read_calibration};
 use calibench::measure::read_dataset;
 use calibench::report::{CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
 use serde_json::Value;
 
 use super::progress::Waiting;
-use super::{Blamed, Failure, Outcome, blame_data, model_for, print, print_json, read_datasets, recommended};
+use super::{Blamed, Failure, Outcome, blame_data, gate, model_for, print, print_json, read_datasets, recommended};
 use crate::opened::Opened;
 
 /// What a report is called where nobody says otherwise.
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Climb the whole ladder, not only the next step; takes seconds
     #[arg(long)]
     ladder: bool,
+    /// Go on with data that do not fit the robot; the page says so
+    #[arg(long)]
+    force: bool,
     /// Print the document of the page, and write no page
     #[arg(long, conflicts_with = "output")]
     json: bool,
@@ -42,7 +45,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = arguments.model.as_deref();
-    let opened = open(&arguments.folders, model)?;
+    let opened = open(&arguments.folders, model, arguments.force, arguments.json)?;
     let waiting = Waiting::new("diagnosing");
     let page = page(&opened, &arguments.folders, model, arguments.ladder)?;
     drop(waiting);
@@ -54,13 +57,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let path = arguments.output.clone().unwrap_or_else(default);
     write_whole(&path, page_html(&page.document).as_bytes())?;
     let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
+    opened.misfits.iter().try_for_each(|(_, sentence)| print(sentence))?;
     print(&format!("{}. {}\nWritten to {}", say("headline"), say("means"), path.display()))?;
     Ok(Outcome::Done)
 }
 
-/// Writes the report of a run into its folder.
+/// Writes the report of a run into its folder, also where its data do not fit: they were identified with, and the page says so.
 pub fn write_report_of(run: &Path) -> Result<(), Failure> {
-    let page = page(&open_run(run)?, &[run.to_owned()], None, false)?;
+    let page = page(&passed(open_run(run)?, true, false)?, &[run.to_owned()], None, false)?;
     Ok(write_whole(&run.join(FILE), page_html(&page.document).as_bytes())?)
 }
 
@@ -83,16 +87,23 @@ pub(super) fn run_folder(folders: &[PathBuf]) -> Option<&Path> {
     folders.first().map(PathBuf::as_path).filter(|f| folders.len() == 1 && f.join(RESULT).is_file())
 }
 
-/// Reads a run, or datasets.
-pub(super) fn open(folders: &[PathBuf], model: Option<&Path>) -> Result<Opened, Failure> {
-    match run_folder(folders) {
-        Some(_) if model.is_some() => Err(
-            "--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead"
-                .into(),
-        ),
+/// Reads a run, or datasets, which must fit their robot unless `force`.
+pub(super) fn open(folders: &[PathBuf], model: Option<&Path>, force: bool, json: bool) -> Result<Opened, Failure> {
+    let opened = match run_folder(folders) {
+        Some(_) if model.is_some() => {
+            let problem = "--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead";
+            return Err(problem.into());
+        }
         Some(run) => open_run(run),
         None => open_datasets(folders, model),
-    }
+    };
+    passed(opened?, force, json)
+}
+
+/// What was opened, once its data have passed the gate or were let through.
+fn passed(opened: Opened, force: bool, json: bool) -> Result<Opened, Failure> {
+    let misfits = gate(&opened.datasets, Use::Fit, force, json)?.misfits();
+    Ok(Opened { misfits, ..opened })
 }
 
 /// The TriCal's data of a run, judged on the run's validation poses; told from files alone.
@@ -106,6 +117,7 @@ fn open_run(run: &Path) -> Result<Opened, Failure> {
     Ok(Opened {
         title: text("scenario").unwrap_or_else(|| "run".into()),
         question: text("question"),
+        misfits: Vec::new(),
         datasets: vec![("trical".into(), dataset)],
         judged: Some(("validation".into(), validation)),
         model: calibration.model,
@@ -126,6 +138,7 @@ fn open_datasets(folders: &[PathBuf], model: Option<&Path>) -> Result<Opened, Fa
     Ok(Opened {
         title: names.join(", "),
         question: None,
+        misfits: Vec::new(),
         model: model_for(model, &datasets)?,
         judged: None,
         commands: recommended(folders, model),

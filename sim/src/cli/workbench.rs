@@ -21,11 +21,16 @@ pub struct Arguments {
     /// Folder for model.toml and report.html, made when one is saved; the default is the first dataset, or `workbench` in the run
     #[arg(long, value_name = "FOLDER")]
     save_to: Option<PathBuf>,
+    /// Go on with data that do not fit the robot; the page says so
+    #[arg(long)]
+    force: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let Arguments { folders, model, port, save_to } = arguments;
-    let opened = open(folders, model.as_deref())?;
+    let Arguments { folders, model, port, save_to, force } = arguments;
+    let opened = open(folders, model.as_deref(), *force, false)?;
+    // The first line on standard output is the address.
+    opened.misfits.iter().for_each(|(_, sentence)| eprintln!("{sentence}"));
     let default = || match run_folder(folders) {
         // The model and the report of the run itself stay as they are.
         Some(run) => run.join("workbench"),

@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Take, Write};
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, cannot_be_written as unwritable};
+use calibench::files::{FileError, cannot_be_written as unwritable, open_file};
 use csv::StringRecord;
 
 use super::trial::METHODS;
@@ -47,7 +47,7 @@ impl RowsReader {
     /// # Errors
     /// When it cannot be read or is no table of a study.
     pub fn open(path: &Path) -> Result<Self, FileError> {
-        let file = File::open(path).map_err(|e| unreadable(path, &e))?;
+        let file = open_file(path).map_err(|e| unreadable(path, &e))?;
         Self::of(file, path)
     }
 

@@ -1,6 +1,6 @@
 //! What the user has opened and done.
 
-use calibench::assess::{CellLayout, Examination, Objection, Proposal, WORKSPACE_POSES, propose, step, workspace_poses};
+use calibench::assess::{CellLayout, Examination, Objection, Proposal, Rung, WORKSPACE_POSES, propose, step, workspace_poses};
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
 use calibench::report::{Page, PageSubject, Recommended, Standing, Views, next_json, objection_sentence, rung_json, step_json};
@@ -111,7 +111,8 @@ impl Bench {
     /// The steps taken, as the page shows them.
     fn ladder(&self) -> Value {
         let steps = &self.hunt().steps;
-        let rungs: Vec<Value> = steps.iter().map(|s| rung_json(&s.standing.rung)).collect();
+        let rungs: Vec<&Rung> = steps.iter().map(|s| &s.standing.rung).collect();
+        let rungs: Vec<Value> = (0..rungs.len()).map(|k| rung_json(rungs[k], &rungs[..k])).collect();
         let objections: Vec<String> = self.here().objections.iter().map(objection_sentence).collect();
         let step =
             (steps.len() > 1).then(|| json!({"effect": self.here().standing.rung.added.join(" + "), "objections": objections}));
@@ -247,7 +248,7 @@ impl Bench {
     }
 
     /// Goes on from a step, unless it is refused.
-    fn taken(&mut self, after: calibench::assess::Rung, force: bool) -> Result<Value, Refusal> {
+    fn taken(&mut self, after: Rung, force: bool) -> Result<Value, Refusal> {
         let before = &self.here().standing;
         let objections = after.objections(&before.rung);
         let accepted = force || !objections.iter().any(Objection::refuses);

@@ -55,6 +55,7 @@ pub(super) fn parse(draft: &Draft, model: &Model, dataset: &Dataset) -> Result<O
             let field = match e.key.rsplit('.').next().unwrap_or_default() {
                 "name" => "name",
                 "site" => "site",
+                "unit" => "unit",
                 _ => "expressions",
             };
             let line = e.key.strip_prefix("terms[").and_then(|rest| rest.split_once(']')?.0.parse::<usize>().ok());

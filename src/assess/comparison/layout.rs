@@ -37,6 +37,8 @@ pub(super) struct Layout {
     pub joints: Vec<usize>,
     /// Dataset and place of every ball probed.
     pub balls: Vec<(usize, usize)>,
+    /// Those of them that were placed by these very samples: where they stand accuses nobody.
+    placed: Vec<usize>,
     pub curves: Vec<Curve>,
     /// Samples, worst first.
     pub worst: Vec<usize>,
@@ -61,7 +63,7 @@ impl Layout {
             (normalised[b].0 / normalised[b].1.max(1) as f64).total_cmp(&(normalised[a].0 / normalised[a].1.max(1) as f64))
         });
         order.truncate(MOST_WORST);
-        let mut layout = Layout { setups, joints, balls, curves: Vec::new(), worst: order };
+        let mut layout = Layout { setups, joints, balls, placed: Vec::new(), curves: Vec::new(), worst: order };
         let mut first = layout.first_ball() + 3 * layout.balls.len();
         let spread = |v: JointVariable| {
             let ends = |e: [f64; 2], x: f64| [e[0].min(x), e[1].max(x)];
@@ -88,6 +90,16 @@ impl Layout {
             }
         }
         layout
+    }
+
+    /// Takes the balls off the list of what may stand out whose places are among the numbers `refitted` to the samples.
+    pub fn acquit(&mut self, refitted: &[String], datasets: &[(&str, &Dataset)]) {
+        let is_placed = |&b: &usize| {
+            let (d, ball) = self.balls[b];
+            let of_ball = format!("ball:{}.", datasets[d].1.balls[ball].id);
+            refitted.iter().any(|name| name.starts_with(&of_ball))
+        };
+        self.placed = (0..self.balls.len()).filter(is_placed).collect();
     }
 
     /// Six motions of a set-up's base; of all set-ups at the place after the last.
@@ -193,7 +205,8 @@ impl Layout {
 
     /// What may stand out: its patterns, and the pattern whose share does not count.
     pub fn candidates(&self) -> Vec<(Subject, Vec<usize>, Option<usize>)> {
-        let balls = (0..self.balls.len()).map(|b| (Subject::Ball(b), self.ball(b), None));
+        let known = (0..self.balls.len()).filter(|b| !self.placed.contains(b));
+        let balls = known.map(|b| (Subject::Ball(b), self.ball(b), None));
         let setups =
             (0..self.setups).flat_map(|s| [(Subject::Tool(s), self.tool(s), None), (Subject::World(s), self.base(s), None)]);
         let offsets = (0..self.joints.len()).map(|k| (Subject::Offset(k), vec![self.level(k)], None));

@@ -1,14 +1,18 @@
 //! The most credible effects side by side.
 
+use nalgebra::DVector;
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::{Contribution, Finding, FoundParameter};
 use crate::assess::cross_validation::{cross_validated, folds};
+use crate::assess::exact_alias::exact_aliases;
 use crate::assess::examination::Examination;
 use crate::assess::hypotheses::Hypothesis;
+use crate::assess::noise_floor::fisher_chance;
 use crate::assess::relevance::Relevance;
+use crate::effects::EffectId;
 use crate::identify::ORDINARY_WIDTH;
+use crate::measure::Dataset;
 
 /// Two effects are near-aliases when less than this share of what one explains is left to it beside the other.
 const NEAR_ALIAS: f64 = 0.03;
@@ -32,6 +36,7 @@ const FREE: f64 = 1e3;
 
 /// Looks at hypotheses side by side; `close` holds them as its candidates, in this order.
 pub(super) fn findings(
+    datasets: &[(&str, &Dataset)],
     close: &Examination,
     hypotheses: &[Hypothesis],
     tests: usize,
@@ -47,8 +52,8 @@ pub(super) fn findings(
         let explained = h.explains * remainder.squares;
         let left = (remainder.squares - explained).max(f64::MIN_POSITIVE);
         let (p, nu) = (h.coefficients as f64, remainder.dof);
-        let f = (explained / p) / (left / (nu - p));
-        let p_value = FisherSnedecor::new(p.max(1.0), (nu - p).max(1.0)).map_or(1.0, |d| d.sf(f.max(0.0)));
+        let f = (explained / p.max(1.0)) / (left / (nu - p));
+        let p_value = fisher_chance(f, p.max(1.0), (nu - p).max(1.0)).unwrap_or(1.0);
         let after: f64 = cross_validated(close, &folds, span.range()).iter().sum();
         let (mean, covariance) = close.posterior(k, ORDINARY_WIDTH, unit * left / remainder.squares);
         let parameters = span.range().enumerate().map(|(i, c)| {
@@ -69,26 +74,47 @@ pub(super) fn findings(
             delta_bic: remainder.dof * (remainder.squares / left).ln() - p * (3.0 * close.circumstances.len() as f64).ln(),
             cv_gain: 1.0 - (after / before).sqrt(),
             rivals: rivals.map(|r| hypotheses[r].effect.clone()).collect(),
+            exactly_same: exact_aliases(&h.in_model, datasets),
             parameters: parameters.collect(),
-            size: size(close, k).0,
+            size: Freely::of(close, k).size(),
         }
     };
     hypotheses.par_iter().enumerate().map(finding).collect()
 }
 
-/// Size of a candidate as the data alone would have it, and the least that they allow (two one-sigmas less), in plausible sizes, rms over
-/// its numbers.
-pub(super) fn size(close: &Examination, candidate: usize) -> (f64, f64) {
-    let (mean, covariance) = close.posterior(candidate, FREE, close.remainder.unit());
-    let n = mean.len().max(1) as f64;
-    let least = |i: usize| (mean[i].abs() - 2.0 * covariance[(i, i)].max(0.0).sqrt()).max(0.0);
-    let least = (0..mean.len()).map(|i| least(i).powi(2)).sum::<f64>() / n;
-    ((mean.norm_squared() / n).sqrt(), least.sqrt())
+/// A candidate as the data alone would have it, in plausible sizes.
+pub(super) struct Freely {
+    estimate: DVector<f64>,
+    /// Of each number the least that the data allow: two one-sigmas less.
+    pub least: DVector<f64>,
+}
+
+impl Freely {
+    pub fn of(close: &Examination, candidate: usize) -> Self {
+        let (estimate, covariance) = close.posterior(candidate, FREE, close.remainder.unit());
+        let least = |i: usize, _: usize| (estimate[i].abs() - 2.0 * covariance[(i, i)].max(0.0).sqrt()).max(0.0);
+        let least = DVector::from_fn(estimate.len(), least);
+        Freely { estimate, least }
+    }
+
+    /// Its size, rms over its numbers.
+    pub fn size(&self) -> f64 {
+        rms(&self.estimate)
+    }
+
+    /// The least size that the data allow, rms over its numbers.
+    pub fn least_size(&self) -> f64 {
+        rms(&self.least)
+    }
+}
+
+fn rms(numbers: &DVector<f64>) -> f64 {
+    (numbers.norm_squared() / numbers.len().max(1) as f64).sqrt()
 }
 
 /// A parameter's name without what the effect's id already says.
 fn short_name(effect: &str, name: &str) -> String {
-    let family = effect.split(':').next().unwrap_or(effect);
+    let family = EffectId::new(effect).family();
     [format!("{effect}."), format!("{family}."), format!("{family}:")]
         .iter()
         .find_map(|prefix| name.strip_prefix(prefix.as_str()))

@@ -1,8 +1,6 @@
 //! From evidence to a verdict.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-use super::findings::{contributions, findings, size};
+use super::findings::{Freely, contributions, findings};
 use super::{Diagnosis, Explained, Finding, Scatter};
 use crate::assess::background::Background;
 use crate::assess::curve_families::CurveFamily;
@@ -12,8 +10,10 @@ use crate::assess::explanation::Explanation;
 use crate::assess::heat_map::HeatMap;
 use crate::assess::hypotheses::{Hypothesis, hypotheses};
 use crate::assess::library::Candidate;
+use crate::assess::noise_floor::chi2_chance;
 use crate::assess::relevance::Relevance;
 use crate::assess::verdict::Verdict;
+use crate::effects::EffectId;
 use crate::identify::IdentifyError;
 use crate::measure::Dataset;
 
@@ -48,18 +48,14 @@ const BELIEVABLE: f64 = 30.0;
 /// Findings looked at closely: by evidence against the background, and as many again that explain most.
 const SHORTLIST: usize = 8;
 
-/// Plausible sizes to which a size is held that is asked whether it can be: not at all.
-const UNHELD: f64 = 1e3;
-
 /// Whether a candidate is no larger than its family can be; an effect of the user's own, than so many plausible sizes.
 fn is_believable(close: &Examination, candidate: usize, effect: &str) -> bool {
-    let Some(family) = close.model.family(effect) else { return size(close, candidate).1 <= BELIEVABLE };
-    let (mean, covariance) = close.posterior(candidate, UNHELD, close.remainder.unit());
-    let least = |i: usize| (mean[i].abs() - 2.0 * covariance[(i, i)].max(0.0).sqrt()).max(0.0);
+    let freely = Freely::of(close, candidate);
+    let Some(family) = close.model.family(effect) else { return freely.least_size() <= BELIEVABLE };
     close.spans[candidate].range().enumerate().all(|(i, column)| {
-        let value = least(i);
         let column = &close.columns[column];
-        family.linear_range.holds(&close.wide.parameters()[column.parameter].spec, value * column.plausible)
+        let spec = &close.wide.parameters()[column.parameter].spec;
+        family.linear_range.holds(spec, freely.least[i] * column.plausible)
     })
 }
 
@@ -79,10 +75,9 @@ impl Shortlist {
         plain.sort_by(|&a, &b| all[b].ln_evidence.total_cmp(&all[a].ln_evidence).then(a.cmp(&b)));
         places.extend(plain.into_iter().filter(|k| *k >= set).take(SHORTLIST));
         let hypotheses: Vec<Hypothesis> = places.into_iter().map(|k| all[k].clone()).collect();
-        let family = |h: &Hypothesis| h.effect.split(':').next().unwrap_or_default().to_owned();
-        let candidates = hypotheses.iter().map(|h| Candidate { id: h.in_model.clone(), family: family(h) });
+        let candidates = hypotheses.iter().map(|h| Candidate::new(h.in_model.clone()));
         let close = examination.beside(datasets, candidates.collect())?;
-        let is_sample = |h: &Hypothesis| h.effect.starts_with("outlier");
+        let is_sample = |h: &Hypothesis| EffectId::new(&h.effect).family() == "outlier";
         let believable =
             hypotheses.iter().enumerate().map(|(k, h)| is_sample(h) || is_believable(&close, k, &h.effect)).collect();
         Ok(Shortlist { close, hypotheses, believable })
@@ -181,7 +176,7 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
     let mut list = Shortlist::of(datasets, examination, &all)?;
     let unbelievable: Vec<(String, f64)> = (0..list.hypotheses.len())
         .filter(|&k| !list.believable[k])
-        .map(|k| (list.hypotheses[k].in_model.clone(), size(&list.close, k).0))
+        .map(|k| (list.hypotheses[k].in_model.clone(), Freely::of(&list.close, k).size()))
         .collect();
     if !unbelievable.is_empty() {
         all.retain(|h| !unbelievable.iter().any(|(effect, _)| *effect == h.in_model));
@@ -220,7 +215,7 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
     let first = first.cloned();
     let nothing = evidence.nothing;
 
-    let mut findings = findings(&list.close, &list.hypotheses, tests, probability);
+    let mut findings = findings(datasets, &list.close, &list.hypotheses, tests, probability);
     put_first(&mut findings, first.as_ref());
     let mut set95: Vec<String> = Vec::new();
     if verdict.names_effects() {
@@ -287,6 +282,6 @@ fn white(examination: &Examination, relevance: &Relevance) -> Option<f64> {
     let product = &examination.gram * &relevance.root;
     let effective = product.component_mul(&relevance.root).sum() / relevance.noise.max(f64::MIN_POSITIVE);
     let dof = (examination.remainder.dof - effective).max(1.0);
-    let p = ChiSquared::new(dof).map_or(1.0, |d| d.sf(relevance.noise * dof));
+    let p = chi2_chance(relevance.noise * dof, dof).unwrap_or(1.0);
     (p < LACK_OF_FIT && relevance.noise > 1.0).then(|| relevance.noise.sqrt())
 }

@@ -1,10 +1,8 @@
 //! What the data say of their own scatter.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
-
 use crate::assess::examination::Examination;
 use crate::assess::noise::{JointSteps, RepeatScatter, SerialCorrelation, Suspect, rows};
-use crate::assess::noise_floor::{NoiseFloor, NoiseSource};
+use crate::assess::noise_floor::{NoiseFloor, NoiseSource, chi2_chance, fisher_chance};
 use crate::assess::residual_views::SeenSample;
 use crate::identify::Use;
 use crate::measure::{Dataset, Postures, Sample};
@@ -77,8 +75,8 @@ fn lack_of_fit(noise: &NoiseFloor, chi2: f64, dof: f64) -> Option<f64> {
                 return None;
             }
             let ratio = ((chi2 - pure.squares).max(0.0) / above) / (pure.squares / pure.dof);
-            Some(FisherSnedecor::new(above, pure.dof).map_or(f64::NAN, |d| d.sf(ratio)))
+            Some(fisher_chance(ratio, above, pure.dof).unwrap_or(f64::NAN))
         }
-        _ => Some(ChiSquared::new(dof.max(1.0)).map_or(f64::NAN, |d| d.sf(chi2))),
+        _ => Some(chi2_chance(chi2, dof.max(1.0)).unwrap_or(f64::NAN)),
     }
 }

@@ -5,6 +5,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Translation3, Vector3};
 
 use super::campaign::{Campaign, Seen};
+use super::row_blocks::RowBlocks;
 use crate::robot::{FramePose, Pose, Robot, rigid_fit, world_from_tool};
 
 /// Degrees of freedom of the t distribution.
@@ -96,34 +97,6 @@ pub(super) fn fit(campaign: &Campaign) -> Fitted {
 pub(super) fn misses(campaign: &Campaign, frames: &Frames) -> Vec<f64> {
     let flanges = flanges(&campaign.robot, campaign);
     FrameFit::new(campaign, &flanges).misses(frames)
-}
-
-/// d(row)/d(unknowns): blocks of three columns with the first column's place, and the row's residual.
-pub(super) struct RowBlocks {
-    pub blocks: [(usize, Matrix3<f64>); 4],
-    pub used: usize,
-    pub residual: Vector3<f64>,
-}
-
-impl RowBlocks {
-    fn new(residual: Vector3<f64>) -> Self {
-        RowBlocks { blocks: [(0, Matrix3::zeros()); 4], used: 0, residual }
-    }
-
-    fn add(&mut self, place: usize, block: Matrix3<f64>) {
-        self.blocks[self.used] = (place, block);
-        self.used += 1;
-    }
-
-    /// Keeps only what lies along a unit vector, as the first row; the residual is then this one number.
-    fn along(&mut self, sight: &Vector3<f64>, residual: f64) {
-        for (_, block) in &mut self.blocks[..self.used] {
-            let row = sight.transpose() * *block;
-            *block = Matrix3::zeros();
-            block.set_row(0, &row);
-        }
-        self.residual = Vector3::new(residual, 0.0, 0.0);
-    }
 }
 
 /// A fit of the frames to flange poses.

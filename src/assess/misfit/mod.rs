@@ -8,6 +8,7 @@ mod believable;
 mod campaign;
 mod expected;
 mod frames;
+mod row_blocks;
 mod search;
 mod slip;
 

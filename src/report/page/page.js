@@ -42,6 +42,7 @@ function verdict(report) {
     element("p", { class: "eyebrow" }, `calibench report · ${title} · ${robot}`),
     element("h1", {}, said.headline),
     element("p", { class: "means" }, said.means),
+    report.misfit && element("p", { class: "warning" }, report.misfit),
     question && element("p", { class: "quiet" }, `Asked: ${question}`),
     element("dl", { class: "figures" }, tiles.map(([name, value, beside]) => element("div", {}, element("dt", {}, name),
       element("dd", {}, element("div", { class: "value" }, value), element("div", { class: "beside" }, beside))))),
@@ -58,6 +59,7 @@ function told(report) {
   const untested = worded.filter(([, word]) => word === "Not tested").map(([, , rest]) => element("li", {}, sentence(rest)));
   return [
     element("ul", { class: "told" }, worded.filter(([, word]) => word !== "Not tested").map((w) => line(w))),
+    report.ladder?.advice && element("p", { class: "advice" }, report.ladder.advice),
     commands_from && element("p", { class: "quiet" }, `Commands are to be given in ${commands_from}.`),
     said.symptoms.map((text) => element("p", { class: "warning" }, text)),
     untested.length ? unfold("What these data cannot test", element("ul", {}, untested)) : null,
@@ -270,7 +272,7 @@ function ladder(report) {
     : element("p", {}, "Nothing speaks against adding ", element("code", {}, it.step.effect), ": blocks that were not fitted are predicted better, and the error predicted over the workspace falls."));
   return [
     element("figure", {}, picture, element("figcaption", {}, `Each line is a model, with what it leaves. Dashes mark what noise alone would leave. The calibrated model holds ${report.diagnosis.fitted.join(" + ")}.`)),
-    step, it.advice && element("p", {}, it.advice),
+    step,
     it.stopped?.tried?.length ? unfold("Steps that were refused", element("ul", {}, it.stopped.tried.map((t) => element("li", {}, element("code", {}, t.effect), `: ${t.objections.join("; ")}`)))) : null,
     !it.complete && it.command && element("p", { class: "quiet" }, "This is the next step alone. ", element("code", {}, it.command), " climbs to the end."),
     unfold("The numbers of the ladder", table("Errors by model", columns, rows)),

@@ -1,6 +1,5 @@
 //! What the cell looks like, as the plant that can draw it has drawn it.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -8,7 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
-use crate::files::FileError;
+use crate::files::{FileError, open_file};
 
 /// What a run may hold: the file, and what it shows to those who do not see it.
 const DRAWN: [(&str, &str); 2] = [
@@ -47,7 +46,7 @@ impl CellPicture {
 fn read_png(path: &Path) -> Result<Vec<u8>, FileError> {
     let wrong = |problem: String| FileError::whole(path, problem, "draw it anew with `calibench run --render`, or remove it");
     let mut png = Vec::new();
-    let file = File::open(path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
+    let file = open_file(path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
     file.take(LONGEST + 1).read_to_end(&mut png).map_err(|e| wrong(format!("cannot be read: {e}")))?;
     if png.len() as u64 > LONGEST {
         return Err(wrong(format!("is longer than {} MiB", LONGEST >> 20)));

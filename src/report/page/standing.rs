@@ -69,7 +69,7 @@ impl Standing {
         let PageSubject { datasets, judged, commands, .. } = subject;
         let Rung { calibration, diagnosis, .. } = &self.rung;
         let outlook = self.outlook();
-        Ok(json!({
+        let mut document = json!({
             "format": FORMAT,
             "title": subject.title,
             "question": subject.question,
@@ -88,7 +88,11 @@ impl Standing {
             "pictures": subject.pictures.iter().map(CellPicture::json).collect::<Vec<_>>(),
             "run": subject.run,
             "provenance": provenance(datasets, judged),
-        }))
+        });
+        if let Some(misfit) = &subject.misfit {
+            document["misfit"] = json!(misfit);
+        }
+        Ok(document)
     }
 }
 

@@ -1,11 +1,10 @@
-//! The error falling: the whole ladder where it was asked for, else the next step alone.
+//! The error falling: the whole ladder where it was asked for, else its first step alone.
 
 use serde_json::{Value, json};
 
 use super::PageSubject;
-use super::candidate::curve_id;
 use super::standing::judge;
-use crate::assess::{self, ProvingGround, Rung, Verdict, add, ladder as climb};
+use crate::assess::{Objection, ProvingGround, Rung, best_step, ladder as climb};
 use crate::identify::IdentifyError;
 use crate::report::{ladder_json, objection_sentence, rung_json};
 
@@ -25,36 +24,24 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &Rung, ground: ProvingGro
     let d = &first.diagnosis;
     if d.verdict.is_noise() {
         return Ok(
-            json!({"rungs": [rung_json(first)], "complete": true, "advice": "Nothing is left but noise: there is nothing to add."}),
+            json!({"rungs": [rung_json(first, &[])], "complete": true, "advice": "Nothing is left but noise: there is nothing to add."}),
         );
     }
     let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
-    let Some((effect, stepped)) = step(subject, first, ground) else {
-        return Ok(json!({"rungs": [rung_json(first)], "complete": false, "command": command}));
-    };
-    let (rungs, objections) = match stepped {
+    let (rungs, step) = match best_step(subject.datasets, first, ground, &mut |_| ())? {
         Ok(next) => {
-            let next = judge(next, subject.judged)?;
-            let objections = next.objections(first);
-            (vec![rung_json(first), rung_json(&next)], objections.iter().map(objection_sentence).collect::<Vec<_>>())
+            let next = judge(*next, subject.judged)?;
+            let step = step_json(&next.added.join(" + "), &next.objections(first));
+            (vec![rung_json(first, &[]), rung_json(&next, &[first])], step)
         }
-        Err(e) => (vec![rung_json(first)], vec![format!("the data do not determine it: {e}")]),
+        Err(tried) => {
+            let step = tried.first().map_or(Value::Null, |(effect, objections)| step_json(effect, objections));
+            (vec![rung_json(first, &[])], step)
+        }
     };
-    Ok(json!({"rungs": rungs, "complete": false, "step": {"effect": effect, "objections": objections}, "command": command}))
+    Ok(json!({"rungs": rungs, "complete": false, "step": step, "command": command}))
 }
 
-/// The step that is recommended, and how it went: the curve of a joint where no effect explains what is left, else what sticks out, else
-/// what contributes most.
-fn step(subject: &PageSubject<'_>, first: &Rung, ground: ProvingGround<'_>) -> Option<(String, Result<Rung, IdentifyError>)> {
-    let d = &first.diagnosis;
-    let unexplained = d.verdict == Verdict::Unexplained;
-    if let Some(curve) = d.heat_map.curve.as_ref().filter(|_| unexplained && !d.heat_map.credible().is_empty()) {
-        let stepped = assess::step(subject.datasets, first, &curve.added_to(subject.model), vec![curve_id(curve)], ground);
-        return Some((curve_id(curve), stepped));
-    }
-    let found = d.findings.first().map(|f| f.hypothesis.in_model.clone());
-    let contributing = d.contributions.first().map(|c| c.effect.clone());
-    let effect = if unexplained { contributing.or(found) } else { found }?;
-    let stepped = add(subject.datasets, first, std::slice::from_ref(&effect), ground);
-    Some((effect, stepped))
+fn step_json(effect: &str, objections: &[Objection]) -> Value {
+    json!({"effect": effect, "objections": objections.iter().map(objection_sentence).collect::<Vec<_>>()})
 }

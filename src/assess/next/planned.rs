@@ -1,0 +1,35 @@
+//! For which model measurements are planned.
+
+use crate::assess::ladder::{Ladder, ladder};
+use crate::assess::rung::{ProvingGround, Rung};
+use crate::assess::verdict::Verdict;
+use crate::identify::{IdentifyError, Model};
+use crate::measure::Dataset;
+
+/// The ladder of a model, and which of its rungs measurements are planned for.
+#[derive(Debug, Clone)]
+pub struct Planned {
+    /// From the model to begin with.
+    pub ladder: Ladder,
+    /// It is the model to begin with, because these data cannot tell which effect is missing in it: that is to be found out first.
+    pub in_question: bool,
+}
+
+impl Planned {
+    /// The model to plan for, fitted.
+    pub fn rung(&self) -> &Rung {
+        if self.in_question { self.ladder.first() } else { self.ladder.recommended() }
+    }
+}
+
+/// The model that the ladder recommends from `model`, unless it is in question which effect that lacks: a ladder takes one of them, and
+/// nothing would be left to be told apart.
+///
+/// # Errors
+/// As [`ladder`].
+pub fn planned_for(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<'_>) -> Result<Planned, IdentifyError> {
+    let ladder = ladder(datasets, model, ground, &mut |_| ())?;
+    let first = &ladder.first().diagnosis;
+    let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);
+    Ok(Planned { in_question: verdict == Verdict::Indistinguishable, ladder })
+}

@@ -1,0 +1,82 @@
+//! The header of `samples.csv`: which columns there are, and where.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use super::Dataset;
+use super::columns::Column;
+use crate::files::{FileError, Record, name_remedy, nearest_name};
+
+/// Prefix of a free column.
+const EXTRA: &str = "extra_";
+
+/// Which column stands where.
+pub(crate) struct Header {
+    pub(super) names: Vec<String>,
+    pub(super) place: HashMap<Column, usize>,
+    pub(super) extra: Vec<(String, usize)>,
+}
+
+impl Header {
+    /// A header of columns already known, then free ones.
+    pub fn new(columns: &[Column], extra: &[String]) -> Header {
+        let names = columns.iter().map(|c| c.name()).chain(extra.iter().cloned()).collect();
+        let place = columns.iter().enumerate().map(|(place, column)| (*column, place)).collect();
+        let extra = extra.iter().enumerate().map(|(k, name)| (name.clone(), columns.len() + k)).collect();
+        Header { names, place, extra }
+    }
+
+    /// As it stands in the first line of a file.
+    pub(super) fn parse(path: &Path, titles: &Record, dataset: &Dataset) -> Result<Header, FileError> {
+        let joints = dataset.robot.joints();
+        let error = |field: &str, problem: String, remedy: String| titles.wrong(path, field, problem, remedy);
+        let otherwise =
+            "separate them by commas and write decimal points, or bring the file in with `calibench import generic`";
+        let names = titles.titles(path, otherwise)?;
+        let known = Column::all(joints);
+        let known_names: Vec<String> = known.iter().map(|c| c.name()).collect();
+        let known_texts: Vec<&str> = known_names.iter().map(String::as_str).collect();
+        let mut seen = HashSet::new();
+        let mut header = Header { names: names.clone(), place: HashMap::new(), extra: Vec::new() };
+        for (place, name) in names.iter().enumerate() {
+            if name.is_empty() {
+                return Err(error("", format!("column {} has no name", place + 1), "name it, or remove it".into()));
+            }
+            if !seen.insert(name) {
+                return Err(error(name, "stands twice in the header".into(), "keep one of them".into()));
+            }
+            if let Some(k) = known_names.iter().position(|n| n == name) {
+                header.place.insert(known[k], place);
+            } else if name.starts_with(EXTRA) && name.len() > EXTRA.len() {
+                header.extra.push((name.clone(), place));
+            } else {
+                let remedy = match nearest_name(name, known_texts.iter().copied()) {
+                    Some(_) => name_remedy(name, &known_texts),
+                    None => format!("a free column is written `{EXTRA}{name}`; this robot has {joints} joints"),
+                };
+                return Err(error(name, "there is no such column".into(), remedy));
+            }
+        }
+        for column in [Column::Id, Column::Kind] {
+            if !header.place.contains_key(&column) {
+                return Err(error(&column.name(), "this required column is missing".into(), "add it".into()));
+            }
+        }
+        for quantity in Column::quantities(joints) {
+            let (there, missing): (Vec<Column>, Vec<Column>) =
+                (0..quantity.count).map(quantity.component).partition(|c| header.place.contains_key(c));
+            let required = (quantity.component)(0) == Column::Joint(0);
+            if let Some(first) = missing.first()
+                && (required || !there.is_empty())
+            {
+                let problem = if required {
+                    "this required column is missing"
+                } else {
+                    "this column is missing while its fellows are there"
+                };
+                return Err(error(&first.name(), problem.into(), format!("the robot needs all {} of them", quantity.count)));
+            }
+        }
+        Ok(header)
+    }
+}
