@@ -119,7 +119,7 @@ impl Generator {
         Sample {
             set: if self.0.random() { SampleSet::Fit } else { SampleSet::Validation },
             payload: self.0.random_range(0..dataset.payloads.len()),
-            time_s: self.sometimes(|g| g.number(1e5)),
+            time_s: self.sometimes(|g| g.positive(1e5)),
             temp_c: self.sometimes(|g| g.number(40.0)),
             approach: self.sometimes(|g| (0..joints).map(|_| sign(g)).collect()),
             plungers: if nulled { self.sometimes(|g| [0; 3].map(|_| if g.0.random() { 1 } else { -1 })) } else { None },

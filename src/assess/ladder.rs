@@ -153,18 +153,17 @@ fn choose(
     let mut best: Option<(usize, Option<Rung>, f64)> = None;
     for &place in &ranked {
         let choice = &recommendation.choices[place];
-        if best.as_ref().is_some_and(|(b, ..)| left(place) > ABOUT_AS_GOOD * left(*b) || choice.kind == Kind::Begin) {
+        if choice.kind == Kind::Begin || best.as_ref().is_some_and(|(b, ..)| left(place) > ABOUT_AS_GOOD * left(*b)) {
             break;
         }
         let reached = match choice.kind {
-            Kind::Begin if choice.model.effects == first.model.effects => None,
             Kind::Steps if choice.model.effects == last.model.effects => None,
             _ => match rung(datasets, &choice.model, ground) {
                 Ok(rung) => Some(Rung { added: choice.added.clone(), gains: choice.gains.clone(), ..rung }),
                 Err(_) => continue,
             },
         };
-        let taken = reached.as_ref().unwrap_or(if choice.kind == Kind::Begin { first } else { last });
+        let taken = reached.as_ref().unwrap_or(last);
         if taken.calibration.outcome != Some(Outcome::Converged)
             || taken.objections(first).iter().any(Objection::is_measured_elsewhere)
         {
@@ -175,7 +174,13 @@ fn choose(
             best = Some((place, reached, expected));
         }
     }
-    Ok(best.map_or((0, None), |(place, rung, _)| (place, rung)))
+    if let Some((place, rung, _)) = best {
+        return Ok((place, rung));
+    }
+    // Samples that disagree with all others are set aside whatever else is done.
+    let begin = &recommendation.choices[0];
+    let without = if begin.model.effects == first.model.effects { None } else { rung(datasets, &begin.model, ground).ok() };
+    Ok((0, without.filter(|rung| rung.calibration.outcome == Some(Outcome::Converged))))
 }
 
 /// One rung up, or what was tried and what speaks against it.
@@ -191,6 +196,22 @@ pub fn best_step(
     ground: ProvingGround<'_>,
     witness: &mut dyn FnMut(Climb<'_>),
 ) -> Result<Next, IdentifyError> {
+    let mut tried = Vec::new();
+    let suspects: Vec<String> = below.diagnosis.scatter.suspects.iter().map(|s| format!("outlier:{}", s.sample)).collect();
+    if !suspects.is_empty() {
+        // One beside another that stays may seem to help: they are set aside together.
+        let together = suspects.join(" and ");
+        witness(Climb::Trying(&together));
+        let objections = match add(datasets, below, &suspects, ground) {
+            Ok(next) => match next.objections(below) {
+                objections if objections.iter().any(Objection::refuses) => objections,
+                _ => return Ok(Ok(Box::new(next))),
+            },
+            Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
+        };
+        witness(Climb::Refused(&together, &objections));
+        tried.push((together, objections));
+    }
     let effects = candidates(&below.diagnosis);
     let gains = gains_of_each(datasets, &below.model, &effects)?;
     let mut order: Vec<usize> = (0..effects.len()).collect();
@@ -198,7 +219,6 @@ pub fn best_step(
         let gained = |k: usize| gains[k].iter().map(|g| g.share).sum::<f64>();
         order.sort_by(|&a, &b| gained(b).total_cmp(&gained(a)));
     }
-    let mut tried = Vec::new();
     for k in order {
         let effect = &effects[k];
         witness(Climb::Trying(effect));

@@ -46,6 +46,11 @@ pub(super) fn advised(
 
 /// Samples that a diagnosis says are bad, by their effects `outlier:ID`.
 pub(super) fn suspects(diagnosis: &Diagnosis) -> Vec<String> {
-    let named = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone());
-    named.filter(|id| id.starts_with("outlier:")).collect()
+    let sample = |id: String| (diagnosis.advises_to_set_aside(&id)).then(|| format!("outlier:{id}"));
+    let suspected = diagnosis.scatter.suspects.iter().map(|s| s.sample.clone());
+    let named = diagnosis.findings.iter().filter_map(|f| f.hypothesis.in_model.strip_prefix("outlier:").map(str::to_owned));
+    let mut all: Vec<String> = suspected.chain(named).filter_map(sample).collect();
+    all.sort();
+    all.dedup();
+    all
 }

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::advice::{Advice, advised};
+use super::advice::{Advice, advised, suspects};
 use super::answer::answer;
 use super::hide::{Hidden, disturb, hide};
 use super::{Case, Kind};
@@ -176,8 +176,12 @@ impl<'a> Trial<'a> {
     /// Fits what the diagnosis claims, and what is advised.
     fn followed(&self, diagnosis: &Diagnosis) -> Result<Followed, IdentifyError> {
         let data = [("fit", self.fit)];
-        let claimed = diagnosis.findings.first().filter(|_| claims(diagnosis.verdict.name()));
-        let with_claimed = claimed.and_then(|f| identify(&data, &self.model.with(&f.hypothesis.in_model)).ok());
+        let first =
+            diagnosis.findings.first().filter(|_| claims(diagnosis.verdict.name())).map(|f| f.hypothesis.in_model.clone());
+        let bad = suspects(diagnosis);
+        let claimed: Vec<String> = if bad.is_empty() { first.into_iter().collect() } else { bad };
+        let model = claimed.iter().fold(self.model.clone(), |model, effect| model.with(effect));
+        let with_claimed = if claimed.is_empty() { None } else { identify(&data, &model).ok() };
         let chi2_left = with_claimed.as_ref().map(|c| c.chi2_per_dof);
         let advised = advised(&data, self.model, with_claimed, &self.poses, self.advice);
         let after_mm = advised.as_ref().map(|a| self.error_mm(&a.calibration)).transpose()?;

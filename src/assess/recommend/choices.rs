@@ -178,7 +178,7 @@ pub fn recommend(
     let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
         let mut model = begin.clone();
         let mut added = Vec::new();
-        for id in aside.iter().filter(|_| kind != Kind::Begin) {
+        for id in &aside {
             model = model.with(&format!("outlier:{id}"));
         }
         for (place, information) in held {
