@@ -20,7 +20,7 @@ use crate::identify::{IdentifyError, Knowledge, Parameter};
 use crate::measure::Dataset;
 
 /// Samples drawn from; of more, every so many-th.
-const MOST: usize = 300;
+const MOST: usize = 200;
 
 /// A number that the fit takes freely may be so many times as large as is plausible: links and compliances.
 const FREE: f64 = 4.0;
