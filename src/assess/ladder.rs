@@ -122,7 +122,10 @@ pub fn ladder(
     let first = &rungs[0];
     let steps: Vec<String> = rungs[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
-    let mut recommendation = recommend(datasets, &examination, &steps, &library(datasets, first, ground))?;
+    let is_sample = |id: &String| id.starts_with("outlier:");
+    let bad = rungs.get(1).filter(|r| r.added.len() == first.diagnosis.scatter.suspects.len() && r.added.iter().all(is_sample));
+    let bad = bad.map_or(&[][..], |rung| &rung.added);
+    let mut recommendation = recommend(datasets, &examination, [&steps, bad], &library(datasets, first, ground))?;
     let (chosen, other) = choose(datasets, &rungs, &recommendation, ground)?;
     recommendation.chosen = chosen;
     if let Some(rung) = &other {
@@ -203,10 +206,14 @@ pub fn best_step(
         let together = suspects.join(" and ");
         witness(Climb::Trying(&together));
         let objections = match add(datasets, below, &suspects, ground) {
-            Ok(next) => match next.objections(below) {
-                objections if objections.iter().any(Objection::refuses) => objections,
-                _ => return Ok(Ok(Box::new(next))),
-            },
+            Ok(next) => {
+                let mut objections = next.objections(below);
+                objections.extend(next.objection_of_the_others(below));
+                if !objections.iter().any(Objection::refuses) {
+                    return Ok(Ok(Box::new(next)));
+                }
+                objections
+            }
             Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
         };
         witness(Climb::Refused(&together, &objections));

@@ -14,6 +14,9 @@ use crate::measure::{Dataset, Postures, SampleSet};
 /// A fall of the cross-validated rms, or of the predicted error, by less than this share is none.
 const A_FALL: f64 = 0.005;
 
+/// Setting samples aside is worth their loss when the others' error falls by this share.
+const WORTH_A_SAMPLE: f64 = 0.05;
+
 /// A campaign gets worse when its error grows by more than this share.
 const WORSE: f64 = 0.01;
 
@@ -249,6 +252,20 @@ fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option
 }
 
 impl Rung {
+    /// Cross-validated error of the samples that are not set aside, below and here, m.
+    fn of_the_others(&self, below: &Rung) -> [f64; 2] {
+        let aside: Vec<&str> = self.added.iter().filter_map(|e| e.strip_prefix("outlier:")).collect();
+        let is_other = |id: &String| !aside.contains(&id.as_str());
+        [below, self].map(|r| rms(r.blocks.iter().filter(|(id, _)| is_other(id)).map(|(_, squares)| *squares)))
+    }
+
+    /// What speaks against setting suspects aside for good: far rows of an arm that errs widely everywhere are no accident, and without
+    /// them nothing else is predicted better.
+    pub(super) fn objection_of_the_others(&self, below: &Rung) -> Option<Objection> {
+        let rms = self.of_the_others(below);
+        (rms[1] > rms[0] * (1.0 - WORTH_A_SAMPLE)).then_some(Objection::CrossValidation { rms })
+    }
+
     /// What speaks against having climbed here from `below`.
     pub fn objections(&self, below: &Rung) -> Vec<Objection> {
         let mut all = Vec::new();
@@ -257,9 +274,7 @@ impl Rung {
         let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
         // Beside a second bad sample the first may seem to help the others; the diagnosis has weighed them together.
         let advised = sets_aside && aside.iter().all(|sample| below.diagnosis.advises_to_set_aside(sample));
-        let of_others =
-            |r: &Rung| rms(r.blocks.iter().filter(|(id, _)| !aside.contains(&id.as_str())).map(|(_, squares)| *squares));
-        let squares = [of_others(below), of_others(self)];
+        let squares = self.of_the_others(below);
         let enough = if sets_aside { 1.0 + WORSE } else { 1.0 - A_FALL };
         all.extend(self.gains.iter().find(|gain| !gain.convinces()).copied().map(Objection::Gain));
         if self.gains.is_empty() && !advised && squares[1] > squares[0] * enough {

@@ -107,14 +107,15 @@ impl Recommendation {
 type Held = Vec<(usize, f64)>;
 
 /// Judges the model of an examination, `steps` beside it, the error curves, and `library`: ids with
-/// their widths, plausible sizes in units of the noise that the library leaves.
+/// their widths, plausible sizes in units of the noise that the library leaves. Of the steps, `bad` are samples without which all others
+/// are known better: they are set aside whatever is chosen.
 ///
 /// # Errors
 /// When an effect does not go with the data, or a matrix cannot be factored.
 pub fn recommend(
     datasets: &[(&str, &Dataset)],
     examination: &Examination,
-    steps: &[String],
+    [steps, bad]: [&[String]; 2],
     library: &[(String, f64)],
 ) -> Result<Recommendation, IdentifyError> {
     let begin = examination.model();
@@ -178,8 +179,8 @@ pub fn recommend(
     let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
         let mut model = begin.clone();
         let mut added = Vec::new();
-        for id in &aside {
-            model = model.with(&format!("outlier:{id}"));
+        for id in aside.iter().map(|id| format!("outlier:{id}")).filter(|id| kind != Kind::Begin || bad.contains(id)) {
+            model = model.with(&id);
         }
         for (place, information) in held {
             let id = &candidates[place].id;
