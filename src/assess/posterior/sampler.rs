@@ -297,7 +297,7 @@ impl Solver {
                 Ok(b)
             }
             Solver::ByColumns { factor, weighted, products, y, scaled } => {
-                if sweep % REWEIGH == 0 {
+                if sweep.is_multiple_of(REWEIGH) {
                     model.x.transpose_to(weighted);
                     y.copy_from(&model.y);
                     for (own, weight) in model.samples.iter().zip(&state.weight) {
