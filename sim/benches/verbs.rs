@@ -51,7 +51,7 @@ fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
     let examination = Examination::new(named, model).unwrap();
     let diagnosis = diagnose_examined(named, &examination).unwrap();
     let poses = WorkspacePoses::of(named);
-    let error = WorkspaceError::predict(named, &examination, &diagnosis.relevance, &poses.q).unwrap();
+    let error = WorkspaceError::predict(named, &examination, &poses.q).unwrap();
     let ranges = examination.problem().joint_ranges();
     let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
     let outlook = error.map(|error| Outlook { error, source: poses.source, extrapolation });
