@@ -3,7 +3,7 @@
 use super::diagnosis::{Diagnosis, Verdict};
 use super::examination::Examination;
 use super::library::Library;
-use super::recommend::{Kind, Recommendation, gains_of_each, recommend};
+use super::recommend::{Choice, Kind, Recommendation, gains_of_each, recommend};
 use super::rung::{Objection, ProvingGround, Rung, add, rung};
 use super::withdrawal::{Contradiction, contradicted};
 use crate::effects;
@@ -80,11 +80,10 @@ impl Ladder {
 
     /// The rung to use.
     pub fn recommended(&self) -> &Rung {
-        match (&self.withdrawn, &self.other, self.recommendation.choice().kind) {
-            (Some(_), ..) => self.first(),
-            (None, Some(other), _) => other,
-            (None, None, Kind::Begin) => self.first(),
-            (None, None, _) => self.last(),
+        match (&self.withdrawn, &self.other) {
+            (Some(_), _) => self.first(),
+            (None, Some(other)) => other,
+            (None, None) => rung_of(&self.rungs, self.recommendation.choice()).unwrap_or(self.first()),
         }
     }
 }
@@ -132,12 +131,14 @@ pub fn ladder(
         witness(Climb::Reached(rung));
     }
     let first = &rungs[0];
-    let taken = match recommendation.choice().kind {
-        Kind::Begin if other.is_none() => first,
-        _ => other.as_ref().unwrap_or(&rungs[rungs.len() - 1]),
-    };
+    let taken = other.as_ref().or_else(|| rung_of(&rungs, recommendation.choice())).unwrap_or(first);
     let withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
     Ok(Ladder { rungs, top, recommendation, other, withdrawn })
+}
+
+/// The rung climbed whose model a choice is.
+fn rung_of<'r>(rungs: &'r [Rung], choice: &Choice) -> Option<&'r Rung> {
+    rungs.iter().find(|rung| rung.model.effects == choice.model.effects)
 }
 
 /// Fits the choices that are about as good at postures left out, and takes the one that promises the lowest error where the robot is to
@@ -150,7 +151,7 @@ fn choose(
     recommendation: &Recommendation,
     ground: ProvingGround<'_>,
 ) -> Result<(usize, Option<Rung>), IdentifyError> {
-    let (first, last) = (&rungs[0], &rungs[rungs.len() - 1]);
+    let first = &rungs[0];
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
     let mut best: Option<(usize, Option<Rung>, f64)> = None;
@@ -159,14 +160,15 @@ fn choose(
         if choice.kind == Kind::Begin || best.as_ref().is_some_and(|(b, ..)| left(place) > ABOUT_AS_GOOD * left(*b)) {
             break;
         }
-        let reached = match choice.kind {
-            Kind::Steps if choice.model.effects == last.model.effects => None,
-            _ => match rung(datasets, &choice.model, ground) {
+        let climbed = rung_of(rungs, choice).filter(|_| choice.kind == Kind::Steps);
+        let reached = match climbed {
+            Some(_) => None,
+            None => match rung(datasets, &choice.model, ground) {
                 Ok(rung) => Some(Rung { added: choice.added.clone(), gains: choice.gains.clone(), ..rung }),
                 Err(_) => continue,
             },
         };
-        let taken = reached.as_ref().unwrap_or(last);
+        let Some(taken) = reached.as_ref().or(climbed) else { continue };
         if taken.calibration.outcome != Some(Outcome::Converged)
             || taken.objections(first).iter().any(Objection::is_measured_elsewhere)
         {
@@ -182,7 +184,7 @@ fn choose(
     }
     // Samples that disagree with all others are set aside whatever else is done.
     let begin = &recommendation.choices[0];
-    let without = if begin.model.effects == first.model.effects { None } else { rung(datasets, &begin.model, ground).ok() };
+    let without = if rung_of(rungs, begin).is_some() { None } else { rung(datasets, &begin.model, ground).ok() };
     Ok((0, without.filter(|rung| rung.calibration.outcome == Some(Outcome::Converged))))
 }
 

@@ -205,7 +205,12 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         model: model.clone(),
         fit: examination.fit.rms,
         chi2_per_dof: diagnosis.chi2_per_dof,
-        cross_validated: rms(blocks.iter().map(|(_, squares)| *squares)),
+        // What is set aside is foretold by nobody.
+        cross_validated: rms(blocks
+            .iter()
+            .zip(examination.problem.sample_ids())
+            .filter(|(_, id)| !is_aside(model, id))
+            .map(|(b, _)| b.1)),
         blocks: examination.problem.sample_ids().iter().cloned().zip(blocks.iter().map(|(_, squares)| *squares)).collect(),
         workspace,
         validation,
@@ -217,6 +222,11 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         calibration,
         gains: Vec::new(),
     })
+}
+
+/// Whether a model sets a sample aside.
+fn is_aside(model: &Model, sample: &str) -> bool {
+    model.effects.iter().any(|effect| effect.strip_prefix("outlier:") == Some(sample))
 }
 
 /// Squared residual of each sample when its block was not fitted, m², and its set-up.

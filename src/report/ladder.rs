@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::finding_notes::added_json;
-use super::ladder_sentences::{advice, objection_sentence, symptom_sentence, why};
+use super::ladder_sentences::{advice, objection_sentence, rung_words, symptom_sentence, why};
 use super::tables::plain_rows;
 use super::workspace::workspace_json;
 use crate::assess::{Choice, Gain, Ladder, Objection, Rung, Top, Validation};
@@ -163,12 +163,7 @@ pub fn rung_table(rungs: &[&Rung]) -> String {
             .workspace
             .as_ref()
             .map(|w| format!("{:.3} ({:.3} to {:.3})", w.mean.expected / MM, w.mean.low / MM, w.mean.high / MM));
-        let model = match r.added.len() {
-            0 => r.model.effects.join(" + "),
-            1 => format!("+ {}", r.added[0]),
-            n => format!("+ {n} effects at once"),
-        };
-        let mut row = vec![model, mm(r.fit), mm(r.cross_validated), workspace.unwrap_or_default()];
+        let mut row = vec![rung_words(r), mm(r.fit), mm(r.cross_validated), workspace.unwrap_or_default()];
         if validated {
             let of = |f: fn(&Validation) -> f64| r.validation.as_ref().map_or(String::new(), |v| mm(f(v)));
             row.extend([of(|v| v.mean), of(|v| v.max)]);

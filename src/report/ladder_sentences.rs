@@ -74,13 +74,20 @@ pub fn symptom_sentence(s: &Symptom) -> String {
     }
 }
 
+/// What a rung adds; of the first, its model.
+pub(super) fn rung_words(rung: &Rung) -> String {
+    let samples = rung.added.iter().filter(|effect| effect.starts_with("outlier:")).count();
+    match rung.added.as_slice() {
+        [] => rung.model.effects.join(" + "),
+        few if few.len() <= 3 => few.iter().map(|effect| format!("+ {effect}")).collect::<Vec<_>>().join(" "),
+        many if samples == many.len() => format!("+ {samples} samples set aside"),
+        many => format!("+ {} effects at once", many.len()),
+    }
+}
+
 /// A rung in one line.
 pub fn rung_sentence(rung: &Rung) -> String {
-    let what = match rung.added.as_slice() {
-        [] => rung.model.effects.join(" + "),
-        [one] => format!("+ {one}"),
-        many => format!("+ {} effects at once", many.len()),
-    };
+    let what = rung_words(rung);
     let workspace = rung
         .workspace
         .as_ref()
