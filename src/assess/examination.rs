@@ -1,7 +1,7 @@
 //! A fitted model with the columns of every candidate beside it, reduced to inner products after all that the model can absorb is
 //! projected out. Everything that a diagnosis says is made of these.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 use super::background::Background;
 use super::evidence::{Remainder, Seen};
@@ -71,7 +71,7 @@ pub struct Examination {
 
 /// Takes out of any vector what the fitted parameters absorb.
 pub(super) struct Projection {
-    factor: Cholesky<f64, Dyn>,
+    factor: linalg::Cholesky,
     scale: DVector<f64>,
     /// `L^-1` times the inner products of the fitted columns with the candidates, and with the residuals.
     pub of_columns: DMatrix<f64>,
@@ -84,13 +84,13 @@ impl Projection {
         for (mut row, scale) in products.row_iter_mut().zip(&self.scale) {
             row *= *scale;
         }
-        self.factor.l_dirty().solve_lower_triangular_mut(&mut products);
+        self.factor.whiten(&mut products);
         products
     }
 
     /// `(J^T J)^-1 J^T x` of such a half: how much of each fitted parameter absorbs x, SI.
     pub fn absorbed(&self, mut half: DMatrix<f64>) -> DMatrix<f64> {
-        self.factor.l_dirty().tr_solve_lower_triangular_mut(&mut half);
+        self.factor.unwhiten(&mut half);
         for (mut row, scale) in half.row_iter_mut().zip(&self.scale) {
             row *= *scale;
         }
@@ -207,12 +207,14 @@ impl Examination {
         }
         let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
         let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-        let factor = Cholesky::new(scaled).ok_or(FitError::Singular)?;
+        let mut factor = linalg::Cholesky::new(m);
+        factor.factor(&scaled).map_err(|_| FitError::Singular)?;
         let empty = DMatrix::zeros(m, 0);
         let mut projection = Projection { factor, scale, of_columns: empty, of_residual: DVector::zeros(m) };
         projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
         projection.of_residual = projection.half(gradient).column(0).into_owned();
-        let gram = products.view((m, m), (n, n)) - projection.of_columns.tr_mul(&projection.of_columns);
+        let absorbed = linalg::product_of_transposed(&projection.of_columns, &projection.of_columns);
+        let gram = products.view((m, m), (n, n)) - absorbed;
         let z = products.view((m, m + n), (n, 1)).column(0) - projection.of_columns.tr_mul(&projection.of_residual);
         let left = (squares - projection.of_residual.norm_squared()).max(f64::MIN_POSITIVE);
         let parameters = fit.kept.len() as f64;

@@ -7,7 +7,7 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::linalg::triangular_inverse;
+use faer::linalg::{triangular_inverse, triangular_solve};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -40,6 +40,11 @@ pub enum LinalgError {
 
 fn view(a: &DMatrix<f64>) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(a.as_slice(), a.nrows(), a.ncols())
+}
+
+fn view_mut(a: &mut DMatrix<f64>) -> MatMut<'_, f64> {
+    let (rows, columns) = a.shape();
+    MatMut::from_column_major_slice_mut(a.as_mut_slice(), rows, columns)
 }
 
 /// Singular values of `a` (rows x columns), largest first.
@@ -170,6 +175,16 @@ impl Cholesky {
         let m = self.l.nrows();
         let b = MatMut::from_column_major_slice_mut(b, m, 1);
         llt::solve::solve_in_place(self.l.as_ref(), b, Par::Seq, MemStack::new(&mut self.scratch));
+    }
+
+    /// Replaces every column of `b` (m x any) by `L^-1 b`.
+    pub fn whiten(&self, b: &mut DMatrix<f64>) {
+        triangular_solve::solve_lower_triangular_in_place(self.l.as_ref(), view_mut(b), Par::Seq);
+    }
+
+    /// Replaces every column of `b` (m x any) by `L^-T b`.
+    pub fn unwhiten(&self, b: &mut DMatrix<f64>) {
+        triangular_solve::solve_upper_triangular_in_place(self.l.transpose(), view_mut(b), Par::Seq);
     }
 
     /// Natural logarithm of the determinant of the factored matrix.
@@ -318,6 +333,11 @@ mod tests {
         let oracle = nalgebra::Cholesky::new(normal.clone()).unwrap();
         assert!((cholesky.log_determinant() - oracle.ln_determinant()).abs() < 1e-11);
         let b = random(31, 1, 3);
+        let mut halves = b.clone();
+        cholesky.whiten(&mut halves);
+        assert!((halves.norm_squared() - b.dot(&(&covariance * &b))).abs() < 1e-12);
+        cholesky.unwhiten(&mut halves);
+        assert!((&normal * halves - &b).norm() < 1e-12);
         let mut x = b.clone();
         cholesky.solve_in_place(x.as_mut_slice());
         assert!((normal * x - b).norm() < 1e-12);

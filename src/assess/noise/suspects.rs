@@ -4,7 +4,7 @@
 //!
 //! On Gaussian noise a campaign has a suspect with a chance of less than 1e-3.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::{Row, rows};
@@ -134,6 +134,13 @@ struct Near {
     information: Vec<(f64, f64)>,
 }
 
+/// A weighted fit of such rows.
+struct Fitted {
+    residuals: Vec<f64>,
+    /// Of each row, if its weight were one.
+    leverages: Vec<f64>,
+}
+
 impl Near {
     fn new(problem: &Problem, fit: &Fit) -> Self {
         let mut rows = problem.whitened(&fit.values, &fit.kept);
@@ -148,39 +155,39 @@ impl Near {
         Near { information: known.collect(), rows, parameters }
     }
 
-    /// Residuals and leverages (per unit weight) of a weighted fit.
-    fn fitted(&self, weights: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
+    /// A weighted fit: what it leaves of every row, and what a row of unit weight pulls on it.
+    fn fitted(&self, weights: &[f64]) -> Option<Fitted> {
         let m = self.parameters;
         let mut weighted = self.rows.clone();
         weighted.column_iter_mut().zip(weights).for_each(|(mut c, w)| c *= w.sqrt());
         let mut products = DMatrix::zeros(m + 1, m + 1);
         linalg::normal_matrix(&weighted, &mut products);
         let mut normal = products.view((0, 0), (m, m)).into_owned();
-        let mut gradient = DVector::from_fn(m, |k, _| products[(k, m)]);
+        let mut step: Vec<f64> = (0..m).map(|k| products[(k, m)]).collect();
         for (k, (information, pull)) in self.information.iter().enumerate() {
             normal[(k, k)] += information + 1e-12;
-            gradient[k] += pull;
+            step[k] += pull;
         }
-        let factor = Cholesky::new(normal)?;
-        let step = factor.solve(&gradient);
+        let mut factor = linalg::Cholesky::new(m);
+        factor.factor(&normal).ok()?;
+        factor.solve_in_place(&mut step);
+        let step = DVector::from_vec(step);
         let residuals = self.rows.column_iter().map(|c| c[m] - c.rows(0, m).dot(&step)).collect();
-        Some((residuals, factor.inverse()))
-    }
-
-    fn leverage(&self, inverse: &DMatrix<f64>, row: usize) -> f64 {
         if self.rows.ncols() > MANY_ROWS {
-            return 0.0;
+            return Some(Fitted { residuals, leverages: vec![0.0; self.rows.ncols()] });
         }
-        let column = self.rows.column(row);
-        let own = column.rows(0, self.parameters);
-        (inverse * own).dot(&own)
+        let mut root = DMatrix::zeros(m, m);
+        factor.inverse_root(&mut root);
+        // A row of zeros for the residual.
+        let pulls = linalg::product_of_transposed(&root.insert_row(m, 0.0), &self.rows);
+        Some(Fitted { residuals, leverages: pulls.column_iter().map(|c| c.norm_squared()).collect() })
     }
 
     /// Whitened squares of a unit as of its independent numbers, its own pull on the fit counted out.
-    fn squares(&self, unit: &Unit, residuals: &[f64], inverse: &DMatrix<f64>, weights: &[f64]) -> f64 {
+    fn squares(unit: &Unit, fitted: &Fitted, weights: &[f64]) -> f64 {
         let count = unit.rows.len().max(1) as f64;
-        let mean = unit.rows.iter().map(|&r| residuals[r].powi(2)).sum::<f64>() / count;
-        let pull = unit.rows.iter().map(|&r| weights[r] * self.leverage(inverse, r)).sum::<f64>() / count;
+        let mean = unit.rows.iter().map(|&r| fitted.residuals[r].powi(2)).sum::<f64>() / count;
+        let pull = unit.rows.iter().map(|&r| weights[r] * fitted.leverages[r]).sum::<f64>() / count;
         unit.numbers() as f64 * mean / (1.0 - pull.min(MOST_LEVERAGE))
     }
 
@@ -190,8 +197,8 @@ impl Near {
         aside.iter().for_each(|&r| weights[r] = 0.0);
         let mut ratios = Vec::new();
         for _ in 0..ROUNDS {
-            let Some((residuals, inverse)) = self.fitted(&weights) else { return Vec::new() };
-            let squares: Vec<f64> = units.iter().map(|u| self.squares(u, &residuals, &inverse, &weights)).collect();
+            let Some(fitted) = self.fitted(&weights) else { return Vec::new() };
+            let squares: Vec<f64> = units.iter().map(|u| Near::squares(u, &fitted, &weights)).collect();
             let mut sorted: Vec<f64> = squares.iter().zip(units).map(|(s, u)| s / MEDIAN[u.numbers() - 1]).collect();
             sorted.sort_by(f64::total_cmp);
             let Some(&median) = sorted.get(sorted.len() / 2) else { return Vec::new() };
@@ -221,7 +228,7 @@ impl Near {
         }
         let mut weights = vec![1.0; self.rows.ncols()];
         units.iter().flat_map(|u| &u.rows).for_each(|&r| weights[r] = 0.0);
-        let Some((residuals, inverse)) = self.fitted(&weights) else { return Vec::new() };
+        let Some(Fitted { residuals, leverages }) = self.fitted(&weights) else { return Vec::new() };
         let squares: f64 = residuals.iter().zip(&weights).map(|(r, w)| w * r * r).sum();
         let dof = weights.iter().sum::<f64>() - self.parameters as f64;
         if dof < 3.0 {
@@ -234,7 +241,7 @@ impl Near {
             let count = u.rows.len().max(1) as f64;
             let mean = u.rows.iter().map(|&r| residuals[r].powi(2)).sum::<f64>() / count;
             // Predicted by the others: their uncertainty adds to the noise.
-            let spread = 1.0 + u.rows.iter().map(|&r| self.leverage(&inverse, r)).sum::<f64>() / count;
+            let spread = 1.0 + u.rows.iter().map(|&r| leverages[r]).sum::<f64>() / count;
             let ratio = mean / (unit * spread);
             let tail = FisherSnedecor::new(numbers, dof).map_or(1.0, |d| d.sf(ratio));
             let chance = (tail * of as f64).min(1.0);
