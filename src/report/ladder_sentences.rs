@@ -2,6 +2,7 @@
 
 use super::diagnosis_sentences::Recommended;
 use crate::assess::{ChoiceKind, Contradiction, Gain, Ladder, Objection, Planned, Rung, Symptom, Top, Unphysical};
+use crate::effects;
 use crate::units::MM;
 
 /// An objection in words.
@@ -76,7 +77,7 @@ pub fn symptom_sentence(s: &Symptom) -> String {
 
 /// What a rung adds; of the first, its model.
 pub(super) fn rung_words(rung: &Rung) -> String {
-    let samples = rung.added.iter().filter(|effect| effect.starts_with("outlier:")).count();
+    let samples = rung.added.iter().filter(|effect| effects::set_aside_by(effect).is_some()).count();
     match rung.added.as_slice() {
         [] => rung.model.effects.join(" + "),
         few if few.len() <= 3 => few.iter().map(|effect| format!("+ {effect}")).collect::<Vec<_>>().join(" "),
@@ -169,7 +170,7 @@ pub fn why(ladder: &Ladder) -> String {
     }
     let choice = ladder.recommendation.choice();
     if choice.kind == ChoiceKind::Begin {
-        return "nothing else predicts postures that were not fitted better by more than 5 % of the squares and two standard errors".into();
+        return "nothing else predicts postures that were not fitted better by more than 5 % of the squares and two standard errors (more where postures are few)".into();
     }
     let gains: Vec<String> = choice
         .gains

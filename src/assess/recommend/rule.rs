@@ -1,5 +1,7 @@
 //! When a step is taken: what it gains at postures that were not fitted must be large and sure, however the campaign is divided.
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
 use super::folds::Division;
 
 /// A gain of less than this share of the mean square is none.
@@ -8,8 +10,9 @@ const LEAST_GAIN: f64 = 0.05;
 /// A loss of more than this share of the mean square is harm, where whole places were left out.
 const LEAST_HARM: f64 = 0.02;
 
-/// Standard errors of the paired differences that a gain must exceed: one is too little, measured.
-const LEAST_SIGMA: f64 = 2.0;
+/// Chance at which a gain that is none would pass, two-sided: two standard errors of the paired differences where postures are many, more
+/// where they are few, by Student's distribution. One standard error is too little, measured.
+const CHANCE: f64 = 0.0455;
 
 /// Squares are clipped at so many medians: a few bad postures decide nothing.
 const CLIP: f64 = 3.0;
@@ -65,8 +68,14 @@ impl Gain {
         if self.division == Division::Places {
             return self.share > -LEAST_HARM;
         }
-        self.share > LEAST_GAIN && self.sigma > LEAST_SIGMA && self.tail < 1.0 + TAIL
+        self.share > LEAST_GAIN && self.sigma > least_sigma(self.postures) && self.tail < 1.0 + TAIL
     }
+}
+
+/// Standard errors that a gain at so many postures must exceed.
+fn least_sigma(postures: usize) -> f64 {
+    StudentsT::new(0.0, 1.0, postures.saturating_sub(1).max(1) as f64)
+        .map_or(f64::INFINITY, |t| t.inverse_cdf(1.0 - CHANCE / 2.0))
 }
 
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
