@@ -12,7 +12,7 @@ use super::library::Untestable;
 use super::noise::{Suspect, suspects_of};
 use super::relevance::Relevance;
 pub use super::verdict::Verdict;
-use crate::effects::EffectId;
+use crate::effects::{self, EffectId};
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 use crate::units::Unit;
@@ -140,6 +140,11 @@ impl Diagnosis {
         self.findings.iter().position(sticks_out)
     }
 
+    /// The effects that set all suspects aside.
+    pub fn without_suspects(&self) -> Vec<String> {
+        self.scatter.suspects.iter().map(|s| effects::setting_aside(&s.sample)).collect()
+    }
+
     /// Whether it advises to set a sample aside: as a suspect, before anything else, or as what is missing in the model.
     pub fn advises_to_set_aside(&self, sample: &str) -> bool {
         let is_it = |f: &Finding| f.is_sample() && EffectId::new(&f.hypothesis.in_model).rest() == Some(sample);
@@ -178,7 +183,7 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
     if suspects.is_empty() {
         return Ok(diagnosis);
     }
-    let aside = suspects.iter().fold(examination.model.clone(), |m, s| m.with(&format!("outlier:{}", s.sample)));
+    let aside = suspects.iter().fold(examination.model.clone(), |m, s| m.with(&effects::setting_aside(&s.sample)));
     // Samples whose loss leaves too little to determine the model cannot be set aside.
     let Ok(without) = Examination::new(datasets, &aside) else { return Ok(diagnosis) };
     if explains_as_much(examination, &diagnosis, &without, &suspects) {

@@ -1,6 +1,6 @@
 //! Effects that no fit of these data can tell apart, because they move the same samples by the same amounts.
 
-use crate::effects::EffectId;
+use crate::effects::{self, EffectId};
 use crate::identify::Use;
 use crate::measure::{Dataset, Measured, Sample};
 
@@ -41,7 +41,7 @@ fn alone(datasets: &[(&str, &Dataset)], ball: Option<&str>, time: Option<f64>) -
     };
     let mut samples = fitted(datasets).filter(probes);
     match (samples.next(), samples.next()) {
-        (Some((_, only)), None) => vec![format!("outlier:{}", only.id)],
+        (Some((_, only)), None) => vec![effects::setting_aside(&only.id)],
         _ => Vec::new(),
     }
 }

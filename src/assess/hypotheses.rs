@@ -212,10 +212,10 @@ fn plausible(examination: &Examination, id: &str) -> Option<f64> {
 /// One sample that disagrees with all others.
 fn outlier(examination: &Examination, background: &Background) -> Option<Hypothesis> {
     let ids = examination.problem.sample_ids();
-    let plausible = plausible(examination, &format!("outlier:{}", ids.first()?))?;
+    let plausible = plausible(examination, &effects::setting_aside(ids.first()?))?;
     let sweep = Sweep::of_each_sample(examination, background, &sweep::base(&examination.circumstances));
     let trial = |(i, id): (usize, &String)| {
-        let in_model = format!("outlier:{id}");
+        let in_model = effects::setting_aside(id);
         let is_new = !examination.model.effects.contains(&in_model);
         let place = (Place::Sample(id.clone()), in_model);
         is_new.then(|| Trial::new(examination, background, place, &sweep.of_sample(i, plausible)))

@@ -121,9 +121,9 @@ pub fn ladder(
     let first = &rungs[0];
     let steps: Vec<String> = rungs[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
-    let is_sample = |id: &String| id.starts_with("outlier:");
-    let bad = rungs.get(1).filter(|r| r.added.len() == first.diagnosis.scatter.suspects.len() && r.added.iter().all(is_sample));
-    let bad = bad.map_or(&[][..], |rung| &rung.added);
+    let sets_suspects_aside =
+        |r: &&Rung| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
+    let bad = rungs.get(1).filter(sets_suspects_aside).map_or(&[][..], |rung| &rung.added);
     let mut recommendation = recommend(datasets, &examination, [&steps, bad], &library(datasets, first, ground))?;
     let (chosen, other) = choose(datasets, &rungs, &recommendation, ground)?;
     recommendation.chosen = chosen;
@@ -202,7 +202,7 @@ pub fn best_step(
     witness: &mut dyn FnMut(Climb<'_>),
 ) -> Result<Next, IdentifyError> {
     let mut tried = Vec::new();
-    let suspects: Vec<String> = below.diagnosis.scatter.suspects.iter().map(|s| format!("outlier:{}", s.sample)).collect();
+    let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
         // One beside another that stays may seem to help: they are set aside together.
         let together = suspects.join(" and ");

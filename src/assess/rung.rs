@@ -8,6 +8,7 @@ use super::recommend::{Gain, gains};
 use super::symptoms::Symptom;
 use super::withdrawal::Contradiction;
 use super::workspace::WorkspaceError;
+use crate::effects;
 use crate::identify::{Calibration, IdentifyError, Model, Use, identify};
 use crate::measure::{Dataset, Postures, SampleSet};
 
@@ -226,7 +227,7 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
 
 /// Whether a model sets a sample aside.
 fn is_aside(model: &Model, sample: &str) -> bool {
-    model.effects.iter().any(|effect| effect.strip_prefix("outlier:") == Some(sample))
+    model.effects.contains(&effects::setting_aside(sample))
 }
 
 /// Squared residual of each sample when its block was not fitted, m², and its set-up.
@@ -262,9 +263,14 @@ fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option
 }
 
 impl Rung {
+    /// Samples that the step to it sets aside.
+    fn added_aside(&self) -> Vec<&str> {
+        self.added.iter().filter_map(|effect| effects::set_aside_by(effect)).collect()
+    }
+
     /// Cross-validated error of the samples that are not set aside, below and here, m.
     fn of_the_others(&self, below: &Rung) -> [f64; 2] {
-        let aside: Vec<&str> = self.added.iter().filter_map(|e| e.strip_prefix("outlier:")).collect();
+        let aside = self.added_aside();
         let is_other = |id: &String| !aside.contains(&id.as_str());
         [below, self].map(|r| rms(r.blocks.iter().filter(|(id, _)| is_other(id)).map(|(_, squares)| *squares)))
     }
@@ -280,7 +286,7 @@ impl Rung {
     pub fn objections(&self, below: &Rung) -> Vec<Objection> {
         let mut all = Vec::new();
         // A sample that the step sets aside is nothing that it could predict: the others must not be predicted worse for it.
-        let aside: Vec<&str> = self.added.iter().filter_map(|e| e.strip_prefix("outlier:")).collect();
+        let aside = self.added_aside();
         let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
         // Beside a second bad sample the first may seem to help the others; the diagnosis has weighed them together.
         let advised = sets_aside && aside.iter().all(|sample| below.diagnosis.advises_to_set_aside(sample));

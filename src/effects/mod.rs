@@ -61,6 +61,7 @@ use thiserror::Error;
 pub use facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Stray, Unphysical};
 pub use family::{Build, CATALOGUE, Family, Origin, Scan};
 pub use id::EffectId;
+pub use outlier::{set_aside_by, setting_aside};
 pub use own::{OwnEffect, OwnEffectError, OwnTerm};
 pub use registry::{Registry, family, ids};
 pub use situation::{ArtifactShape, Kind, Situation};

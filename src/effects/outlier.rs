@@ -8,6 +8,16 @@ use super::{
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
+/// The effect that sets a sample aside.
+pub fn setting_aside(sample: &str) -> String {
+    format!("outlier:{sample}")
+}
+
+/// The sample that an effect sets aside; `None` of any other effect.
+pub fn set_aside_by(effect: &str) -> Option<&str> {
+    effect.strip_prefix("outlier:")
+}
+
 pub(super) const FAMILY: Family = Family {
     id: "outlier",
     arguments: ":ID",

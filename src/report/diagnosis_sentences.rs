@@ -5,7 +5,7 @@ use super::heat_map::curve_line;
 use super::meaning::{meaning, what};
 use super::scatter::{scatter_sentences, suspects_named};
 use crate::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
-use crate::effects::EffectId;
+use crate::effects::{self, EffectId};
 use crate::units::MM;
 
 /// How the commands that a report recommends go on after the verb: datasets and model as they were given.
@@ -145,7 +145,7 @@ fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
     Some(format!(
         "Verdict: suspect_samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows; {} does so in the model.",
         suspects_named(&d.scatter.suspects),
-        commands.add(&format!("outlier:{}", first.sample))
+        commands.add(&effects::setting_aside(&first.sample))
     ))
 }
 
@@ -153,7 +153,7 @@ fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
 fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
     let place = d.outlier()?;
     let f = &d.findings[place];
-    let sample = f.hypothesis.in_model.trim_start_matches("outlier:");
+    let sample = effects::set_aside_by(&f.hypothesis.in_model)?;
     Some(if place == 0 {
         format!(
             "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, leave it out, or set it aside with {}.",

@@ -1,6 +1,7 @@
 //! What the program advises: the one place where a suite asks it.
 
 use calibench::assess::{Diagnosis, ProvingGround, ladder};
+use calibench::effects::{set_aside_by, setting_aside};
 use calibench::identify::{Calibration, Model};
 use calibench::measure::Dataset;
 use calibench::units::MM;
@@ -46,9 +47,9 @@ pub(super) fn advised(
 
 /// Samples that a diagnosis says are bad, by their effects `outlier:ID`.
 pub(super) fn suspects(diagnosis: &Diagnosis) -> Vec<String> {
-    let sample = |id: String| (diagnosis.advises_to_set_aside(&id)).then(|| format!("outlier:{id}"));
+    let sample = |id: String| (diagnosis.advises_to_set_aside(&id)).then(|| setting_aside(&id));
     let suspected = diagnosis.scatter.suspects.iter().map(|s| s.sample.clone());
-    let named = diagnosis.findings.iter().filter_map(|f| f.hypothesis.in_model.strip_prefix("outlier:").map(str::to_owned));
+    let named = diagnosis.findings.iter().filter_map(|f| set_aside_by(&f.hypothesis.in_model).map(str::to_owned));
     let mut all: Vec<String> = suspected.chain(named).filter_map(sample).collect();
     all.sort();
     all.dedup();

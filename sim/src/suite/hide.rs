@@ -1,7 +1,7 @@
 //! Draws what is hidden in a trial, and disturbs what was measured.
 
 use calibench::assess::Library;
-use calibench::effects::{self, Subject};
+use calibench::effects::{self, Subject, set_aside_by};
 use calibench::measure::{Dataset, Measured, Noise};
 use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
@@ -65,7 +65,7 @@ impl Hidden {
         let balls = cell.ball_ids();
         let subject = Subject { own: &scenario.model.own, ..Subject::new(&cell.robot, &balls) };
         let mut keys = scenario.truth().keys().clone();
-        for (id, sizes) in self.effects.iter().filter(|(id, _)| !id.starts_with("outlier:")) {
+        for (id, sizes) in self.effects.iter().filter(|(id, _)| set_aside_by(id).is_none()) {
             // Drawn from the catalogue just now.
             let Ok(effect) = effects::build(id, &subject) else { continue };
             keys.effects.entry(id.clone()).or_default().extend(written_sizes(effect.as_ref(), sizes));
@@ -213,7 +213,7 @@ fn understate(noise: &mut Noise, factor: f64) {
 
 /// A centring that ended off the ball by `sizes` (m, world): its left-over reading says nothing of it.
 fn put_off(data: &mut Dataset, id: &str, sizes: &[f64]) {
-    let Some(name) = id.strip_prefix("outlier:") else { return };
+    let Some(name) = set_aside_by(id) else { return };
     let offset = Vector3::from_fn(|k, _| sizes.get(k).copied().unwrap_or(0.0));
     for sample in data.samples.iter_mut().filter(|s| s.id == name) {
         match &mut sample.measured {

@@ -6,6 +6,7 @@ use super::linear::{self, Linear};
 use super::rule::Gain;
 use crate::assess::examination::Examination;
 use crate::assess::library::Candidate;
+use crate::effects;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
@@ -122,7 +123,7 @@ pub fn recommend(
     let divisions = super::postures(&examination.circumstances);
     let postures = divisions.count();
     let bands = curves::bands(examination.problem().robot().joints(), postures);
-    let plain: Vec<&String> = steps.iter().filter(|id| !id.starts_with("outlier:")).collect();
+    let plain: Vec<&String> = steps.iter().filter(|id| effects::set_aside_by(id).is_none()).collect();
     let ids = plain.iter().copied().chain(&bands).chain(library.iter().map(|(id, _)| id));
     let candidate = |id: &String| Candidate::new(id.clone());
     let mut candidates: Vec<Candidate> = Vec::new();
@@ -145,7 +146,7 @@ pub fn recommend(
     let wide = examination.beside(datasets, candidates.clone())?;
     let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in examination.problem().sample_ids().iter().enumerate() {
-        linear.aside[sample] = steps.iter().any(|s| s.strip_prefix("outlier:") == Some(id.as_str()));
+        linear.aside[sample] = steps.contains(&effects::setting_aside(id));
     }
 
     let all = linear.all_products();
@@ -179,7 +180,7 @@ pub fn recommend(
     let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
         let mut model = begin.clone();
         let mut added = Vec::new();
-        for id in aside.iter().map(|id| format!("outlier:{id}")).filter(|id| kind != Kind::Begin || bad.contains(id)) {
+        for id in aside.iter().map(|id| effects::setting_aside(id)).filter(|id| kind != Kind::Begin || bad.contains(id)) {
             model = model.with(&id);
         }
         for (place, information) in held {

@@ -5,6 +5,7 @@ use super::linear::Linear;
 use super::rule::Gain;
 use crate::assess::examination::Examination;
 use crate::assess::library::Candidate;
+use crate::effects;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
@@ -13,12 +14,12 @@ use crate::measure::Dataset;
 /// # Errors
 /// When an effect does not go with the data, or a matrix cannot be factored.
 pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
-    let is_new = |id: &&String| !before.effects.contains(id) && !id.starts_with("outlier:");
+    let is_new = |id: &&String| !before.effects.contains(id) && effects::set_aside_by(id).is_none();
     let added: Vec<&str> = after.effects.iter().filter(is_new).map(String::as_str).collect();
     if added.is_empty() {
         return Ok(Vec::new());
     }
-    let mut aside: Vec<&str> = after.effects.iter().filter_map(|id| id.strip_prefix("outlier:")).collect();
+    let mut aside: Vec<&str> = after.effects.iter().filter_map(|id| effects::set_aside_by(id)).collect();
     aside.dedup();
     let before = Model { own: after.own.clone(), ..before.clone() };
     let widths = Model { width: after.width.clone(), ..before.clone() };
@@ -35,7 +36,7 @@ pub fn gains_of_each(
     effects: &[String],
 ) -> Result<Vec<Vec<Gain>>, IdentifyError> {
     let alone: Vec<Vec<&str>> =
-        effects.iter().map(|id| if id.starts_with("outlier:") { Vec::new() } else { vec![id.as_str()] }).collect();
+        effects.iter().map(|id| if effects::set_aside_by(id).is_some() { Vec::new() } else { vec![id.as_str()] }).collect();
     judged(datasets, before, before, &alone, &[])
 }
 

@@ -6,6 +6,7 @@ use super::candidate::{Candidate, curve_id};
 use super::residuals::{Point, Residuals};
 use super::shorts;
 use crate::assess::{Comparison, Diagnosis, Verdict};
+use crate::effects;
 use crate::units::URAD;
 
 /// Means that show less than this share of what a candidate takes are no picture of it.
@@ -38,7 +39,7 @@ pub(super) fn telling_of(d: &Diagnosis, points: &Residuals, first: &Candidate, c
             "mean_urad": shorts(curve.mean.iter().map(|x| x / URAD)),
             "sigma_urad": shorts(curve.sigma.iter().map(|x| x / URAD))});
     }
-    if let Some(sample) = first.effect.strip_prefix("outlier:") {
+    if let Some(sample) = effects::set_aside_by(&first.effect) {
         return json!({"kind": "samples", "candidate": 0, "sample": sample});
     }
     if first.phase.is_some() {
