@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::examination::Examination;
 use super::library::missing_somewhere;
-use crate::effects::{self, Effect};
+use crate::effects::{self, Effect, Owner};
 use crate::identify::{Circumstance, IdentifyError, Parameter, Problem, Use};
 use crate::measure::Dataset;
 
@@ -21,6 +21,11 @@ pub(super) struct Elsewhere {
 }
 
 impl Elsewhere {
+    /// As [`Elsewhere::new`]; balls stand nowhere but where they were measured, so what the artifact has moves nothing.
+    pub fn of_the_arm(there: &Dataset, examination: &Examination) -> Result<Self, IdentifyError> {
+        Elsewhere::new(there, examination, |effect| effect.owner() != Owner::Artifact)
+    }
+
     /// Lays out the samples of `there`; effects that `takes` refuses, or that lack their data, move nothing. The session is as long as it
     /// was, so that what builds up over it goes on at its pace.
     ///

@@ -33,7 +33,7 @@ const OVERSTATED: f64 = 3.5;
 const FEW: f64 = 0.05;
 
 /// Mean of the length of a vector of three normal numbers of one-sigma 1.
-const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
+pub(super) const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 
 impl Level {
     /// Of an examined fit.

@@ -11,9 +11,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::elsewhere::Elsewhere;
 use super::examination::Examination;
-use super::level::Level;
+use super::level::{Level, MEAN_LENGTH};
 use super::posterior::Posterior;
-use crate::effects::Owner;
 use crate::identify::IdentifyError;
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
 use crate::robot::{Robot, Surroundings, world_from_tool};
@@ -73,6 +72,13 @@ pub struct WorkspaceError {
     pub poses: Vec<ExpectedError>,
     /// One-sigma of the instrument's noise per axis, m: who measures the error sees it as well. Zero where it is not known.
     pub noise: f64,
+}
+
+impl WorkspaceError {
+    /// The mean that an instrument would measure, its own noise in it, m.
+    pub fn mean_as_measured(&self) -> f64 {
+        self.mean.expected.hypot(MEAN_LENGTH * self.noise)
+    }
 }
 
 /// Poses spread over the workspace of a robot: uniform in its joints, clear of itself (rad, N).
@@ -254,8 +260,8 @@ pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Ve
     Dataset { base: setup.start, samples, ball_distances: Vec::new(), ..dataset.clone() }
 }
 
-/// How fitted parameters (SI) and candidates (in plausible sizes) move the TCP at each pose: 3 rows a pose, m. Balls stand nowhere but
-/// where they were measured; all that the fit absorbed of them is in the parameters.
+/// How fitted parameters (SI) and candidates (in plausible sizes) move the TCP at each pose: 3 rows a pose, m. All that the fit absorbed of
+/// the balls is in the parameters.
 pub(super) fn fields(there: &Dataset, examination: &Examination) -> Result<DMatrix<f64>, IdentifyError> {
-    Ok(Elsewhere::new(there, examination, |effect| effect.owner() != Owner::Artifact)?.fields())
+    Ok(Elsewhere::of_the_arm(there, examination)?.fields())
 }

@@ -11,6 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::sampler::Kind;
 use crate::identify::Circumstance;
 use crate::units::URAD;
 
@@ -90,10 +91,10 @@ impl JointErrors {
         JointErrors { curves, pairs, load }
     }
 
-    /// How many columns each group has.
-    pub fn groups(&self) -> impl Iterator<Item = (usize, usize)> {
-        let curves = self.curves.iter().map(|(_, band)| (1, 2 * band.clone().count()));
-        curves.chain(self.pairs.iter().map(|pair| (2, pair.features.len())))
+    /// Of what kind each group is, and how many columns it has.
+    pub fn groups(&self) -> impl Iterator<Item = (Kind, usize)> {
+        let curves = self.curves.iter().map(|(_, band)| (Kind::Curves, 2 * band.clone().count()));
+        curves.chain(self.pairs.iter().map(|pair| (Kind::Pairs, pair.features.len())))
     }
 
     /// Columns of all shapes, in ordinary sizes: rows of these circumstances one after the other, as they are whitened.

@@ -5,18 +5,19 @@
 
 mod joint_errors;
 mod sampler;
+mod solver;
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
 use self::joint_errors::JointErrors;
-use self::sampler::{Draw, Group, LinearModel, Size};
+use self::sampler::{Draw, Group, Kind, LinearModel, Size};
 use super::elsewhere::Elsewhere;
-use super::examination::Examination;
+use super::examination::{Examination, Span};
 use super::level::is_noise_overstated;
 use super::noise::JointSteps;
 use crate::effects::{EffectId, Owner};
-use crate::identify::{IdentifyError, Knowledge, Parameter};
+use crate::identify::{IdentifyError, Knowledge, Model, Parameter};
 use crate::measure::Dataset;
 
 /// Samples drawn from; of more, every so many-th.
@@ -46,6 +47,19 @@ pub(super) struct Posterior {
     known: Option<f64>,
 }
 
+/// What is known of a fitted parameter before the data: of its size, its unit (SI), and what it is drawn about.
+fn drawn(parameter: &Parameter, value: f64, model: &Model) -> (Size, f64, f64) {
+    let plausible = parameter.spec.prior;
+    let from_nothing = -value / plausible;
+    let is_free = parameter.knowledge == Knowledge::Flat && model.is_freely_fitted(&parameter.effect);
+    match parameter.knowledge {
+        Knowledge::Stated(sigma) => (Size::Known(1.0), sigma, -value / sigma),
+        _ if parameter.owner != Owner::Robot => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
+        _ if is_free => (Size::Known(FREE.max(2.0 * from_nothing.abs()).powi(2)), plausible, from_nothing),
+        Knowledge::Flat | Knowledge::Plausible(_) => (Size::Drawn(Kind::Catalogue), plausible, from_nothing),
+    }
+}
+
 impl Posterior {
     /// Of an examined fit.
     ///
@@ -57,32 +71,19 @@ impl Posterior {
         let parameters: Vec<&Parameter> = fit.kept.iter().map(|&p| &problem.parameters()[p]).collect();
         let mut groups: Vec<Group> = Vec::new();
         let (mut unit, mut centre) = (Vec::with_capacity(m + n), Vec::with_capacity(m + n));
-        let mut last = "";
         for (k, (parameter, &p)) in parameters.iter().zip(&fit.kept).enumerate() {
-            let value = fit.values[p];
-            let plausible = parameter.spec.prior;
-            let from_nothing = -value / plausible;
-            let (size, own, about) = match parameter.knowledge {
-                Knowledge::Stated(sigma) => (Size::Known(1.0), sigma, -value / sigma),
-                Knowledge::Plausible(_) if parameter.owner == Owner::Robot => (Size::Drawn(0), plausible, from_nothing),
-                Knowledge::Flat if parameter.owner == Owner::Robot && !model.is_freely_fitted(&parameter.effect) => {
-                    (Size::Drawn(0), plausible, from_nothing)
-                }
-                Knowledge::Flat if parameter.owner == Owner::Robot => {
-                    (Size::Known(FREE.max(2.0 * from_nothing.abs()).powi(2)), plausible, from_nothing)
-                }
-                Knowledge::Flat | Knowledge::Plausible(_) => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
-            };
+            let (size, own, about) = drawn(parameter, fit.values[p], model);
             unit.push(own);
             centre.push(about);
-            let joins = matches!(size, Size::Drawn(_)) && last == parameter.effect;
-            match groups.last_mut().filter(|_| joins) {
+            // Numbers of one effect have one size.
+            let joins = k > 0 && matches!(size, Size::Drawn(_)) && parameters[k - 1].effect == parameter.effect;
+            match groups.last_mut().filter(|group| joins && group.size == size) {
                 Some(group) => group.columns.end = k + 1,
-                None => groups.push(Group { columns: k..k + 1, size: size.clone() }),
+                None => groups.push(Group { columns: k..k + 1, size }),
             }
-            last = if matches!(size, Size::Drawn(_)) { &parameter.effect } else { "" };
         }
-        groups.extend(spans.iter().map(|s| Group { columns: m + s.first..m + s.first + s.count, size: Size::Drawn(0) }));
+        let of_candidate = |s: &Span| Group { columns: m + s.first..m + s.first + s.count, size: Size::Drawn(Kind::Catalogue) };
+        groups.extend(spans.iter().map(of_candidate));
         unit.resize(m + n, 1.0);
         centre.resize(m + n, 0.0);
 
@@ -137,7 +138,7 @@ impl Posterior {
         examination: &Examination,
         random: &mut ChaCha8Rng,
     ) -> Result<DMatrix<f64>, IdentifyError> {
-        let elsewhere = Elsewhere::new(there, examination, |effect| effect.owner() != Owner::Artifact)?;
+        let elsewhere = Elsewhere::of_the_arm(there, examination)?;
         let fields = elsewhere.fields();
         let known = self.unit.len();
         let of_shapes = self.shapes.columns(&elsewhere.plain_circumstances());

@@ -13,23 +13,30 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::solver::Solver;
 use crate::identify::FitError;
-use crate::identify::linalg::{self, Cholesky};
 
 /// Chains, and sweeps of each: those that forget where it began, and those that are kept.
 const CHAINS: u64 = 2;
 const FORGOTTEN: usize = 15;
 const KEPT: usize = 45;
 
-/// Sweeps between two looks at the weights of the samples where there are more rows than columns: their products are the dear part.
-const REWEIGH: usize = 10;
-
 /// Common sizes, in plausible sizes: log-uniform.
 const SMALLEST: f64 = 0.01;
 const LARGEST: f64 = 3.0;
 const SIZE_STEPS: usize = 40;
 /// Kinds of groups, each with a common size.
-pub const KINDS: usize = 3;
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Effects of the catalogue.
+    Catalogue,
+    /// Curves of a joint's own angle.
+    Curves,
+    /// Functions of two variables.
+    Pairs,
+}
+
+const KINDS: [Kind; 3] = [Kind::Catalogue, Kind::Curves, Kind::Pairs];
 
 /// Where chains begin: what the data show grows within a few sweeps, what they do not shrinks slowly.
 const BEGIN: f64 = 0.02;
@@ -46,12 +53,12 @@ fn common_size(k: usize) -> f64 {
 }
 
 /// What is known of some columns before the data.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
     /// Their variance.
     Known(f64),
-    /// It is one of many of its kind, numbered from 0, that scatter about a common size.
-    Drawn(usize),
+    /// It is one of many of its kind that scatter about a common size.
+    Drawn(Kind),
 }
 
 /// Columns that have one size.
@@ -87,7 +94,7 @@ pub struct Draw {
     /// Degrees of freedom of its distribution.
     pub tail: f64,
     /// The common size.
-    pub common: [f64; KINDS],
+    pub common: [f64; KINDS.len()],
 }
 
 impl Draw {
@@ -123,7 +130,7 @@ impl LinearModel {
     fn chain(&self, random: &mut ChaCha8Rng) -> Result<Vec<Draw>, FitError> {
         let rows = self.x.nrows();
         let mut state = State {
-            common: [BEGIN; KINDS],
+            common: [BEGIN; KINDS.len()],
             variance: vec![BEGIN * BEGIN; self.groups.len()],
             weight: vec![1.0; self.samples.len()],
             noise: self.noise.map_or(self.y.norm_squared() / rows.max(1) as f64, |(known, _)| known).max(f64::MIN_POSITIVE),
@@ -149,15 +156,15 @@ impl LinearModel {
             if let Size::Drawn(kind) = group.size {
                 let own: f64 = group.columns.clone().map(|k| b[k] * b[k]).sum();
                 let freedom = group.columns.len() as f64 + COMMON_WEIGHT;
-                *variance = (own + COMMON_WEIGHT * state.common[kind].powi(2)) / chi_squared(freedom, random);
+                *variance = (own + COMMON_WEIGHT * state.common[kind as usize].powi(2)) / chi_squared(freedom, random);
             }
         }
         let half = COMMON_WEIGHT / 2.0;
-        for kind in 0..KINDS {
+        for kind in KINDS {
             let drawn = self.groups.iter().zip(&state.variance).filter(|(g, _)| g.size == Size::Drawn(kind));
             let (count, inverse) = drawn.fold((0.0, 0.0), |(c, i), (_, v)| (c + 1.0, i + 1.0 / v));
             let ln = |k: usize| half * (2.0 * count * common_size(k).ln() - common_size(k).powi(2) * inverse);
-            state.common[kind] = common_size(one_of(SIZE_STEPS, ln, random));
+            state.common[kind as usize] = common_size(one_of(SIZE_STEPS, ln, random));
         }
     }
 
@@ -165,7 +172,7 @@ impl LinearModel {
     /// not see moves freely (Liu & Sabatti 2000). Drawn one after the other they would hold each other where they are.
     fn scale_kinds(&self, b: &mut DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
         let mut left = &self.y - &self.x * &*b;
-        for kind in 0..KINDS {
+        for kind in KINDS {
             let of_kind = || self.groups.iter().filter(|g| g.size == Size::Drawn(kind)).map(|g| g.columns.clone());
             let mut own = DVector::zeros(left.len());
             for columns in of_kind() {
@@ -178,18 +185,18 @@ impl LinearModel {
                 with_own += weight * o.norm_squared();
             }
             let ln = |k: usize| {
-                let more = common_size(k) / state.common[kind] - 1.0;
+                let more = common_size(k) / state.common[kind as usize] - 1.0;
                 (more * with_left - 0.5 * more * more * with_own) / state.noise
             };
             let common = common_size(one_of(SIZE_STEPS, ln, random));
-            let factor = common / state.common[kind];
+            let factor = common / state.common[kind as usize];
             of_kind().flatten().for_each(|k| b[k] *= factor);
             for (group, variance) in self.groups.iter().zip(&mut state.variance) {
                 if group.size == Size::Drawn(kind) {
                     *variance *= factor * factor;
                 }
             }
-            state.common[kind] = common;
+            state.common[kind as usize] = common;
             left.axpy(1.0 - factor, &own, 1.0);
         }
     }
@@ -217,119 +224,15 @@ impl LinearModel {
 }
 
 /// Where a chain stands.
-struct State {
-    common: [f64; KINDS],
-    variance: Vec<f64>,
-    weight: Vec<f64>,
-    noise: f64,
-    tail: f64,
+pub struct State {
+    pub common: [f64; KINDS.len()],
+    pub variance: Vec<f64>,
+    pub weight: Vec<f64>,
+    pub noise: f64,
+    pub tail: f64,
 }
 
-/// Draws all coefficients at once, through whichever of the two normal matrices is the smaller.
-enum Solver {
-    /// Rows by rows.
-    ByRows { factor: Cholesky, known: DMatrix<f64>, drawn: Vec<usize>, scaled: DMatrix<f64>, kernel: DMatrix<f64> },
-    /// Columns by columns: the rows weighted and transposed, their products, and the residuals weighted.
-    ByColumns { factor: Cholesky, weighted: DMatrix<f64>, products: DMatrix<f64>, y: DVector<f64>, scaled: DMatrix<f64> },
-}
-
-impl Solver {
-    fn new(model: &LinearModel) -> Self {
-        let (rows, columns) = model.x.shape();
-        if rows > columns {
-            return Solver::ByColumns {
-                factor: Cholesky::new(columns),
-                weighted: DMatrix::zeros(columns, rows),
-                products: DMatrix::zeros(columns, columns),
-                y: DVector::zeros(rows),
-                scaled: DMatrix::zeros(columns, columns),
-            };
-        }
-        let is_drawn = |g: &&Group| matches!(g.size, Size::Drawn(_));
-        let drawn: Vec<usize> = model.groups.iter().filter(is_drawn).flat_map(|g| g.columns.clone()).collect();
-        let sizes = model.groups.iter().filter_map(|g| match g.size {
-            Size::Known(variance) => Some(g.columns.clone().map(move |k| (k, variance))),
-            Size::Drawn(_) => None,
-        });
-        let of_known: Vec<(usize, f64)> = sizes.flatten().collect();
-        let mut x = DMatrix::zeros(rows, of_known.len());
-        for (mut to, (k, variance)) in x.column_iter_mut().zip(&of_known) {
-            to.axpy(variance.sqrt(), &model.x.column(*k), 0.0);
-        }
-        let mut known = DMatrix::zeros(rows, rows);
-        linalg::normal_matrix(&x, &mut known);
-        let scaled = DMatrix::zeros(rows, drawn.len());
-        Solver::ByRows { factor: Cholesky::new(rows), known, drawn, scaled, kernel: DMatrix::zeros(rows, rows) }
-    }
-
-    fn draw(
-        &mut self,
-        model: &LinearModel,
-        state: &State,
-        sweep: usize,
-        random: &mut ChaCha8Rng,
-    ) -> Result<DVector<f64>, FitError> {
-        let (rows, columns) = model.x.shape();
-        let mut variance = vec![0.0; columns];
-        for (group, drawn) in model.groups.iter().zip(&state.variance) {
-            let own = if let Size::Known(v) = group.size { v } else { *drawn };
-            group.columns.clone().for_each(|k| variance[k] = own);
-        }
-        match self {
-            Solver::ByRows { factor, known, drawn, scaled, kernel } => {
-                for (mut to, &k) in scaled.column_iter_mut().zip(drawn.iter()) {
-                    to.axpy(variance[k].sqrt(), &model.x.column(k), 0.0);
-                }
-                linalg::normal_matrix(scaled, kernel);
-                *kernel += &*known;
-                let mut noise = DVector::zeros(rows);
-                for (own, weight) in model.samples.iter().zip(&state.weight) {
-                    own.clone().for_each(|r| noise[r] = state.noise / weight);
-                }
-                (0..rows).for_each(|r| kernel[(r, r)] += noise[r]);
-                factor.factor(kernel)?;
-                let mut b = DVector::from_fn(columns, |k, _| variance[k].sqrt() * normal(random));
-                let mut short = &model.y - &model.x * &b;
-                (0..rows).for_each(|r| short[r] -= noise[r].sqrt() * normal(random));
-                factor.solve_in_place(short.as_mut_slice());
-                let pulled = model.x.tr_mul(&short);
-                (0..columns).for_each(|k| b[k] += variance[k] * pulled[k]);
-                Ok(b)
-            }
-            Solver::ByColumns { factor, weighted, products, y, scaled } => {
-                if sweep.is_multiple_of(REWEIGH) {
-                    model.x.transpose_to(weighted);
-                    y.copy_from(&model.y);
-                    for (own, weight) in model.samples.iter().zip(&state.weight) {
-                        for r in own.clone() {
-                            weighted.column_mut(r).scale_mut(weight.sqrt());
-                            y[r] *= weight.sqrt();
-                        }
-                    }
-                    linalg::normal_matrix(weighted, products);
-                }
-                let precision = |k: usize| products[(k, k)] / state.noise + 1.0 / variance[k];
-                let scale = DVector::from_fn(columns, |k, _| 1.0 / precision(k).sqrt());
-                for c in 0..columns {
-                    for r in c + 1..columns {
-                        scaled[(r, c)] = products[(r, c)] / state.noise * scale[r] * scale[c];
-                    }
-                    scaled[(c, c)] = 1.0;
-                }
-                factor.factor(scaled)?;
-                // Data and prior each with noise of their own: what solves for them is a draw.
-                let sigma = state.noise.sqrt();
-                let noisy = DVector::from_fn(rows, |r, _| y[r] / state.noise + normal(random) / sigma);
-                let mut b = &*weighted * noisy;
-                (0..columns).for_each(|k| b[k] = (b[k] + normal(random) / variance[k].sqrt()) * scale[k]);
-                factor.solve_in_place(b.as_mut_slice());
-                Ok(b.component_mul(&scale))
-            }
-        }
-    }
-}
-
-fn normal(random: &mut impl Rng) -> f64 {
+pub fn normal(random: &mut impl Rng) -> f64 {
     StandardNormal.sample(random)
 }
 
@@ -364,19 +267,19 @@ mod tests {
     /// A model drawn from its own prior, and the true coefficients.
     fn drawn(random: &mut ChaCha8Rng, rows: usize) -> (LinearModel, DVector<f64>) {
         let mut groups = vec![Group { columns: 0..3, size: Size::Known(4.0) }];
-        groups.extend((0..12).map(|g| Group { columns: 3 + 2 * g..5 + 2 * g, size: Size::Drawn(g % KINDS) }));
-        let common: Vec<f64> = (0..KINDS).map(|_| common_size(random.random_range(0..SIZE_STEPS))).collect();
+        groups.extend((0..12).map(|g| Group { columns: 3 + 2 * g..5 + 2 * g, size: Size::Drawn(KINDS[g % KINDS.len()]) }));
+        let common: Vec<f64> = KINDS.iter().map(|_| common_size(random.random_range(0..SIZE_STEPS))).collect();
         let x = DMatrix::from_fn(rows, 27, |_, _| 3.0 * normal(random));
         let mut b = DVector::zeros(27);
         for group in &groups {
             let variance = match group.size {
                 Size::Known(variance) => variance,
-                Size::Drawn(kind) => COMMON_WEIGHT * common[kind].powi(2) / chi_squared(COMMON_WEIGHT, random),
+                Size::Drawn(kind) => COMMON_WEIGHT * common[kind as usize].powi(2) / chi_squared(COMMON_WEIGHT, random),
             };
             group.columns.clone().for_each(|k| b[k] = variance.sqrt() * normal(random));
         }
         let noise = 10.0 / chi_squared(10.0, random);
-        let truth = Draw { b: b.clone(), noise, tail: TAILS[random.random_range(0..TAILS.len())], common: [0.0; KINDS] };
+        let truth = Draw { b: b.clone(), noise, tail: TAILS[random.random_range(0..TAILS.len())], common: [0.0; KINDS.len()] };
         let samples: Vec<Range<usize>> = (0..rows / 3).map(|s| 3 * s..3 * s + 3).collect();
         let e: Vec<f64> = samples.iter().flat_map(|_| truth.noise_of_sample(3, random)).collect();
         let y = &x * &b + DVector::from_vec(e);
