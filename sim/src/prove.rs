@@ -19,9 +19,6 @@ pub use rows::{Part, Row, csv};
 /// Rows judged are too few below this: a mean of n postures scatters by 0.42/sqrt(n).
 const LEAST_JUDGED: usize = 15;
 
-/// Mean of the length of a vector of three normal numbers of one-sigma 1.
-const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
-
 /// One division of the data, and what came of it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Proof {
@@ -93,9 +90,7 @@ impl Case<'_> {
         let geometry = identify(&fitted, &Model::of(&["base_frame", "mdh"])).and_then(|c| errors(&c)).ok().flatten();
         let rms = |v: &Option<Validation>| v.as_ref().map_or(f64::NAN, |v| v.rms / MM);
         let postures = [Postures::of(&fitted, |s| Use::Fit.takes(s)).count(), Postures::of(&judged, takes).count()];
-        // Whoever measures an error measures the instrument's noise with it.
-        let seen = |w: &WorkspaceError| w.mean.expected.hypot(MEAN_LENGTH * w.noise);
-        let predicted = [first, advised].map(|r| r.workspace.as_ref().map(seen));
+        let predicted = [first, advised].map(|r| r.workspace.as_ref().map(WorkspaceError::mean_as_measured));
         let over = |k: usize| {
             let measured = measured[k].as_ref().filter(|_| postures[1] >= LEAST_JUDGED)?;
             Some(predicted[k]? / measured.mean)

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::{Conditions, Target, Wanted};
 use crate::files::{FileError, Record, Rows, name_remedy, nearest_name, open_file};
-use crate::measure::{TEMPERATURE_C, TIME_S};
+use crate::measure::{TEMPERATURE_C, TIME_S, out_of_range};
 use crate::robot::{FramePose, Payload, Robot, SphericalWrist};
 use crate::units::{DEG, MM};
 
@@ -162,13 +162,11 @@ impl<'a> Row<'a> {
     }
 
     /// A number that a cell can have, where there is one.
-    fn possible(&self, column: &str, [least, most]: [f64; 2]) -> Result<Option<f64>, FileError> {
-        match self.number(column, 1.0)? {
-            Some(v) if !(least..=most).contains(&v) => {
-                let problem = format!("{v} is impossible in a cell: at least {least}, at most {most}");
-                Err(self.error(column, problem, "give it in the unit of the column, or leave it empty"))
-            }
-            value => Ok(value),
+    fn possible(&self, column: &str, limits: [f64; 2]) -> Result<Option<f64>, FileError> {
+        let value = self.number(column, 1.0)?;
+        match value.and_then(|v| out_of_range(v, limits)) {
+            Some(problem) => Err(self.error(column, problem, "give it in the unit of the column, or leave it empty")),
+            None => Ok(value),
         }
     }
 

@@ -69,12 +69,15 @@ fn judge(key: &str, value: f64) -> Option<Impossible> {
         key.rsplit_once('[').filter(|(_, end)| end.ends_with(']') && !end.contains('.')).map_or(key, |(start, _)| start);
     let ends = |end: &str| plain.strip_suffix(end).is_some_and(|start| start.is_empty() || start.ends_with('.'));
     let (_, [least, most], remedy) = KEYS.iter().find(|(end, ..)| ends(end))?;
-    // Not the other way round: what is not a number is not within either.
-    if (*least..=*most).contains(&value) {
-        return None;
-    }
-    let problem = format!("{value} is impossible in a cell: at least {least}, at most {most}");
+    let problem = out_of_range(value, [*least, *most])?;
     Some(Impossible { key: key.into(), problem, remedy })
+}
+
+/// What is wrong with a number that is not between `least` and `most`.
+pub(crate) fn out_of_range(value: f64, [least, most]: [f64; 2]) -> Option<String> {
+    // Not the other way round: what is not a number is not within either.
+    let is_within = (least..=most).contains(&value);
+    (!is_within).then(|| format!("{value} is impossible in a cell: at least {least}, at most {most}"))
 }
 
 #[cfg(test)]

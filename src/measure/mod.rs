@@ -54,7 +54,7 @@ pub use free_poses::{Facing, FreePosesRequest, free_poses};
 pub use journal::{Journal, Opened, journal_path};
 pub use journal_entry::{JournalSession, ProbingEntry};
 pub use last_motion::LastMotion;
-pub(crate) use limits::{TEMPERATURE_C, TIME_S};
+pub(crate) use limits::{TEMPERATURE_C, TIME_S, out_of_range};
 pub use mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master, still_mastered};
 pub use order::interleave;
 pub use parts::{Part, parts_by_payload};

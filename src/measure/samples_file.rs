@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::columns::Column;
-use super::limits::{POINT_MM, READING_UM, TEMPERATURE_C, TIME_S, TORQUE_NM};
+use super::limits::{POINT_MM, READING_UM, TEMPERATURE_C, TIME_S, TORQUE_NM, out_of_range};
 use super::samples_header::Header;
 use super::{Dataset, Measured, Sample, SampleSet};
 use crate::files::{FileError, Record, Rows, name_remedy, open_file};
@@ -293,13 +293,10 @@ impl<'a> Row<'a> {
     }
 
     /// A number that a cell can have.
-    fn possible(&self, column: Column, [least, most]: [f64; 2], value: Option<f64>) -> Result<Option<f64>, FileError> {
-        match value {
-            Some(v) if !(least..=most).contains(&v) => {
-                let problem = format!("{v} is impossible in a cell: at least {least}, at most {most}");
-                Err(self.error(column, problem, "give it in the unit of the column, or leave it empty"))
-            }
-            value => Ok(value),
+    fn possible(&self, column: Column, limits: [f64; 2], value: Option<f64>) -> Result<Option<f64>, FileError> {
+        match value.and_then(|v| out_of_range(v, limits)) {
+            Some(problem) => Err(self.error(column, problem, "give it in the unit of the column, or leave it empty")),
+            None => Ok(value),
         }
     }
 

@@ -1,7 +1,5 @@
 //! What the default model leaves on every row of a division, for other people's regressors to be held against it on the same division.
 
-use std::fmt::Write;
-
 use calibench::identify::{Calibration, IdentifyError, Use};
 use calibench::measure::{Dataset, Measured, Postures};
 use calibench::units::{DEG, MM};
@@ -89,24 +87,19 @@ fn part_rows(
 
 /// The rows as a CSV file: `part`, `posture`, `q1_deg` and so on, `free_ball`, `error_x_mm`, `error_y_mm`, `error_z_mm`.
 pub fn csv(rows: &[Row]) -> String {
-    let joints: String = (1..=rows.first().map_or(0, |r| r.q.len())).map(|j| format!("q{j}_deg,")).collect();
-    let mut text = format!("part,posture,{joints}free_ball,error_x_mm,error_y_mm,error_z_mm\n");
+    let joints = (1..=rows.first().map_or(0, |r| r.q.len())).map(|j| format!("q{j}_deg"));
+    let before = ["part", "posture"].map(String::from);
+    let after = ["free_ball", "error_x_mm", "error_y_mm", "error_z_mm"].map(String::from);
+    let mut file = csv::Writer::from_writer(Vec::new());
+    // Writing to memory cannot fail.
+    let _ = file.write_record(before.into_iter().chain(joints).chain(after));
     for row in rows {
         let part = if row.part == Part::Fitted { "fitted" } else { "judged" };
-        let _ = write!(text, "{part},{}", row.posture);
-        row.q.iter().for_each(|q| {
-            let _ = write!(text, ",{:.6}", q / DEG);
-        });
-        let _ = write!(text, ",{}", quoted(row.free_ball.as_deref().unwrap_or_default()));
-        row.error.iter().for_each(|e| {
-            let _ = write!(text, ",{:.6}", e / MM);
-        });
-        text.push('\n');
+        let angles = row.q.iter().map(|q| format!("{:.6}", q / DEG));
+        let errors = row.error.iter().map(|e| format!("{:.6}", e / MM));
+        let free_ball = row.free_ball.clone().unwrap_or_default();
+        let _ = file
+            .write_record([part.into(), row.posture.to_string()].into_iter().chain(angles).chain([free_ball]).chain(errors));
     }
-    text
-}
-
-/// A field that may hold commas or quotes.
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_owned() }
+    file.into_inner().ok().and_then(|bytes| String::from_utf8(bytes).ok()).unwrap_or_default()
 }
