@@ -154,10 +154,10 @@ fn choose(
     let first = &rungs[0];
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
-    let mut best: Option<(usize, Option<Rung>, f64)> = None;
+    let (mut lowest_left, mut best) = (None, None::<(usize, Option<Rung>, f64)>);
     for &place in &ranked {
         let choice = &recommendation.choices[place];
-        if choice.kind == Kind::Begin || best.as_ref().is_some_and(|(b, ..)| left(place) > ABOUT_AS_GOOD * left(*b)) {
+        if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
             break;
         }
         let climbed = rung_of(rungs, choice).filter(|_| choice.kind == Kind::Steps);
@@ -174,6 +174,7 @@ fn choose(
         {
             continue;
         }
+        lowest_left.get_or_insert(left(place));
         let expected = taken.workspace.as_ref().map_or(taken.cross_validated, |w| w.mean.expected);
         if best.as_ref().is_none_or(|(_, _, lowest)| expected < *lowest) {
             best = Some((place, reached, expected));

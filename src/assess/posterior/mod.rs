@@ -51,11 +51,12 @@ pub(super) struct Posterior {
 fn drawn(parameter: &Parameter, value: f64, model: &Model) -> (Size, f64, f64) {
     let plausible = parameter.spec.prior;
     let from_nothing = -value / plausible;
-    let is_free = parameter.knowledge == Knowledge::Flat && model.is_freely_fitted(&parameter.effect);
     match parameter.knowledge {
         Knowledge::Stated(sigma) => (Size::Known(1.0), sigma, -value / sigma),
-        _ if parameter.owner != Owner::Robot => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
-        _ if is_free => (Size::Known(FREE.max(2.0 * from_nothing.abs()).powi(2)), plausible, from_nothing),
+        Knowledge::Flat if parameter.owner != Owner::Robot => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
+        Knowledge::Flat if model.is_freely_fitted(&parameter.effect) => {
+            (Size::Known(FREE.max(2.0 * from_nothing.abs()).powi(2)), plausible, from_nothing)
+        }
         Knowledge::Flat | Knowledge::Plausible(_) => (Size::Drawn(Kind::Catalogue), plausible, from_nothing),
     }
 }
