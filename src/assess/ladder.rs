@@ -141,8 +141,8 @@ fn rung_of<'r>(rungs: &'r [Rung], choice: &Choice) -> Option<&'r Rung> {
     rungs.iter().find(|rung| rung.model.effects == choice.model.effects)
 }
 
-/// Fits the choices that are about as good at postures left out, and takes the one that promises the lowest error where the robot is to
-/// work; its place, and its rung where it is none of those climbed.
+/// Fits the choices that are about as good at postures left out, and takes the one of the lowest error, there and where the robot is to
+/// work, by their geometric mean; its place, and its rung where it is none of those climbed.
 ///
 /// A choice that cannot be fitted, or that a campaign left out speaks against, is none.
 fn choose(
@@ -176,8 +176,10 @@ fn choose(
         }
         lowest_left.get_or_insert(left(place));
         let expected = taken.workspace.as_ref().map_or(taken.cross_validated, |w| w.mean.expected);
-        if best.as_ref().is_none_or(|(_, _, lowest)| expected < *lowest) {
-            best = Some((place, reached, expected));
+        // What is promised elsewhere and what was measured at postures left out weigh alike.
+        let score = expected * left(place).sqrt();
+        if best.as_ref().is_none_or(|(_, _, lowest)| score < *lowest) {
+            best = Some((place, reached, score));
         }
     }
     if let Some((place, rung, _)) = best {
