@@ -91,6 +91,20 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     assert_eq!(forced["step"]["after"], verb["after"]);
     bench.act("undo", &json!({}));
 
+    // What is recommended is what the ladder recommends, taken in one step.
+    let verb = printed(&at, &["ladder", "trical", "-o", "recommended.toml", "--json"]);
+    let taken = bench.act("recommend", &json!({}));
+    assert_eq!(taken["advice"], verb["advice"]);
+    assert_eq!(taken["document"]["ladder"]["rungs"].as_array().map(Vec::len), Some(2));
+    bench.act("save-model", &json!({}));
+    assert_eq!(
+        fs::read_to_string(at.join("kept/model.toml")).unwrap(),
+        fs::read_to_string(at.join("recommended.toml")).unwrap()
+    );
+    let nothing = bench.act("recommend", &json!({}));
+    assert!(nothing["step"].is_null() && nothing["advice"].is_string(), "{nothing}");
+    bench.act("undo", &json!({}));
+
     // The next experiment, and its plan.
     let unasked = bench.ask("POST", "/api/save-plan", &[], "{}");
     assert!(unasked.status == 422 && unasked.body.contains("ask for the next experiment first"), "{}", unasked.body);

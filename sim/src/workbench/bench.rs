@@ -1,9 +1,13 @@
 //! What the user has opened and done.
 
-use calibench::assess::{CellLayout, Examination, Objection, Proposal, Rung, WORKSPACE_POSES, propose, step, workspace_poses};
+use calibench::assess::{
+    CellLayout, Examination, Objection, Proposal, Rung, WORKSPACE_POSES, ladder, propose, step, workspace_poses,
+};
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
-use calibench::report::{Page, PageSubject, Recommended, Standing, Views, next_json, objection_sentence, rung_json, step_json};
+use calibench::report::{
+    Page, PageSubject, Recommended, Standing, Views, advice, next_json, objection_sentence, rung_json, step_json,
+};
 use serde_json::{Value, json};
 
 use super::own_effect::{self, Draft};
@@ -243,6 +247,26 @@ impl Bench {
         self.taken(after, force)
     }
 
+    /// Takes the model that the ladder recommends from here on, in one step; none where it is the present one.
+    ///
+    /// # Errors
+    /// When the data do not determine the model.
+    pub fn recommend(&mut self) -> Result<Value, Refusal> {
+        self.room()?;
+        let climbed = self.with_data(|datasets, here| ladder(datasets, &here.rung.model, here.ground(), &mut |_| ()))?;
+        let advice = advice(&climbed);
+        let recommended = climbed.recommended();
+        let present = &self.model().effects;
+        let added: Vec<String> = recommended.model.effects.iter().filter(|e| !present.contains(e)).cloned().collect();
+        if added.is_empty() {
+            return Ok(json!({"advice": advice}));
+        }
+        // What speaks against it was weighed by the ladder.
+        let mut answer = self.accept(Rung { added, ..recommended.clone() }, Vec::new())?;
+        answer["advice"] = json!(advice);
+        Ok(answer)
+    }
+
     fn with_data<T>(&self, act: impl FnOnce(&[(&str, &Dataset)], &Standing) -> T) -> T {
         self.subject(|subject| act(subject.datasets, &self.here().standing))
     }
@@ -252,10 +276,15 @@ impl Bench {
         let before = &self.here().standing;
         let objections = after.objections(&before.rung);
         let accepted = force || !objections.iter().any(Objection::refuses);
-        let step = step_json(&before.rung, &after, &objections, accepted);
         if !accepted {
-            return Ok(json!({"step": step}));
+            return Ok(json!({"step": step_json(&before.rung, &after, &objections, accepted)}));
         }
+        self.accept(after, objections)
+    }
+
+    fn accept(&mut self, after: Rung, objections: Vec<Objection>) -> Result<Value, Refusal> {
+        let before = &self.here().standing;
+        let step = step_json(&before.rung, &after, &objections, true);
         let standing = self.subject(|subject| before.stepped(after, subject))?;
         let last = self.hunts.len() - 1;
         self.hunts[last].steps.push(Step::new(objections, standing));

@@ -92,6 +92,7 @@ fn routes(desk: Arc<Desk>) -> Router {
         .route("/api/add", post(|desk, body| act(desk, body, |bench, of: Named| bench.add(&of.effect, of.force))))
         .route("/api/own", post(|desk, body| act(desk, body, |bench, of: Own| bench.own(&of.draft(), of.force))))
         .route("/api/undo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.undo())))
+        .route("/api/recommend", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.recommend())))
         .route("/api/next", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.next_experiment())))
         .route("/api/save-model", post(|desk, body| write(desk, body, |bench| bench.save_model())))
         .route("/api/save-report", post(|desk, body| write(desk, body, Bench::save_report)))

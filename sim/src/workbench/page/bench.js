@@ -77,7 +77,7 @@ function without_mistakes() {
 // A step that was taken, or refused: then it can be taken all the same.
 function stepped(told, again) {
   const { step, took_ms } = told;
-  const name = step.after.added.join(" + ");
+  const name = effects_named(step.after.added);
   const [before, after] = [step.before.cv_rms_mm, step.after.cv_rms_mm];
   if (step.accepted) return `Added ${name} in ${seconds(took_ms)}: cross-validated ${millimetres(before)} to ${millimetres(after)} mm.`;
   const notice = by_id("refused");
@@ -92,6 +92,12 @@ function stepped(told, again) {
 function add(effect, force = false, mistake = undefined) {
   without_mistakes();
   return act(`Fitting the model with ${effect} …`, "add", { effect, force }, (told) => stepped(told, () => add(effect, true)), mistake);
+}
+
+function recommend() {
+  without_mistakes();
+  const after = ({ step, advice, took_ms }) => `${step ? "Taken" : "Nothing to add"} (${seconds(took_ms)}). ${advice}`;
+  return act("Climbing the ladder, and holding its steps against the error curves of all joints …", "recommend", {}, after);
 }
 
 function own(force = false) {
@@ -126,7 +132,7 @@ function now() {
 function stairs() {
   const { rungs } = bench.report.ladder;
   if (rungs.length < 2) return [];
-  const names = rungs.map((r, k) => (k ? `+ ${r.added.join(" + ")}` : "to begin with"));
+  const names = rungs.map((r, k) => (k ? `+ ${effects_named(r.added)}` : "to begin with"));
   const lines = [
     ["fit", (r) => r.fit_rms_mm, "residual", "circle"], ["cross-validated", (r) => r.cv_rms_mm, "other", "triangle"],
     ["measured on other poses", (r) => r.validation?.rms_mm, "measured", "rect"], ["predicted, mean", (r) => r.workspace?.mean_mm, "predicted", "diamond"], ["floor", (r) => r.noise_mm, "noise", "none"],
@@ -257,6 +263,7 @@ by_id("picture").append(by_id("telling"));
 by_id("verdict").after(by_id("bench"));
 
 by_id("undo").addEventListener("click", () => { without_mistakes(); act("Taking the last step back …", "undo", {}, ({ took_ms }) => `Taken back in ${seconds(took_ms)}.`); });
+by_id("recommend").addEventListener("click", recommend);
 by_id("next").addEventListener("click", () => act("Looking for the measurements that would tell most …", "next", {}, proposed));
 for (const what of ["save-model", "save-report"]) {
   by_id(what).addEventListener("click", () => act("Saving …", what, {}, ({ saved }) => `Saved ${saved}.`));
