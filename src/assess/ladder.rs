@@ -224,7 +224,8 @@ pub fn best_step(
         witness(Climb::Refused(&together, &objections));
         tried.push((together, objections));
     }
-    let effects = candidates(&below.diagnosis);
+    // A suspect without whom the others are no better known is none the more so alone.
+    let effects: Vec<String> = candidates(&below.diagnosis).into_iter().filter(|id| !suspects.contains(id)).collect();
     let gains = gains_of_each(datasets, &below.model, &effects)?;
     let mut order: Vec<usize> = (0..effects.len()).collect();
     if below.diagnosis.verdict == Verdict::Unexplained {

@@ -4,7 +4,7 @@ use super::Validation;
 use super::cross_validation::{cross_validated, folds};
 use super::diagnosis::{Diagnosis, diagnose_examined};
 use super::examination::Examination;
-use super::recommend::{Gain, gains};
+use super::recommend::{Division, Gain, gains, postures};
 use super::symptoms::Symptom;
 use super::withdrawal::Contradiction;
 use super::workspace::WorkspaceError;
@@ -84,6 +84,8 @@ pub struct Rung {
     pub cross_validated: f64,
     /// Squared residual of each sample when its block was not fitted, m², with its name.
     pub blocks: Vec<(String, f64)>,
+    /// The posture of each, counted from 0.
+    pub posture: Vec<usize>,
     /// Position error predicted over the workspace.
     pub workspace: Option<WorkspaceError>,
     /// Position errors on rows of set `validation`, where there are any.
@@ -213,6 +215,7 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
             .filter(|(_, id)| !is_aside(model, id))
             .map(|(b, _)| b.1)),
         blocks: examination.problem.sample_ids().iter().cloned().zip(blocks.iter().map(|(_, squares)| *squares)).collect(),
+        posture: postures(&examination.circumstances).of_samples().to_vec(),
         workspace,
         validation,
         noise: diagnosis.noise,
@@ -276,10 +279,24 @@ impl Rung {
     }
 
     /// What speaks against setting suspects aside for good: far rows of an arm that errs widely everywhere are no accident, and without
-    /// them nothing else is predicted better.
+    /// them nothing else is surely predicted better. Of few postures each is worth more than a small gain that may be chance.
     pub(super) fn objection_of_the_others(&self, below: &Rung) -> Option<Objection> {
         let rms = self.of_the_others(below);
-        (rms[1] > rms[0] * (1.0 - WORTH_A_SAMPLE)).then_some(Objection::CrossValidation { rms })
+        if rms[1] > rms[0] * (1.0 - WORTH_A_SAMPLE) {
+            return Some(Objection::CrossValidation { rms });
+        }
+        let aside = self.added_aside();
+        let [before, after] = [below, self].map(|rung| rung.mean_squares(&aside));
+        Gain::of(Division::Time, &before, &after).filter(|gain| !gain.convinces()).map(Objection::Gain)
+    }
+
+    /// Mean cross-validated square of each posture, m², without these samples; `None` of a posture of which none is left.
+    fn mean_squares(&self, without: &[&str]) -> Vec<Option<f64>> {
+        let mut sums = vec![(0.0, 0.0); self.posture.iter().max().map_or(0, |p| p + 1)];
+        for ((_, squares), &p) in self.blocks.iter().zip(&self.posture).filter(|((id, _), _)| !without.contains(&id.as_str())) {
+            sums[p] = (sums[p].0 + squares, sums[p].1 + 1.0);
+        }
+        sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect()
     }
 
     /// What speaks against having climbed here from `below`.

@@ -39,7 +39,7 @@ pub struct Gain {
 
 impl Gain {
     /// From the mean squares of each posture (m²) before and after; `None` with fewer than four postures.
-    pub(super) fn of(division: Division, before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
+    pub(in crate::assess) fn of(division: Division, before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
         let pairs: Vec<[f64; 2]> = before.iter().zip(after).filter_map(|(b, a)| Some([(*b)?, (*a)?])).collect();
         let n = pairs.len() as f64;
         if pairs.len() < 4 {
