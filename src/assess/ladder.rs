@@ -224,8 +224,11 @@ pub fn best_step(
         witness(Climb::Refused(&together, &objections));
         tried.push((together, objections));
     }
-    // A suspect without whom the others are no better known is none the more so alone.
-    let effects: Vec<String> = candidates(&below.diagnosis).into_iter().filter(|id| !suspects.contains(id)).collect();
+    let mut effects = candidates(&below.diagnosis);
+    if below.would_miss(suspects.len()) {
+        // Refused together, none is tried alone.
+        effects.retain(|id| !suspects.contains(id));
+    }
     let gains = gains_of_each(datasets, &below.model, &effects)?;
     let mut order: Vec<usize> = (0..effects.len()).collect();
     if below.diagnosis.verdict == Verdict::Unexplained {

@@ -18,6 +18,9 @@ const A_FALL: f64 = 0.005;
 /// Setting samples aside is worth their loss when the others' error falls by this share.
 const WORTH_A_SAMPLE: f64 = 0.05;
 
+/// Where samples set aside are as large a part of the postures, the others must gain surely: of few postures each is missed.
+const MISSED: usize = 40;
+
 /// A campaign gets worse when its error grows by more than this share.
 const WORSE: f64 = 0.01;
 
@@ -279,15 +282,24 @@ impl Rung {
     }
 
     /// What speaks against setting suspects aside for good: far rows of an arm that errs widely everywhere are no accident, and without
-    /// them nothing else is surely predicted better. Of few postures each is worth more than a small gain that may be chance.
+    /// them nothing else is predicted better, of few postures surely so.
     pub(super) fn objection_of_the_others(&self, below: &Rung) -> Option<Objection> {
         let rms = self.of_the_others(below);
         if rms[1] > rms[0] * (1.0 - WORTH_A_SAMPLE) {
             return Some(Objection::CrossValidation { rms });
         }
         let aside = self.added_aside();
+        if !below.would_miss(aside.len()) {
+            return None;
+        }
         let [before, after] = [below, self].map(|rung| rung.mean_squares(&aside));
         Gain::of(Division::Time, &before, &after).filter(|gain| !gain.convinces()).map(Objection::Gain)
+    }
+
+    /// Whether its postures are so few that it would miss this many samples.
+    pub(super) fn would_miss(&self, samples: usize) -> bool {
+        let postures = self.posture.iter().max().map_or(0, |p| p + 1);
+        samples * MISSED >= postures
     }
 
     /// Mean cross-validated square of each posture, m², without these samples; `None` of a posture of which none is left.
