@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::finding_notes::added_json;
-use super::ladder_sentences::{advice, objection_sentence, rung_words, symptom_sentence, why};
+use super::ladder_sentences::{added_words, advice, objection_sentence, rung_words, symptom_sentence, why};
 use super::tables::plain_rows;
 use super::workspace::workspace_json;
 use crate::assess::{Choice, Gain, Ladder, Objection, Rung, Top, Validation};
@@ -36,6 +36,7 @@ pub fn rung_json(rung: &Rung, below: &[&Rung]) -> Value {
         .collect();
     json!({
         "added": rung.added,
+        "added_words": added_words(&rung.added),
         "added_notes": added_json(&rung.added, below),
         "parameters": added,
         "effects": rung.model.effects,

@@ -75,14 +75,18 @@ pub fn symptom_sentence(s: &Symptom) -> String {
     }
 }
 
-/// What a rung adds; of the first, its model.
+/// A rung by what it adds; the first by its model.
 pub(super) fn rung_words(rung: &Rung) -> String {
-    let samples = rung.added.iter().filter(|effect| effects::set_aside_by(effect).is_some()).count();
-    match rung.added.as_slice() {
-        [] => rung.model.effects.join(" + "),
-        few if few.len() <= 3 => few.iter().map(|effect| format!("+ {effect}")).collect::<Vec<_>>().join(" "),
-        many if samples == many.len() => format!("+ {samples} samples set aside"),
-        many => format!("+ {} effects at once", many.len()),
+    if rung.added.is_empty() { rung.model.effects.join(" + ") } else { format!("+ {}", added_words(&rung.added)) }
+}
+
+/// Effects that are added in one step, on every screen; of many, how many.
+pub(super) fn added_words(added: &[String]) -> String {
+    let samples = added.iter().filter(|effect| effects::set_aside_by(effect).is_some()).count();
+    match added {
+        few if few.len() <= 3 => few.join(" + "),
+        many if samples == many.len() => format!("{samples} samples set aside"),
+        many => format!("{} effects at once", many.len()),
     }
 }
 

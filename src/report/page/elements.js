@@ -69,6 +69,3 @@ function table(caption, columns, rows, emphasis = () => null) {
 function unfold(summary, content, long = false) {
   return element("details", { "data-long": long ? "" : null }, element("summary", {}, summary), content);
 }
-
-// The effects of a step; of many, how many.
-const effects_named = (added) => (added.length > 4 ? `${added.length} effects at once` : added.join(" + "));

@@ -204,7 +204,7 @@ function contribution_chart(most) {
 
 function ladder(report) {
   const { ladder: it, drawn: as_drawn, figures } = report;
-  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? `+ ${effects_named(r.added)}` : "calibrated" }));
+  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? `+ ${r.added_words}` : "calibrated" }));
   if (it.other) rungs.push({ ...it.other, name: `+ ${it.recommended.kind.replaceAll("_", " ")} (${it.other.added.length})` });
   const rows = rungs.map((r) => ({
     name: r.name, fit: r.fit_rms_mm, cv: r.cv_rms_mm, expected: r.workspace?.mean_mm, band: r.workspace?.mean_band_mm,

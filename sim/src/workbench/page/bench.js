@@ -77,7 +77,7 @@ function without_mistakes() {
 // A step that was taken, or refused: then it can be taken all the same.
 function stepped(told, again) {
   const { step, took_ms } = told;
-  const name = effects_named(step.after.added);
+  const name = step.after.added_words;
   const [before, after] = [step.before.cv_rms_mm, step.after.cv_rms_mm];
   if (step.accepted) return `Added ${name} in ${seconds(took_ms)}: cross-validated ${millimetres(before)} to ${millimetres(after)} mm.`;
   const notice = by_id("refused");
@@ -132,7 +132,7 @@ function now() {
 function stairs() {
   const { rungs } = bench.report.ladder;
   if (rungs.length < 2) return [];
-  const names = rungs.map((r, k) => (k ? `+ ${effects_named(r.added)}` : "to begin with"));
+  const names = rungs.map((r, k) => (k ? `+ ${r.added_words}` : "to begin with"));
   const lines = [
     ["fit", (r) => r.fit_rms_mm, "residual", "circle"], ["cross-validated", (r) => r.cv_rms_mm, "other", "triangle"],
     ["measured on other poses", (r) => r.validation?.rms_mm, "measured", "rect"], ["predicted, mean", (r) => r.workspace?.mean_mm, "predicted", "diamond"], ["floor", (r) => r.noise_mm, "noise", "none"],

@@ -9,7 +9,7 @@ use crate::identify::{Circumstance, IdentifyError, Parameter, Problem, Use};
 use crate::measure::Dataset;
 
 /// The examined problem laid out for other samples of its first set-up.
-pub(super) struct Elsewhere {
+pub(super) struct AtNewPoses {
     problem: Problem,
     values: Vec<f64>,
     /// The problem's parameter for each fitted one and each column of the examination; `None` where nothing moves here.
@@ -20,10 +20,10 @@ pub(super) struct Elsewhere {
     wanted: Vec<usize>,
 }
 
-impl Elsewhere {
-    /// As [`Elsewhere::new`]; balls stand nowhere but where they were measured, so what the artifact has moves nothing.
+impl AtNewPoses {
+    /// As [`AtNewPoses::new`], of the arm alone: balls are known only where they were measured, so the artifact's effects move nothing.
     pub fn of_the_arm(there: &Dataset, examination: &Examination) -> Result<Self, IdentifyError> {
-        Elsewhere::new(there, examination, |effect| effect.owner() != Owner::Artifact)
+        AtNewPoses::new(there, examination, |effect| effect.owner() != Owner::Artifact)
     }
 
     /// Lays out the samples of `there`; effects that `takes` refuses, or that lack their data, move nothing. The session is as long as it
@@ -62,7 +62,7 @@ impl Elsewhere {
         let mut wanted: Vec<usize> = twins.iter().flatten().copied().collect();
         wanted.sort_unstable();
         wanted.dedup();
-        Ok(Elsewhere { problem, values: at, twins, scales, wanted })
+        Ok(AtNewPoses { problem, values: at, twins, scales, wanted })
     }
 
     /// Each twin with its place among the wanted parameters, and its scale.
@@ -96,7 +96,7 @@ impl Elsewhere {
         self.problem.circumstances(&self.values)
     }
 
-    /// The same with columns as they are, m: those of [`Elsewhere::fields`].
+    /// The same with columns as they are, m: those of [`AtNewPoses::fields`].
     pub fn plain_circumstances(&self) -> Vec<Circumstance> {
         let mut all = self.circumstances();
         self.problem.for_each_sample(&self.values, &mut |s| {
