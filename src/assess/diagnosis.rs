@@ -142,7 +142,7 @@ impl Diagnosis {
 
     /// The effects that set all suspects aside.
     pub fn without_suspects(&self) -> Vec<String> {
-        self.scatter.suspects.iter().map(|s| effects::setting_aside(&s.sample)).collect()
+        all_aside(&self.scatter.suspects)
     }
 
     /// Whether it advises to set a sample aside: as a suspect, before anything else, or as what is missing in the model.
@@ -183,7 +183,7 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
     if suspects.is_empty() {
         return Ok(diagnosis);
     }
-    let aside = suspects.iter().fold(examination.model.clone(), |m, s| m.with(&effects::setting_aside(&s.sample)));
+    let aside = all_aside(&suspects).iter().fold(examination.model.clone(), |m, id| m.with(id));
     // Samples whose loss leaves too little to determine the model cannot be set aside.
     let Ok(without) = Examination::new(datasets, &aside) else { return Ok(diagnosis) };
     if explains_as_much(examination, &diagnosis, &without, &suspects) {
@@ -202,6 +202,11 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
         scatter: Scatter { suspects, ..rest.scatter },
         ..rest
     })
+}
+
+/// The effects that set these samples aside.
+fn all_aside(suspects: &[Suspect]) -> Vec<String> {
+    suspects.iter().map(|s| effects::setting_aside(&s.sample)).collect()
 }
 
 /// Whether the effect that is named without regard to the suspects explains the data as well as setting them aside does (Bayesian

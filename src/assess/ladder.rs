@@ -176,7 +176,7 @@ fn choose(
         }
         lowest_left.get_or_insert(left(place));
         let expected = taken.workspace.as_ref().map_or(taken.cross_validated, |w| w.mean.expected);
-        // What is promised elsewhere and what was measured at postures left out weigh alike.
+        // The error expected over the workspace and the one measured at postures left out count alike.
         let score = expected * left(place).sqrt();
         if best.as_ref().is_none_or(|(_, _, lowest)| score < *lowest) {
             best = Some((place, reached, score));

@@ -1,12 +1,12 @@
 //! Judging a calibration: position errors on poses that it has not seen, where it fails, and what it is missing.
 
+mod at_new_poses;
 mod background;
 mod comparison;
 mod cross_validation;
 mod curve_families;
 mod detectability;
 mod diagnosis;
-mod elsewhere;
 mod evidence;
 mod exact_alias;
 mod examination;

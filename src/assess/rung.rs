@@ -184,7 +184,9 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
     let validation =
         if has(SampleSet::Validation) { Validation::of(&calibration.predict(datasets, Use::Validation)?) } else { None };
     let blocks = blocks(&examination);
-    let of_session = |s: usize| rms(blocks.iter().filter(|(setup, _)| *setup == s).map(|(_, squares)| *squares));
+    let setup_of = examination.circumstances.iter().map(|at| at.setup);
+    let of_session =
+        |s: usize| rms(blocks.iter().zip(setup_of.clone()).filter(|(_, setup)| *setup == s).map(|((_, squares), _)| *squares));
     let names = examination.problem.setups().iter().map(|s| s.name());
     let names =
         names.map(|[dataset, session]| if session.is_empty() { dataset.to_owned() } else { format!("{dataset}/{session}") });
@@ -211,13 +213,9 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         model: model.clone(),
         fit: examination.fit.rms,
         chi2_per_dof: diagnosis.chi2_per_dof,
-        // What is set aside is foretold by nobody.
-        cross_validated: rms(blocks
-            .iter()
-            .zip(examination.problem.sample_ids())
-            .filter(|(_, id)| !is_aside(model, id))
-            .map(|(b, _)| b.1)),
-        blocks: examination.problem.sample_ids().iter().cloned().zip(blocks.iter().map(|(_, squares)| *squares)).collect(),
+        // A sample that is set aside counts no more.
+        cross_validated: rms(blocks.iter().filter(|(id, _)| !is_aside(model, id)).map(|(_, squares)| *squares)),
+        blocks,
         posture: postures(&examination.circumstances).of_samples().to_vec(),
         workspace,
         validation,
@@ -236,8 +234,8 @@ fn is_aside(model: &Model, sample: &str) -> bool {
     model.effects.contains(&effects::setting_aside(sample))
 }
 
-/// Squared residual of each sample when its block was not fitted, m², and its set-up.
-fn blocks(examination: &Examination) -> Vec<(usize, f64)> {
+/// Squared residual of each sample when its block was not fitted, m², with its name.
+fn blocks(examination: &Examination) -> Vec<(String, f64)> {
     let Examination { circumstances, rows, fit, .. } = examination;
     let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
     let predicted = cross_validated(examination, &folds(circumstances), 0..0);
@@ -249,7 +247,8 @@ fn blocks(examination: &Examination) -> Vec<(usize, f64)> {
     }
     // Whitened squares compare; the residual itself gives the unit.
     let unit = |s: usize| residual[s] / fitted[s].max(f64::MIN_POSITIVE);
-    circumstances.iter().zip(predicted).map(|(at, squares)| (at.setup, squares * unit(at.setup))).collect()
+    let squares = circumstances.iter().zip(predicted).map(|(at, squares)| squares * unit(at.setup));
+    examination.problem.sample_ids().iter().cloned().zip(squares).collect()
 }
 
 /// Root of the mean of some squares.
@@ -277,8 +276,7 @@ impl Rung {
     /// Cross-validated error of the samples that are not set aside, below and here, m.
     fn of_the_others(&self, below: &Rung) -> [f64; 2] {
         let aside = self.added_aside();
-        let is_other = |id: &String| !aside.contains(&id.as_str());
-        [below, self].map(|r| rms(r.blocks.iter().filter(|(id, _)| is_other(id)).map(|(_, squares)| *squares)))
+        [below, self].map(|r| rms(r.blocks_without(&aside).map(|(_, squares)| squares)))
     }
 
     /// What speaks against setting suspects aside for good: far rows of an arm that errs widely everywhere are no accident, and without
@@ -298,15 +296,26 @@ impl Rung {
 
     /// Whether its postures are so few that it would miss this many samples.
     pub(super) fn would_miss(&self, samples: usize) -> bool {
-        let postures = self.posture.iter().max().map_or(0, |p| p + 1);
-        samples * MISSED >= postures
+        samples * MISSED >= self.postures()
+    }
+
+    /// How many postures it was judged at.
+    fn postures(&self) -> usize {
+        self.posture.iter().max().map_or(0, |p| p + 1)
+    }
+
+    /// Posture and cross-validated square of each sample, m², without these.
+    fn blocks_without(&self, samples: &[&str]) -> impl Iterator<Item = (usize, f64)> {
+        let of_all = self.posture.iter().zip(&self.blocks);
+        of_all.filter(|(_, (id, _))| !samples.contains(&id.as_str())).map(|(posture, (_, squares))| (*posture, *squares))
     }
 
     /// Mean cross-validated square of each posture, m², without these samples; `None` of a posture of which none is left.
     fn mean_squares(&self, without: &[&str]) -> Vec<Option<f64>> {
-        let mut sums = vec![(0.0, 0.0); self.posture.iter().max().map_or(0, |p| p + 1)];
-        for ((_, squares), &p) in self.blocks.iter().zip(&self.posture).filter(|((id, _), _)| !without.contains(&id.as_str())) {
-            sums[p] = (sums[p].0 + squares, sums[p].1 + 1.0);
+        let mut sums = vec![(0.0, 0.0); self.postures()];
+        for (posture, squares) in self.blocks_without(without) {
+            let (sum, count) = &mut sums[posture];
+            (*sum, *count) = (*sum + squares, *count + 1.0);
         }
         sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect()
     }
@@ -317,7 +326,7 @@ impl Rung {
         // A sample that the step sets aside is nothing that it could predict: the others must not be predicted worse for it.
         let aside = self.added_aside();
         let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
-        // Beside a second bad sample the first may seem to help the others; the diagnosis has weighed them together.
+        // Beside a second bad sample the first may seem to help the others; the diagnosis has judged them together.
         let advised = sets_aside && aside.iter().all(|sample| below.diagnosis.advises_to_set_aside(sample));
         let squares = self.of_the_others(below);
         let enough = if sets_aside { 1.0 + WORSE } else { 1.0 - A_FALL };

@@ -9,7 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::elsewhere::Elsewhere;
+use super::at_new_poses::AtNewPoses;
 use super::examination::Examination;
 use super::level::{Level, MEAN_LENGTH};
 use super::posterior::Posterior;
@@ -263,5 +263,5 @@ pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Ve
 /// How fitted parameters (SI) and candidates (in plausible sizes) move the TCP at each pose: 3 rows a pose, m. All that the fit absorbed of
 /// the balls is in the parameters.
 pub(super) fn fields(there: &Dataset, examination: &Examination) -> Result<DMatrix<f64>, IdentifyError> {
-    Ok(Elsewhere::of_the_arm(there, examination)?.fields())
+    Ok(AtNewPoses::of_the_arm(there, examination)?.fields())
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use crate::assess::elsewhere::Elsewhere;
+use crate::assess::at_new_poses::AtNewPoses;
 use crate::assess::examination::Examination;
 use crate::identify::IdentifyError;
 use crate::measure::{Dataset, Measured};
@@ -39,7 +39,7 @@ impl Pool {
     /// Whitened columns of an examination's rows, then of the nuisance, transposed: three columns a candidate. Divided by `sigma`,
     /// that of the whitened residuals.
     pub(super) fn columns(&self, examination: &Examination, sigma: f64) -> Result<DMatrix<f64>, IdentifyError> {
-        let there = Elsewhere::new(&self.dataset, examination, |_| true)?;
+        let there = AtNewPoses::new(&self.dataset, examination, |_| true)?;
         let mut rows = there.whitened();
         let known = rows.nrows();
         // The residuals' own row, which what was not measured has not, stands between.

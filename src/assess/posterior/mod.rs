@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 
 use self::joint_errors::JointErrors;
 use self::sampler::{Draw, Group, Kind, LinearModel, Size};
-use super::elsewhere::Elsewhere;
+use super::at_new_poses::AtNewPoses;
 use super::examination::{Examination, Span};
 use super::level::is_noise_overstated;
 use super::noise::JointSteps;
@@ -139,7 +139,7 @@ impl Posterior {
         examination: &Examination,
         random: &mut ChaCha8Rng,
     ) -> Result<DMatrix<f64>, IdentifyError> {
-        let elsewhere = Elsewhere::of_the_arm(there, examination)?;
+        let elsewhere = AtNewPoses::of_the_arm(there, examination)?;
         let fields = elsewhere.fields();
         let known = self.unit.len();
         let of_shapes = self.shapes.columns(&elsewhere.plain_circumstances());
