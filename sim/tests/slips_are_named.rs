@@ -301,3 +301,26 @@ fn slips_are_named_and_none_passes() {
     assert_eq!(all.passed, 0);
     assert!(10 * all.named >= 8 * all.cases, "{} of {}", all.named, all.cases);
 }
+
+/// Of a nearly perfect arm one bad reading is most of what is left: that is a bad reading, and no unit.
+#[test]
+fn one_bad_reading_is_no_wrong_unit() {
+    for size in [150.0, 300.0, 500.0, 2000.0].map(|um| um * 1e-6) {
+        let mut dataset = simulated("perfect", 1);
+        let Measured::Ball { reading: Some(reading), .. } = &mut dataset.samples[10].measured else {
+            panic!("readings are left over")
+        };
+        reading.x = size;
+        let found = check(&dataset).misfit;
+        assert!(found.is_none(), "{size}: {found:?}");
+    }
+}
+
+/// However often one posture was measured, it says nothing of how the joints count.
+#[test]
+fn one_posture_names_no_slip() {
+    let mut dataset = simulated("table8", 1);
+    let one = dataset.samples[0].clone();
+    dataset.samples = (0..100).map(|k| Sample { id: format!("s{k}"), ..one.clone() }).collect();
+    assert_eq!(check(&dataset).misfit, None);
+}

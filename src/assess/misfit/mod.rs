@@ -18,12 +18,15 @@ use self::campaign::Campaign;
 use self::expected::expected;
 pub(super) use self::expected::reach;
 use crate::identify::Use;
-use crate::measure::Dataset;
+use crate::measure::{Dataset, Postures};
 
 /// Most rows that the frames are fitted to: what these say of a slip, ten thousand say too.
 const ROWS: usize = 400;
 /// Fewer degrees of freedom than this say nothing of a misfit.
 const LEAST_FREEDOM: isize = 9;
+
+/// Nor do fewer postures, however often each was measured.
+const LEAST_POSTURES: usize = 4;
 
 /// What the nominal arm leaves of a dataset when its base, a free tool and free balls are fitted; m.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,7 +110,8 @@ fn of_dataset(name: &str, dataset: &Dataset, which: Use) -> Option<DataFit> {
         reach,
         rows: whole.shots.len(),
     };
-    if fitted.dof < LEAST_FREEDOM {
+    let postures = Postures::of(&[(name, dataset)], |s| which.takes(s)).of_samples().iter().max().map_or(0, |p| p + 1);
+    if fitted.dof < LEAST_FREEDOM || postures < LEAST_POSTURES {
         return Some(DataFit { nominal, misfit: None });
     }
     let search = search::Search { dataset, whole: &whole, some: &some, nominal: &fitted, reach, most };

@@ -83,10 +83,12 @@ impl Search<'_> {
         let mut tried = try_all(&screen, &singles, by_all);
         if !too_large && gross.is_empty() {
             // No unknown of its own: that could only be better.
-            tried.retain(|t| !t.slips[0].adds_freedom() && t.score <= BETTER * before.plain);
+            // And none that mends a few rows only.
+            let mends = |t: &Trial, of: &Fitted| t.score <= BETTER * of.plain && t.fitted.robust <= BETTER * of.robust;
+            tried.retain(|t| !t.slips[0].adds_freedom() && mends(t, &before));
             let enough = self.nominal.dof >= FREEDOM_PER_UNKNOWN * self.nominal.unknowns as isize;
             tried.truncate(if enough { tried.len() } else { 0 });
-            let found = self.confirmed(tried, true, |t, _| t.score <= BETTER * self.nominal.plain);
+            let found = self.confirmed(tried, true, |t, _| mends(t, self.nominal));
             if found.is_empty() {
                 return self.base_misplaced();
             }
