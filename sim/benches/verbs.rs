@@ -54,8 +54,8 @@ fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
     let error = WorkspaceError::predict(named, &examination, &poses.q).unwrap();
     let ranges = examination.problem().joint_ranges();
     let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
-    let outlook = error.map(|error| Outlook { error, source: poses.source, extrapolation });
-    diagnosis_text(&diagnosis, outlook.as_ref(), &Recommended::default(), false)
+    let outlook = Ok(Outlook { error: error.unwrap(), source: poses.source, extrapolation });
+    diagnosis_text(&diagnosis, &outlook, &Recommended::default(), false)
 }
 
 fn verbs(c: &mut Criterion) {

@@ -176,3 +176,17 @@ fn what_cannot_be_added_is_refused_in_one_line() {
     }
     assert_eq!(fs::read_to_string(at.join("model.toml")).unwrap(), MODEL);
 }
+
+/// A measurement that nothing speaks against is none to set aside: neither the worst of a good campaign nor one that the user names.
+#[test]
+fn a_good_sample_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/perfect.toml");
+    let run = calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    for effect in ["outlier", "outlier:p05", "outlier:p33"] {
+        let refused = calibench(folder.path(), &["add", effect, "run/trical", "-o", "model.toml"]);
+        assert_eq!(code(&refused), 1, "{effect}: {}", String::from_utf8_lossy(&refused.stdout));
+        assert!(!folder.path().join("model.toml").exists());
+    }
+}

@@ -170,3 +170,43 @@ fn panda_with_a_place_kept_for_validation() {
         assert!(!accused.any(|f| f.to_string().contains("backleft")), "{v}");
     }
 }
+
+/// Twenty postures on a line of the workspace do not hold the paper's model: what a fit leaves that did not converge is no finding, and no
+/// robot is sent anywhere by it.
+#[test]
+fn nothing_is_recommended_on_a_fit_that_did_not_converge() {
+    let Some(data) = data("ur10-ipa") else { return };
+    let folder = scratch("unconverged");
+    let (whole, few) = (folder.join("whole"), folder.join("few"));
+    for old in [&whole, &few] {
+        drop(std::fs::remove_dir_all(old));
+    }
+    done(&[&"import", &"ur10-ipa", &data.join("Series_D/measurements_iso_cubes.csv"), &"-o", &whole]);
+    let samples = std::fs::read_to_string(whole.join("samples.csv")).unwrap();
+    let (header, rows) = samples.split_once('\n').unwrap();
+    let kept: Vec<&str> = std::iter::once(header).chain(rows.lines().step_by(31)).take(22).collect();
+    std::fs::create_dir(&few).unwrap();
+    std::fs::write(few.join("samples.csv"), kept.join("\n") + "\n").unwrap();
+    std::fs::copy(whole.join("dataset.toml"), few.join("dataset.toml")).unwrap();
+    let (file, targets) = (folder.join("c.toml"), folder.join("targets.csv"));
+    assert_eq!(calibench(&[&"identify", &few, &"-o", &file]).0, Some(1), "choose rows of which the fit does not converge");
+
+    let (code, said, _) = calibench(&[&"diagnose", &few]);
+    assert_eq!((code, said.contains("WARNING: the fit used up its steps")), (Some(1), true), "{said}");
+    assert!(!said.contains("Verdict") && !said.contains("noise is larger"), "{said}");
+    let ladder = json(&[&"ladder", &"--json", &few]);
+    assert_eq!(ladder["recommended"]["kind"], "begin");
+    assert_eq!(
+        (ladder["rungs"].as_array().unwrap().len(), &ladder["stopped"]["because"]),
+        (1, &"not_converged".into()),
+        "{ladder}"
+    );
+    for verb in ["compare", "validate"] {
+        let (_, _, warned) = calibench(&[&verb, &file, &few]);
+        assert!(warned.contains("do not use this calibration"), "{verb}: {warned}");
+    }
+    std::fs::write(&targets, "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\np1,700,60,400,170,10,175\n").unwrap();
+    let (code, _, refused) = calibench(&[&"compensate", &file, &targets, &"-o", &folder.join("fakes.csv")]);
+    assert_eq!((code, refused.contains("did not") || refused.contains("used up its steps")), (Some(2), true), "{refused}");
+    assert!(!folder.join("fakes.csv").exists());
+}

@@ -13,7 +13,7 @@ use super::noise::{Suspect, suspects_of};
 use super::relevance::Relevance;
 pub use super::verdict::Verdict;
 use crate::effects::{self, EffectId};
-use crate::identify::{IdentifyError, Model};
+use crate::identify::{IdentifyError, Model, Outcome};
 use crate::measure::Dataset;
 use crate::units::Unit;
 
@@ -96,6 +96,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The same without the suspects, where there are any.
     pub verdict_without_suspects: Option<Verdict>,
+    /// How the fit ended; anything but convergence makes void what is said of it.
+    pub outcome: Outcome,
     /// The credible set.
     pub set95: Vec<String>,
     /// Share of the remaining squares that the first finding takes.

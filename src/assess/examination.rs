@@ -255,6 +255,13 @@ impl Examination {
         unit
     }
 
+    /// Mean variance of the 3-D noise of a sample that the problem is whitened by, m².
+    pub(super) fn mean_variance(&self) -> f64 {
+        let mut sum = 0.0;
+        self.problem.for_each_sample(&self.fit.values, &mut |s| sum += s.variance);
+        sum / self.problem.sample_count().max(1) as f64
+    }
+
     /// The fit.
     pub fn fit(&self) -> &Fit {
         &self.fit

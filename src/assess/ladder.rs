@@ -25,6 +25,10 @@ const ABOUT_AS_GOOD: f64 = 1.5;
 pub enum Top {
     /// What remains is noise.
     NothingLeft,
+    /// What remains is noise, and more of it than stated.
+    NoiseLargerThanStated,
+    /// The fit of the last model did not converge: what it leaves says nothing.
+    NotConverged(Outcome),
     /// No step that was tried predicts postures left out better.
     NoStepHelps {
         /// What was tried, and what speaks against it.
@@ -103,6 +107,12 @@ pub fn ladder(
     witness(Climb::Reached(&rungs[0]));
     let top = loop {
         let below = &rungs[rungs.len() - 1];
+        if let Some(outcome) = below.calibration.outcome.filter(|outcome| *outcome != Outcome::Converged) {
+            break Top::NotConverged(outcome);
+        }
+        if below.diagnosis.verdict == Verdict::NoiseLargerThanStated {
+            break Top::NoiseLargerThanStated;
+        }
         if below.diagnosis.verdict.is_noise() {
             break Top::NothingLeft;
         }
@@ -152,6 +162,10 @@ fn choose(
     ground: ProvingGround<'_>,
 ) -> Result<(usize, Option<Rung>), IdentifyError> {
     let first = &rungs[0];
+    if first.calibration.outcome != Some(Outcome::Converged) {
+        // What others gain over it says nothing.
+        return Ok((0, None));
+    }
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
     let (mut lowest_left, mut best) = (None, None::<(usize, Option<Rung>, f64)>);

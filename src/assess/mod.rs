@@ -67,7 +67,9 @@ pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};
 pub use verdict::Verdict;
 pub use withdrawal::Contradiction;
-pub use workspace::{Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, workspace_poses};
+pub use workspace::{
+    Banded, ExpectedError, PoseSource, WORKSPACE_POSES, WorkspaceError, WorkspacePoses, undetermined, workspace_poses,
+};
 pub use workspace_map::{MapCell, WorkspaceMap};
 
 pub use crate::effects::Unphysical;

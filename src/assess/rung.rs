@@ -7,7 +7,7 @@ use super::examination::Examination;
 use super::recommend::{Division, Gain, gains, postures};
 use super::symptoms::Symptom;
 use super::withdrawal::Contradiction;
-use super::workspace::WorkspaceError;
+use super::workspace::{WorkspaceError, undetermined};
 use crate::effects;
 use crate::identify::{Calibration, IdentifyError, Model, Use, identify};
 use crate::measure::{Dataset, Postures, SampleSet};
@@ -91,6 +91,8 @@ pub struct Rung {
     pub posture: Vec<usize>,
     /// Position error predicted over the workspace.
     pub workspace: Option<WorkspaceError>,
+    /// Numbers of the set-up for want of which it cannot be predicted, by name.
+    pub undetermined: Vec<String>,
     /// Position errors on rows of set `validation`, where there are any.
     pub validation: Option<Validation>,
     /// What noise alone would leave, m.
@@ -218,6 +220,7 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         blocks,
         posture: postures(&examination.circumstances).of_samples().to_vec(),
         workspace,
+        undetermined: undetermined(&examination),
         validation,
         noise: diagnosis.noise,
         sessions,
@@ -329,7 +332,8 @@ impl Rung {
         // Beside a second bad sample the first may seem to help the others; the diagnosis has judged them together.
         let advised = sets_aside && aside.iter().all(|sample| below.diagnosis.advises_to_set_aside(sample));
         let squares = self.of_the_others(below);
-        let enough = if sets_aside { 1.0 + WORSE } else { 1.0 - A_FALL };
+        // One that nothing speaks against is a measurement like any other.
+        let enough = 1.0 - if sets_aside { WORTH_A_SAMPLE } else { A_FALL };
         all.extend(self.gains.iter().find(|gain| !gain.convinces()).copied().map(Objection::Gain));
         if self.gains.is_empty() && !advised && squares[1] > squares[0] * enough {
             all.push(Objection::CrossValidation { rms: squares });

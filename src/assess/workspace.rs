@@ -13,9 +13,10 @@ use super::at_new_poses::AtNewPoses;
 use super::examination::Examination;
 use super::level::{Level, MEAN_LENGTH};
 use super::posterior::Posterior;
-use crate::identify::IdentifyError;
+use crate::effects::EffectId;
+use crate::identify::{IdentifyError, Parameter};
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
-use crate::robot::{Robot, Surroundings, world_from_tool};
+use crate::robot::{Axis6, Robot, Surroundings, world_from_tool};
 
 /// Poses when none are named.
 pub const WORKSPACE_POSES: usize = 300;
@@ -129,7 +130,7 @@ impl WorkspacePoses {
 
 impl WorkspaceError {
     /// Predicts the error of the examined fit at joint angles `poses` (rad, N) of the first set-up, with its first payload, at the
-    /// end of the session; `None` without poses.
+    /// end of the session; `None` without poses, and where the data leave the set-up itself open ([`undetermined`]).
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -138,11 +139,14 @@ impl WorkspaceError {
         examination: &Examination,
         poses: &[Vec<f64>],
     ) -> Result<Option<Self>, IdentifyError> {
-        let Some((_, first)) = datasets.first().filter(|_| !poses.is_empty()) else { return Ok(None) };
+        let Some((_, first)) = datasets.first().filter(|_| !poses.is_empty() && undetermined(examination).is_empty()) else {
+            return Ok(None);
+        };
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let there = at_poses(first, examination, poses, &mut random);
         let posterior = Posterior::of(datasets, examination)?;
         let mut errors = posterior.errors(&there, examination, &mut random)?;
+        rein_in(&mut errors);
         let level = Level::of(datasets, examination);
         let seen = seen(examination, &there, poses);
         hold_to_level(&mut errors, &seen, &level, examination);
@@ -187,6 +191,16 @@ impl WorkspaceError {
     }
 }
 
+/// Numbers of the first set-up's base and tool that these data do not tell, by name, though they know a place in the world: the position
+/// error there cannot be predicted. Where no place is known, the base itself defines the world, and nothing is open.
+pub fn undetermined(examination: &Examination) -> Vec<String> {
+    let problem = examination.problem();
+    let by_definition = problem.setups()[0].worlds_own.len() == Axis6::ALL.len();
+    let frame = |p: &Parameter| matches!(EffectId::new(&p.effect).family(), "base_frame" | "tool_frame") && p.setup == Some(0);
+    let left_out = examination.fit().unresolved.iter().map(|u| &problem.parameters()[u.parameter]);
+    left_out.filter(|p| frame(p) && !(p.defines_world && by_definition)).map(|p| p.name.clone()).collect()
+}
+
 /// Share of a range by which a pose may lie beyond it and still be where the fit has seen the arm.
 const MARGIN: f64 = 0.1;
 
@@ -209,6 +223,22 @@ fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<b
     }
     let ranges = examination.problem.joint_ranges();
     poses.iter().map(|q| inside(q, &ranges) && inside(tcp(q).as_slice(), &box_of_tcp)).collect()
+}
+
+/// A draw is held to so many times the median of all: the tail of some hundred draws is not known, and a mean must not hang on one of them.
+const FURTHEST_DRAW: f64 = 3.0;
+
+/// Holds draws that run away.
+fn rein_in(errors: &mut DMatrix<f64>) {
+    let poses = errors.nrows() / 3;
+    let mean = |draw: usize| (0..poses).map(|p| errors.fixed_view::<3, 1>(3 * p, draw).norm()).sum::<f64>();
+    let means: Vec<f64> = (0..errors.ncols()).map(mean).collect();
+    let mut sorted = means.clone();
+    sorted.sort_by(f64::total_cmp);
+    let most = FURTHEST_DRAW * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    for (mut draw, mean) in errors.column_iter_mut().zip(means).filter(|(_, mean)| *mean > most) {
+        draw *= most / mean;
+    }
 }
 
 /// Holds the draws to what was measured where that says most: at poses like those of the campaign, the geometric mean of the draws and of

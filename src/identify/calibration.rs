@@ -131,6 +131,15 @@ pub enum IdentifyError {
 }
 
 impl Calibration {
+    /// Numbers of the base and the tool that the data did not tell, by name, where places in the world were known to them.
+    pub fn undetermined_set_up(&self) -> Vec<&str> {
+        let is_set_up = |name: &str| name.starts_with("base_") || name.starts_with("tool_");
+        // Free balls have their places in the world from the base: there it is a matter of definition.
+        let by_definition = |group: &[String]| group.is_empty() || group.iter().any(|name| name.starts_with("ball"));
+        let open = self.unresolved.iter().filter_map(|group| Some((group.first()?.as_str(), group.get(1..)?)));
+        open.filter(|(name, with)| is_set_up(name) && !by_definition(with)).map(|(name, _)| name).collect()
+    }
+
     /// Puts a fit into words, parameters as uncertain as the noise makes them.
     pub fn of(datasets: &[(&str, &Dataset)], model: &Model, problem: &Problem, fit: &Fit) -> Self {
         Calibration::with_covariance(datasets, model, problem, fit, &fit.covariance)

@@ -35,6 +35,7 @@ pub fn diagnosis_json(d: &Diagnosis, outlook: Option<&Outlook>, commands: &Recom
         "chi2_per_dof": d.lack_of_fit_p.map(|_| d.chi2_per_dof),
         "lack_of_fit_p": d.lack_of_fit_p,
         "verdict": d.verdict.name(),
+        "outcome": d.outcome.name(),
         "verdict_without_suspects": d.verdict_without_suspects.map(Verdict::name),
         "explains_percent": d.explains.map(|share| 100.0 * share),
         "chi2_per_dof_with_it": d.chi2_per_dof_with_it,
@@ -113,10 +114,10 @@ fn heat_map_json(map: &HeatMap) -> Value {
     json!({"cells": cells, "best": best})
 }
 
-/// A diagnosis as tables for a terminal.
-pub fn diagnosis_text(d: &Diagnosis, outlook: Option<&Outlook>, commands: &Recommended, with_heat_map: bool) -> String {
+/// A diagnosis as tables for a terminal; `outlook` is the error to expect over the workspace, or why it cannot be told.
+pub fn diagnosis_text(d: &Diagnosis, outlook: &Result<Outlook, String>, commands: &Recommended, with_heat_map: bool) -> String {
     let mut out = String::new();
-    for sentence in sentences(d, commands).into_iter().chain(outlook.map(Outlook::sentence)) {
+    for sentence in sentences(d, commands).into_iter().chain([outlook.as_ref().map_or_else(String::clone, Outlook::sentence)]) {
         out.push_str(&sentence);
         out.push('\n');
     }

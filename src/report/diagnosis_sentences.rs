@@ -2,10 +2,12 @@
 
 use super::finding_notes::{moment_words, same_words};
 use super::heat_map::curve_line;
+use super::ladder_sentences::unconverged_sentence;
 use super::meaning::{meaning, what};
 use super::scatter::{scatter_sentences, suspects_named};
 use crate::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
 use crate::effects::{self, EffectId};
+use crate::identify::Outcome;
 use crate::units::MM;
 
 /// How the commands that a report recommends go on after the verb: datasets and model as they were given.
@@ -36,6 +38,9 @@ const MOST_NAMED: usize = 4;
 /// The diagnosis in words: first what explains most and how much is missing, then the number left, suspects and noise, then the verdict,
 /// then every effect that is named as it was seen, what it means and what to do, and last what these data cannot test.
 pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    if let Some(warning) = unconverged(d) {
+        return vec![warning, left(d)];
+    }
     let mut all: Vec<String> = main(d).into_iter().collect();
     all.push(left(d));
     all.extend(suspects(d, commands));
@@ -47,6 +52,11 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     all.extend(unbelievable(d));
     all.extend(untestable(d));
     all
+}
+
+/// That nothing said of a fit that did not converge holds.
+fn unconverged(d: &Diagnosis) -> Option<String> {
+    (d.outcome != Outcome::Converged).then(|| format!("WARNING: {}", unconverged_sentence(d.outcome)))
 }
 
 /// The verdict on the data, suspects left out.
@@ -64,7 +74,8 @@ fn first(d: &Diagnosis) -> Option<&Finding> {
 fn main(d: &Diagnosis) -> Option<String> {
     let first = first(d).filter(|_| beneath(d).names_effects())?;
     let share = d.explains?;
-    let left = d.rms * (1.0 - share).max(0.0).sqrt() / MM;
+    // The share is of squares in units of the noise; in millimetres no less than the noise is left.
+    let left = (d.rms * (1.0 - share).max(0.0).sqrt()).max(d.noise) / MM;
     let known = d.chi2_per_dof_with_it.map_or(String::new(), |chi2| format!(", chi2/dof {chi2:.2}"));
     let rest = match beneath(d) {
         Verdict::Partly => format!("{left:.4} mm rms is left with it{known}: more is missing"),

@@ -47,6 +47,7 @@ pub fn rung_json(rung: &Rung, below: &[&Rung]) -> Value {
         "chi2_per_dof": rung.calibration.noise_stated.then_some(rung.chi2_per_dof),
         "cv_rms_mm": rung.cross_validated / MM,
         "workspace": rung.workspace.as_ref().map(workspace_json),
+        "undetermined": rung.undetermined,
         "validation": rung.validation.as_ref().map(validated),
         "noise_mm": rung.noise / MM,
         "sessions": sessions,
@@ -64,6 +65,8 @@ pub fn ladder_json(ladder: &Ladder) -> Value {
     let rungs: Vec<Value> = (0..all.len()).map(|k| rung_json(all[k], &all[..k])).collect();
     let stopped = match &ladder.top {
         Top::NothingLeft => json!({"because": "nothing_left"}),
+        Top::NoiseLargerThanStated => json!({"because": "noise_larger_than_stated"}),
+        Top::NotConverged(outcome) => json!({"because": "not_converged", "outcome": outcome.name()}),
         Top::Tired => json!({"because": "most_rungs"}),
         Top::NoStepHelps { tried } => {
             let tried: Vec<Value> = tried

@@ -3,6 +3,7 @@
 use super::diagnosis_sentences::Recommended;
 use crate::assess::{ChoiceKind, Contradiction, Gain, Ladder, Objection, Planned, Rung, Symptom, Top, Unphysical};
 use crate::effects;
+use crate::identify::Outcome;
 use crate::units::MM;
 
 /// An objection in words.
@@ -109,6 +110,8 @@ pub fn rung_sentence(rung: &Rung) -> String {
 pub fn top_sentences(top: &Top, commands: &Recommended) -> Vec<String> {
     match top {
         Top::NothingLeft => vec!["The ladder ends: nothing is left but noise.".into()],
+        Top::NoiseLargerThanStated => vec!["The ladder ends: nothing is left but noise, and more of it than stated.".into()],
+        Top::NotConverged(outcome) => vec![format!("The ladder ends: the fit {}.", outcome.in_words())],
         Top::Tired => vec!["The ladder ends after the most rungs it climbs; go on from its model.".into()],
         Top::NoStepHelps { tried } => {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
@@ -123,6 +126,19 @@ pub fn top_sentences(top: &Top, commands: &Recommended) -> Vec<String> {
             all
         }
     }
+}
+
+/// How the fit of the model to begin with ended, where it did not converge.
+fn unconverged(ladder: &Ladder) -> Option<Outcome> {
+    ladder.first().calibration.outcome.filter(|outcome| *outcome != Outcome::Converged)
+}
+
+/// What a fit that did not converge is good for.
+pub fn unconverged_sentence(outcome: Outcome) -> String {
+    format!(
+        "the fit {}. Nothing said of it holds, and nothing is recommended: measure more postures, or fit fewer effects.",
+        outcome.in_words()
+    )
 }
 
 /// Which model to use.
@@ -156,6 +172,9 @@ pub fn planned_sentence(planned: &Planned) -> String {
 
 /// Which model to use, and why.
 pub fn advice(ladder: &Ladder) -> String {
+    if let Some(outcome) = unconverged(ladder) {
+        return format!("Use no model yet: {}", unconverged_sentence(outcome));
+    }
     let what = what_to_use(ladder);
     let aside = match ladder.recommendation.aside.as_slice() {
         [] => String::new(),
@@ -171,6 +190,9 @@ pub fn why(ladder: &Ladder) -> String {
             "what postures left out of the fit had recommended is withdrawn, because the rows of set 'validation' contradict it: {}",
             contradiction(by)
         );
+    }
+    if let Some(outcome) = unconverged(ladder) {
+        return unconverged_sentence(outcome);
     }
     let choice = ladder.recommendation.choice();
     if choice.kind == ChoiceKind::Begin {

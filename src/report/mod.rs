@@ -27,7 +27,9 @@ pub use finding_notes::added_sentences;
 pub use heat_map::{curve_line, heat_map_text};
 pub use json::{calibration_json, validation_json};
 pub use ladder::{ladder_json, recommended_json, rung_json, rung_table, step_json};
-pub use ladder_sentences::{advice, objection_sentence, planned_sentence, rung_sentence, symptom_sentence, top_sentences};
+pub use ladder_sentences::{
+    advice, objection_sentence, planned_sentence, rung_sentence, symptom_sentence, top_sentences, unconverged_sentence,
+};
 pub use misfit::{misfit_json, misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_json, unbelievable_sentence};
 pub use next::{detectability_json, detectability_text, next_json, next_sentences, next_table};
 pub use page::{
@@ -37,4 +39,4 @@ pub use tables::{
     histogram, parameter_rows, parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row,
     validation_table, wider_sentence,
 };
-pub use workspace::{Outlook, extrapolation_json, extrapolation_sentence};
+pub use workspace::{Outlook, extrapolation_json, extrapolation_sentence, no_outlook_sentence};

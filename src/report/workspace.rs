@@ -85,6 +85,19 @@ impl Outlook {
     }
 }
 
+/// Why no error over the workspace is predicted: numbers of the set-up that the data do not tell, by name, or no poses.
+pub fn no_outlook_sentence(undetermined: &[String]) -> String {
+    const WHAT: &str = "The position error to expect over the workspace cannot be told";
+    match undetermined {
+        [] => format!("{WHAT}: no pose of the robot is clear of itself."),
+        [one] => format!("{WHAT}: {one} is left at its drawing value, and these data do not tell it. Measure at more places."),
+        several => format!(
+            "{WHAT}: {} are left at their drawing values, and these data do not tell them. Measure at more places.",
+            several.join(", ")
+        ),
+    }
+}
+
 /// Mean and largest error with their bands.
 pub(super) fn workspace_json(w: &WorkspaceError) -> Value {
     let part = |b: &Option<Banded>| {

@@ -9,7 +9,7 @@ use calibench::compensate::{
 };
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
-use calibench::identify::{Calibration, read_calibration};
+use calibench::identify::{Calibration, Outcome as FitOutcome, read_calibration};
 use calibench::report::{extrapolation_json, extrapolation_sentence, plain_table};
 use calibench::robot::{FramePose, Payload, Pose, to_toml};
 use calibench::units::{DEG, MM};
@@ -63,6 +63,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
     }
     let calibration = read_calibration(&arguments.calibration)?;
+    if let Some(outcome) = calibration.outcome.filter(|outcome| *outcome != FitOutcome::Converged) {
+        let why = "a robot must not be sent anywhere by it; identify it anew from more postures, or with fewer effects";
+        return Err(format!("{}: the fit {}: {why}", arguments.calibration.display(), outcome.in_words()).into());
+    }
+    let open = calibration.undetermined_set_up();
+    if !open.is_empty() {
+        eprintln!(
+            "WARNING: {} left at their drawing values, because the data of this calibration do not tell them: targets in the world are \
+             missed by as much as these are off.",
+            open.join(", ")
+        );
+    }
     let task = Task {
         setup: arguments.session.clone(),
         frame: arguments.base.unwrap_or(Task::default().frame),

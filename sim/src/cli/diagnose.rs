@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use calibench::assess::{Examination, WorkspacePoses, diagnose_examined};
-use calibench::identify::Use;
+use calibench::identify::{Outcome as FitOutcome, Use};
 use calibench::report::{diagnosis_json, diagnosis_text, extrapolation_sentence};
 
 use super::progress::Stages;
@@ -42,17 +42,17 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     bar.begin("predicting the error over the workspace");
     let outlook = outlook(&named, &examination, &WorkspacePoses::of(&named)).map_err(blame)?;
     drop(bar);
-    if let Some(warning) = outlook.as_ref().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
+    if let Some(warning) = outlook.as_ref().ok().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
         eprintln!("{warning}");
     }
     let commands = recommended(&arguments.datasets, arguments.model.as_deref());
     if arguments.json {
-        let mut document = diagnosis_json(&diagnosis, outlook.as_ref(), &commands);
+        let mut document = diagnosis_json(&diagnosis, outlook.as_ref().ok(), &commands);
         gate.mark(&mut document);
         print_json(&document)?
     } else {
         gate.tell()?;
-        print(&diagnosis_text(&diagnosis, outlook.as_ref(), &commands, arguments.heat_map))?
+        print(&diagnosis_text(&diagnosis, &outlook, &commands, arguments.heat_map))?
     }
-    Ok(Outcome::Done)
+    Ok(if diagnosis.outcome == FitOutcome::Converged { Outcome::Done } else { Outcome::ExpectationFailed })
 }

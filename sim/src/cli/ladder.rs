@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, Extrapolation, ProvingGround, Rung, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench::report::{
-    added_sentences, advice, extrapolation_json, ladder_json, objection_sentence, rung_sentence, rung_table, symptom_sentence,
-    top_sentences,
+    added_sentences, advice, extrapolation_json, ladder_json, no_outlook_sentence, objection_sentence, rung_sentence,
+    rung_table, symptom_sentence, top_sentences,
 };
 
 use super::progress::Waiting;
@@ -93,6 +93,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     for symptom in &chosen.symptoms {
         print(&symptom_sentence(symptom))?;
+    }
+    if chosen.workspace.is_none() {
+        print(&no_outlook_sentence(&chosen.undetermined))?;
     }
     print(&advice(&climbed))?;
     if let Some(path) = &arguments.output {

@@ -40,12 +40,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses};
+use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench::effects::Subject;
 use calibench::files::one_line;
-use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_model};
+use calibench::identify::{
+    Calibration, IdentifyError, Model, Outcome as FitOutcome, ProblemError, read_calibration, read_model,
+};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
-use calibench::report::{Outlook, Recommended, extrapolation_sentence};
+use calibench::report::{Outlook, Recommended, extrapolation_sentence, no_outlook_sentence};
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
@@ -330,16 +332,27 @@ fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Result<V
     Ok(checks)
 }
 
-/// The error to expect of an examined fit at `poses`; `None` without poses.
+/// The error to expect of an examined fit at `poses`, or why it cannot be told.
 fn outlook(
     named: &[(&str, &Dataset)],
     examination: &Examination,
     poses: &WorkspacePoses,
-) -> Result<Option<Outlook>, IdentifyError> {
-    let error = WorkspaceError::predict(named, examination, &poses.q)?;
+) -> Result<Result<Outlook, String>, IdentifyError> {
+    let Some(error) = WorkspaceError::predict(named, examination, &poses.q)? else {
+        return Ok(Err(no_outlook_sentence(&undetermined(examination))));
+    };
     let ranges = examination.problem().joint_ranges();
     let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
-    Ok(error.map(|error| Outlook { error, source: poses.source, extrapolation }))
+    Ok(Ok(Outlook { error, source: poses.source, extrapolation }))
+}
+
+/// Reads a calibration; says on standard error where its fit did not converge.
+fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
+    let calibration = read_calibration(path)?;
+    if let Some(outcome) = calibration.outcome.filter(|outcome| *outcome != FitOutcome::Converged) {
+        eprintln!("warning: {}: the fit {}: do not use this calibration", path.display(), outcome.in_words());
+    }
+    Ok(calibration)
 }
 
 /// Says on standard error how far the poses of a prediction reach beyond what a calibration has seen.

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use calibench::assess::{Extrapolation, Validation};
-use calibench::identify::{Use, read_calibration};
+use calibench::identify::Use;
 use calibench::measure::SampleSet;
 use calibench::report::{
     extrapolation_json, extrapolation_sentence, histogram, validation_json, validation_row, validation_table,
 };
 
-use super::{Failure, Outcome, blame_data, named, print, print_json, read_datasets};
+use super::{Failure, Outcome, blame_data, named, print, print_json, read_calibration_to_use, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -28,7 +28,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut calibration = read_calibration(&arguments.calibration)?;
+    let mut calibration = read_calibration_to_use(&arguments.calibration)?;
     if arguments.set_up_anew {
         calibration = calibration.set_up_anew();
     }

@@ -14,7 +14,7 @@ use crate::assess::noise_floor::chi2_chance;
 use crate::assess::relevance::Relevance;
 use crate::assess::verdict::Verdict;
 use crate::effects::EffectId;
-use crate::identify::IdentifyError;
+use crate::identify::{IdentifyError, Outcome};
 use crate::measure::Dataset;
 
 /// Something is missing when nothing at all is less credible than this; noise alone raises it in less than one case of a hundred.
@@ -174,12 +174,16 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
         |a: &Hypothesis, b: &Hypothesis| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background);
     all.sort_by(by_evidence);
     let mut list = Shortlist::of(datasets, examination, &all)?;
-    let unbelievable: Vec<(String, f64)> = (0..list.hypotheses.len())
-        .filter(|&k| !list.believable[k])
-        .map(|k| (list.hypotheses[k].in_model.clone(), Freely::of(&list.close, k).size()))
-        .collect();
-    if !unbelievable.is_empty() {
-        all.retain(|h| !unbelievable.iter().any(|(effect, _)| *effect == h.in_model));
+    let beyond: Vec<usize> = (0..list.hypotheses.len()).filter(|&k| !list.believable[k]).collect();
+    let mut unbelievable = Vec::new();
+    if !beyond.is_empty() {
+        // Of what the data hardly see any size may come out: only what they surely show is worth a word.
+        let surely = findings(datasets, &list.close, &list.hypotheses, tests, |_| 0.0);
+        let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
+        let names: Vec<String> = beyond.iter().map(|&k| list.hypotheses[k].in_model.clone()).collect();
+        let told = beyond.iter().filter(|&&k| is_sure(&list.hypotheses[k]));
+        unbelievable = told.map(|&k| (list.hypotheses[k].in_model.clone(), Freely::of(&list.close, k).size())).collect();
+        all.retain(|h| !names.contains(&h.in_model));
         list = Shortlist::of(datasets, examination, &all)?;
     }
     let aware: Vec<f64> = all.iter().map(|h| h.ln_evidence_against_background).collect();
@@ -211,7 +215,11 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
         family,
         lack_of_fit: lack_of_fit_p.is_some_and(|p| p < LACK_OF_FIT),
     };
-    let (verdict, first) = evidence.verdict();
+    let (verdict, first) = match examination.fit.outcome {
+        Outcome::Converged => evidence.verdict(),
+        // What such a fit leaves is not what the model leaves.
+        _ => (Verdict::Unexplained, None),
+    };
     let first = first.cloned();
     let nothing = evidence.nothing;
 
@@ -233,7 +241,9 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
         let share = 1.0 - explained / remainder.squares;
         fit.chi2 * share / fit.dof.saturating_sub(coefficients).max(1) as f64
     });
-    let noise = (fit.rms * fit.rms * (unit * fit.dof as f64 / fit.chi2.max(f64::MIN_POSITIVE)).min(1.0)).sqrt();
+    // Samples count by their own noise: what is missing may sit where the noise is large.
+    let variance = examination.mean_variance() * unit * fit.dof as f64 / examination.problem.row_count().max(1) as f64;
+    let noise = variance.sqrt().min(fit.rms);
     let relative = scatter.noise.level.map_or(1.0, |l| l.relative);
     let share = |squares: f64| (squares / remainder.squares).clamp(0.0, 1.0);
     Ok(Diagnosis {
@@ -246,6 +256,7 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
         lack_of_fit_p,
         verdict,
         verdict_without_suspects: None,
+        outcome: fit.outcome,
         set95,
         explains: first.as_ref().map(|h| h.explains),
         chi2_per_dof_with_it: examination.chi2_per_dof_with(explained, coefficients),

@@ -7,11 +7,14 @@ use super::pictures::CellPicture;
 use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
 use crate::assess::{Extrapolation, MapCell, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung};
-use crate::identify::{Calibration, IdentifyError, Use};
+use crate::identify::{Calibration, IdentifyError, Outcome as FitOutcome, Use};
 use crate::measure::{Dataset, SampleSet};
 use crate::report::meaning::meaning;
 use crate::report::workspace::extrapolation_sentence;
-use crate::report::{Outlook, calibration_json, diagnosis_json, symptom_sentence, unresolved_sentences, validation_json};
+use crate::report::{
+    Outlook, calibration_json, diagnosis_json, no_outlook_sentence, symptom_sentence, unconverged_sentence,
+    unresolved_sentences, validation_json,
+};
 use crate::units::{DEG, MM};
 
 /// A model on the data of a page, and the poses on which it is judged.
@@ -153,11 +156,17 @@ fn verdict(first: &Rung, outlook: Option<&Outlook>) -> Value {
             ),
         },
     };
+    let (headline, means) = match first.calibration.outcome {
+        Some(outcome) if outcome != FitOutcome::Converged => {
+            ("The fit did not converge".to_owned(), sentence(&unconverged_sentence(outcome)))
+        }
+        _ => (headline, means),
+    };
     json!({
         "name": d.verdict.name(),
         "headline": headline,
         "means": means,
-        "expected": outlook.map(Outlook::sentence),
+        "expected": outlook.map_or_else(|| no_outlook_sentence(&first.undetermined), Outlook::sentence),
         "warning": outlook.and_then(|o| extrapolation_sentence(&o.extrapolation)),
         "symptoms": first.symptoms.iter().map(symptom_sentence).collect::<Vec<_>>(),
     })
