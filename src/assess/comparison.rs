@@ -84,7 +84,7 @@ impl Comparison {
         let (standing, beforehand) = standing::of(calibration, &application, datasets, which, &noise);
         let whitened = Whitened::new(problem, values, &beforehand);
         let rms = (seen.iter().map(|s| s.residual.norm_squared()).sum::<f64>() / seen.len() as f64).sqrt();
-        let lack_of_fit = LackOfFit::of(&noise, rms, whitened.squares, whitened.dof, problem.row_count());
+        let lack_of_fit = LackOfFit::of(&noise, rms, &whitened, problem.row_count());
 
         let normalised: Vec<(f64, usize)> = seen.iter().map(|s| whitened.normalised(s.first_row, s.height)).collect();
         let mut layout = Layout::new(&seen, problem.setups().len(), datasets, &normalised);

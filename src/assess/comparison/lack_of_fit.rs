@@ -2,6 +2,7 @@
 
 use super::SIGNIFICANCE;
 use crate::assess::noise_floor::{NoiseFloor, NoiseSource, fisher_chance};
+use crate::assess::residual_views::Whitened;
 
 /// Quantile of the normal distribution for 95 %, two-sided.
 const TWO_SIDED_95: f64 = 1.959_964;
@@ -28,7 +29,8 @@ pub struct LackOfFit {
 }
 
 impl LackOfFit {
-    pub(super) fn of(noise: &NoiseFloor, rms: f64, squares: f64, dof: f64, numbers: usize) -> Self {
+    pub(super) fn of(noise: &NoiseFloor, rms: f64, whitened: &Whitened, numbers: usize) -> Self {
+        let Whitened { squares, dof, least_dof, .. } = *whitened;
         let nothing = LackOfFit {
             dof,
             chi2_per_dof: None,
@@ -66,7 +68,9 @@ impl LackOfFit {
             noise_left: Some(noise_left),
             unexplained: Some(unexplained.max(0.0).sqrt()),
             interval: Some([-reach, reach].map(|by| (unexplained + by).max(0.0).sqrt())),
-            noise_overstated: noise.source == NoiseSource::Stated && p.is_some_and(|p| p > 1.0 - SIGNIFICANCE),
+            // Effects that are held to a size take up noise, however wide they are held.
+            noise_overstated: noise.source == NoiseSource::Stated
+                && noise.chance_of(squares, least_dof.min(dof)).is_some_and(|p| p > 1.0 - SIGNIFICANCE),
         }
     }
 }

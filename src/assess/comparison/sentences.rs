@@ -117,9 +117,13 @@ impl Comparison {
         let mut said = Vec::new();
         if self.standing.fitted {
             said.push(format!(
-                "The calibration was fitted to these rows: its {} parameters have taken up what they could. A small residual is no proof of \
-                 accuracy elsewhere; only rows that were not fitted can give that.",
-                self.standing.absorbed
+                "The calibration was fitted to these rows: its {} free parameters{} have taken up what they could. A small residual is no \
+                 proof of accuracy elsewhere; only rows that were not fitted can give that.",
+                self.standing.absorbed,
+                match self.standing.held {
+                    0 => String::new(),
+                    held => format!(", and {held} that are held to a size,"),
+                }
             ));
         }
         let from = [(&self.standing.refitted, "these samples"), (&self.standing.from_fit_rows, "rows of set fit")];
@@ -155,14 +159,14 @@ impl Comparison {
                 let name =
                     if self.several_datasets() { format!("{} of {}", ball.ball, ball.dataset) } else { ball.ball.clone() };
                 format!(
-                    "Ball {name} stands out ({explains}): it seems to stand {} um (world axes) from its stated place. Measure it again on the \
-                     CMM, or leave its place to the fit (free = true).",
+                    "Ball {name} stands out ({explains}): it seems to stand {} um (world axes) from its stated place. If no effect of the arm \
+                     explains it better (a diagnosis tries each), measure it again on the CMM, or leave its place to the fit (free = true).",
                     vector(sizes, sigmas, UM)
                 )
             }
             Subject::Tool(s) => format!(
-                "The tool{} stands out ({explains}): in its own axes the TCP seems {} um off. Master the gauge again and check the TCP; if both \
-                 are right, {}.",
+                "The tool{} stands out ({explains}): in its own axes the TCP seems {} um off. If no effect of the arm explains it better (a \
+                 diagnosis tries each), master the gauge again and check the TCP; if both are right, {}.",
                 self.place(s),
                 vector(sizes, sigmas, UM),
                 try_effects("compare the scale of the artifact with that of the arm")

@@ -18,6 +18,8 @@ pub struct Standing {
     pub fitted: bool,
     /// Number of parameters that these samples have determined: those of the fit, or those of set-ups not seen before.
     pub absorbed: usize,
+    /// Number of parameters of the fit that are held to a size, or to what is certified.
+    pub held: usize,
     /// Parameters of set-ups that the calibration has not seen, fitted to these samples.
     pub refitted: Vec<String>,
     /// The same, fitted to other rows of the data, of set `fit`.
@@ -44,6 +46,7 @@ pub(super) fn of(
     let standing = Standing {
         fitted: beforehand.fitted,
         absorbed: beforehand.parameters.len() - beforehand.informed.len(),
+        held: beforehand.informed.len(),
         refitted: names(refitted),
         from_fit_rows: names(from_fit_rows),
     };

@@ -42,8 +42,10 @@ pub(crate) struct Whitened {
     normal: DMatrix<f64>,
     /// `rᵀ V⁻¹ r`.
     pub squares: f64,
-    /// Its degrees of freedom.
+    /// Its degrees of freedom, if what was known beforehand is as far off as it may be.
     pub dof: f64,
+    /// Its degrees of freedom, if what was known beforehand is not off at all.
+    pub least_dof: f64,
 }
 
 /// Information matrix of a covariance; zero where it cannot be inverted.
@@ -86,6 +88,7 @@ impl Whitened {
         Whitened {
             squares: normal[(p, p)] + deviation.dot(&pull) - gradient.norm_squared(),
             dof: (rows + informed.len()) as f64 - p as f64,
+            least_dof: rows as f64 - basis.norm_squared(),
             basis,
             residuals,
             plain,
