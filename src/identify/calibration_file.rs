@@ -16,6 +16,9 @@ use crate::units::{DEG, MM, Unit};
 /// Format tag.
 pub const FORMAT: &str = "calibench-calibration/1";
 
+/// No parameter is larger, in the unit of its file: a kilometre, thousands of turns.
+const BELIEVABLE: f64 = 1e6;
+
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -317,9 +320,22 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
             again,
         ));
     }
+    for (k, range) in file.joint_range.iter().enumerate() {
+        if range.min_deg > range.max_deg {
+            return Err(wrong(&format!("joint_range[{k}]"), "has its minimum above its maximum".into(), again));
+        }
+    }
+    if file.fit.rms_mm < 0.0 {
+        return Err(wrong("fit.rms_mm", "is negative".into(), again));
+    }
     let mut estimates: Vec<Estimate> = Vec::new();
     for (k, p) in file.parameter.iter().enumerate() {
         let key = |field: &str| format!("parameter[{k}].{field}");
+        for (field, number) in [("value", p.value), ("nominal", p.nominal)] {
+            if number.abs() > BELIEVABLE {
+                return Err(wrong(&key(field), format!("is {number:e} {}, which no arm can have", p.unit), again));
+            }
+        }
         let unit = Unit::from_symbol(&p.unit)
             .ok_or_else(|| wrong(&key("unit"), format!("'{}' is no unit known here", p.unit), again))?;
         for (field, sigma) in [("sigma", Some(p.sigma)), ("sigma_noise", p.sigma_noise), ("stated_sigma", p.stated_sigma)] {
