@@ -110,7 +110,7 @@ mod with_mujoco {
         let Measurements { fit, validation, .. } = measured(scenario, plans, truth, seed);
         let data = [("fit", &fit)];
         let found = diagnose(&data, model).unwrap();
-        let visible = found.unexplained / found.noise;
+        let visible = (found.chi2_per_dof - 1.0).max(0.0).sqrt();
         let poses: Vec<Vec<f64>> = validation.samples.iter().map(|s| s.q.clone()).collect();
         let after = (visible >= VISIBLE).then(|| {
             let climbed = ladder(&data, model, ProvingGround { poses: &poses, checks: &[] }, &mut |_| {}).unwrap();
