@@ -122,7 +122,7 @@ impl Comparison {
                 self.standing.absorbed,
                 match self.standing.held {
                     0 => String::new(),
-                    held => format!(", and {held} that are held to a size,"),
+                    held => format!(", and {held} of which something is known beforehand,"),
                 }
             ));
         }

@@ -18,7 +18,7 @@ pub struct Standing {
     pub fitted: bool,
     /// Number of parameters that these samples have determined: those of the fit, or those of set-ups not seen before.
     pub absorbed: usize,
-    /// Number of parameters of the fit that are held to a size, or to what is certified.
+    /// Number of parameters of the fit of which something is known beforehand: what is certified, or how large they may be.
     pub held: usize,
     /// Parameters of set-ups that the calibration has not seen, fitted to these samples.
     pub refitted: Vec<String>,
