@@ -6,6 +6,9 @@ use crate::effects;
 use crate::identify::Outcome;
 use crate::units::MM;
 
+/// A rise of the error to expect by this share is said.
+const WORTH_A_WORD: f64 = 0.05;
+
 /// An objection in words.
 pub fn objection_sentence(objection: &Objection) -> String {
     let from_to = |x: &[f64; 2]| format!("{:.4} mm before, {:.4} mm after", x[0] / MM, x[1] / MM);
@@ -180,7 +183,19 @@ pub fn advice(ladder: &Ladder) -> String {
         [] => String::new(),
         ids => format!(" Set aside as disagreeing with all others: {}.", ids.join(", ")),
     };
-    format!("Use {what}: {}.{aside}", why(ladder))
+    format!("Use {what}: {}.{aside}{}", why(ladder), dearer_elsewhere(ladder).unwrap_or_default())
+}
+
+/// That the recommended model, better where it was measured, is expected to be worse over the workspace: mostly it then is.
+fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
+    let of = |rung: &Rung| Some(rung.workspace.as_ref()?.mean.expected / MM);
+    let (before, after) = (of(ladder.first())?, of(ladder.recommended())?);
+    (after > before * (1.0 + WORTH_A_WORD)).then(|| {
+        format!(
+            " WARNING: over the workspace its error is expected to be larger, {after:.3} mm instead of {before:.3} mm: use it only where the campaign \
+             has measured, or measure where the robot is to work and name that with --check."
+        )
+    })
 }
 
 /// Why that model.
