@@ -6,6 +6,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use calibench::assess::diagnose;
+use calibench::identify::{Model, Outcome};
+use calibench::measure::read_dataset;
+use calibench::report::{Recommended, diagnosis_text};
 use serde_json::Value;
 
 fn calibench(folder: &Path, arguments: &[&str]) -> Output {
@@ -186,4 +190,27 @@ fn a_knocked_ball_is_told_alike_by_all() {
             assert!((low..=high).contains(&mean), "seed {seed}: {mean} in {low} to {high}");
         }
     }
+}
+
+/// Of a fit that did not converge nothing holds: every verb that reads it says so, and no robot is sent anywhere by it.
+#[test]
+fn a_fit_that_did_not_converge_is_used_for_nothing() {
+    let folder = run("table8.toml");
+    let at = folder.path();
+    let file = fs::read_to_string(at.join("run/trical.toml")).unwrap();
+    fs::write(at.join("c.toml"), file.replace("outcome = \"converged\"", "outcome = \"iteration_limit\"")).unwrap();
+    for verb in ["compare", "validate"] {
+        let warned = String::from_utf8(calibench(at, &[verb, "c.toml", "run/trical"]).stderr).unwrap();
+        assert!(warned.contains("do not use this calibration"), "{verb}: {warned}");
+    }
+    fs::write(at.join("targets.csv"), "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\np1,420,60,400,170,10,175\n").unwrap();
+    let refused = calibench(at, &["compensate", "c.toml", "targets.csv", "-o", "fakes.csv"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", String::from_utf8_lossy(&refused.stderr));
+    assert!(!at.join("fakes.csv").exists());
+
+    let data = read_dataset(&at.join("run/trical")).unwrap();
+    let mut diagnosis = diagnose(&[("d", &data)], &Model::default_for(&data)).unwrap();
+    diagnosis.outcome = Outcome::IterationLimit;
+    let said = diagnosis_text(&diagnosis, &Err("nothing is expected".into()), &Recommended::default(), false);
+    assert!(said.starts_with("WARNING: the fit used up its steps") && !said.contains("Verdict"), "{said}");
 }
