@@ -107,14 +107,12 @@ pub fn ladder(
     witness(Climb::Reached(&rungs[0]));
     let top = loop {
         let below = &rungs[rungs.len() - 1];
-        if let Some(outcome) = below.calibration.outcome.filter(|outcome| *outcome != Outcome::Converged) {
-            break Top::NotConverged(outcome);
-        }
-        if below.diagnosis.verdict == Verdict::NoiseLargerThanStated {
-            break Top::NoiseLargerThanStated;
-        }
         if below.diagnosis.verdict.is_noise() {
-            break Top::NothingLeft;
+            break match below.calibration.outcome {
+                Some(outcome) if outcome != Outcome::Converged => Top::NotConverged(outcome),
+                _ if below.diagnosis.verdict == Verdict::NoiseLargerThanStated => Top::NoiseLargerThanStated,
+                _ => Top::NothingLeft,
+            };
         }
         if rungs.len() > MOST_RUNGS {
             break Top::Tired;
@@ -162,10 +160,7 @@ fn choose(
     ground: ProvingGround<'_>,
 ) -> Result<(usize, Option<Rung>), IdentifyError> {
     let first = &rungs[0];
-    if first.calibration.outcome != Some(Outcome::Converged) {
-        // What others gain over it says nothing.
-        return Ok((0, None));
-    }
+    let begun_well = first.calibration.outcome == Some(Outcome::Converged);
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
     let (mut lowest_left, mut best) = (None, None::<(usize, Option<Rung>, f64)>);
@@ -183,7 +178,9 @@ fn choose(
             },
         };
         let Some(taken) = reached.as_ref().or(climbed) else { continue };
+        // Where the first fit did not converge, what others gain over it must show when each is fitted anew to every block as well.
         if taken.calibration.outcome != Some(Outcome::Converged)
+            || (!begun_well && taken.cross_validated >= first.cross_validated)
             || taken.objections(first).iter().any(Objection::is_measured_elsewhere)
         {
             continue;

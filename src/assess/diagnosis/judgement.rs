@@ -14,7 +14,7 @@ use crate::assess::noise_floor::chi2_chance;
 use crate::assess::relevance::Relevance;
 use crate::assess::verdict::Verdict;
 use crate::effects::EffectId;
-use crate::identify::{IdentifyError, Outcome};
+use crate::identify::IdentifyError;
 use crate::measure::Dataset;
 
 /// Something is missing when nothing at all is less credible than this; noise alone raises it in less than one case of a hundred.
@@ -215,11 +215,7 @@ pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -
         family,
         lack_of_fit: lack_of_fit_p.is_some_and(|p| p < LACK_OF_FIT),
     };
-    let (verdict, first) = match examination.fit.outcome {
-        Outcome::Converged => evidence.verdict(),
-        // What such a fit leaves is not what the model leaves.
-        _ => (Verdict::Unexplained, None),
-    };
+    let (verdict, first) = evidence.verdict();
     let first = first.cloned();
     let nothing = evidence.nothing;
 
