@@ -108,10 +108,10 @@ pub fn ladder(
     let top = loop {
         let below = &rungs[rungs.len() - 1];
         if below.diagnosis.verdict.is_noise() {
-            break match below.calibration.outcome {
-                Some(outcome) if outcome != Outcome::Converged => Top::NotConverged(outcome),
-                _ if below.diagnosis.verdict == Verdict::NoiseLargerThanStated => Top::NoiseLargerThanStated,
-                _ => Top::NothingLeft,
+            break match below.calibration.unconverged() {
+                Some(outcome) => Top::NotConverged(outcome),
+                None if below.diagnosis.verdict == Verdict::NoiseLargerThanStated => Top::NoiseLargerThanStated,
+                None => Top::NothingLeft,
             };
         }
         if rungs.len() > MOST_RUNGS {
@@ -160,7 +160,7 @@ fn choose(
     ground: ProvingGround<'_>,
 ) -> Result<(usize, Option<Rung>), IdentifyError> {
     let first = &rungs[0];
-    let begun_well = first.calibration.outcome == Some(Outcome::Converged);
+    let begun_well = first.calibration.unconverged().is_none();
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
     let (mut lowest_left, mut best) = (None, None::<(usize, Option<Rung>, f64)>);
@@ -179,7 +179,7 @@ fn choose(
         };
         let Some(taken) = reached.as_ref().or(climbed) else { continue };
         // Where the first fit did not converge, what others gain over it must show when each is fitted anew to every block as well.
-        if taken.calibration.outcome != Some(Outcome::Converged)
+        if taken.calibration.unconverged().is_some()
             || (!begun_well && taken.cross_validated >= first.cross_validated)
             || taken.objections(first).iter().any(Objection::is_measured_elsewhere)
         {
@@ -199,7 +199,7 @@ fn choose(
     // Samples that disagree with all others are set aside whatever else is done.
     let begin = &recommendation.choices[0];
     let without = if rung_of(rungs, begin).is_some() { None } else { rung(datasets, &begin.model, ground).ok() };
-    Ok((0, without.filter(|rung| rung.calibration.outcome == Some(Outcome::Converged))))
+    Ok((0, without.filter(|rung| rung.calibration.unconverged().is_none())))
 }
 
 /// One rung up, or what was tried and what speaks against it.

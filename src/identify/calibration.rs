@@ -131,6 +131,11 @@ pub enum IdentifyError {
 }
 
 impl Calibration {
+    /// How the fit ended, where it did not converge: nothing said of it holds.
+    pub fn unconverged(&self) -> Option<Outcome> {
+        self.outcome.filter(|outcome| *outcome != Outcome::Converged)
+    }
+
     /// Numbers of the base and the tool that the data did not tell, by name, where places in the world were known to them.
     pub fn undetermined_set_up(&self) -> Vec<&str> {
         let is_set_up = |name: &str| name.starts_with("base_") || name.starts_with("tool_");

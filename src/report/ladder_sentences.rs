@@ -133,8 +133,7 @@ pub fn top_sentences(top: &Top, commands: &Recommended) -> Vec<String> {
 
 /// How the fit of the model to begin with ended, where it did not converge and nothing else is recommended.
 fn unconverged(ladder: &Ladder) -> Option<Outcome> {
-    let outcome = ladder.first().calibration.outcome.filter(|outcome| *outcome != Outcome::Converged);
-    outcome.filter(|_| ladder.kind() == ChoiceKind::Begin)
+    ladder.first().calibration.unconverged().filter(|_| ladder.kind() == ChoiceKind::Begin)
 }
 
 /// What a fit that did not converge is good for.

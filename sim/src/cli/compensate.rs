@@ -9,7 +9,7 @@ use calibench::compensate::{
 };
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
-use calibench::identify::{Calibration, Outcome as FitOutcome, read_calibration};
+use calibench::identify::{Calibration, read_calibration};
 use calibench::report::{extrapolation_json, extrapolation_sentence, plain_table};
 use calibench::robot::{FramePose, Payload, Pose, to_toml};
 use calibench::units::{DEG, MM};
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
     }
     let calibration = read_calibration(&arguments.calibration)?;
-    if let Some(outcome) = calibration.outcome.filter(|outcome| *outcome != FitOutcome::Converged) {
+    if let Some(outcome) = calibration.unconverged() {
         let why = "a robot must not be sent anywhere by it; identify it anew from more postures, or with fewer effects";
         return Err(format!("{}: the fit {}: {why}", arguments.calibration.display(), outcome.in_words()).into());
     }

@@ -68,8 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         absurd.iter().try_for_each(|sentence| print(sentence))?;
         print(&story(&calibration))?;
     }
-    match calibration.outcome {
-        Some(FitOutcome::Converged) | None => Ok(Outcome::Done),
+    match calibration.unconverged() {
+        None => Ok(Outcome::Done),
         Some(other) => {
             eprintln!("warning: the fit {}: do not use this calibration", other.in_words());
             Ok(Outcome::ExpectationFailed)

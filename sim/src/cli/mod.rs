@@ -43,9 +43,7 @@ use std::process::ExitCode;
 use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench::effects::Subject;
 use calibench::files::one_line;
-use calibench::identify::{
-    Calibration, IdentifyError, Model, Outcome as FitOutcome, ProblemError, read_calibration, read_model,
-};
+use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_calibration, read_model};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
 use calibench::report::{Outlook, Recommended, extrapolation_sentence, no_outlook_sentence};
 use clap::error::ErrorKind;
@@ -349,7 +347,7 @@ fn outlook(
 /// Reads a calibration; says on standard error where its fit did not converge.
 fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
     let calibration = read_calibration(path)?;
-    if let Some(outcome) = calibration.outcome.filter(|outcome| *outcome != FitOutcome::Converged) {
+    if let Some(outcome) = calibration.unconverged() {
         eprintln!("warning: {}: the fit {}: do not use this calibration", path.display(), outcome.in_words());
     }
     Ok(calibration)

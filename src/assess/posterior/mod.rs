@@ -139,10 +139,10 @@ impl Posterior {
         examination: &Examination,
         random: &mut ChaCha8Rng,
     ) -> Result<DMatrix<f64>, IdentifyError> {
-        let elsewhere = AtNewPoses::of_the_arm(there, examination)?;
-        let fields = elsewhere.fields();
+        let there = AtNewPoses::of_the_arm(there, examination)?;
+        let fields = there.fields();
         let known = self.unit.len();
-        let of_shapes = self.shapes.columns(&elsewhere.plain_circumstances());
+        let of_shapes = self.shapes.columns(&there.plain_circumstances());
         let mut all = DMatrix::zeros(fields.nrows(), self.draws.len());
         for (mut error, draw) in all.column_iter_mut().zip(&self.draws) {
             let own = DVector::from_fn(known, |k, _| self.unit[k] * (self.centre[k] + draw.b[k]));

@@ -7,7 +7,7 @@ use super::pictures::CellPicture;
 use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
 use crate::assess::{Extrapolation, MapCell, PoseSource, ProvingGround, Rung, Validation, Verdict, WorkspacePoses, rung};
-use crate::identify::{Calibration, IdentifyError, Outcome as FitOutcome, Use};
+use crate::identify::{Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, SampleSet};
 use crate::report::meaning::meaning;
 use crate::report::workspace::extrapolation_sentence;
@@ -156,11 +156,9 @@ fn verdict(first: &Rung, outlook: Option<&Outlook>) -> Value {
             ),
         },
     };
-    let (headline, means) = match first.calibration.outcome {
-        Some(outcome) if outcome != FitOutcome::Converged => {
-            ("The fit did not converge".to_owned(), sentence(&unconverged_sentence(outcome)))
-        }
-        _ => (headline, means),
+    let (headline, means) = match first.calibration.unconverged() {
+        Some(outcome) => ("The fit did not converge".to_owned(), sentence(&unconverged_sentence(outcome))),
+        None => (headline, means),
     };
     json!({
         "name": d.verdict.name(),
