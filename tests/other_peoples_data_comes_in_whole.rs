@@ -180,7 +180,7 @@ fn imports_survive_the_disk() {
     }
 }
 
-/// A table of eight points of a KR6, with three rows that cannot be used.
+/// A table of eight points of a KR6, with four rows that cannot be used.
 fn small_table(folder: &Path) -> (PathBuf, PathBuf) {
     let map = "format = \"calibench-import/1\"\n[columns]\n".to_owned()
         + &(1..=6).map(|k| format!("q{k} = {{ column = \"a{k}\", unit = \"deg\" }}\n")).collect::<String>()
@@ -190,7 +190,8 @@ fn small_table(folder: &Path) -> (PathBuf, PathBuf) {
     for k in 0..8 {
         rows += &format!("{},-80,{},10,{},5,0.{k},0.1,0.2\n", 5 * k, 90 - k, 40 + 3 * k);
     }
-    rows += "1,-80,90,10,40,5,nan,0.1,0.2\n1,-80,90,10,40,5,,0.1,0.2\n5,-80,89,10,43,5,0.1,0.1,0.2\n";
+    rows +=
+        "1,-80,90,10,40,5,nan,0.1,0.2\n1,-80,90,10,40,5,,0.1,0.2\n5,-80,89,10,43,5,0.1,0.1,0.2\n7,-80,90,10,40,5,0,1,0.1,0.2\n";
     let (map_path, table) = (folder.join("map.toml"), folder.join("table.csv"));
     std::fs::write(&map_path, map).expect("writable");
     std::fs::write(&table, rows).expect("writable");
@@ -202,10 +203,18 @@ fn rows_without_a_measurement_are_skipped_and_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (map, table) = small_table(folder.path());
     let (dataset, report) = bring("generic", &[table], &ImportOptions { map: Some(map), ..Default::default() });
-    assert_eq!((report.rows_read, report.rows_kept, dataset.samples.len()), (11, 8, 8));
+    assert_eq!((report.rows_read, report.rows_kept, dataset.samples.len()), (12, 8, 8));
     let why: Vec<(usize, &str)> = report.skipped.iter().map(|s| (s.line, s.reason.as_str())).collect();
-    assert_eq!(why, [(10, "x: `nan` is not a finite number"), (11, "x is empty"), (12, "the same as line 3")]);
-    assert!(report.to_string().starts_with("11 rows read, 8 kept, 3 skipped\n"), "{report}");
+    assert_eq!(
+        why,
+        [
+            (10, "x: `nan` is not a finite number"),
+            (11, "x is empty"),
+            (12, "the same as line 3"),
+            (13, "it has 10 fields, the header 9")
+        ]
+    );
+    assert!(report.to_string().starts_with("12 rows read, 8 kept, 4 skipped\n"), "{report}");
 }
 
 #[test]

@@ -91,6 +91,9 @@ fn rows_of_postures_blocks_and_campaigns_leave_what_the_proof_says() {
     let output = calibench(folder.path(), &["prove", "run/tracker", "--folds", "0"]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && said.contains("nothing to divide"), "{said}");
+    let output = calibench(folder.path(), &["prove", "run/tracker", "--folds", "0", "--short", "5", "--draws", "1"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("tracker, 5 postures, draw 1: 15 residuals"), "{said}");
 }
 
 #[test]

@@ -58,6 +58,11 @@ pub(super) fn read_table(
             first_reason.get_or_insert_with(|| reason.clone());
             report.skipped.push(Skipped { path: path.into(), line: source.line, reason });
         };
+        let titled = titles.as_ref().map_or(usize::MAX, Vec::len);
+        if source.fields.iter().skip(titled).any(|field| !field.trim().is_empty()) {
+            skip(format!("it has {} fields, the header {titled}", source.fields.len()));
+            continue;
+        }
         let mut fields = Vec::with_capacity(columns.len() + extra.len());
         let mut reason = None;
         for (mapped, place) in map.columns.iter().zip(&places) {

@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut proofs: Vec<Proof> = Vec::with_capacity(cases.len());
     for case in &cases {
         waiting.now(format!("proving {}, {}", case.robot, case.fold));
-        let (mut proof, default) = case.prove()?;
+        let (mut proof, default) = case.prove().map_err(|e| format!("{}, {}: {e}", case.robot, case.fold))?;
         if let Some(folder) = &arguments.rows {
             let path = free_name(folder, &case.file_name(), &proofs);
             write_whole(&path, csv(&case.rows(&default)?).as_bytes())?;
