@@ -9,7 +9,7 @@ use super::library::{Candidate, Library};
 use super::noise::Yardstick;
 use super::noise_floor::NoiseFloor;
 use crate::effects::EffectId;
-use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Problem, Use, fit, linalg};
+use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Outcome, Problem, Use, fit, linalg};
 use crate::measure::Dataset;
 
 /// A noise that is merely stated counts as much as so many degrees of freedom: wrong by a factor of 1.5 is nothing unusual.
@@ -114,6 +114,24 @@ impl Examination {
         let fit = fit(&problem)?;
         let yardstick = Yardstick::of(datasets, &problem, &fit);
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
+    }
+
+    /// The same, where the fit converges in at most so many steps.
+    ///
+    /// # Errors
+    /// As [`Examination::new`].
+    pub(super) fn within_steps(
+        datasets: &[(&str, &Dataset)],
+        model: &Model,
+        most: usize,
+    ) -> Result<Option<Self>, IdentifyError> {
+        let problem = Problem::new(datasets, model, Use::Fit)?.within_steps(most);
+        let fit = fit(&problem)?;
+        if fit.outcome != Outcome::Converged || fit.iterations > most {
+            return Ok(None);
+        }
+        let yardstick = Yardstick::of(datasets, &problem, &fit);
+        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick).map(Some)
     }
 
     /// The same with these candidates in place of the library.

@@ -179,13 +179,23 @@ impl Objection {
 /// When data and model do not go together, or do not determine the unknowns.
 pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<'_>) -> Result<Rung, IdentifyError> {
     let examination = Examination::new(datasets, model)?;
-    let diagnosis = diagnose_examined(datasets, &examination)?;
-    let workspace = WorkspaceError::predict(datasets, &examination, ground.poses)?;
+    examined_rung(datasets, model, &examination, ground)
+}
+
+/// As [`rung`], of a model that is fitted already.
+pub(super) fn examined_rung(
+    datasets: &[(&str, &Dataset)],
+    model: &Model,
+    examination: &Examination,
+    ground: ProvingGround<'_>,
+) -> Result<Rung, IdentifyError> {
+    let diagnosis = diagnose_examined(datasets, examination)?;
+    let workspace = WorkspaceError::predict(datasets, examination, ground.poses)?;
     let calibration = examination.calibration(datasets);
     let has = |set: SampleSet| datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == set));
     let validation =
         if has(SampleSet::Validation) { Validation::of(&calibration.predict(datasets, Use::Validation)?) } else { None };
-    let blocks = blocks(&examination);
+    let blocks = blocks(examination);
     let setup_of = examination.circumstances.iter().map(|at| at.setup);
     let of_session =
         |s: usize| rms(blocks.iter().zip(setup_of.clone()).filter(|(_, setup)| *setup == s).map(|((_, squares), _)| *squares));
@@ -220,7 +230,7 @@ pub fn rung(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<
         blocks,
         posture: postures(&examination.circumstances).of_samples().to_vec(),
         workspace,
-        undetermined: undetermined(&examination),
+        undetermined: undetermined(examination),
         validation,
         noise: diagnosis.noise,
         sessions,

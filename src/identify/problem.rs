@@ -62,6 +62,8 @@ pub struct Problem {
     acts_through_compliance: bool,
     sample_ids: Vec<String>,
     room: Option<WeighingRoom>,
+    /// Steps after which a fit gives up, where they are fewer than usual.
+    most_steps: Option<usize>,
 }
 
 impl Problem {
@@ -140,6 +142,17 @@ impl Problem {
     /// Names of the samples, in order.
     pub fn sample_ids(&self) -> &[String] {
         &self.sample_ids
+    }
+
+    /// The same, to be fitted in at most so many steps from each start: for who has no use for a fit that creeps.
+    #[must_use]
+    pub fn within_steps(self, most: usize) -> Self {
+        Problem { most_steps: Some(most), ..self }
+    }
+
+    /// Steps after which a fit gives up, where they are fewer than usual.
+    pub(super) fn most_steps(&self) -> Option<usize> {
+        self.most_steps
     }
 
     /// Whether the noise of every sample is stated, so that chi-square means something.

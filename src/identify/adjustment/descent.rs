@@ -115,7 +115,7 @@ impl Adjustment {
         let mut lambda = 0.0;
         self.outcome = Outcome::IterationLimit;
         let (least, down, most) = if depends { (1e-4, 30.0, MOST_UNDER_LOADS) } else { (1e-6, 10.0, MAX_ITERATIONS) };
-        let last = self.iterations + most;
+        let last = self.iterations + problem.most_steps().unwrap_or(most);
         while self.iterations < last {
             if self.factor_scaled(lambda).is_err() {
                 if lambda > 1e6 {

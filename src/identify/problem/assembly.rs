@@ -244,6 +244,7 @@ impl<'a> Assembly<'a> {
             acts_through_compliance: false,
             sample_ids: Vec::new(),
             room: None,
+            most_steps: None,
         };
         for (d, (_, dataset)) in datasets.iter().enumerate() {
             let moves_matter =
