@@ -112,8 +112,7 @@ impl Examination {
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
-        let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
+        Examination::fitted(datasets, model, problem, fit)
     }
 
     /// The same, where the fit converges in at most so many steps.
@@ -130,8 +129,13 @@ impl Examination {
         if fit.outcome != Outcome::Converged || fit.iterations > most {
             return Ok(None);
         }
+        Examination::fitted(datasets, model, problem, fit).map(Some)
+    }
+
+    /// A fit, with every candidate of the library laid beside it.
+    fn fitted(datasets: &[(&str, &Dataset)], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
         let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick).map(Some)
+        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
     }
 
     /// The same with these candidates in place of the library.

@@ -20,7 +20,7 @@ const TRIED: usize = 4;
 /// then asked.
 const ABOUT_AS_GOOD: f64 = 1.5;
 
-/// A fit that takes more steps than this creeps along a valley that its data leave open: what it says of the robot elsewhere is not in them,
+/// A fit that takes more steps than this creeps along a valley that its data do not determine: what it says of other poses is not in them,
 /// however well it predicts rows beside those fitted. What helped real robots took 6 to 69, what harmed one 220.
 const READILY: usize = 120;
 
