@@ -36,6 +36,7 @@ mod response;
 mod samples_file;
 mod samples_header;
 mod samples_text;
+mod ways;
 pub mod selection;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
@@ -65,3 +66,4 @@ pub use probing::{PlannedPose, Probing, ProbingFailure};
 pub(crate) use samples_file::Row;
 pub(crate) use samples_header::Header;
 pub(crate) use samples_text::number;
+pub use ways::{Blocked, WAY_MARGIN, Way, WayFinder, WayRequest, home_posture};

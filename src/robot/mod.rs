@@ -34,7 +34,7 @@ pub use rel_tool::{RelTool, RelToolError, rel_tool};
 pub use rigid_fit::rigid_fit;
 pub use robot_file::{ROBOT_FORMAT, load_robot, robot, to_toml};
 pub use sites::{Axis6, MOST_JOINTS, MdhEntry, Site, SiteIndex};
-pub use solids::{Clearance, ClearanceCheck, Shape, Solid, Surroundings, clearance};
+pub use solids::{Clearance, ClearanceCheck, Narrowest, Shape, Solid, Surroundings, SweptCheck, clearance};
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use standing::{InLane, Standing};
 pub use statics::{DEFAULT_GRAVITY, Loads, LoadsAbreast, Payload, Weights};

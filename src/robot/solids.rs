@@ -11,6 +11,10 @@ use parry3d_f64::shape::{Cuboid, Segment};
 use super::{Frame, Posture, Robot};
 use crate::units::MM;
 
+pub use swept::{Narrowest, SweptCheck};
+
+mod swept;
+
 /// The form of a body, in the axes of the frame that carries it, m.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
@@ -70,6 +74,16 @@ pub struct Clearance {
     pub distance: f64,
     /// The two bodies.
     pub between: [String; 2],
+}
+
+impl Shape {
+    /// How far the body reaches from the origin of the frame that carries it, m.
+    fn reach(&self) -> f64 {
+        match self {
+            Shape::Capsule { ends, radius } => ends[0].norm().max(ends[1].norm()) + radius,
+            Shape::Box { centre, half_size } => (centre.abs() + half_size).norm(),
+        }
+    }
 }
 
 /// A body placed in the world, mm.
@@ -139,13 +153,15 @@ impl Placed {
 /// Looks for the narrowest gap in posture after posture, without allocating.
 #[derive(Debug, Clone)]
 pub struct ClearanceCheck {
-    /// Bodies of the arm, then those it carries.
-    moving: Vec<Solid>,
-    fixed: Vec<Solid>,
+    /// Bodies of the arm, those it carries, then those that stand in the cell.
+    solids: Vec<Solid>,
     placed: Vec<Placed>,
-    standing: Vec<Placed>,
-    /// Pairs of moving bodies that may meet.
-    pairs: Vec<(usize, usize)>,
+    /// How many of them move.
+    moving: usize,
+    /// The first of those that the arm carries.
+    carried: usize,
+    /// Pairs of bodies that may meet, the earlier one first.
+    pairs: Vec<[usize; 2]>,
 }
 
 impl ClearanceCheck {
@@ -153,91 +169,69 @@ impl ClearanceCheck {
     /// Nor is the base compared with what stands in the cell: it is bolted there.
     pub fn new(robot: &Robot, surroundings: &Surroundings) -> Self {
         let last = robot.joints();
-        let mut moving = robot.solids.clone();
-        moving.extend(surroundings.carried.iter().map(|s| Solid { frame: last, ..s.clone() }));
+        let carried = robot.solids.len();
+        let mut solids = robot.solids.clone();
+        solids.extend(surroundings.carried.iter().map(|s| Solid { frame: last, ..s.clone() }));
+        let moving = solids.len();
         let mut pairs = Vec::new();
-        for j in 0..moving.len() {
-            pairs.extend((0..j).filter(|&i| moving[i].frame.abs_diff(moving[j].frame) > 1).map(|i| (i, j)));
+        for j in 0..moving {
+            pairs.extend((0..j).filter(|&i| solids[i].frame.abs_diff(solids[j].frame) > 1).map(|i| [i, j]));
         }
-        let nowhere = Placed::new(&Shape::Capsule { ends: [Vector3::zeros(); 2], radius: 0.0 }, &Frame::identity());
-        ClearanceCheck {
-            placed: vec![nowhere; moving.len()],
-            standing: surroundings.fixed.iter().map(|s| Placed::new(&s.shape, &Frame::identity())).collect(),
-            fixed: surroundings.fixed.clone(),
-            moving,
-            pairs,
-        }
+        let fixed = moving..moving + surroundings.fixed.len();
+        pairs.extend((0..moving).filter(|&i| solids[i].frame != 0).flat_map(|i| fixed.clone().map(move |k| [i, k])));
+        solids.extend(surroundings.fixed.iter().cloned());
+        let placed = solids.iter().map(|s| Placed::new(&s.shape, &Frame::identity())).collect();
+        ClearanceCheck { solids, placed, moving, carried, pairs }
     }
 
     /// The place of a standing body among [`Surroundings::fixed`].
     pub fn fixed_named(&self, name: &str) -> Option<usize> {
-        self.fixed.iter().position(|s| s.name == name)
+        self.solids[self.moving..].iter().position(|s| s.name == name)
     }
 
+    /// Places the moving bodies.
     fn place(&mut self, posture: &Posture) {
-        for (placed, solid) in self.placed.iter_mut().zip(&self.moving) {
+        for (placed, solid) in self.placed.iter_mut().zip(&self.solids[..self.moving]) {
             *placed = Placed::new(&solid.shape, &posture.frame(solid.frame));
         }
     }
 
-    /// Calls `visit` with every pair of bodies that may meet, and their places (standing bodies after the moving ones), until it
-    /// answers false.
-    fn each(&self, mut visit: impl FnMut(&Placed, &Placed, [usize; 2]) -> bool) {
-        for &(i, j) in &self.pairs {
-            if !visit(&self.placed[i], &self.placed[j], [i, j]) {
-                return;
-            }
-        }
-        for (i, (placed, solid)) in self.placed.iter().zip(&self.moving).enumerate() {
-            if solid.frame == 0 {
-                continue;
-            }
-            for (k, standing) in self.standing.iter().enumerate() {
-                if !visit(placed, standing, [i, self.moving.len() + k]) {
-                    return;
-                }
-            }
-        }
+    /// A gap that the pair certainly has where it is placed, mm.
+    fn at_least(&self, [i, j]: [usize; 2]) -> f64 {
+        self.placed[i].at_least(&self.placed[j])
     }
 
-    fn name(&self, place: usize) -> &str {
-        let n = self.moving.len();
-        if place < n { &self.moving[place].name } else { &self.fixed[place - n].name }
+    /// The gap of a pair where it is placed, mm.
+    fn distance(&self, [i, j]: [usize; 2]) -> f64 {
+        self.placed[i].distance(&self.placed[j])
+    }
+
+    fn named(&self, distance: f64, between: [usize; 2]) -> Clearance {
+        Clearance { distance: distance * MM, between: between.map(|k| self.solids[k].name.clone()) }
     }
 
     /// The narrowest gap in `posture`; `None` where there are no two bodies to compare.
     pub fn clearance(&mut self, posture: &Posture) -> Option<Clearance> {
         self.place(posture);
         let mut best: Option<(f64, [usize; 2])> = None;
-        self.each(|a, b, places| {
+        for &pair in &self.pairs {
             let narrowest = best.map_or(f64::INFINITY, |(d, _)| d);
-            if a.at_least(b) < narrowest {
-                let distance = a.distance(b);
+            if self.at_least(pair) < narrowest {
+                let distance = self.distance(pair);
                 if distance < narrowest {
-                    best = Some((distance, places));
+                    best = Some((distance, pair));
                 }
             }
-            true
-        });
-        best.map(|(distance, places)| Clearance {
-            distance: distance * MM,
-            between: places.map(|place| self.name(place).to_owned()),
-        })
+        }
+        best.map(|(distance, pair)| self.named(distance, pair))
     }
 
     /// Whether every gap in `posture` is at least `margin` (m); the standing body `except` is not looked at.
     pub fn is_clear(&mut self, posture: &Posture, margin: f64, except: Option<usize>) -> bool {
         self.place(posture);
         let margin = margin / MM;
-        let except = except.map(|k| self.moving.len() + k);
-        let mut clear = true;
-        self.each(|a, b, places| {
-            if Some(places[1]) != except && a.at_least(b) < margin && a.distance(b) < margin {
-                clear = false;
-            }
-            clear
-        });
-        clear
+        let except = except.map(|k| self.moving + k);
+        self.pairs.iter().all(|&pair| Some(pair[1]) == except || self.at_least(pair) >= margin || self.distance(pair) >= margin)
     }
 }
 
