@@ -10,7 +10,14 @@ fn main() {
     println!("plan {:.2} s", t.elapsed().as_secs_f64());
     let cell = scenario.dataset();
     let surroundings = scenario.surroundings();
-    let request = WayRequest { robot: &cell.robot, base: &cell.base, tool: &cell.tool, surroundings: &surroundings, margin: WAY_MARGIN, seed };
+    let request = WayRequest {
+        robot: &cell.robot,
+        base: &cell.base,
+        tool: &cell.tool,
+        surroundings: &surroundings,
+        margin: WAY_MARGIN,
+        seed,
+    };
     let poses = &plan.probings;
     let approaches: Vec<Vec<f64>> = poses.iter().map(|p| p.approach.clone()).collect();
     let t = std::time::Instant::now();
@@ -24,12 +31,21 @@ fn main() {
     let main: Vec<&PlannedPose> = poses.iter().filter(|p| !p.reserve).collect();
     for pair in main.windows(2) {
         let n = finder.narrowest(&pair[0].approach, &pair[1].approach, None).unwrap();
-        if n.clearance.distance <= 0.0 { direct_hits += 1; }
-        if n.clearance.distance <= 0.008 { under += 1; }
+        if n.clearance.distance <= 0.0 {
+            direct_hits += 1;
+        }
+        if n.clearance.distance <= 0.008 {
+            under += 1;
+        }
     }
     let dt = t.elapsed().as_secs_f64();
-    println!("direct hits {direct_hits}, under {under} of {}; {:.3} ms each", main.len() - 1, 1e3 * dt / (main.len() - 1) as f64);
-    let mut least: f64 = 1.0; let mut least_c: f64 = 1.0;
+    println!(
+        "direct hits {direct_hits}, under {under} of {}; {:.3} ms each",
+        main.len() - 1,
+        1e3 * dt / (main.len() - 1) as f64
+    );
+    let mut least: f64 = 1.0;
+    let mut least_c: f64 = 1.0;
     for p in poses {
         let c = finder.narrowest(&p.approach, &p.contact, bodies[p.ball]).unwrap();
         least = least.min(c.clearance.distance);
@@ -44,22 +60,39 @@ fn main() {
     println!("ways home of {}: {not_direct} by via, {none} none; {:.2} s", ways.len(), t.elapsed().as_secs_f64());
     let t = std::time::Instant::now();
     let mut times = [0.0; 3];
-    let len = |path: &[Vec<f64>]| path.windows(2).map(|l| l[0].iter().zip(&l[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / (100.0 * DEG) + 0.3).sum::<f64>();
-    let mut fails = 0; let mut vias = 0;
+    let len = |path: &[Vec<f64>]| {
+        path.windows(2)
+            .map(|l| l[0].iter().zip(&l[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / (100.0 * DEG) + 0.3)
+            .sum::<f64>()
+    };
+    let mut fails = 0;
+    let mut vias = 0;
     for k in 1..main.len() {
         let (a, b) = (main[k - 1], main[k]);
         let (i, j) = (poses.iter().position(|p| p.id == a.id).unwrap(), poses.iter().position(|p| p.id == b.id).unwrap());
         times[0] += len(&[a.approach.clone(), b.approach.clone()]);
         times[1] += len(&[a.approach.clone(), home.clone(), b.approach.clone()]);
-        let (Ok(wa), Ok(wb)) = (&ways[i], &ways[j]) else { fails += 1; continue };
+        let (Ok(wa), Ok(wb)) = (&ways[i], &ways[j]) else {
+            fails += 1;
+            continue;
+        };
         match finder.between((&a.approach, wa), (&b.approach, wb)) {
             Ok(w) => {
                 vias += usize::from(!w.via.is_empty());
                 let path = [&[a.approach.clone()], w.via.as_slice(), &[b.approach.clone()]].concat();
                 times[2] += len(&path);
             }
-            Err(e) => { fails += 1; println!("{} -> {}: {e}", a.id, b.id) }
+            Err(e) => {
+                fails += 1;
+                println!("{} -> {}: {e}", a.id, b.id)
+            }
         }
     }
-    println!("between: {vias} by via, {fails} fail; {:.2} s; times direct {:.0} home {:.0} ways {:.0} s", t.elapsed().as_secs_f64(), times[0], times[1], times[2]);
+    println!(
+        "between: {vias} by via, {fails} fail; {:.2} s; times direct {:.0} home {:.0} ways {:.0} s",
+        t.elapsed().as_secs_f64(),
+        times[0],
+        times[1],
+        times[2]
+    );
 }

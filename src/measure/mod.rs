@@ -36,8 +36,8 @@ mod response;
 mod samples_file;
 mod samples_header;
 mod samples_text;
-mod ways;
 pub mod selection;
+mod ways;
 
 pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
 pub use cell_devices::{CellGauge, PortError};

@@ -129,7 +129,8 @@ impl<'a> WayFinder<'a> {
 
     /// What a way between two postures has to keep: no end of it is asked to have more than it has.
     fn margin_between(&mut self, from: &[f64], to: &[f64]) -> f64 {
-        let ends = [from, to].map(|q| self.swept.narrowest(q, q, f64::NEG_INFINITY, None).map_or(f64::INFINITY, |n| n.clearance.distance));
+        let ends = [from, to]
+            .map(|q| self.swept.narrowest(q, q, f64::NEG_INFINITY, None).map_or(f64::INFINITY, |n| n.clearance.distance));
         ends.into_iter().fold(self.request.margin, f64::min)
     }
 
