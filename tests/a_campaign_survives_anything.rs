@@ -25,7 +25,17 @@ fn plan(gone: &[usize]) -> Vec<PlannedPose> {
         let contact = vec![0.2 * MM * k as f64 + off, -0.1 * MM * k as f64, 0.0];
         let approach = contact.iter().map(|q| q + 30.0 * MM).collect();
         let reverses = (k == 3).then(|| "p0".into());
-        PlannedPose { id: format!("p{k}"), ball: k % 2, payload: 0, contact, approach, reserve: k >= 4, reverses }
+        PlannedPose {
+            id: format!("p{k}"),
+            ball: k % 2,
+            payload: 0,
+            contact,
+            approach,
+            reserve: k >= 4,
+            reverses,
+            via: Vec::new(),
+            clearance: None,
+        }
     };
     (0..6).map(pose).collect()
 }

@@ -13,7 +13,17 @@ fn plan() -> Vec<PlannedPose> {
     let pose = |k: usize| {
         let contact = vec![0.4 * MM * k as f64, -0.3 * MM * k as f64, 0.0];
         let approach = contact.iter().map(|q| q + 30.0 * MM).collect();
-        PlannedPose { id: format!("p{k}"), ball: 0, payload: 0, contact, approach, reserve: false, reverses: None }
+        PlannedPose {
+            id: format!("p{k}"),
+            ball: 0,
+            payload: 0,
+            contact,
+            approach,
+            reserve: false,
+            reverses: None,
+            via: Vec::new(),
+            clearance: None,
+        }
     };
     (0..5).map(pose).collect()
 }

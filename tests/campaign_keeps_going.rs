@@ -15,7 +15,17 @@ fn plan(gone: &[usize]) -> Vec<PlannedPose> {
         let off = if gone.contains(&k) { 40.0 * MM } else { 0.0 };
         let contact = vec![0.2 * MM * k as f64 + off, -0.1 * MM * k as f64, 0.0];
         let approach = contact.iter().map(|q| q + 30.0 * MM).collect();
-        PlannedPose { id: format!("p{k}"), ball: k % 4, payload: 0, contact, approach, reserve: false, reverses: None }
+        PlannedPose {
+            id: format!("p{k}"),
+            ball: k % 4,
+            payload: 0,
+            contact,
+            approach,
+            reserve: false,
+            reverses: None,
+            via: Vec::new(),
+            clearance: None,
+        }
     };
     (0..12).map(pose).collect()
 }

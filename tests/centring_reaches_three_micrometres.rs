@@ -22,6 +22,8 @@ fn pose() -> PlannedPose {
         approach: APPROACH.to_vec(),
         reserve: false,
         reverses: None,
+        via: Vec::new(),
+        clearance: None,
     }
 }
 

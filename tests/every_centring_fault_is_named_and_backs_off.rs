@@ -17,6 +17,8 @@ fn probe_with(cell: &ScriptedCell, settings: CentringSettings) -> Probing {
         approach: APPROACH.to_vec(),
         reserve: false,
         reverses: None,
+        via: Vec::new(),
+        clearance: None,
     };
     let mut controller =
         CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), cell.free_reading(), settings);

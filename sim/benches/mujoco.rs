@@ -21,7 +21,7 @@ fn probing(c: &mut Criterion) {
         let plant = if name == "closed forms" { PlantKind::Analytic } else { PlantKind::Mujoco };
         let scenario = load_scenario(&scenarios.join(file)).unwrap().with_plant(plant);
         let plans = Plans::new(&scenario, 1).unwrap();
-        let poses: Vec<PlannedPose> = plans.plan.probings.iter().filter(|p| !p.reserve).take(80).cloned().collect();
+        let poses: Vec<PlannedPose> = plans.plan.probing.poses.iter().filter(|p| !p.reserve).take(80).cloned().collect();
         let session_s = session_s(&scenario, &poses, 0);
         let campaign = || {
             let session = Session::begin(&scenario, Streams { seed: 1, trial: 0 }, session_s).unwrap();

@@ -28,6 +28,10 @@ impl Scenario {
                 let remedy = "move the ball or the base, turn its `outward`, widen plan.cone_deg, or lower plan.clearance_mm";
                 self.wrong(&key, error.to_string(), remedy)
             }
+            PlanError::Ways(_) => {
+                let remedy = "clear the cell, move the artifact or the base, or lower plan.clearance_mm";
+                self.wrong("solid", error.to_string(), remedy)
+            }
             PlanError::Pool(PoolError::NoFreePose { .. }) | PlanError::TooFewFree { .. } => {
                 let remedy = "move the tracker, widen tracker.facing_deg, clear the cell, or ask for fewer poses";
                 self.wrong("tracker", error.to_string(), remedy)

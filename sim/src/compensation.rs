@@ -9,6 +9,7 @@ use calibench::measure::{Dataset, SampleSet};
 use calibench::robot::world_from_tool;
 use nalgebra::Vector3;
 
+use crate::planning::TrackerPlan;
 use crate::session::Session;
 use crate::tracker::SimulatedTracker;
 
@@ -34,12 +35,13 @@ pub(crate) fn compensation(
     tracker: &SimulatedTracker,
     compensator: &mut Compensator<'_>,
     cell: &Dataset,
-    poses: &[Vec<f64>],
+    plan: &TrackerPlan,
     uncompensated: &[Vector3<f64>],
 ) -> Result<Option<Compensation>, ManipulatorError> {
     let conditions = Conditions { temp_c: session.temperature_c(), ..Conditions::default() };
-    let (mut wanted, mut before, mut joints) = (Vec::new(), Vec::new(), Vec::new());
-    for (q, went) in poses.iter().zip(uncompensated) {
+    let (mut wanted, mut before, mut joints, mut places) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let poses = &plan.validation.poses;
+    for (k, (q, went)) in poses.iter().zip(uncompensated).enumerate() {
         let pose = world_from_tool(&cell.robot, &cell.base, &cell.tool, q);
         let target = Target {
             id: String::new(),
@@ -51,11 +53,13 @@ pub(crate) fn compensation(
         // The controller is told the pose, with status and turn; which joints these are it finds by itself.
         let Ok(found) = compensator.controller_joints(&fake.pose, fake.status_turn, &fake.q) else { continue };
         joints.push(found);
+        places.push(k);
         before.push(pose.translation.vector - went);
         wanted.push(pose.translation.vector);
     }
     let refused = poses.len() - wanted.len();
-    let went = session.points(tracker, &joints, "c", SampleSet::Validation)?.truth;
+    let tour = plan.validation_again().beside(joints, &places);
+    let went = session.points(tracker, &tour, "c", SampleSet::Validation)?.truth;
     let after = wanted.iter().zip(&went).map(|(wanted, went)| wanted - went).collect();
     let of = |residuals| {
         let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new(), from_fit_rows: Vec::new() };

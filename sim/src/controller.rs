@@ -135,6 +135,17 @@ impl Joints {
         duration_s
     }
 
+    /// Passes these joints (rad) without a stop: nothing is drawn. Returns how long that takes, s.
+    pub fn pass(&mut self, target: &[f64]) -> f64 {
+        let duration_s = self.large_motion_s(target) - self.spec.settle_s;
+        for (i, &angle) in target.iter().enumerate() {
+            self.side[i].moved(angle - self.commanded[i], self.hysteresis[i]);
+            self.commanded[i] = angle;
+            self.motor[i] = self.step(angle + self.servo[i]);
+        }
+        duration_s
+    }
+
     /// A small motion: the motors keep what the servos left, and go to the nearest step; the links follow once the play is taken up.
     /// Returns its duration, s.
     pub fn move_small(&mut self, target: &[f64]) -> f64 {

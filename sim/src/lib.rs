@@ -6,6 +6,7 @@ pub mod arm;
 pub mod blame;
 pub mod cli;
 pub mod cmm;
+pub mod collision;
 pub mod compensation;
 pub mod contact;
 pub mod controller;

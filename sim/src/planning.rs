@@ -9,10 +9,11 @@ use calibench::identify::{
 };
 use calibench::measure::selection::{Candidates, Quota, Request, Selection, SelectionError, select};
 use calibench::measure::{
-    Candidate, Dataset, Facing, FreePosesRequest, Margins, Measured, PlannedPose, PoolError, PoolRequest, ProbedBall, Sample,
-    feasible_pool, free_poses, interleave,
+    BlockedPose, Candidate, Dataset, Facing, FreePosesRequest, HomeWays, Margins, Measured, PlannedPose, PoolError,
+    PoolRequest, ProbedBall, ProbingPlan, Sample, WAY_MARGIN, WayFinder, WayRequest, WaysError, feasible_pool, free_poses,
+    interleave, plan_ways,
 };
-use calibench::robot::world_from_tool;
+use calibench::robot::{Surroundings, world_from_tool};
 use calibench::units::{DEG, MM};
 use nalgebra::{DMatrix, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -41,6 +42,9 @@ pub enum PlanError {
     /// No selection.
     #[error(transparent)]
     Selection(#[from] SelectionError),
+    /// The arm cannot get to the poses, or from one to the next.
+    #[error(transparent)]
+    Ways(#[from] WaysError),
     /// Model and cell do not go together.
     #[error(transparent)]
     Problem(#[from] ProblemError),
@@ -65,8 +69,8 @@ pub struct Chosen {
 /// What will be measured.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// Probings, in their order; reserves after them.
-    pub probings: Vec<PlannedPose>,
+    /// Probings, in their order, reserves after them; and the ways of the arm.
+    pub probing: ProbingPlan,
     /// How they were chosen.
     pub trical: Chosen,
 }
@@ -74,7 +78,7 @@ pub struct Plan {
 impl Plan {
     /// Number of probings wanted, reserves not counted.
     pub fn wanted(&self) -> usize {
-        wanted(&self.probings)
+        wanted(&self.probing.poses)
     }
 }
 
@@ -83,17 +87,59 @@ pub fn wanted(poses: &[PlannedPose]) -> usize {
     poses.iter().filter(|p| !p.reserve).count()
 }
 
+/// Postures one after the other, and the ways between them.
+#[derive(Debug, Clone, Default)]
+pub struct Tour {
+    /// The postures, rad.
+    pub poses: Vec<Vec<f64>>,
+    /// Joints by which the arm gets to each from the one before it, to the first from where it was before, rad; empty where it moves at
+    /// once.
+    pub via: Vec<Vec<Vec<f64>>>,
+}
+
+impl Tour {
+    /// Straight from one to the next, whatever is between.
+    pub fn direct(poses: Vec<Vec<f64>>) -> Self {
+        Tour { via: vec![Vec::new(); poses.len()], poses }
+    }
+
+    /// Other ends of some of the ways: `poses` lie beside those of the same places `of` the tour, which are passed where they are left out.
+    pub fn beside(&self, poses: Vec<Vec<f64>>, of: &[usize]) -> Tour {
+        let mut next = 0;
+        let via = of.iter().map(|&k| {
+            let passed = (next..k).flat_map(|j| self.via[j].iter().chain([&self.poses[j]]));
+            let via = passed.chain(&self.via[k]).cloned().collect();
+            next = k + 1;
+            via
+        });
+        Tour { via: via.collect(), poses }
+    }
+}
+
 /// Joint targets for the tracker.
 #[derive(Debug, Clone)]
 pub struct TrackerPlan {
-    /// For identification, chosen by observability; rad.
-    pub identification: Vec<Vec<f64>>,
+    /// For identification, chosen by observability.
+    pub identification: Tour,
     /// How they were chosen.
     pub chosen: Chosen,
-    /// To add to the probings, chosen by observability; rad.
-    pub points: Vec<Vec<f64>>,
-    /// For validation, at random; rad.
-    pub validation: Vec<Vec<f64>>,
+    /// To add to the probings, chosen by observability.
+    pub points: Tour,
+    /// For validation, at random.
+    pub validation: Tour,
+    /// The way from the end of all three, measured in the order points, validation, identification, back to the first of validation.
+    pub again: Vec<Vec<f64>>,
+}
+
+impl TrackerPlan {
+    /// The tour of validation once more, from the end of all.
+    pub fn validation_again(&self) -> Tour {
+        let mut tour = self.validation.clone();
+        if let Some(first) = tour.via.first_mut() {
+            first.clone_from(&self.again);
+        }
+        tour
+    }
 }
 
 /// Chooses the probings of a scenario.
@@ -101,9 +147,50 @@ pub struct TrackerPlan {
 /// # Errors
 /// When a ball cannot be probed or the pool does not determine the model.
 pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
+    let balls: Vec<usize> = (0..scenario.ball_ids().len()).collect();
+    let mut pool = pool(scenario, &balls, scenario.plan.pool_per_ball, seed)?;
+    let mut left_out = 0;
+    loop {
+        let mut plan = plan_of(scenario, &pool, seed)?;
+        match find_ways(scenario, seed, &mut plan.probing.poses) {
+            Ok(ways) => {
+                plan.probing.ways = Some(ways);
+                return Ok(plan);
+            }
+            // A posture that stands clear but cannot be got to is as good as none.
+            Err(WaysError::Blocked(blocked)) if left_out < MOST_LEFT_OUT => {
+                let unreached =
+                    |q: &[f64]| plan.probing.poses.iter().any(|p| p.contact == q && blocked.iter().any(|b| b.pose == p.id));
+                let before = pool.len();
+                pool.retain(|candidate| !unreached(&candidate.q));
+                left_out += before - pool.len();
+            }
+            Err(why) => return Err(why.into()),
+        }
+    }
+}
+
+/// Postures of a pool that may turn out to be out of the arm's way.
+const MOST_LEFT_OUT: usize = 40;
+
+/// The ways of a plan in the cell of a scenario.
+///
+/// # Errors
+/// When poses cannot be reached clear.
+pub fn find_ways(scenario: &Scenario, seed: u64, poses: &mut [PlannedPose]) -> Result<HomeWays, WaysError> {
     let cell = scenario.dataset();
-    let balls: Vec<usize> = (0..cell.balls.len()).collect();
-    let pool = pool(scenario, &balls, scenario.plan.pool_per_ball, seed)?;
+    let bodies: Vec<String> = scenario.ball_ids().iter().map(|id| ball_body(id)).collect();
+    plan_ways(way_request(&cell, &scenario.surroundings(), seed), &bodies, &-retreat(), poses)
+}
+
+fn way_request<'a>(cell: &'a Dataset, surroundings: &'a Surroundings, seed: u64) -> WayRequest<'a> {
+    let Dataset { robot, base, tool, .. } = cell;
+    WayRequest { robot, base, tool, surroundings, margin: WAY_MARGIN, guards: None, seed }
+}
+
+/// The probings of a scenario out of a pool; their ways are not known yet.
+fn plan_of(scenario: &Scenario, pool: &[Candidate], seed: u64) -> Result<Plan, PlanError> {
+    let cell = scenario.dataset();
     let samples = pool
         .iter()
         .enumerate()
@@ -142,6 +229,8 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
             approach: pool[p].q_approach.clone(),
             reserve,
             reverses: None,
+            via: Vec::new(),
+            clearance: None,
         };
         chosen.iter().enumerate().map(pose).collect()
     };
@@ -158,7 +247,8 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
     let reversed: Vec<PlannedPose> = interleave(&main).into_iter().take(reversed_poses).enumerate().map(back).collect();
     let light = ordered(poses('l', &light, 1, false));
     let reserves = poses('r', &reserves, 0, true);
-    Ok(Plan { probings: [main, reversed, light, reserves].concat(), trical })
+    let poses = [main, reversed, light, reserves].concat();
+    Ok(Plan { probing: ProbingPlan { poses, ways: None }, trical })
 }
 
 /// Up to `count` postures in which the arm can probe each of the scenario's balls at these places among them, ball by ball as listed:
@@ -190,11 +280,11 @@ pub fn pool(scenario: &Scenario, balls: &[usize], count: usize, seed: u64) -> Re
     })
 }
 
-/// Chooses the tracker's poses.
+/// Chooses the tracker's poses, and finds the ways through them from the posture `start` (rad), where one is given.
 ///
 /// # Errors
 /// When there is no free space that the tracker sees.
-pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanError> {
+pub fn plan_tracker(scenario: &Scenario, seed: u64, start: Option<&[f64]>) -> Result<TrackerPlan, PlanError> {
     let cell = scenario.dataset();
     let layout = layout(scenario);
     let mut free = free_poses(&FreePosesRequest {
@@ -222,17 +312,47 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64) -> Result<TrackerPlan, PlanE
         let request = Request { starts: scenario.plan.starts, seed, ..Request::new(Quota::Free(poses)) };
         select(&design.candidates, &request)
     };
-    let joints = |selection: &Selection| selection.poses.iter().map(|&p| free[p].clone()).collect();
+    let joints = |selection: &Selection| selection.poses.iter().map(|&p| free[p].clone()).collect::<Vec<_>>();
     let selection = best(identification_poses)?;
     let points = match scenario.plan.point_poses {
         0 => Vec::new(),
         poses => joints(&best(poses)?),
     };
-    Ok(TrackerPlan { identification: joints(&selection), chosen: design.chosen(&selection)?, points, validation })
+    let identification = joints(&selection);
+    let request = way_request(&cell, &layout.without_artifact, seed);
+    let ([points, validation, identification], again) = match start {
+        Some(start) => tours(request, start, [points, validation, identification])?,
+        None => ([points, validation, identification].map(Tour::direct), Vec::new()),
+    };
+    Ok(TrackerPlan { identification, chosen: design.chosen(&selection)?, points, validation, again })
+}
+
+/// The ways through three lists of postures, one after the other, from `start`; and from the end of the last to the second.
+fn tours(request: WayRequest<'_>, start: &[f64], lists: [Vec<Vec<f64>>; 3]) -> Result<([Tour; 3], Vec<Vec<f64>>), WaysError> {
+    let mut finder = WayFinder::new(request, start.to_vec());
+    let mut blocked = Vec::new();
+    let mut way = |k: usize, from: &[f64], to: &[f64]| match finder.from_to(from, to) {
+        Ok(way) => way.via,
+        Err(why) => {
+            blocked.push(BlockedPose { pose: format!("tracker {}", k + 1), ball: None, why });
+            Vec::new()
+        }
+    };
+    let mut from = start.to_vec();
+    let tours = lists.map(|poses| {
+        let mut via = Vec::with_capacity(poses.len());
+        for (k, pose) in poses.iter().enumerate() {
+            via.push(way(k, &from, pose));
+            from.clone_from(pose);
+        }
+        Tour { poses, via }
+    });
+    let again = tours[1].poses.first().map_or_else(Vec::new, |first| way(0, &from, first));
+    if blocked.is_empty() { Ok((tours, again)) } else { Err(WaysError::Blocked(blocked)) }
 }
 
 /// The way out of a ball, in the tool's axes: the middle of the three channels.
-fn retreat() -> Unit<Vector3<f64>> {
+pub fn retreat() -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::repeat(1.0))
 }
 

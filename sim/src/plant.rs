@@ -200,6 +200,13 @@ pub trait Plant {
     /// True `world_from_frame` of the base and of every link as they came to rest last, the base first (N + 1).
     fn frames(&self) -> Vec<Pose>;
 
+    /// The same with the motors at these angles (rad), nothing having given way yet, and true `world_from_tool`. The arm is left where it
+    /// came to rest.
+    ///
+    /// # Errors
+    /// When the posture cannot be evaluated.
+    fn frames_at(&mut self, motors: &[f64]) -> Result<(Vec<Pose>, Pose), PlantError>;
+
     /// Puts a ball of that radius (m) into the socket, or takes it out; what the plungers touch then.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use calibench::assess::{Kind, Offer, Proposal};
 use calibench::files::{FileError, write_whole};
-use calibench::measure::{Dataset, interleave, write_plan};
+use calibench::measure::{Dataset, ProbingPlan, interleave, write_plan};
 use calibench::units::DEG;
 
 /// Writes the plan of the best way to probe with the artifact where it stands, and the points of a tracker where they are best of all;
@@ -23,7 +23,7 @@ pub fn write_proposal(path: &Path, proposal: &Proposal, reference: &str) -> Resu
             Kind::OtherSide => poses,
             _ => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
         };
-        write_plan(path, &ordered, &cell)?;
+        write_plan(path, &ProbingPlan { poses: ordered, ways: None }, &cell)?;
         written.push(format!("{} {} planned in {}", step.count, offer.action.words(), path.display()));
     }
     if let Some((offer, step)) = proposal.best(|_| true)

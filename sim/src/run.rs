@@ -118,15 +118,15 @@ impl Plans {
     /// # Errors
     /// When a ball cannot be probed, or the poses cannot determine the model.
     pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, PlanError> {
-        Ok(Plans {
-            plan: plan(scenario, seed)?,
-            tracker: plan_tracker(scenario, seed).map_err(|e| PlanError::Tracker(Box::new(e)))?,
-        })
+        let plan = plan(scenario, seed)?;
+        let home = plan.probing.ways.as_ref().map(|ways| ways.home.as_slice());
+        let tracker = plan_tracker(scenario, seed, home).map_err(|e| PlanError::Tracker(Box::new(e)))?;
+        Ok(Plans { plan, tracker })
     }
 
     /// About how long the fitted part takes, s.
     pub fn session_s(&self, scenario: &Scenario) -> f64 {
-        session_s(scenario, &self.plan.probings, self.tracker.points.len())
+        session_s(scenario, &self.plan.probing.poses, self.tracker.points.poses.len())
     }
 }
 
@@ -165,7 +165,7 @@ fn measured(
     plans: &Plans,
     witness: &mut dyn Witness,
 ) -> Result<(Measurements, SimulatedTracker), RunError> {
-    let campaign = session.probe(&plans.plan.probings, None, witness);
+    let campaign = session.probe(&plans.plan.probing, None, witness);
     if let Some(abort) = &campaign.aborted {
         return Err(abort.clone().into());
     }
@@ -208,9 +208,8 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
     let tracker = method("tracker", tracker_data, &model, Score::of_tracker)?;
     let before = judge(&trical.calibration.as_drawn(), &validation)?;
     let (plan, tracker_plan) = (plans.plan, plans.tracker);
-    let poses = &tracker_plan.validation;
     let mut compensator = Compensator::new(&trical.calibration, &Task { frame: WorkFrame::World, ..Task::default() })?;
-    let compensation = compensation(&session, &set_up, &mut compensator, &validation, poses, &validation_truth)?;
+    let compensation = compensation(&session, &set_up, &mut compensator, &validation, &tracker_plan, &validation_truth)?;
     Ok(Run {
         seed: streams.seed,
         plan,

@@ -1,17 +1,19 @@
 //! One session at the simulated cell: mastering, probing with one payload after the other, points by tracker.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
     Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
-    Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, Progress, Sample, SampleSet, Witness, master,
-    parts_by_payload,
+    Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingPlan, Progress, Sample, SampleSet,
+    Station, Witness, master, parts_by_payload,
 };
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use crate::planning::Tour;
 use crate::plant::PlantError;
 use crate::random::Streams;
 use crate::scenario::Scenario;
@@ -36,6 +38,8 @@ pub struct Session<'a> {
     streams: Streams,
     world: SharedWorld,
     mastering: Mastering,
+    /// The way home from where the arm stands, rad; none where it is there or none is known.
+    way_home: RefCell<Vec<Vec<f64>>>,
 }
 
 /// Points that the tracker measured.
@@ -58,7 +62,7 @@ impl<'a> Session<'a> {
         let clock = || world.robot().clock_s();
         let mastering =
             master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
-        Ok(Session { scenario, streams, world, mastering })
+        Ok(Session { scenario, streams, world, mastering, way_home: RefCell::default() })
     }
 
     /// How the mastering went.
@@ -83,23 +87,36 @@ impl<'a> Session<'a> {
 
     /// Probes the balls of the plan: with the payload that it names first, then with the next. Every probing is written to the
     /// journal, where there is one, as soon as it ends.
-    pub fn probe(&self, poses: &[PlannedPose], mut journal: Option<&mut Journal>, witness: &mut dyn Witness) -> CampaignRecord {
+    ///
+    /// By the ways of the plan, from home; where it has none, at once from pose to pose.
+    pub fn probe(&self, plan: &ProbingPlan, mut journal: Option<&mut Journal>, witness: &mut dyn Witness) -> CampaignRecord {
         let settings = centring(self.scenario);
         let mut record = CampaignRecord::default();
-        for part in parts_by_payload(poses) {
+        let mut stands = Station::Home;
+        if let Some(ways) = &plan.ways {
+            self.world.begin_at(&ways.home);
+        }
+        for part in parts_by_payload(&plan.poses) {
             self.world.attendant().mount(part.payload);
             let (robot, indicators) = (self.world.robot(), self.world.indicators());
             let controller =
                 CenteringController::new(robot, indicators, TriCal::default(), self.mastering.free_reading, settings.clone());
             let mut naming = Naming { world: &self.world, witness: &mut *witness };
             let mut campaign = Campaign::new(controller, CampaignSettings::default());
+            if let Some(ways) = &plan.ways {
+                campaign = campaign.by(ways.clone(), stands);
+            }
             let done = match &mut journal {
                 Some(journal) => campaign.run_journalled(&part.poses, journal, &mut naming),
                 None => campaign.run(&part.poses, &mut naming),
             };
+            stands = campaign.stands().clone();
             if !record.add(&part, done) {
                 break;
             }
+        }
+        if let (Some(ways), Station::Approach(at)) = (&plan.ways, &stands) {
+            self.way_home.replace(ways.home_from(at));
         }
         record
     }
@@ -117,14 +134,14 @@ impl<'a> Session<'a> {
         Ok(tracker)
     }
 
-    /// Points at the joints `poses` (rad), named `prefix001`, `prefix002` ..., for that use.
+    /// Points at the postures of a tour, named `prefix001`, `prefix002` ..., for that use.
     ///
     /// # Errors
     /// When the robot does not get there.
     pub fn points(
         &self,
         tracker: &SimulatedTracker,
-        poses: &[Vec<f64>],
+        tour: &Tour,
         prefix: &str,
         set: SampleSet,
     ) -> Result<Points, ManipulatorError> {
@@ -132,11 +149,13 @@ impl<'a> Session<'a> {
         let mut robot = self.world.robot();
         let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);
         motion.rest_at(&robot.joints()?);
-        let mut points = Points { samples: Vec::with_capacity(poses.len()), truth: Vec::with_capacity(poses.len()) };
-        for (k, target) in poses.iter().enumerate() {
+        let count = tour.poses.len();
+        let mut points = Points { samples: Vec::with_capacity(count), truth: Vec::with_capacity(count) };
+        for (k, (target, via)) in tour.poses.iter().zip(&tour.via).enumerate() {
             let id = format!("{prefix}{:03}", k + 1);
             self.world.name_sample(&id);
-            robot.move_joints(target)?;
+            let way = [self.way_home.take().as_slice(), via, std::slice::from_ref(target)].concat();
+            robot.move_along(&way)?;
             let q = robot.joints()?;
             motion.rest_at(&q);
             let point = tracker.measure(&self.world.point(), &mut rng);

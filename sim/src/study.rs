@@ -134,7 +134,7 @@ fn parameters(points: &[Point]) -> Vec<String> {
         let sample =
             |k: usize, ball: usize, q: &[f64]| Sample::new(k.to_string(), q.to_vec(), Measured::Ball { ball, reading: None });
         let mut cell = point.scenario.dataset();
-        cell.samples = plans.plan.probings.iter().enumerate().map(|(k, p)| sample(k, p.ball, &p.contact)).collect();
+        cell.samples = plans.plan.probing.poses.iter().enumerate().map(|(k, p)| sample(k, p.ball, &p.contact)).collect();
         // A model that these data cannot be held against fails in every trial, and is told there.
         let Ok(problem) = Problem::new(&[("plan", &cell)], &point.scenario.model, Use::Fit) else { continue };
         for parameter in problem.parameters().iter().filter(|p| !matches!(p.knowledge, Knowledge::Stated(_))) {

@@ -5,14 +5,16 @@ mod views;
 
 use calibench::cell::ManipulatorError;
 use calibench::measure::{CampaignSettings, Dataset, LastMotion};
-use calibench::robot::{Payload, Pose, RelTool, RelToolError};
+use calibench::robot::{Payload, Pose, RelTool, RelToolError, Surroundings};
 use calibench::units::UM;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
+use crate::collision::{Collision, CollisionCheck};
 use crate::contact::{DATUM_RADIUS, FREE_READING};
 use crate::controller::{ControllerSpec, Joints};
 use crate::gauge::Gauge;
+use crate::planning::retreat;
 use crate::plant::{BallForm, Parts, Plant, PlantError, Rest, Stand, plant};
 use crate::plunger::{PlungerSpec, PresentedBall};
 use crate::random::Streams;
@@ -57,6 +59,11 @@ pub struct World {
     true_arm: Option<TrueArm>,
     motion: ChaCha8Rng,
     master: ChaCha8Rng,
+    collisions: CollisionCheck,
+    without_artifact: Surroundings,
+    /// What the arm has touched; it does not move before somebody has seen to it.
+    touched: Option<[String; 2]>,
+    has_moved: bool,
 }
 
 impl World {
@@ -108,6 +115,10 @@ impl World {
             true_arm: None,
             motion: streams.stream("motion"),
             master: streams.stream("master ball"),
+            collisions: CollisionCheck::new(scenario.robot(), &scenario.surroundings(), -retreat()),
+            without_artifact: scenario.surroundings_without_artifact(),
+            touched: None,
+            has_moved: false,
         };
         world.settle(true);
         Ok(world)
@@ -178,8 +189,42 @@ impl World {
         outside.map_or(Ok(()), |joint| Err(ManipulatorError::JointLimit { joint: joint + 1 }))
     }
 
-    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+    /// Whether the arm gets to these joints (rad) without touching anything; where it does not, it stops at what it touched.
+    fn get_clear(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
         self.within_limits(target)?;
+        self.has_moved = true;
+        if self.touched.is_none() {
+            let World { plant, collisions, joints, lost, .. } = self;
+            let mut frames = |motors: &[f64]| match plant.frames_at(motors) {
+                Ok(frames) => frames,
+                Err(error) => {
+                    *lost = Some(error.to_string());
+                    Default::default()
+                }
+            };
+            if let Some(Collision { between, at }) = collisions.first(joints.commanded(), target, &mut frames) {
+                let duration_s = self.joints.pass(&at);
+                self.pass(duration_s);
+                self.settle(true);
+                self.touched = Some(between);
+            }
+        }
+        self.touched.clone().map_or(Ok(()), |between| Err(ManipulatorError::Collision { between }))
+    }
+
+    /// Passes all joints of a way (rad) but the last without a stop, and comes to rest there.
+    fn move_along(&mut self, way: &[Vec<f64>]) -> Result<(), ManipulatorError> {
+        let Some((target, via)) = way.split_last() else { return Ok(()) };
+        for joints in via {
+            self.get_clear(joints)?;
+            let duration_s = self.joints.pass(joints);
+            self.pass(duration_s);
+        }
+        self.move_joints(target)
+    }
+
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        self.get_clear(target)?;
         let duration_s = self.joints.move_large(target, &mut self.motion);
         self.pass(duration_s);
         self.joint_motion.rest_at(self.joints.commanded());

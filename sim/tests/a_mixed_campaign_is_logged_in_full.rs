@@ -39,7 +39,7 @@ fn the_mixed_160_are_measured_and_logged() {
     assert!(samples.iter().all(|s| s.temp_c.is_some_and(|t| (20.0..28.0).contains(&t))));
     // What the servos leave, a few arc seconds, is what a controller that tells both shows.
     assert!(samples.iter().all(|s| s.q_commanded.as_ref().is_some_and(|c| *c != s.q)));
-    let plan = Plans::new(&scenario, 1).unwrap().plan.probings;
+    let plan = Plans::new(&scenario, 1).unwrap().plan.probing.poses;
     for sample in back {
         let forth = plan.iter().find(|p| p.id == sample.id).unwrap().reverses.clone().unwrap();
         let Some(forth) = samples.iter().find(|s| s.id == forth) else { continue };

@@ -30,7 +30,7 @@ fn holds_the_ball(plant: PlantKind) {
     let mut flange_from_tool = None;
     let mut checked = 0;
     for record in &run.campaign.probings {
-        let ball = Point3::from(balls[run.plan.probings[record.pose].ball].position);
+        let ball = Point3::from(balls[run.plan.probing.poses[record.pose].ball].position);
         for stop in &record.probing.iterations {
             let stood = run.true_arm.at(stop.time_s).unwrap();
             assert_eq!(stood.frames.len(), links.len() + 1);

@@ -24,6 +24,12 @@ pub enum ManipulatorError {
         /// Counted from 1.
         joint: usize,
     },
+    /// The arm touched what it must not, and stands still.
+    #[error("collision: {} touched {}", between[0], between[1])]
+    Collision {
+        /// The two bodies.
+        between: [String; 2],
+    },
     /// No joint angles reach the target.
     #[error("the target cannot be reached")]
     Unreachable,
@@ -48,6 +54,15 @@ pub trait Manipulator {
     /// # Errors
     /// When the motion is refused, or the robot is lost.
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError>;
+
+    /// Moves through these joints (rad, N), each motion a straight line in joint space as in a synchronous point-to-point motion, and waits
+    /// at the last until the arm is at rest. It need not come to rest at the others, but must not cut their corners.
+    ///
+    /// # Errors
+    /// When a motion is refused, or the robot is lost; the arm may then stand anywhere on the way.
+    fn move_along(&mut self, way: &[Vec<f64>]) -> Result<(), ManipulatorError> {
+        way.iter().try_for_each(|target| self.move_joints(target))
+    }
 
     /// Moves the TCP by `offset` (m) along the axes of the tool frame, keeping its orientation, by the controller's own model (RelTool).
     ///
@@ -76,6 +91,10 @@ impl<T: Manipulator + ?Sized> Manipulator for &mut T {
 
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
         (**self).move_joints(target)
+    }
+
+    fn move_along(&mut self, way: &[Vec<f64>]) -> Result<(), ManipulatorError> {
+        (**self).move_along(way)
     }
 
     fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {

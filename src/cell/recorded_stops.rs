@@ -81,6 +81,7 @@ fn fault(row: CsvRow<'_>, joints: usize) -> Result<Option<Fault>, FileError> {
         "plunger_at_stop" => indicator(IndicatorError::OverRange),
         "robot_lost" => robot(ManipulatorError::Lost { detail: as_recorded() }),
         "robot_stopped" => robot(ManipulatorError::Stopped { reason: as_recorded() }),
+        "collision" => robot(ManipulatorError::Collision { between: [as_recorded(), as_recorded()] }),
         "robot_refused" => robot(ManipulatorError::Refused { reason: as_recorded() }),
         "joint_limit" => robot(ManipulatorError::JointLimit { joint: counted(joints)? }),
         "robot_did_not_move" => Ok(Some(Fault::StoodStill)),

@@ -238,7 +238,10 @@ impl State {
         for fault in &self.script.faults {
             match fault {
                 ScriptedFault::Motion { number: at, error } if *at == number => {
-                    if matches!(error, ManipulatorError::Lost { .. } | ManipulatorError::Stopped { .. }) {
+                    if matches!(
+                        error,
+                        ManipulatorError::Lost { .. } | ManipulatorError::Stopped { .. } | ManipulatorError::Collision { .. }
+                    ) {
                         self.gone = Some(error.clone());
                     }
                     return Err(error.clone());

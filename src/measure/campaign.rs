@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::course::Course;
 use super::journal_entry::ProbingEntry;
 use super::last_motion::LastMotion;
-use super::{CenteringController, CentringFailure, Iteration, Journal, PlannedPose, Probing, Sample};
+use super::{CenteringController, CentringFailure, HomeWays, Iteration, Journal, PlannedPose, Probing, Sample, Station};
 use crate::cell::{Indicator, Manipulator};
 use crate::units::{ARCSEC, UM};
 
@@ -115,6 +115,8 @@ pub struct Campaign<M, I> {
     pub(super) settings: CampaignSettings,
     joints: LastMotion,
     plungers: LastMotion,
+    ways: Option<HomeWays>,
+    stands: Station,
 }
 
 impl<M: Manipulator, I: Indicator> Campaign<M, I> {
@@ -122,7 +124,18 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     pub fn new(controller: CenteringController<M, I>, settings: CampaignSettings) -> Self {
         let joints = LastMotion::new(settings.joint_motion);
         let plungers = LastMotion::new(settings.plunger_motion);
-        Campaign { controller, settings, joints, plungers }
+        Campaign { controller, settings, joints, plungers, ways: None, stands: Station::Unknown }
+    }
+
+    /// The same, by these ways: the arm stands at `stands` now. Without ways it moves at once to every pose, whatever is between.
+    #[must_use]
+    pub fn by(self, ways: HomeWays, stands: Station) -> Self {
+        Campaign { ways: Some(ways), stands, ..self }
+    }
+
+    /// Where the arm stands, as far as its ways know.
+    pub fn stands(&self) -> &Station {
+        &self.stands
     }
 
     /// The controller back, e.g. for another campaign.
@@ -158,13 +171,14 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         &mut self,
         pose: &PlannedPose,
         attempt: usize,
-        against: Option<&[i8]>,
+        before: Before<'_>,
         witness: &mut dyn Witness,
     ) -> ProbingEntry {
+        let via = self.via(pose, before.pose);
         let Campaign { controller, joints, plungers, .. } = self;
         // The signs that count are those of the last stop on the ball, before the retreat turns them round.
         let mut on_ball = (Vec::new(), Vec::new());
-        let probing = controller.probe_against(pose, against, &mut |iteration| {
+        let probing = controller.probe_against(pose, &via, before.against, &mut |iteration| {
             if let Some(reading) = &iteration.reading {
                 joints.rest_at(&iteration.joints);
                 plungers.rest_at(reading.as_slice());
@@ -174,6 +188,31 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
             }
             witness.iteration(pose, iteration);
         });
+        // Where it was refused at once the arm stands where it stood.
+        let refused = |iteration: &Iteration| iteration.fault.as_ref().is_some_and(CentringFailure::is_robot_s);
+        if !probing.iterations.first().is_none_or(refused) {
+            self.stands = Station::Approach(pose.id.clone());
+        }
         ProbingEntry { pose: pose.id.clone(), attempt, probing, approach: on_ball.0, plungers: on_ball.1 }
     }
+
+    /// The joints by which the arm gets to the approach of `pose` from where it stands; `before` is the one before it in the plan.
+    fn via(&self, pose: &PlannedPose, before: Option<&PlannedPose>) -> Vec<Vec<f64>> {
+        match (&self.ways, &self.stands) {
+            (Some(ways), Station::Home) => ways.from_home(&pose.id).to_vec(),
+            (Some(_), Station::Approach(at)) if *at == pose.id => Vec::new(),
+            (Some(_), Station::Approach(at)) if before.is_some_and(|before| before.id == *at) => pose.via.clone(),
+            (Some(ways), Station::Approach(at)) => ways.between(at, &pose.id),
+            (None, _) | (_, Station::Unknown) => Vec::new(),
+        }
+    }
+}
+
+/// What came before a probing.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Before<'a> {
+    /// The pose before it in the plan, where the way from there is that of the plan.
+    pub pose: Option<&'a PlannedPose>,
+    /// Sides of the sample against which every joint is to arrive.
+    pub against: Option<&'a [i8]>,
 }

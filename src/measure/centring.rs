@@ -97,6 +97,9 @@ pub struct Iteration {
     pub retries: usize,
     /// What ended the probing here.
     pub fault: Option<CentringFailure>,
+    /// Joints by which the arm came here, rad, where it did not come at once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub via: Vec<Vec<f64>>,
 }
 
 /// A centred ball.
@@ -174,18 +177,18 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// # Errors
     /// The [`CentringFailure`] that ended it.
     pub fn centre(&mut self, note: &mut dyn FnMut(&Iteration)) -> Result<Centred, CentringFailure> {
-        self.centre_at(None, note)
+        self.centre_at(&[], note)
     }
 
-    /// Moves to the joints `contact` where given, then centres.
+    /// Moves by the joints `onto` onto the ball where given, then centres.
     pub(super) fn centre_at(
         &mut self,
-        mut contact: Option<&[f64]>,
+        mut onto: &[Vec<f64>],
         note: &mut dyn FnMut(&Iteration),
     ) -> Result<Centred, CentringFailure> {
         let mut course = Course::default();
         loop {
-            let centred = self.stop(Phase::Centring, contact.take(), note, |cell, at, reading| {
+            let centred = self.stop(Phase::Centring, std::mem::take(&mut onto), note, |cell, at, reading| {
                 cell.step_or_finish(&mut course, at, reading)
             })?;
             if let Some(centred) = centred {
@@ -194,28 +197,30 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    /// Moves to `target` where given, reads joints and indicators, then does `act`; whatever happens is told to `note` once.
+    /// Moves by the joints of `way` to the last of them, where there are any, reads joints and indicators, then does `act`; whatever happens
+    /// is told to `note` once.
     pub(super) fn stop<T>(
         &mut self,
         phase: Phase,
-        target: Option<&[f64]>,
+        way: &[Vec<f64>],
         note: &mut dyn FnMut(&Iteration),
         act: impl FnOnce(&mut Self, &mut Iteration, Vector3<f64>) -> Result<T, CentringFailure>,
     ) -> Result<T, CentringFailure> {
-        let joints = target.map(<[f64]>::to_vec).unwrap_or_default();
-        let mut at = Iteration { phase, time_s: 0.0, joints, reading: None, step: None, retries: 0, fault: None };
-        let result = self.arrive(target, &mut at).and_then(|reading| act(self, &mut at, reading));
+        let joints = way.last().cloned().unwrap_or_default();
+        let via = way.split_last().map_or_else(Vec::new, |(_, via)| via.to_vec());
+        let mut at = Iteration { phase, time_s: 0.0, joints, reading: None, step: None, retries: 0, fault: None, via };
+        let result = self.arrive(way, &mut at).and_then(|reading| act(self, &mut at, reading));
         at.fault = result.as_ref().err().cloned();
         note(&at);
         result
     }
 
-    fn arrive(&mut self, target: Option<&[f64]>, at: &mut Iteration) -> Result<Vector3<f64>, CentringFailure> {
-        let moved = target.map_or(Ok(()), |target| self.robot.move_joints(target));
+    fn arrive(&mut self, way: &[Vec<f64>], at: &mut Iteration) -> Result<Vector3<f64>, CentringFailure> {
+        let moved = if way.is_empty() { Ok(()) } else { self.robot.move_along(way) };
         at.time_s = self.robot.clock_s();
         moved?;
         at.joints = self.robot.joints()?;
-        if target.is_some_and(|target| !arrived(target, &at.joints)) {
+        if way.last().is_some_and(|target| !arrived(target, &at.joints)) {
             return Err(CentringFailure::RobotDidNotMove);
         }
         let reading = self.read(&mut at.retries)?;

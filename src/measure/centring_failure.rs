@@ -112,6 +112,12 @@ pub enum CentringFailure {
         /// As it says.
         reason: String,
     },
+    /// The arm touched what it must not.
+    #[error("collision: {} touched {}; see to the arm before it moves again", between[0], between[1])]
+    Collision {
+        /// The two bodies.
+        between: [String; 2],
+    },
     /// The robot refused a motion.
     #[error("the robot refuses the motion: {reason}")]
     RobotRefused {
@@ -155,15 +161,24 @@ impl CentringFailure {
     /// Whether the robot may still be told to move. One that is lost may be anywhere, and one that was stopped was stopped by
     /// someone: neither is moved again without a person.
     pub fn robot_obeys(&self) -> bool {
-        !matches!(self, CentringFailure::RobotLost { .. } | CentringFailure::RobotStopped { .. })
+        !matches!(
+            self,
+            CentringFailure::RobotLost { .. } | CentringFailure::RobotStopped { .. } | CentringFailure::Collision { .. }
+        )
     }
 
     /// Whether it is the robot that failed, so that the arm may not be where it was sent.
     pub(super) fn is_robot_s(&self) -> bool {
-        use CentringFailure::{JointLimit, RobotDidNotMove, RobotLost, RobotRefused, RobotStopped, Unreachable};
+        use CentringFailure::{Collision, JointLimit, RobotDidNotMove, RobotLost, RobotRefused, RobotStopped, Unreachable};
         matches!(
             self,
-            RobotLost { .. } | RobotStopped { .. } | RobotRefused { .. } | RobotDidNotMove | JointLimit { .. } | Unreachable
+            RobotLost { .. }
+                | RobotStopped { .. }
+                | Collision { .. }
+                | RobotRefused { .. }
+                | RobotDidNotMove
+                | JointLimit { .. }
+                | Unreachable
         )
     }
 
@@ -186,6 +201,7 @@ impl CentringFailure {
             CentringFailure::FaultyIndicator { .. } => "faulty_indicator",
             CentringFailure::RobotLost { .. } => "robot_lost",
             CentringFailure::RobotStopped { .. } => "robot_stopped",
+            CentringFailure::Collision { .. } => "collision",
             CentringFailure::RobotRefused { .. } => "robot_refused",
             CentringFailure::RobotDidNotMove => "robot_did_not_move",
             CentringFailure::StepTooLarge { .. } => "step_too_large",
@@ -219,6 +235,7 @@ impl From<ManipulatorError> for CentringFailure {
     fn from(error: ManipulatorError) -> Self {
         match error {
             ManipulatorError::Lost { detail } => CentringFailure::RobotLost { detail },
+            ManipulatorError::Collision { between } => CentringFailure::Collision { between },
             ManipulatorError::Refused { reason } => CentringFailure::RobotRefused { reason },
             ManipulatorError::JointLimit { joint } => CentringFailure::JointLimit { joint },
             ManipulatorError::Unreachable => CentringFailure::Unreachable,

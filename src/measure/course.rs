@@ -1,5 +1,6 @@
 //! A campaign under way: pose after pose, from the journal as long as it has them, from the cell afterwards.
 
+use super::campaign::Before;
 use super::journal_entry::ProbingEntry;
 use super::queue::Queue;
 use super::{Abort, Campaign, CampaignRecord, CentringFailure, Journal, PlannedPose, ProbingRecord, Progress, Sample, Witness};
@@ -112,7 +113,15 @@ impl<'a> Course<'a> {
         self.witness.probing_started(pose, attempt, &progress);
         // Of a pose that failed there is no side to come against.
         let reversed = pose.reverses.as_ref().and_then(|id| self.record.samples.iter().find(|s| s.id == *id));
-        campaign.probe(pose, attempt, reversed.and_then(|s| s.approach.as_deref()), self.witness)
+        let before = Before { pose: self.before(pose), against: reversed.and_then(|s| s.approach.as_deref()) };
+        campaign.probe(pose, attempt, before, self.witness)
+    }
+
+    /// The pose from which the plan has the way to this one.
+    fn before(&self, pose: &PlannedPose) -> Option<&'a PlannedPose> {
+        let planned = || self.poses.iter().filter(|p| !p.reserve);
+        let place = planned().position(|p| p.id == pose.id)?;
+        planned().nth(place.checked_sub(1)?)
     }
 
     fn progress(&mut self, now_s: f64) -> Progress {

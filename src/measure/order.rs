@@ -48,6 +48,8 @@ mod tests {
             approach: vec![q],
             reserve: false,
             reverses: None,
+            via: Vec::new(),
+            clearance: None,
         }
     }
 

@@ -1,23 +1,55 @@
 //! `plan.toml`: the poses to probe, in their order.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dataset, PlannedPose};
+use super::{Dataset, HomeWays, PlannedPose, Way};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
-use crate::units::DEG;
+use crate::units::{DEG, MM};
 
 /// Format tag.
 pub const PLAN_FORMAT: &str = "calibench-plan/1";
+
+/// What is to be probed, and by which ways.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ProbingPlan {
+    /// The poses, in their order; reserves after them.
+    pub poses: Vec<PlannedPose>,
+    /// The ways from home; `None` where nothing is known of what stands in the cell.
+    pub ways: Option<HomeWays>,
+}
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlanToml {
     format: String,
     robot: String,
+    /// Where all ways begin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    home_deg: Option<Vec<f64>>,
+    /// Where the gauge is mastered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mastering_deg: Option<Vec<f64>>,
     #[serde(default)]
     pose: Vec<PoseToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    way: Vec<WayToml>,
+}
+
+/// Names of the ends of ways that are no poses.
+const HOME: &str = "home";
+const MASTERING: &str = "mastering";
+
+/// A way from home.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WayToml {
+    from: String,
+    to: String,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    via_deg: Vec<Vec<f64>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -34,15 +66,23 @@ struct PoseToml {
     /// Arrives from the side opposite to that of this earlier pose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reverses: Option<String>,
+    /// Joints by which the arm comes from the approach of the pose before; of the first of a payload and of a reserve, from home.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    via_deg: Vec<Vec<f64>>,
+    /// The least gap on that way and on the approach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    clearance_mm: Option<f64>,
 }
 
 /// Writes a plan for the cell that `cell` describes, whole or not at all.
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_plan(path: &Path, poses: &[PlannedPose], cell: &Dataset) -> Result<(), FileError> {
-    let degrees = |q: &[f64]| q.iter().map(|v| v / DEG).collect();
-    let pose = poses
+pub fn write_plan(path: &Path, plan: &ProbingPlan, cell: &Dataset) -> Result<(), FileError> {
+    let degrees = |q: &[f64]| -> Vec<f64> { q.iter().map(|v| v / DEG).collect() };
+    let all = |via: &[Vec<f64>]| via.iter().map(|q| degrees(q)).collect();
+    let pose = plan
+        .poses
         .iter()
         .map(|p| PoseToml {
             id: p.id.clone(),
@@ -52,9 +92,22 @@ pub fn write_plan(path: &Path, poses: &[PlannedPose], cell: &Dataset) -> Result<
             approach_deg: degrees(&p.approach),
             reserve: p.reserve,
             reverses: p.reverses.clone(),
+            via_deg: all(&p.via),
+            // To the micrometre, which no way keeps.
+            clearance_mm: p.clearance.map(|gap| (gap / MM * 1e3).round() / 1e3),
         })
         .collect();
-    let plan = PlanToml { format: PLAN_FORMAT.into(), robot: cell.robot_reference.clone(), pose };
+    let way = |(to, way): (&str, &Way)| WayToml { from: HOME.into(), to: to.into(), via_deg: all(&way.via) };
+    let mastering = plan.ways.as_ref().and_then(|ways| ways.mastering.as_ref());
+    let to_poses = plan.ways.iter().flat_map(|ways| ways.to.iter().map(|(id, way)| (id.as_str(), way)));
+    let plan = PlanToml {
+        format: PLAN_FORMAT.into(),
+        robot: cell.robot_reference.clone(),
+        home_deg: plan.ways.as_ref().map(|ways| degrees(&ways.home)),
+        mastering_deg: mastering.map(|(q, _)| degrees(q)),
+        pose,
+        way: mastering.map(|(_, way)| (MASTERING, way)).into_iter().chain(to_poses).map(way).collect(),
+    };
     let text = toml::to_string(&plan).map_err(|e| FileError::whole(path, e.to_string(), "report this as a defect"))?;
     write_whole(path, text.as_bytes())
 }
@@ -62,54 +115,138 @@ pub fn write_plan(path: &Path, poses: &[PlannedPose], cell: &Dataset) -> Result<
 /// Reads a plan for the cell that `cell` describes.
 ///
 /// # Errors
-/// One error that names file, line, key and remedy: another robot, an unknown ball or payload, joints outside their limits.
-pub fn read_plan(path: &Path, cell: &Dataset) -> Result<Vec<PlannedPose>, FileError> {
+/// One error that names file, line, key and remedy: another robot, an unknown ball or payload, joints outside their limits, a pose without a
+/// way where others have one.
+pub fn read_plan(path: &Path, cell: &Dataset) -> Result<ProbingPlan, FileError> {
     let text = read_text(path)?;
     let plan: PlanToml = parse_toml(path, &text)?;
-    let wrong = |key: &str, problem: String, remedy: &str| Err(field_error(path, &text, key, problem, remedy));
+    let reading = Reading { path, text: &text, cell };
     if plan.format != PLAN_FORMAT {
-        return wrong(
-            "format",
-            format!("is '{}', not '{PLAN_FORMAT}'", plan.format),
-            "make the plan anew with `calibench plan`",
-        );
+        let problem = format!("is '{}', not '{PLAN_FORMAT}'", plan.format);
+        return Err(reading.wrong("format", problem, "make the plan anew with `calibench plan`"));
     }
     if plan.robot != cell.robot_reference {
         let problem = format!("is '{}', but the cell's robot is '{}'", plan.robot, cell.robot_reference);
-        return wrong("robot", problem, "use a plan made for this cell");
+        return Err(reading.wrong("robot", problem, "use a plan made for this cell"));
     }
     if plan.pose.is_empty() {
-        return wrong("pose", "there is none".into(), "give at least one [[pose]]");
+        return Err(reading.wrong("pose", "there is none", "give at least one [[pose]]"));
     }
     let mut poses: Vec<PlannedPose> = Vec::new();
-    for (k, p) in plan.pose.into_iter().enumerate() {
-        let key = |field: &str| format!("pose[{k}].{field}");
-        if poses.iter().any(|other| other.id == p.id) {
-            return wrong(&key("id"), format!("'{}' stands twice", p.id), "give every pose its own id");
-        }
-        let Some(ball) = cell.balls.iter().position(|b| b.id == p.ball) else {
-            return wrong(&key("ball"), format!("there is no ball '{}'", p.ball), "name a ball of the cell");
-        };
-        let Some(payload) = cell.payloads.iter().position(|l| l.name == p.payload) else {
-            return wrong(&key("payload"), format!("there is no payload '{}'", p.payload), "name a payload of the cell");
-        };
-        for (field, list) in [("contact_deg", &p.contact_deg), ("approach_deg", &p.approach_deg)] {
-            let q: Vec<f64> = list.iter().map(|v| v * DEG).collect();
-            if q.len() != cell.robot.joints() {
-                let remedy = format!("give one for each of the {} joints", cell.robot.joints());
-                return wrong(&key(field), format!("has {} numbers", q.len()), &remedy);
-            }
-            // Not a number is outside as well.
-            if let Some(joint) = cell.robot.outside_limits(&q, 0.0) {
-                return wrong(&key(field), format!("joint {} is outside its limits", joint + 1), "make the plan anew");
-            }
-        }
-        if p.reverses.as_ref().is_some_and(|id| poses.iter().all(|other| other.id != *id)) {
-            return wrong(&key("reverses"), "is not an earlier pose".into(), "name a pose that comes before it");
-        }
-        let radians = |list: &[f64]| list.iter().map(|v| v * DEG).collect();
-        let (contact, approach) = (radians(&p.contact_deg), radians(&p.approach_deg));
-        poses.push(PlannedPose { id: p.id, ball, payload, contact, approach, reserve: p.reserve, reverses: p.reverses });
+    for (k, pose) in plan.pose.iter().enumerate() {
+        let pose = reading.pose(k, pose, &poses)?;
+        poses.push(pose);
     }
-    Ok(poses)
+    let ways = reading.ways(&plan, &poses)?;
+    Ok(ProbingPlan { poses, ways })
+}
+
+struct Reading<'a> {
+    path: &'a Path,
+    text: &'a str,
+    cell: &'a Dataset,
+}
+
+impl Reading<'_> {
+    fn wrong(&self, key: &str, problem: impl Into<String>, remedy: &str) -> FileError {
+        field_error(self.path, self.text, key, problem, remedy)
+    }
+
+    /// Joint angles as written, deg, in rad.
+    fn joints(&self, key: &str, list: &[f64]) -> Result<Vec<f64>, FileError> {
+        let q: Vec<f64> = list.iter().map(|v| v * DEG).collect();
+        let robot = &self.cell.robot;
+        if q.len() != robot.joints() {
+            let remedy = format!("give one for each of the {} joints", robot.joints());
+            return Err(self.wrong(key, format!("has {} numbers", q.len()), &remedy));
+        }
+        // Not a number is outside as well.
+        match robot.outside_limits(&q, 0.0) {
+            Some(joint) => Err(self.wrong(key, format!("joint {} is outside its limits", joint + 1), "make the plan anew")),
+            None => Ok(q),
+        }
+    }
+
+    fn via(&self, key: &str, via: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, FileError> {
+        via.iter().enumerate().map(|(n, q)| self.joints(&format!("{key}[{n}]"), q)).collect()
+    }
+
+    /// Pose `k`, after these.
+    fn pose(&self, k: usize, p: &PoseToml, before: &[PlannedPose]) -> Result<PlannedPose, FileError> {
+        let key = |field: &str| format!("pose[{k}].{field}");
+        if before.iter().any(|other| other.id == p.id) {
+            return Err(self.wrong(&key("id"), format!("'{}' stands twice", p.id), "give every pose its own id"));
+        }
+        if [HOME, MASTERING].contains(&p.id.as_str()) {
+            return Err(self.wrong(&key("id"), format!("'{}' is an end of ways", p.id), "give the pose another id"));
+        }
+        let Some(ball) = self.cell.balls.iter().position(|b| b.id == p.ball) else {
+            return Err(self.wrong(&key("ball"), format!("there is no ball '{}'", p.ball), "name a ball of the cell"));
+        };
+        let Some(payload) = self.cell.payloads.iter().position(|l| l.name == p.payload) else {
+            let problem = format!("there is no payload '{}'", p.payload);
+            return Err(self.wrong(&key("payload"), problem, "name a payload of the cell"));
+        };
+        let contact = self.joints(&key("contact_deg"), &p.contact_deg)?;
+        let approach = self.joints(&key("approach_deg"), &p.approach_deg)?;
+        let via = self.via(&key("via_deg"), &p.via_deg)?;
+        if p.clearance_mm.is_some_and(|gap| !gap.is_finite()) {
+            return Err(self.wrong(&key("clearance_mm"), "is not a finite number", "make the plan anew"));
+        }
+        if p.reverses.as_ref().is_some_and(|id| before.iter().all(|other| other.id != *id)) {
+            return Err(self.wrong(&key("reverses"), "is not an earlier pose", "name a pose that comes before it"));
+        }
+        Ok(PlannedPose {
+            id: p.id.clone(),
+            ball,
+            payload,
+            contact,
+            approach,
+            reserve: p.reserve,
+            reverses: p.reverses.clone(),
+            via,
+            clearance: p.clearance_mm.map(|gap| gap * MM),
+        })
+    }
+
+    /// The ways from home, all or none.
+    fn ways(&self, plan: &PlanToml, poses: &[PlannedPose]) -> Result<Option<HomeWays>, FileError> {
+        let Some(home) = &plan.home_deg else {
+            if plan.way.is_empty() && plan.mastering_deg.is_none() && poses.iter().all(|p| p.via.is_empty()) {
+                return Ok(None);
+            }
+            return Err(self.wrong("home_deg", "is missing", "say where the ways begin, or make the plan anew"));
+        };
+        let home = self.joints("home_deg", home)?;
+        let mut to = BTreeMap::new();
+        for (k, way) in plan.way.iter().enumerate() {
+            let key = |field: &str| format!("way[{k}].{field}");
+            if way.from != HOME {
+                let remedy = "give ways from `home`; they serve both ways";
+                return Err(self.wrong(&key("from"), format!("is '{}'", way.from), remedy));
+            }
+            if way.to != MASTERING && poses.iter().all(|p| p.id != way.to) {
+                let remedy = "name a pose of the plan, or `mastering`";
+                return Err(self.wrong(&key("to"), format!("there is no pose '{}'", way.to), remedy));
+            }
+            let via = self.via(&key("via_deg"), &way.via_deg)?;
+            if to.insert(way.to.clone(), Way { via, narrowest: None }).is_some() {
+                return Err(self.wrong(&key("to"), format!("'{}' stands twice", way.to), "give one way to each pose"));
+            }
+        }
+        let mastering = match (&plan.mastering_deg, to.remove(MASTERING)) {
+            (Some(q), Some(way)) => Some((self.joints("mastering_deg", q)?, way)),
+            (None, None) => None,
+            (Some(_), None) => {
+                return Err(self.wrong("mastering_deg", "has no way", "give a [[way]] from `home` to `mastering`"));
+            }
+            (None, Some(_)) => {
+                return Err(self.wrong("way", "one leads to `mastering`, which is nowhere", "give `mastering_deg`"));
+            }
+        };
+        if let Some(pose) = poses.iter().find(|p| !to.contains_key(&p.id)) {
+            return Err(self.wrong("way", format!("none leads to pose '{}'", pose.id), "give each pose a [[way]] from `home`"));
+        }
+        Ok(Some(HomeWays { home, mastering, to }))
+    }
 }

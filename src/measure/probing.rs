@@ -23,6 +23,11 @@ pub struct PlannedPose {
     pub reserve: bool,
     /// Name of an earlier pose: in the end every joint is to arrive from the side opposite to that of its sample.
     pub reverses: Option<String>,
+    /// Joints by which the arm comes from the approach of the pose before it in the plan, rad; of the first of a payload, and of a reserve,
+    /// from home. None where it comes at once.
+    pub via: Vec<Vec<f64>>,
+    /// The least gap on that way and on the approach, m, where it is known.
+    pub clearance: Option<f64>,
 }
 
 /// Why a probing gave no measurement, and where that left the arm.
@@ -54,19 +59,21 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// The plungers must be free before contact and again after the retreat, else a stuck one could pass for a centred one. A
     /// robot that is lost or stopped is told nothing more; in every other case the arm ends at the approach pose, if it obeys.
     pub fn probe(&mut self, pose: &PlannedPose, watch: &mut dyn FnMut(&Iteration)) -> Probing {
-        self.probe_against(pose, None, watch)
+        self.probe_against(pose, &[], None, watch)
     }
 
-    /// The same, in the end with every joint arriving against the `last_motion` (sign of each joint) of another sample, where given.
+    /// The same, by way of the joints `via` (rad), in the end with every joint arriving against the `last_motion` (sign of each joint) of
+    /// another sample, where given.
     pub fn probe_against(
         &mut self,
         pose: &PlannedPose,
+        via: &[Vec<f64>],
         last_motion: Option<&[i8]>,
         watch: &mut dyn FnMut(&Iteration),
     ) -> Probing {
         let started_s = self.robot.clock_s();
         let mut iterations = Vec::new();
-        let outcome = self.approach_and_probe(pose, last_motion, &mut |iteration| {
+        let outcome = self.approach_and_probe(pose, via, last_motion, &mut |iteration| {
             watch(iteration);
             iterations.push(iteration.clone());
         });
@@ -76,12 +83,17 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     fn approach_and_probe(
         &mut self,
         pose: &PlannedPose,
+        via: &[Vec<f64>],
         last_motion: Option<&[i8]>,
         note: &mut dyn FnMut(&Iteration),
     ) -> Result<Centred, ProbingFailure> {
-        self.stop(Phase::Approach, Some(&pose.approach), note, |cell, _, reading| cell.all_free(&reading))
-            .map_err(|reason| ProbingFailure { backed_off: reason.robot_obeys(), reason })?;
-        let centred = self.centre_at(Some(&pose.contact), note).and_then(|centred| match last_motion {
+        let way = [via, std::slice::from_ref(&pose.approach)].concat();
+        self.stop(Phase::Approach, &way, note, |cell, _, reading| cell.all_free(&reading)).map_err(|reason| {
+            // Refused on a way of several motions, the arm may stand anywhere on it.
+            let known = reason.robot_obeys() && (via.is_empty() || !reason.is_robot_s());
+            ProbingFailure { backed_off: known, reason }
+        })?;
+        let centred = self.centre_at(std::slice::from_ref(&pose.contact), note).and_then(|centred| match last_motion {
             Some(signs) => self.arrive_against(signs, &centred, note),
             None => Ok(centred),
         });
@@ -105,7 +117,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// line asks the controller for inverse kinematics again, which is just what may have failed (a joint limit, an unreachable
     /// target), and along a tool axis that may be the very one that is wrong.
     fn retreat(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> (bool, Result<(), CentringFailure>) {
-        let free = self.stop(Phase::Retreat, Some(&pose.approach), note, |cell, _, reading| cell.all_free(&reading));
+        let free =
+            self.stop(Phase::Retreat, std::slice::from_ref(&pose.approach), note, |cell, _, reading| cell.all_free(&reading));
         (!matches!(&free, Err(reason) if reason.is_robot_s()), free)
     }
 }

@@ -1,14 +1,16 @@
 //! Ways: how the arm gets from one posture to the next without touching anything.
 //!
 //! A controller's point-to-point motion turns all axes together, a straight line in joint space, so a way is a polyline of joint angles.
-//! Every posture has a way home; most are one motion. Between two postures the arm moves at once where that is clear, else by points of their two
-//! ways home, the earliest that serve: near home there is room.
+//! Every posture has a way home; most are one motion. Between two postures the arm moves at once where that is clear, else by points of their
+//! two ways home, the earliest that serve: near home there is room.
 
 mod home;
+mod plan;
 mod search;
 
-pub use home::home_posture;
+pub use plan::{BlockedPose, HomeWays, Station, WaysError, plan_ways};
 
+use crate::cell::Guards;
 use crate::robot::{Clearance, FramePose, Narrowest, Robot, Surroundings, SweptCheck};
 use crate::units::MM;
 use thiserror::Error;
@@ -26,15 +28,24 @@ pub struct WayRequest<'a> {
     pub surroundings: &'a Surroundings,
     /// Gap to keep, m. Where an end of a way has less, the way has no less than that end.
     pub margin: f64,
+    /// What the robot may be told at all, where that is known: limits with a margin, a box for the TCP.
+    pub guards: Option<&'a Guards>,
     /// Seed of the search, where one is needed.
     pub seed: u64,
+}
+
+impl WayRequest<'_> {
+    /// Whether the guards let the arm move so.
+    fn is_allowed(&self, from: &[f64], to: &[f64]) -> bool {
+        self.guards.is_none_or(|guards| guards.joint_motion(from, to).is_ok())
+    }
 }
 
 /// Gap that ways keep, m: 3 mm of air, and 5 mm by which an arm that is not calibrated yet may stand elsewhere than drawn.
 pub const WAY_MARGIN: f64 = 8.0 * MM;
 
 /// A way between two postures.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Way {
     /// Joints that it leads by, rad; none where the arm moves at once.
     pub via: Vec<Vec<f64>>,
@@ -44,10 +55,10 @@ pub struct Way {
 
 /// No way was found.
 #[derive(Debug, Error, Clone, PartialEq)]
-#[error("no clear way: {}", match narrowest {
-    Some(gap) if gap.distance > 0.0 => format!("on the straight one {} comes within {:.1} mm of {}", gap.between[0], gap.distance / MM, gap.between[1]),
-    Some(gap) => format!("on the straight one {} hits {}", gap.between[0], gap.between[1]),
-    None => "nothing is known of the cell".to_owned(),
+#[error("no clear way is found: {}", match narrowest {
+    Some(gap) if gap.distance > 0.0 => format!("on the direct one {} comes within {:.1} mm of {}", gap.between[0], gap.distance / MM, gap.between[1]),
+    Some(gap) => format!("on the direct one {} hits {}", gap.between[0], gap.between[1]),
+    None => "the guards forbid the direct one".to_owned(),
 })]
 pub struct Blocked {
     /// The narrowest gap of the straight motion.
@@ -83,14 +94,32 @@ impl<'a> WayFinder<'a> {
     /// When none is found.
     pub fn home_from(&mut self, from: &[f64]) -> Result<Way, Blocked> {
         let home = self.home.clone();
-        let margin = self.margin_between(from, &home);
-        match self.leg(from, &home, margin) {
-            Ok(narrowest) => Ok(Way { via: Vec::new(), narrowest }),
-            Err(blocked) => {
-                let path = search::path(&mut self.swept, &self.request, from, &home, margin).ok_or(blocked)?;
-                self.checked(&path, margin)
-            }
+        self.from_to(from, &home)
+    }
+
+    /// The way between any two postures: direct, by a turn of some joints before the others, or searched for.
+    ///
+    /// # Errors
+    /// When none is found.
+    pub fn from_to(&mut self, from: &[f64], to: &[f64]) -> Result<Way, Blocked> {
+        let margin = self.margin_between(from, to);
+        let blocked = match self.leg(from, to, margin) {
+            Ok(narrowest) => return Ok(Way { via: Vec::new(), narrowest }),
+            Err(blocked) => blocked,
+        };
+        let mut by_one: Vec<Vec<Vec<f64>>> = (1..from.len())
+            .flat_map(|k| {
+                let joined = |first: &[f64], last: &[f64]| [&first[..k], &last[k..]].concat();
+                [joined(from, to), joined(to, from)]
+            })
+            .map(|via| vec![from.to_vec(), via, to.to_vec()])
+            .collect();
+        by_one.sort_by(|a, b| length(a).total_cmp(&length(b)));
+        if let Some(way) = by_one.iter().find_map(|path| self.checked(path, margin).ok()) {
+            return Ok(way);
         }
+        let path = search::path(&mut self.swept, &self.request, from, to, margin).ok_or(blocked)?;
+        self.checked(&path, margin)
     }
 
     /// The way between two postures of which the ways home are known.
@@ -135,6 +164,9 @@ impl<'a> WayFinder<'a> {
     }
 
     fn leg(&mut self, from: &[f64], to: &[f64], margin: f64) -> Result<Option<Clearance>, Blocked> {
+        if !self.request.is_allowed(from, to) {
+            return Err(Blocked { narrowest: None });
+        }
         let narrowest = self.swept.narrowest(from, to, margin, None).map(|n| n.clearance);
         // An overlap is none, however little is asked.
         match &narrowest {

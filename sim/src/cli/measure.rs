@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use calibench::measure::{
-    Abort, CampaignRecord, CampaignSettings, Conditions, Dataset, Journal, JournalSession, Opened, PlannedPose, Sample,
+    Abort, CampaignRecord, CampaignSettings, Conditions, Dataset, Journal, JournalSession, Opened, ProbingPlan, Sample,
     SampleSet, Witness, read_plan,
 };
 
 use super::progress::{CampaignBar, Waiting};
 use super::{Failure, Interrupted, Outcome, measure_cell, print, seed};
-use crate::planning::{PlanError, plan, plan_tracker, wanted};
+use crate::planning::{PlanError, Tour, plan, plan_tracker, wanted};
 use crate::random::Streams;
 use crate::run::RunError;
 use crate::scenario::PlantKind;
@@ -63,21 +63,23 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let cell = scenario.dataset();
     let waiting = Waiting::new("planning");
-    let poses = match &arguments.plan {
+    let planned = match &arguments.plan {
         Some(path) => read_plan(path, &cell)?,
-        None => plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probings,
+        None => plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probing,
     };
+    let poses = &planned.poses;
     // The plan file holds poses on balls; where the tracker adds points, the scenario says how many.
+    let home = planned.ways.as_ref().map(|ways| ways.home.as_slice());
     let points = if scenario.plan.point_poses > 0 {
-        plan_tracker(&scenario, seed).map_err(|e| scenario.blame_plan(&PlanError::Tracker(Box::new(e))))?.points
+        plan_tracker(&scenario, seed, home).map_err(|e| scenario.blame_plan(&PlanError::Tracker(Box::new(e))))?.points
     } else {
-        Vec::new()
+        Tour::default()
     };
     drop(waiting);
     let cell = Dataset { contact_force: World::nominal_contact_force(&scenario), ..cell };
     // The scenario stands for all that is hidden in the cell.
     let text = document.text_without(&["question", "expect", "suite", "design", "seed", "plant"]);
-    let under = Conditions::of(&poses, &cell)
+    let under = Conditions::of(poses, &cell)
         .and_text("scenario", &text)
         .and("seed", seed)
         .and("plant", scenario.plant.name())
@@ -92,8 +94,8 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
         }
     };
     journal.live_through_again();
-    let mut bar = CampaignBar::new(wanted(&poses));
-    let measured = measure(&scenario, Streams { seed, trial: 0 }, &poses, &points, &mut journal, &mut bar);
+    let mut bar = CampaignBar::new(wanted(poses));
+    let measured = measure(&scenario, Streams { seed, trial: 0 }, &planned, &points, &mut journal, &mut bar);
     drop(bar);
     let interrupted =
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
@@ -109,12 +111,12 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
     let told = format!(
         "{} of {} planned probings{} measured; dataset in {}",
         record.samples.len(),
-        wanted(&poses),
+        wanted(poses),
         if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) },
         output.display()
     );
     let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
-    journal.finish(&dataset, &record, &poses).map_err(|e| interrupted(e.to_string(), &journal))?;
+    journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
     print(&told)?;
     Ok(Outcome::Done)
 }
@@ -122,20 +124,20 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
 fn measure(
     scenario: &Scenario,
     streams: Streams,
-    poses: &[PlannedPose],
-    points: &[Vec<f64>],
+    plan: &ProbingPlan,
+    points: &Tour,
     journal: &mut Journal,
     witness: &mut dyn Witness,
 ) -> Result<(CampaignRecord, Vec<Sample>), RunError> {
-    let session = Session::begin(scenario, streams, session_s(scenario, poses, points.len()))?;
+    let session = Session::begin(scenario, streams, session_s(scenario, &plan.poses, points.poses.len()))?;
     let began = journal.begin_session(JournalSession::first(session.mastering().clone()));
     began.map_err(|e| Abort::NotJournalled { why: e.to_string() })?;
-    let record = session.probe(poses, Some(journal), witness);
+    let record = session.probe(plan, Some(journal), witness);
     if let Some(abort) = record.aborted {
         return Err(abort.into());
     }
     let mut tracked = Vec::new();
-    if !points.is_empty() {
+    if !points.poses.is_empty() {
         let tracker = session.set_up_tracker()?;
         tracked = session.points(&tracker, points, "t", SampleSet::Fit)?.samples;
     }

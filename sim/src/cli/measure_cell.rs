@@ -54,7 +54,8 @@ pub fn run(
 ) -> Result<Outcome, Failure> {
     let mut cell = read_cell(path)?;
     cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
-    let poses = read_plan(plan, &cell.dataset)?;
+    let planned = read_plan(plan, &cell.dataset)?;
+    let poses = planned.poses;
     if arguments.dry_run {
         return rehearse(&cell, &poses);
     }

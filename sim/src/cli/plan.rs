@@ -41,9 +41,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
     drop(waiting);
     if let Some(path) = &arguments.output {
-        write_plan(path, &plan.probings, &dataset)?;
+        write_plan(path, &plan.probing, &dataset)?;
     }
-    let drawn = as_drawn(&scenario, &plan.probings, seed);
+    let drawn = as_drawn(&scenario, &plan.probing.poses, seed);
     let detectability = Detectability::of_plan(&drawn, &shown(&scenario.model, &drawn))?;
     if arguments.json {
         print_json(&detectability_json(&detectability))?;

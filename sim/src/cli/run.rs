@@ -113,7 +113,7 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
     ))?;
     print("PLAN")?;
     print(&chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
-    print(&chosen_sentence("tracker poses", run.tracker_plan.identification.len(), &run.tracker_plan.chosen))?;
+    print(&chosen_sentence("tracker poses", run.tracker_plan.identification.poses.len(), &run.tracker_plan.chosen))?;
     print("\nMASTERING")?;
     let free = run.mastering.free_reading.map(|r| r / MM);
     let left = run.mastering.preset_residual.map(|r| r / UM);
@@ -195,7 +195,7 @@ fn probings_table(run: &Run) -> String {
         .probings
         .iter()
         .map(|p| {
-            let pose = &run.plan.probings[p.pose];
+            let pose = &run.plan.probing.poses[p.pose];
             let ball = run.trical.dataset.balls[pose.ball].id.clone();
             let time = format!("{:.1}", p.probing.duration_s);
             let first = p.probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading);
@@ -298,7 +298,7 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         write_calibration(&run.trical.calibration, &inside.join("trical.toml"))?;
         write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
         write_model(&run.trical.calibration.model, &inside.join(super::report::MODEL))?;
-        run.campaign.write(inside, &run.plan.probings, &scenario.ball_ids())?;
+        run.campaign.write(inside, &run.plan.probing.poses, &scenario.ball_ids())?;
         run.true_arm.write(&run.campaign, &inside.join(TRUE_ARM))?;
         scenario.scene().write(&inside.join("scene.toml"))?;
         write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())

@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         faults: arguments.fault.clone(),
         takes_commands: arguments.commands,
     };
-    let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probings;
+    let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probing.poses;
     let session_s = session_s(&scenario, &plan, 0);
     let traffic = serve(&scenario, Streams { seed, trial: 0 }, session_s, &service, |addresses| {
         let mut out = std::io::stdout().lock();

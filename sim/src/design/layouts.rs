@@ -54,7 +54,7 @@ impl Layouts<'_> {
         let document = self.workshop.document(artifact, self.workshop.design.poses_per_ball(balls)).ok()?;
         let scenario = document.scenario().ok()?;
         let plan = plan(&scenario, self.seed).ok()?;
-        let probed = plan.probings.iter().filter(|p| !p.reserve).map(|p| {
+        let probed = plan.probing.poses.iter().filter(|p| !p.reserve).map(|p| {
             let measured = Measured::Ball { ball: p.ball, reading: None };
             Sample { payload: p.payload, ..Sample::new(&*p.id, p.contact.clone(), measured) }
         });
@@ -63,7 +63,7 @@ impl Layouts<'_> {
         Some(Judged {
             name: name.into(),
             balls: self.workshop.balls(artifact),
-            probings: wanted(&plan.probings),
+            probings: wanted(&plan.probing.poses),
             worst_um: predicted.worst().0,
             mean_um: predicted.mean(),
             mass_kg: self.workshop.mass_kg(artifact),

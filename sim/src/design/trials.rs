@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::lesson::{Predicted, Workspace};
-use crate::planning::{Plan, TrackerPlan};
+use crate::planning::{Plan, Tour, TrackerPlan};
 use crate::random::Streams;
 use crate::run::{Plans, RunError, measure_all};
 use crate::scenario::Scenario;
@@ -63,8 +63,9 @@ pub fn verify(
     done: &(dyn Fn() + Sync),
 ) -> Option<Verified> {
     // The tracker only judges.
-    let (identification, points) = (Vec::new(), Vec::new());
-    let tracker = TrackerPlan { identification, points, validation: workspace.poses.clone(), chosen: plan.trical.clone() };
+    let (identification, points) = (Tour::default(), Tour::default());
+    let validation = Tour::direct(workspace.poses.clone());
+    let tracker = TrackerPlan { identification, points, validation, again: Vec::new(), chosen: plan.trical.clone() };
     let plans = Plans { plan: plan.clone(), tracker };
     let errors: Vec<Option<Vec<f64>>> = (0..trials)
         .into_par_iter()

@@ -240,6 +240,16 @@ impl Plant for MujocoPlant {
         self.bodies.iter().map(|&body| self.engine.body(body)).collect()
     }
 
+    fn frames_at(&mut self, motors: &[f64]) -> Result<(Vec<Pose>, Pose), PlantError> {
+        let rest = self.engine.qpos(|q| q.to_vec());
+        self.engine.qpos(|q| self.gears.iter().zip(motors).for_each(|(gear, angle)| q[gear.0] = *angle));
+        self.engine.kinematics()?;
+        let frames = (self.frames(), self.engine.site());
+        self.engine.qpos(|q| q.copy_from_slice(&rest));
+        self.engine.kinematics()?;
+        Ok(frames)
+    }
+
     fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError> {
         let (at, radius) = match master_radius {
             Some(radius) => ([0.0; 3], radius),

@@ -138,6 +138,11 @@ impl Plant for AnalyticPlant {
         self.arm.frames()
     }
 
+    fn frames_at(&mut self, motors: &[f64]) -> Result<(Vec<Pose>, Pose), PlantError> {
+        self.arm.move_motors(motors);
+        Ok((self.arm.frames(), self.arm.world_from_tool()))
+    }
+
     fn seat(&mut self, master_radius: Option<f64>) -> Result<[Touch; 3], PlantError> {
         let master = master_radius.map(|radius| PresentedBall { centre: Vector3::zeros(), radius });
         Ok(self.gauge.each_ref().map(|plunger| plunger.meet(master.as_ref())))

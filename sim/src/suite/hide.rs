@@ -183,7 +183,7 @@ fn placed(id: &str, plans: &Plans, random: &mut ChaCha8Rng) -> String {
     if stem.starts_with("harmonic") {
         format!("{stem}{}", random.random_range(3..=140))
     } else if stem.starts_with("outlier") {
-        format!("{stem}{}", plans.plan.probings[random.random_range(0..probings)].id)
+        format!("{stem}{}", plans.plan.probing.poses[random.random_range(0..probings)].id)
     } else {
         let session = PROBING_S * probings as f64;
         format!("{stem}{:.1}", session * random.random_range(DURING))

@@ -7,7 +7,9 @@ use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
 use calibench::measure::{Attendant, CalledOff};
 use nalgebra::Vector3;
 
+use crate::collision::CollisionCheck;
 use crate::contact::MASTER_RADIUS;
+use crate::planning::retreat;
 use crate::random::normal;
 use crate::true_arm::TrueArm;
 
@@ -65,6 +67,25 @@ impl SharedWorld {
         self.0.borrow_mut().sample = Some(id.to_owned());
     }
 
+    /// Drives the arm to these joints (rad, N) by hand, before anything else is done with it.
+    pub fn begin_at(&self, joints: &[f64]) {
+        let mut world = self.0.borrow_mut();
+        if !world.has_moved {
+            world.joints.pass(joints);
+            let commanded = world.joints.commanded().to_vec();
+            world.joint_motion.rest_at(&commanded);
+            world.settle(true);
+        }
+    }
+
+    /// What the true arm would touch first on a motion between these joints (rad, N); nothing moves.
+    pub fn would_touch(&self, from: &[f64], to: &[f64]) -> Option<[String; 2]> {
+        let mut world = self.0.borrow_mut();
+        let World { plant, collisions, .. } = &mut *world;
+        let mut frames = |motors: &[f64]| plant.frames_at(motors).unwrap_or_default();
+        collisions.first(from, to, &mut frames).map(|collision| collision.between)
+    }
+
     /// What is on the flange, by its place among the payloads.
     pub fn payload(&self) -> usize {
         self.0.borrow().payload
@@ -83,6 +104,10 @@ impl Manipulator for SimulatedRobot {
 
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
         self.0.0.borrow_mut().move_joints(target)
+    }
+
+    fn move_along(&mut self, way: &[Vec<f64>]) -> Result<(), ManipulatorError> {
+        self.0.0.borrow_mut().move_along(way)
     }
 
     fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
@@ -146,6 +171,7 @@ impl SimulatedAttendant {
         if world.artifact_is_there {
             world.artifact_is_there = false;
             world.plant.remove_artifact();
+            world.collisions = CollisionCheck::new(&world.nominal.robot, &world.without_artifact, -retreat());
             world.pass(REBUILDING_S);
             world.settle(false);
         }

@@ -124,6 +124,8 @@ impl Action {
                 approach: self.approaches.get(k)?.clone(),
                 reserve: false,
                 reverses: None,
+                via: Vec::new(),
+                clearance: None,
             };
             let back = PlannedPose { id: format!("{}b", forth.id), reverses: Some(forth.id.clone()), ..forth.clone() };
             Some(if self.kind == Kind::OtherSide { vec![forth, back] } else { vec![forth] })

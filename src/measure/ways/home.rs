@@ -14,17 +14,20 @@ const ROOM: f64 = 120.0 * MM;
 /// How far home stays from the joint limits, rad.
 const FROM_LIMITS: f64 = 15.0 * DEG;
 
-/// A posture (rad, N) with room around it from which the arm gets soonest to `postures` (rad), on average; of several seeds each finds its own.
-/// `None` where no posture stands free by the margin of the request.
-pub fn home_posture(request: &WayRequest<'_>, postures: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let WayRequest { robot, base, tool, surroundings, margin, seed } = *request;
+/// Postures offered.
+const OFFERED: usize = 8;
+
+/// Postures (rad, N) with room around them, the first the one from which the arm gets soonest to `postures` (rad), on average. None where no
+/// posture stands free by the margin of the request.
+pub(super) fn home_postures(request: &WayRequest<'_>, postures: &[&[f64]]) -> Vec<Vec<f64>> {
+    let WayRequest { robot, base, tool, surroundings, margin, seed, .. } = *request;
     let mut check = ClearanceCheck::new(robot, surroundings);
     let mut posture = Posture::new(robot);
     let nominal = vec![0.0; SiteIndex::new(robot.joints()).len()];
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(0xB2 << 56);
     let far = |q: &[f64]| postures.iter().map(|p| turn(p, q)).sum::<f64>() / postures.len().max(1) as f64;
-    let mut best: Option<((f64, f64), Vec<f64>)> = None;
+    let mut found: Vec<((f64, f64), Vec<f64>)> = Vec::new();
     for _ in 0..DRAWS {
         let q: Vec<f64> = robot
             .links
@@ -35,15 +38,13 @@ pub fn home_posture(request: &WayRequest<'_>, postures: &[Vec<f64>]) -> Option<V
             })
             .collect();
         posture.set(robot, base, tool, &q, &nominal);
-        let room = check.clearance(&posture).map_or(ROOM, |c| c.distance.min(ROOM));
-        if room < margin {
+        if !request.is_allowed(&q, &q) || !check.is_clear(&posture, margin, None) {
             continue;
         }
+        let room = check.clearance(&posture).map_or(ROOM, |c| c.distance.min(ROOM));
         // Room first, then the way.
-        let worth = (room, -far(&q));
-        if best.as_ref().is_none_or(|(least, _)| worth > *least) {
-            best = Some((worth, q));
-        }
+        found.push(((room, -far(&q)), q));
     }
-    best.map(|(_, q)| q)
+    found.sort_by(|(a, _), (b, _)| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));
+    found.into_iter().take(OFFERED).map(|(_, q)| q).collect()
 }

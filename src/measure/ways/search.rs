@@ -38,7 +38,7 @@ pub(super) fn path(
         let mut is_free = |q: &[f64]| {
             let near_an_end = [from, to].iter().any(|end| super::turn(q, end) < BRANCH);
             posture.set(robot, base, tool, q, &nominal);
-            check.is_clear(&posture, if near_an_end { margin } else { wanted }, None)
+            request.is_allowed(q, q) && check.is_clear(&posture, if near_an_end { margin } else { wanted }, None)
         };
         let sample = || {
             let mut random = random.borrow_mut();
@@ -53,7 +53,10 @@ pub(super) fn path(
             found.push(to.to_vec());
         }
         let mut clear = |a: &[f64], b: &[f64]| {
-            swept.narrowest(a, b, margin, None).is_none_or(|n| n.clearance.distance >= margin && n.clearance.distance > 0.0)
+            request.is_allowed(a, b)
+                && swept
+                    .narrowest(a, b, margin, None)
+                    .is_none_or(|n| n.clearance.distance >= margin && n.clearance.distance > 0.0)
         };
         if !found.windows(2).all(|leg| clear(&leg[0], &leg[1])) {
             continue;

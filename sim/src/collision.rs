@@ -1,0 +1,160 @@
+//! Whether the true arm touches anything on its way: the judge of the ways that were planned.
+//!
+//! It shares nothing with the planner. It looks at the arm as it truly is, by its plant's own frames, halves every motion until no pair of
+//! bodies can have met in what is left, and takes its distances from parry's general query.
+
+use calibench::robot::{Pose, Robot, Shape, Solid, Surroundings};
+use calibench::units::MM;
+use nalgebra::{Unit, UnitQuaternion, Vector3};
+use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
+use parry3d_f64::query;
+use parry3d_f64::shape::{Ball, Capsule, Cuboid, SharedShape};
+
+/// Motions are halved until nothing moves further than this in what is left, mm.
+const RESOLUTION: f64 = 1.0;
+
+/// A ball so near to the socket's axis, and so far out of it, is in the socket or before it, m: the gauge may touch it.
+const BESIDE_AXIS: f64 = 15.0 * MM;
+const BEFORE_SOCKET: f64 = 90.0 * MM;
+const BEHIND_CENTRE: f64 = 8.0 * MM;
+
+/// A body in the axes of its frame, mm.
+struct Body {
+    name: String,
+    /// 0 is the base; `None` stands in the cell.
+    frame: Option<usize>,
+    shape: SharedShape,
+    local: DPose3,
+    /// How far it reaches from the frame's origin.
+    reach: f64,
+    /// Of a ball of the artifact, its centre in the world, m.
+    ball: Option<Vector3<f64>>,
+    is_carried: bool,
+}
+
+impl Body {
+    fn of(solid: &Solid, frame: Option<usize>, is_carried: bool) -> Self {
+        let mm = |v: &Vector3<f64>| DVec3::new(v.x / MM, v.y / MM, v.z / MM);
+        let (shape, local, reach, ball) = match &solid.shape {
+            Shape::Capsule { ends: [a, b], radius } if a == b => {
+                let ball = frame.is_none().then_some(*a);
+                (SharedShape::new(Ball::new(radius / MM)), DPose3::from_translation(mm(a)), (a.norm() + radius) / MM, ball)
+            }
+            Shape::Capsule { ends: [a, b], radius } => {
+                let shape = SharedShape::new(Capsule::new(mm(a), mm(b), radius / MM));
+                (shape, DPose3::IDENTITY, (a.norm().max(b.norm()) + radius) / MM, None)
+            }
+            Shape::Box { centre, half_size } => {
+                let shape = SharedShape::new(Cuboid::new(mm(half_size)));
+                (shape, DPose3::from_translation(mm(centre)), (centre.norm() + half_size.norm()) / MM, None)
+            }
+        };
+        Body { name: solid.name.clone(), frame, shape, local, reach, ball, is_carried }
+    }
+}
+
+/// Two bodies that met, and where on the motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Collision {
+    /// The bodies.
+    pub between: [String; 2],
+    /// Joints of the motors, rad.
+    pub at: Vec<f64>,
+}
+
+/// Looks at the motions of an arm.
+pub struct CollisionCheck {
+    bodies: Vec<Body>,
+    pairs: Vec<[usize; 2]>,
+    socket: Unit<Vector3<f64>>,
+}
+
+/// What the arm shows of itself: true frames of base and links, and of the tool, with the motors at some angles.
+pub type Frames<'a> = dyn FnMut(&[f64]) -> (Vec<Pose>, Pose) + 'a;
+
+impl CollisionCheck {
+    /// For an arm in its surroundings; `socket` is the opening's direction in the axes of the tool.
+    pub fn new(robot: &Robot, surroundings: &Surroundings, socket: Unit<Vector3<f64>>) -> Self {
+        let mut bodies: Vec<Body> = robot.solids.iter().map(|s| Body::of(s, Some(s.frame), false)).collect();
+        bodies.extend(surroundings.carried.iter().map(|s| Body::of(s, Some(robot.joints()), true)));
+        bodies.extend(surroundings.fixed.iter().map(|s| Body::of(s, None, false)));
+        let meets = |a: &Body, b: &Body| match (a.frame, b.frame) {
+            // Neighbours touch at their joint, and the base is bolted to what stands.
+            (Some(a), Some(b)) => a.abs_diff(b) > 1,
+            (Some(frame), None) | (None, Some(frame)) => frame > 0,
+            (None, None) => false,
+        };
+        let pairs = (0..bodies.len())
+            .flat_map(|i| (i + 1..bodies.len()).map(move |j| [i, j]))
+            .filter(|&[i, j]| meets(&bodies[i], &bodies[j]))
+            .collect();
+        CollisionCheck { bodies, pairs, socket }
+    }
+
+    /// The first place where the motion of the motors from `from` to `to` (rad) brings two bodies together.
+    pub fn first(&self, from: &[f64], to: &[f64], frames: &mut Frames<'_>) -> Option<Collision> {
+        self.within(from, to, &self.pairs, frames)
+    }
+
+    fn within(&self, from: &[f64], to: &[f64], pairs: &[[usize; 2]], frames: &mut Frames<'_>) -> Option<Collision> {
+        let middle: Vec<f64> = from.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect();
+        let (links, tool) = frames(&middle);
+        let placed: Vec<DPose3> = self
+            .bodies
+            .iter()
+            .map(|body| body.frame.and_then(|f| links.get(f)).map_or(body.local, |frame| placed(frame) * body.local))
+            .collect();
+        // How far the origin of each link lies from the next, mm: no body is further from a joint than all of them together.
+        let lengths: Vec<f64> =
+            links.windows(2).map(|l| (l[1].translation.vector - l[0].translation.vector).norm() / MM).collect();
+        let travels = |body: &Body| -> f64 {
+            let Some(frame) = body.frame else { return 0.0 };
+            (0..frame.min(from.len()))
+                .map(|j| {
+                    0.5 * (to[j] - from[j]).abs()
+                        * (lengths[(j + 1).min(lengths.len())..frame].iter().sum::<f64>() + body.reach)
+                })
+                .sum()
+        };
+        let travel: Vec<f64> = self.bodies.iter().map(travels).collect();
+        let mut open = Vec::new();
+        let mut furthest: f64 = 0.0;
+        for &[i, j] in pairs {
+            let bound = travel[i] + travel[j];
+            if self.is_seated(i, j, &tool) {
+                open.push([i, j]);
+                furthest = furthest.max(bound);
+                continue;
+            }
+            // Of shapes that parry cannot compare nothing is known; there are none among these.
+            let (a, b) = (&self.bodies[i], &self.bodies[j]);
+            let gap = query::distance(&placed[i], a.shape.as_ref(), &placed[j], b.shape.as_ref()).map_or(0.0, |d| d.distance);
+            if gap <= 0.0 {
+                return Some(Collision { between: [a.name.clone(), b.name.clone()], at: middle });
+            }
+            if gap <= bound {
+                open.push([i, j]);
+                furthest = furthest.max(bound);
+            }
+        }
+        if furthest <= RESOLUTION {
+            return None;
+        }
+        self.within(from, &middle, &open, frames).or_else(|| self.within(&middle, to, &open, frames))
+    }
+
+    /// Whether one is a ball in the socket of the other, or straight before it.
+    fn is_seated(&self, i: usize, j: usize, tool: &Pose) -> bool {
+        let (a, b) = (&self.bodies[i], &self.bodies[j]);
+        let Some(ball) = (if a.is_carried { b.ball } else { None }) else { return false };
+        let seen = tool.inverse_transform_point(&ball.into()).coords;
+        let out = seen.dot(&self.socket);
+        (-BEHIND_CENTRE..BEFORE_SOCKET).contains(&out) && (seen - self.socket.into_inner() * out).norm() < BESIDE_AXIS
+    }
+}
+
+fn placed(frame: &Pose) -> DPose3 {
+    let turn = UnitQuaternion::from_rotation_matrix(&frame.rotation);
+    let at = frame.translation.vector / MM;
+    DPose3::from_parts(DVec3::new(at.x, at.y, at.z), DQuat::from_xyzw(turn.i, turn.j, turn.k, turn.w))
+}
