@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use calibench::assess::CellLayout;
+use calibench::cell::Guards;
 use calibench::effects;
 use calibench::identify::{
     FitError, Model, Observability, Problem, ProblemError, Use, independent_parameters, missing, observability_of,
@@ -147,12 +148,23 @@ impl TrackerPlan {
 /// # Errors
 /// When a ball cannot be probed or the pool does not determine the model.
 pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
+    plan_within(scenario, seed, None)
+}
+
+/// The same, every motion within the guards of a cell.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_within(scenario: &Scenario, seed: u64, guards: Option<&Guards>) -> Result<Plan, PlanError> {
     let balls: Vec<usize> = (0..scenario.ball_ids().len()).collect();
     let mut pool = pool(scenario, &balls, scenario.plan.pool_per_ball, seed)?;
+    if let Some(guards) = guards {
+        pool.retain(|candidate| guards.joint_motion(&candidate.q_approach, &candidate.q).is_ok());
+    }
     let mut left_out = 0;
     loop {
         let mut plan = plan_of(scenario, &pool, seed)?;
-        match find_ways(scenario, seed, &mut plan.probing.poses) {
+        match find_ways(scenario, seed, guards, &mut plan.probing.poses) {
             Ok(ways) => {
                 plan.probing.ways = Some(ways);
                 return Ok(plan);
@@ -177,10 +189,17 @@ const MOST_LEFT_OUT: usize = 40;
 ///
 /// # Errors
 /// When poses cannot be reached clear.
-pub fn find_ways(scenario: &Scenario, seed: u64, poses: &mut [PlannedPose]) -> Result<HomeWays, WaysError> {
+pub fn find_ways(
+    scenario: &Scenario,
+    seed: u64,
+    guards: Option<&Guards>,
+    poses: &mut [PlannedPose],
+) -> Result<HomeWays, WaysError> {
     let cell = scenario.dataset();
     let bodies: Vec<String> = scenario.ball_ids().iter().map(|id| ball_body(id)).collect();
-    plan_ways(way_request(&cell, &scenario.surroundings(), seed), &bodies, &-retreat(), poses)
+    let surroundings = scenario.surroundings();
+    let request = WayRequest { guards, ..way_request(&cell, &surroundings, seed) };
+    plan_ways(request, &bodies, &-retreat(), poses)
 }
 
 fn way_request<'a>(cell: &'a Dataset, surroundings: &'a Surroundings, seed: u64) -> WayRequest<'a> {

@@ -2,17 +2,27 @@
 
 use std::path::Path;
 
-use calibench::assess::{Kind, Offer, Proposal};
+use calibench::assess::{CellLayout, Kind, Offer, Proposal};
 use calibench::files::{FileError, write_whole};
-use calibench::measure::{Dataset, ProbingPlan, interleave, write_plan};
+use calibench::measure::{
+    Dataset, PlannedPose, ProbingPlan, WAY_MARGIN, WayRequest, WaysError, interleave, plan_ways, write_plan,
+};
 use calibench::units::DEG;
 
+use crate::planning::retreat;
+
 /// Writes the plan of the best way to probe with the artifact where it stands, and the points of a tracker where they are best of all;
-/// what was written, in words. `reference` is how the plan names the robot.
+/// what was written, in words. `reference` is how the plan names the robot; with the `layout` of a cell that is known the plan holds its ways,
+/// and leaves out what cannot be reached.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write_proposal(path: &Path, proposal: &Proposal, reference: &str) -> Result<Vec<String>, FileError> {
+pub fn write_proposal(
+    path: &Path,
+    proposal: &Proposal,
+    reference: &str,
+    layout: Option<&CellLayout>,
+) -> Result<Vec<String>, FileError> {
     let mut written = Vec::new();
     let on_balls = |o: &Offer| o.action.kind.is_probing() && !matches!(o.action.kind, Kind::MovedArtifact { .. });
     if let Some((offer, step)) = proposal.best(on_balls) {
@@ -23,8 +33,14 @@ pub fn write_proposal(path: &Path, proposal: &Proposal, reference: &str) -> Resu
             Kind::OtherSide => poses,
             _ => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
         };
-        write_plan(path, &ProbingPlan { poses: ordered, ways: None }, &cell)?;
-        written.push(format!("{} {} planned in {}", step.count, offer.action.words(), path.display()));
+        let plan = with_ways(ordered, &cell, layout.filter(|layout| layout.is_known));
+        write_plan(path, &plan, &cell)?;
+        written.push(format!("{} {} planned in {}", plan.poses.len(), offer.action.words(), path.display()));
+        if plan.ways.is_none() {
+            written.push(
+                "what stands in the cell is not known: the plan holds no ways, and its motions may touch something".into(),
+            );
+        }
     }
     if let Some((offer, step)) = proposal.best(|_| true)
         && offer.action.kind == Kind::Points
@@ -34,6 +50,24 @@ pub fn write_proposal(path: &Path, proposal: &Proposal, reference: &str) -> Resu
         written.push(format!("{} {} listed in {}", step.count, offer.action.words(), beside.display()));
     }
     Ok(written)
+}
+
+/// The poses that can be reached clear, and how; all of them, and no ways, where nothing is known of the cell or nothing can be reached.
+fn with_ways(mut poses: Vec<PlannedPose>, cell: &Dataset, layout: Option<&CellLayout>) -> ProbingPlan {
+    while let Some(layout) = layout {
+        let Dataset { robot, base, tool, .. } = cell;
+        let surroundings = &layout.surroundings;
+        let request = WayRequest { robot, base, tool, surroundings, margin: WAY_MARGIN, guards: None, seed: 1 };
+        match plan_ways(request, &layout.bodies, &-retreat(), &mut poses) {
+            Ok(ways) => return ProbingPlan { poses, ways: Some(ways) },
+            Err(WaysError::Blocked(blocked)) if blocked.len() < poses.len() => {
+                let is_blocked = |id: &String| blocked.iter().any(|b| b.pose == *id);
+                poses.retain(|pose| !is_blocked(&pose.id) && !pose.reverses.as_ref().is_some_and(is_blocked));
+            }
+            Err(_) => break,
+        }
+    }
+    ProbingPlan { poses, ways: None }
 }
 
 /// Points as rows of `samples.csv`, but for what is yet to be measured.

@@ -61,6 +61,8 @@ pub struct Service {
     pub mode: String,
     /// What goes wrong.
     pub faults: Vec<Injection>,
+    /// Where the arm stands in the beginning, rad; at zero where that is not said.
+    pub stands: Option<Vec<f64>>,
     /// Whether the attendant takes commands from standard input.
     pub takes_commands: bool,
 }
@@ -110,6 +112,9 @@ pub fn serve(
     let runtime = runtime::Builder::new_current_thread().enable_all().build().map_err(system("a reactor"))?;
     LocalSet::new().block_on(&runtime, async {
         let floor = Rc::new(Floor::new(scenario, streams, session_s, service.time_scale, &service.faults)?);
+        if let Some(stands) = &service.stands {
+            floor.world.begin_at(stands);
+        }
         let cell = scenario.dataset();
         let controller =
             Rc::new(Controller::new(Rc::clone(&floor), (*cell.robot).clone(), &cell.tool, cell.gravity, &service.mode));

@@ -1,36 +1,39 @@
-//! A measurement killed (SIGKILL) at 200 random instants goes on with `--resume`: what was measured stays, byte for byte, and is never
-//! measured again.
+//! A measurement killed (SIGKILL) at 200 random instants, many of them with the gauge on a ball, goes on with `--resume` alone: what was
+//! measured stays, byte for byte, and is never measured again.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
 mod served;
 
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use calibench::measure::turn;
+use calibench::units::DEG;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rs_openshowvar::OpenShowVar;
 use served::{Bench, Served, assert_none_lost, measurements};
 
-/// What the operator does after an interruption: jogs the arm clear of the ball that it may be on.
-fn jog_clear(served: &Served) {
+/// Whether the gauge is on a ball: the TCP is where a pose of the plan has its contact.
+fn is_in_contact(served: &Served, bench: &Bench) -> bool {
     let (host, port) = served.robot();
     let mut robot = OpenShowVar::new(host, port);
     robot.connect().unwrap();
-    let asked = Instant::now();
-    let wait = |robot: &mut OpenShowVar| {
-        while robot.read("COM_ACTION").unwrap() != "0" {
-            assert!(asked.elapsed() < Duration::from_secs(10), "the program does what is asked");
-        }
+    let text = robot.read("$AXIS_ACT_MEAS").unwrap();
+    let angle = |name: &str| -> f64 {
+        let rest = &text[text.find(name).unwrap() + name.len()..];
+        rest.trim_start().split([',', '}']).next().unwrap().trim().parse::<f64>().unwrap() * DEG
     };
-    wait(&mut robot);
-    let order: i64 = robot.read("COM_DONE").unwrap().parse().unwrap();
-    robot.write("COM_E6AXIS", "{A1 0, A2 -90, A3 90, A4 0, A5 0, A6 0}").unwrap();
-    robot.write("COM_ORDER", &(order + 1).to_string()).unwrap();
-    robot.write("COM_ACTION", "2").unwrap();
-    wait(&mut robot);
+    let q: Vec<f64> = ["A1", "A2", "A3", "A4", "A5", "A6"].iter().map(|name| angle(name)).collect();
+    bench.poses.iter().any(|pose| turn(&pose.contact, &q) < 2.0 * DEG && turn(&pose.approach, &q) > 2.0 * DEG)
+}
+
+/// Whether a session was begun, whose mastering a resumed campaign can judge.
+fn has_begun(journal: &Path) -> bool {
+    std::fs::read_to_string(journal).is_ok_and(|text| text.lines().any(|line| line.contains("\"session\"")))
 }
 
 const KILLS: usize = 200;
@@ -46,11 +49,13 @@ fn at_any_instant() {
     let whole = began.elapsed().as_secs_f64();
 
     let mut random = ChaCha8Rng::seed_from_u64(7);
-    let (mut killed, mut campaign, mut amid, mut kept) = (0, 0, 0, Vec::new());
+    let (mut killed, mut campaign, mut amid, mut touching, mut kept) = (0, 0, 0, 0, Vec::new());
     while killed < KILLS || !kept.is_empty() {
-        jog_clear(&served);
         let name = format!("killed{campaign}");
-        let mut command = bench.measure(&name, &["--mastered", "--resume"]);
+        // Nobody touches the cell: what was begun goes on by plain `--resume`.
+        let arguments =
+            if has_begun(&bench.path(&format!("{name}.journal"))) { &["--resume"][..] } else { &["--mastered", "--resume"] };
+        let mut command = bench.measure(&name, arguments);
         let mut process = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         if killed < KILLS {
             std::thread::sleep(Duration::from_secs_f64(whole * random.random::<f64>()));
@@ -70,6 +75,7 @@ fn at_any_instant() {
         }
         assert_eq!(output.status.code(), None, "killed, not failed: {}", String::from_utf8_lossy(&output.stderr));
         killed += 1;
+        touching += usize::from(is_in_contact(&served, &bench));
         let now = measurements(&journal);
         // Between the renaming of the dataset and the end of the program there is no journal beside it any more.
         if bench.path(&name).exists() {
@@ -81,6 +87,9 @@ fn at_any_instant() {
         amid += usize::from(now.len() > kept.len());
         kept = now;
     }
-    println!("{killed} kills, {amid} amid the probings, over {campaign} campaigns of {whole:.2} s: 0 probings lost");
+    println!(
+        "{killed} kills, {amid} amid the probings, {touching} with the gauge on a ball, over {campaign} campaigns of {whole:.2} s: 0 probings lost"
+    );
     assert!(amid >= KILLS / 10, "{amid} kills came while probings were made");
+    assert!(touching >= KILLS / 4, "{touching} kills came while the gauge was on a ball");
 }

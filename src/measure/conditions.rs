@@ -53,11 +53,27 @@ impl Conditions {
         self
     }
 
-    /// The first of these `now` that is not as it was here: the plan before all others.
-    pub(super) fn changed(&self, now: &Conditions) -> Option<Changed> {
+    /// Those that are not `now` as they were here: the plan before all others.
+    pub(super) fn changed(&self, now: &Conditions) -> Vec<Changed> {
         let mut names: Vec<&String> = self.0.keys().chain(now.0.keys()).collect();
         names.sort_by_key(|name| (*name != "plan", *name));
-        let name = names.into_iter().find(|name| self.0.get(*name) != now.0.get(*name))?;
-        Some(Changed { name: name.clone(), was: self.0.get(name).cloned(), is: now.0.get(name).cloned() })
+        names.dedup();
+        let differs = |name: &&String| self.0.get(*name) != now.0.get(*name);
+        let changed =
+            |name: &String| Changed { name: name.clone(), was: self.0.get(name).cloned(), is: now.0.get(name).cloned() };
+        names.into_iter().filter(differs).map(changed).collect()
+    }
+}
+
+impl Changed {
+    /// Whether it is of how the arm may move alone, and not of what is measured: who says so may go on.
+    pub(super) fn is_acceptable(&self) -> bool {
+        self.name.starts_with("guards.") || self.name.starts_with("robot.")
+    }
+
+    /// In words.
+    pub(super) fn words(&self) -> String {
+        let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not given".into());
+        format!("{} was {}, and is {} now", self.name, value(&self.was), value(&self.is))
     }
 }

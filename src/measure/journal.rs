@@ -5,9 +5,10 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use super::conditions::Changed;
 use super::dataset_file::write_dataset_with;
 use super::journal_entry::{Entry, JournalSession, ProbingEntry};
-use super::journal_lines::{Broken, Lines, first_line, line, read_lines};
+use super::journal_lines::{Broken, first_line, line, read_lines};
 use super::journal_place::{BEGIN_ANEW, CAMPAIGN_JOURNAL, content, finished, free_or_own, probings};
 use super::{CampaignRecord, Conditions, Dataset, PlannedPose};
 use crate::files::{FileError, cannot_be_written, sync_folder_of, write_whole};
@@ -48,6 +49,12 @@ pub enum Opened {
         /// How many.
         probings: usize,
     },
+    /// The cell may move otherwise than when the campaign was interrupted. Nothing is open; who accepts that asks for
+    /// [`Journal::open_changed`].
+    Changed {
+        /// What is otherwise, in words.
+        what: Vec<String>,
+    },
 }
 
 /// Where the journal of a dataset to come lies: beside its folder, with the ending `.journal`.
@@ -69,6 +76,18 @@ impl Journal {
     /// When there is a dataset already, or something else, unless it is of just this campaign; when the journal is of other conditions,
     /// damaged elsewhere than at its end, in use, or cannot be written.
     pub fn open(folder: &Path, conditions: &Conditions, resume: bool) -> Result<Opened, FileError> {
+        Journal::open_with(folder, conditions, resume, false)
+    }
+
+    /// The same, to go on though guards or speed of the cell were changed, which is noted.
+    ///
+    /// # Errors
+    /// As [`Journal::open`].
+    pub fn open_changed(folder: &Path, conditions: &Conditions) -> Result<Opened, FileError> {
+        Journal::open_with(folder, conditions, true, true)
+    }
+
+    fn open_with(folder: &Path, conditions: &Conditions, resume: bool, accepts: bool) -> Result<Opened, FileError> {
         let path = journal_path(folder)?;
         if let Some(probings) = finished(folder, &path, conditions)? {
             return Ok(Opened::Finished { probings });
@@ -92,18 +111,28 @@ impl Journal {
         }
         let bytes = content(&mut file, &path)?;
         let nothing = (String::new(), 0, Vec::new());
+        let mut accepted = false;
         let (seal, whole, entries) = match read_lines(&bytes) {
-            Ok(Lines { conditions: then, seal, entries, whole }) => match (probings(&entries), then.changed(conditions)) {
-                // Nothing is lost with a journal that holds no probing.
-                (0, Some(_)) => nothing,
-                (0, None) => (seal, whole, entries),
-                (_, Some(changed)) => return Err(changed.at(&path)),
-                (_, None) if resume => (seal, whole, entries),
-                (_, None) => {
-                    let remedy = format!("go on with `--resume`; or {BEGIN_ANEW}");
-                    return Err(FileError::whole(&path, "holds a campaign that is not finished", remedy));
+            Ok(lines) => {
+                let mut changed = lines.conditions_now().changed(conditions);
+                let not_acceptable = changed.iter().position(|c| !c.is_acceptable()).map(|k| changed.swap_remove(k));
+                match (probings(&lines.entries), not_acceptable, changed.is_empty()) {
+                    // Nothing is lost with a journal that holds no probing.
+                    (0, Some(_), _) | (0, None, false) => nothing,
+                    (_, Some(changed), _) => return Err(changed.at(&path)),
+                    (1.., ..) if !resume => {
+                        let remedy = format!("go on with `--resume`; or {BEGIN_ANEW}");
+                        return Err(FileError::whole(&path, "holds a campaign that is not finished", remedy));
+                    }
+                    (_, None, false) if !accepts => {
+                        return Ok(Opened::Changed { what: changed.iter().map(Changed::words).collect() });
+                    }
+                    (_, None, unchanged) => {
+                        accepted = !unchanged;
+                        (lines.seal, lines.whole, lines.entries)
+                    }
                 }
-            },
+            }
             Err(Broken::Unbegun) => nothing,
             Err(broken) => return Err(broken.at(&path)),
         };
@@ -124,6 +153,11 @@ impl Journal {
             path,
         };
         journal.begin(conditions).map_err(|e| cannot_be_written(&journal.path, &e))?;
+        if accepted {
+            let entry = Entry::Conditions(conditions.clone());
+            journal.append(&entry)?;
+            journal.before.push_back(entry);
+        }
         Ok(Opened::Ready(Box::new(journal)))
     }
 
@@ -201,6 +235,7 @@ impl Journal {
             match self.before.pop_front() {
                 None => return Ok(None),
                 Some(Entry::Session(session)) => self.session = Some(session),
+                Some(Entry::Conditions(_)) => {}
                 Some(Entry::Probing(entry)) if entry.pose == pose.id && entry.attempt == attempt => return Ok(Some(entry)),
                 Some(Entry::Probing(entry)) => {
                     let problem =
@@ -295,12 +330,13 @@ impl Journal {
 fn session_of(entry: &Entry) -> Option<JournalSession> {
     match entry {
         Entry::Session(session) => Some(session.clone()),
-        Entry::Probing(_) => None,
+        Entry::Probing(_) | Entry::Conditions(_) => None,
     }
 }
 
 fn ended_s(entry: &Entry) -> f64 {
     match entry {
+        Entry::Conditions(_) => 0.0,
         Entry::Session(session) => session.mastering.time_s,
         Entry::Probing(entry) => entry.probing.started_s + entry.probing.duration_s,
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Mastering, Measured, PlannedPose, Probing, Sample};
+use super::{Conditions, Mastering, Measured, PlannedPose, Probing, Sample};
 
 /// A line of a journal after its first.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -10,6 +10,8 @@ use super::{Mastering, Measured, PlannedPose, Probing, Sample};
 pub(super) enum Entry {
     Session(JournalSession),
     Probing(ProbingEntry),
+    /// Conditions that were changed on purpose: the campaign goes on under these.
+    Conditions(Conditions),
 }
 
 /// The cell was made ready, in the beginning or after an interruption.

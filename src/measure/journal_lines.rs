@@ -26,6 +26,17 @@ pub(super) struct Lines {
     pub whole: usize,
 }
 
+impl Lines {
+    /// The conditions that hold after its last line.
+    pub fn conditions_now(&self) -> &Conditions {
+        let changed = self.entries.iter().rev().find_map(|entry| match entry {
+            Entry::Conditions(conditions) => Some(conditions),
+            _ => None,
+        });
+        changed.unwrap_or(&self.conditions)
+    }
+}
+
 /// Why bytes are no journal.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Broken {

@@ -29,7 +29,7 @@ pub(super) fn finished(folder: &Path, journal: &Path, conditions: &Conditions) -
     }
     let mut file = open_file(&inside).map_err(|e| unreadable(&inside, &e))?;
     let lines = read_lines(&content(&mut file, &inside)?).map_err(|broken| broken.at(&inside))?;
-    match lines.conditions.changed(conditions) {
+    match lines.conditions_now().changed(conditions).into_iter().find(|changed| !changed.is_acceptable()) {
         Some(changed) => Err(changed.at(&inside)),
         None => Ok(Some(probings(&lines.entries))),
     }

@@ -66,4 +66,7 @@ pub use probing::{PlannedPose, Probing, ProbingFailure};
 pub(crate) use samples_file::Row;
 pub(crate) use samples_header::Header;
 pub(crate) use samples_text::number;
-pub use ways::{Blocked, BlockedPose, HomeWays, Station, WAY_MARGIN, Way, WayFinder, WayRequest, WaysError, plan_ways, turn};
+pub use ways::{
+    Blocked, BlockedPose, HomeWays, Station, WAY_MARGIN, Way, WayFinder, WayRequest, WaysError, Whereabouts, plan_ways, turn,
+    whereabouts,
+};

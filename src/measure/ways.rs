@@ -7,8 +7,10 @@
 mod home;
 mod plan;
 mod search;
+mod whereabouts;
 
 pub use plan::{BlockedPose, HomeWays, Station, WaysError, plan_ways};
+pub use whereabouts::{Whereabouts, whereabouts};
 
 use crate::cell::Guards;
 use crate::robot::{Clearance, FramePose, Narrowest, Robot, Surroundings, SweptCheck};

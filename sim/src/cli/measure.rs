@@ -92,6 +92,8 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
             print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
             return Ok(Outcome::Done);
         }
+        // A simulated cell has no guards of its own.
+        Opened::Changed { what } => return Err(format!("{}: {}", output.display(), what.join("; ")).into()),
     };
     journal.live_through_again();
     let mut bar = CampaignBar::new(wanted(poses));

@@ -5,13 +5,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use calibench::cell::gauge::{PresetManner, Traffic};
+use calibench::cell::gauge::Traffic;
 use calibench::cell::kuka::KukaRobot;
 use calibench::cell::{Guarded, LaterClock, Manipulator, Motion, MotionRecord};
 use calibench::files::cannot_be_written;
 use calibench::measure::{
     CalledOff, Campaign, CampaignRecord, CampaignSettings, Cell, CellGauge, CenteringController, Conditions, Dataset, Journal,
-    JournalSession, Opened, PlannedPose, Witness, master, parts_by_payload, read_cell, read_plan, still_mastered,
+    JournalSession, Opened, ProbingPlan, Station, Witness, parts_by_payload, read_cell, read_plan,
 };
 use calibench::units::{DEG, MM};
 
@@ -19,6 +19,7 @@ use super::cell::disagreement_verdict;
 use super::operator::Operator;
 use super::progress::CampaignBar;
 use super::rehearsal::rehearse;
+use super::start::{Before, FirstMotion, guard_conditions, preflight, ready};
 use super::{Failure, Hardware, Interrupted, Outcome, print};
 use crate::blame::with_reasons;
 use crate::planning::wanted;
@@ -40,6 +41,9 @@ pub struct CellArguments {
     /// Robot, artifact or gauge were moved since the campaign was interrupted: what follows is a session of its own
     #[arg(long, requires = "resume")]
     moved: bool,
+    /// Go on though guards or speed of the cell were changed since the campaign was interrupted
+    #[arg(long, requires = "resume")]
+    accept_changes: bool,
     /// Speed override in place of the cell's, %
     #[arg(long, requires = "cell", value_parser = clap::value_parser!(u8).range(1..=100))]
     speed: Option<u8>,
@@ -55,51 +59,88 @@ pub fn run(
     let mut cell = read_cell(path)?;
     cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
     let planned = read_plan(plan, &cell.dataset)?;
-    let poses = planned.poses;
     if arguments.dry_run {
-        return rehearse(&cell, &poses);
+        return rehearse(&cell, &planned);
     }
+    preflight(&cell, &planned, plan)?;
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;
     let mut operator = Operator::new(arguments.yes)?;
-    let under = Conditions::of(&poses, &cell.dataset)
+    let poses = &planned.poses;
+    let under = Conditions::of(poses, &cell.dataset)
         .and_settings("centring", &cell.centring)
         .and_settings("trical", &cell.trical)
-        .and_settings("campaign", &CampaignSettings::default());
-    let mut journal = match Journal::open(output, &under, resume)? {
-        Opened::Ready(journal) => *journal,
-        Opened::Finished { probings } => {
-            print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {}", output.display()))?;
-            return Ok(Outcome::Done);
-        }
-    };
+        .and_settings("campaign", &CampaignSettings::default())
+        .and_settings("guards", &guard_conditions(&cell))
+        .and("robot.speed_percent", cell.speed_percent);
+    let Some(mut journal) = open_journal(output, &under, arguments, &operator, resume)? else { return Ok(Outcome::Done) };
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut gauges = open_gauges(&cell)?;
     let wall_clock_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
     let from_s = journal.clock_s(wall_clock_s) - robot.clock_s();
-    let session = ready(&cell, arguments, &mut operator, &mut gauges, &journal, || from_s + robot.clock_s())?;
-    let free_reading = session.mastering.free_reading;
     prepare(&cell, &mut robot)?;
-    let left = wanted(&poses).saturating_sub(journal.done_before());
+    let first = FirstMotion::from(&cell, &planned, &robot.joints().map_err(|e| hardware(&e))?)?;
+    if let Some(words) = &first.words {
+        eprintln!("{words}");
+    }
+    let left = wanted(poses).saturating_sub(journal.done_before());
     let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
     operator.ask(&question).map_err(|_| "called off; nothing moved")?;
-    journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
     let log = motion_log(output)?;
-    let guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), Box::new(log));
-    let mut bar = CampaignBar::new(wanted(&poses));
-    let campaign = ReadyCampaign { cell: &cell, poses: &poses, operator: &operator, free_reading };
-    let record = campaign.run(guarded, &mut gauges, &mut journal, &mut bar);
+    let mut guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), Box::new(log));
+    // Off the ball first: a gauge is judged, and set, by readings that nothing touches.
+    let stands = first.make(&mut guarded)?;
+    let before = Before { session: journal.last_session(), mastered: arguments.mastered, moved: arguments.moved };
+    let (session, stands) = ready((&cell, &planned), &before, &mut operator, (&mut guarded, &mut gauges), stands)?;
+    let free_reading = session.mastering.free_reading;
+    journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
+    let mut bar = CampaignBar::new(wanted(poses));
+    let campaign = ReadyCampaign { cell: &cell, plan: &planned, operator: &operator, free_reading };
+    let record = campaign.run((guarded, stands), &mut gauges, &mut journal, &mut bar);
     drop(bar);
     let interrupted =
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
     let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
-    print(&told(&record, wanted(&poses), &traffic_of(&robot, &gauges)))?;
+    print(&told(&record, wanted(poses), &traffic_of(&robot, &gauges)))?;
     if let Some(abort) = &record.aborted {
         return Err(interrupted(abort.to_string(), &journal).into());
     }
-    journal.finish(&dataset, &record, &poses).map_err(|e| interrupted(e.to_string(), &journal))?;
+    journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
     print(&format!("dataset in {}", output.display()))?;
     Ok(Outcome::Done)
+}
+
+/// The journal to go on with; `None` where the campaign is finished. Where guards or speed were changed since, whether that is meant is asked.
+fn open_journal(
+    output: &Path,
+    under: &Conditions,
+    arguments: &CellArguments,
+    operator: &Operator,
+    resume: bool,
+) -> Result<Option<Journal>, Failure> {
+    let opened = match Journal::open(output, under, resume)? {
+        Opened::Changed { what } => {
+            let changed = format!("since the campaign was interrupted {}", what.join("; "));
+            if arguments.accept_changes {
+                eprintln!("{changed}: accepted");
+            } else if arguments.yes {
+                return Err(format!("{changed}; say --accept-changes to go on so, or put it back").into());
+            } else {
+                let question = format!("{changed}. Go on so?");
+                operator.ask(&question).map_err(|_| "called off; nothing moved")?;
+            }
+            Journal::open_changed(output, under)?
+        }
+        opened => opened,
+    };
+    match opened {
+        Opened::Ready(journal) => Ok(Some(*journal)),
+        Opened::Finished { probings } => {
+            print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {}", output.display()))?;
+            Ok(None)
+        }
+        Opened::Changed { what } => Err(format!("changed again meanwhile: {}", what.join("; ")).into()),
+    }
 }
 
 /// What was done in which time with how much talk.
@@ -126,36 +167,6 @@ fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
     Ok(gauges)
 }
 
-/// The session that begins now: the gauge mastered, or found to be as it was mastered.
-fn ready(
-    cell: &Cell,
-    arguments: &CellArguments,
-    operator: &mut Operator,
-    gauges: &mut [CellGauge; 3],
-    journal: &Journal,
-    mut clock_s: impl FnMut() -> f64,
-) -> Result<JournalSession, Failure> {
-    let before = journal.last_session();
-    let known = before.map(|session| &session.mastering);
-    let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
-    let mut kept = |gauges: &mut [CellGauge; 3]| still_mastered(gauges, known, &cell.trical, &cell.mastering, &mut clock_s);
-    let (mastering, mastering_kept) = match forgetful {
-        Some(k) if arguments.mastered => {
-            let why = "keeps no preset, so that each run must master it; leave --mastered out";
-            return Err(format!("indicator {} {why}", k + 1).into());
-        }
-        None if arguments.mastered => (kept(gauges).map_err(|e| hardware(&e))?, before.is_some()),
-        None if before.is_some()
-            && let Ok(mastering) = kept(gauges) =>
-        {
-            (mastering, true)
-        }
-        _ => (master(gauges, operator, &cell.trical, &cell.mastering, clock_s).map_err(|e| hardware(&e))?, false),
-    };
-    let number = before.map_or(1, |session| session.number + usize::from(arguments.moved));
-    Ok(JournalSession { number, mastering_kept, ..JournalSession::first(mastering) })
-}
-
 /// Controller and model are of one arm; speed and tool are set. Nothing has moved yet.
 fn prepare(cell: &Cell, robot: &mut KukaRobot) -> Result<(), Failure> {
     let joints = robot.joints().map_err(|e| hardware(&e))?;
@@ -172,36 +183,57 @@ fn prepare(cell: &Cell, robot: &mut KukaRobot) -> Result<(), Failure> {
 /// All that is known before the first motion.
 struct ReadyCampaign<'a> {
     cell: &'a Cell,
-    poses: &'a [PlannedPose],
+    plan: &'a ProbingPlan,
     operator: &'a Operator,
     free_reading: [f64; 3],
 }
 
 impl ReadyCampaign<'_> {
-    /// Probes the balls, with the payload that the plan names first, then with the next.
+    /// Probes the balls, with the payload that the plan names first, then with the next, and goes home.
     fn run<M: Manipulator>(
         &self,
-        mut robot: M,
+        (mut robot, mut stands): (M, Station),
         gauges: &mut [CellGauge; 3],
         journal: &mut Journal,
         witness: &mut dyn Witness,
     ) -> Result<CampaignRecord, CalledOff> {
-        let ReadyCampaign { cell, poses, operator, free_reading } = *self;
+        let ReadyCampaign { cell, plan, operator, free_reading } = *self;
         let mut record = CampaignRecord::default();
-        let parts = parts_by_payload(poses);
-        for part in &parts {
+        let parts = parts_by_payload(&plan.poses);
+        for (k, part) in parts.iter().enumerate() {
             if parts.len() > 1 {
+                if k > 0 {
+                    stands = self.go_home(&mut robot, stands);
+                }
                 let name = &cell.dataset.payloads[part.payload].name;
                 operator.ask(&format!("Mount the payload '{name}' on the arm, if it is not there."))?;
             }
             let (gauges, centring) = (gauges.each_mut(), cell.centring.clone());
             let controller = CenteringController::new(&mut robot, gauges, cell.trical, free_reading, centring);
-            let done = Campaign::new(controller, CampaignSettings::default()).run_journalled(&part.poses, journal, witness);
+            let mut campaign = Campaign::new(controller, CampaignSettings::default());
+            if let Some(ways) = &plan.ways {
+                campaign = campaign.by(ways.clone(), stands);
+            }
+            let done = campaign.run_journalled(&part.poses, journal, witness);
+            stands = campaign.stands().clone();
             if !record.add(part, done) {
-                break;
+                return Ok(record);
             }
         }
+        self.go_home(&mut robot, stands);
         Ok(record)
+    }
+
+    /// Goes home; where the arm stands then. Where it is refused, what was measured is not lost by that.
+    fn go_home(&self, robot: &mut impl Manipulator, stands: Station) -> Station {
+        let (Some(ways), Station::Approach(at)) = (&self.plan.ways, &stands) else { return stands };
+        match robot.move_along(&ways.home_from(at)) {
+            Ok(()) => Station::Home,
+            Err(error) => {
+                eprintln!("warning: the arm did not go home: {error}");
+                Station::Unknown
+            }
+        }
     }
 }
 
@@ -238,6 +270,6 @@ fn motion_log(output: &Path) -> Result<impl FnMut(&MotionRecord) + use<>, Failur
     })
 }
 
-fn hardware(error: &(dyn std::error::Error + 'static)) -> Hardware {
+pub fn hardware(error: &(dyn std::error::Error + 'static)) -> Hardware {
     Hardware(with_reasons(error))
 }

@@ -28,6 +28,7 @@ mod rehearsal;
 mod report;
 mod run;
 mod serve;
+mod start;
 mod study;
 mod study_tables;
 mod suite;

@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         propose(&named, &examination, &diagnosis, &diagnosis.relevance, &layout, &poses, arguments.seed).map_err(blame)?;
     drop(waiting);
     let written = match &arguments.output {
-        Some(path) => write_proposal(path, &proposal, &reference)?,
+        Some(path) => write_proposal(path, &proposal, &reference, Some(&layout))?,
         None => Vec::new(),
     };
     if arguments.json {

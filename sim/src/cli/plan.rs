@@ -9,7 +9,7 @@ use calibench::report::{detectability_json, detectability_text};
 use super::plan_cell::{is_cell, scenario_of};
 use super::progress::Waiting;
 use super::{Failure, Outcome, print, print_json, seed};
-use crate::planning::{Chosen, as_drawn, plan, shown};
+use crate::planning::{Chosen, as_drawn, plan_within, shown};
 use crate::scenario::load_scenario;
 
 #[derive(clap::Args)]
@@ -29,16 +29,17 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let (scenario, dataset) = if is_cell(&arguments.scenario) {
-        scenario_of(&arguments.scenario)?
+    let (scenario, dataset, guards) = if is_cell(&arguments.scenario) {
+        let (scenario, cell) = scenario_of(&arguments.scenario)?;
+        (scenario, cell.dataset, Some(cell.guards))
     } else {
         let scenario = load_scenario(&arguments.scenario)?;
         let dataset = scenario.dataset();
-        (scenario, dataset)
+        (scenario, dataset, None)
     };
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let waiting = Waiting::new("planning");
-    let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?;
+    let plan = plan_within(&scenario, seed, guards.as_ref()).map_err(|e| scenario.blame_plan(&e))?;
     drop(waiting);
     if let Some(path) = &arguments.output {
         write_plan(path, &plan.probing, &dataset)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use calibench::files::{FileError, field_error, read_text};
-use calibench::measure::{CELL_FORMAT, Dataset, read_cell};
+use calibench::measure::{CELL_FORMAT, Cell, Dataset, read_cell};
 use calibench::robot::world_from_tool;
 use calibench::units::{DEG, MM};
 use toml::Table;
@@ -21,29 +21,29 @@ pub fn is_cell(path: &Path) -> bool {
     read_text(path).ok().and_then(format).unwrap_or(false)
 }
 
-/// The scenario that a cell's file names, and the cell's own dataset, for whose names the plan is written.
+/// The scenario that a cell's file names, and the cell, for whose names and within whose guards the plan is made.
 ///
 /// # Errors
 /// When the file is not as it must be, names no scenario, or the scenario is of another cell.
-pub fn scenario_of(path: &Path) -> Result<(Scenario, Dataset), FileError> {
+pub fn scenario_of(path: &Path) -> Result<(Scenario, Cell), FileError> {
     let cell = read_cell(path)?;
     let wrong = |problem: String, remedy: &str| match read_text(path) {
         Ok(text) => field_error(path, &text, "scenario", problem, remedy),
         Err(error) => error,
     };
-    let Some(named) = cell.scenario else {
+    let Some(named) = &cell.scenario else {
         let remedy = "name a scenario of the same cell, relative to this file: it has the bodies among which poses are planned";
         return Err(wrong("is missing".into(), remedy));
     };
     if !named.exists() {
         return Err(wrong(format!("{} is not there", named.display()), "name a scenario, relative to this file"));
     }
-    let scenario = load_scenario(&named)?;
+    let scenario = load_scenario(named)?;
     if let Some(difference) = difference(&scenario.dataset(), &cell.dataset) {
         let problem = format!("{} is of another cell: {difference}", named.display());
         return Err(wrong(problem, "make robot, base, tool, balls and payloads those of the dataset"));
     }
-    Ok((scenario, cell.dataset))
+    Ok((scenario, cell))
 }
 
 /// What a plan would go wrong by.

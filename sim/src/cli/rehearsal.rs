@@ -1,19 +1,22 @@
 //! `measure --cell CELL --dry-run`: every motion of a plan, and nothing moves.
 
 use calibench::cell::Forbidden;
-use calibench::measure::{Cell, PlannedPose};
+use calibench::measure::{Cell, PlannedPose, ProbingPlan};
 use calibench::report::plain_table;
 use calibench::units::{DEG, MM};
 
 use super::{Failure, Outcome, print};
 
-/// Prints the motions of the plan in their order, each with its joints and the TCP of the nominal arm, and what the guards say.
-pub fn rehearse(cell: &Cell, poses: &[PlannedPose]) -> Result<Outcome, Failure> {
+/// Prints the motions of the plan in their order, each with its joints and the TCP of the nominal arm, the least clearance of the way and the
+/// approach of each pose, and what the guards say.
+pub fn rehearse(cell: &Cell, plan: &ProbingPlan) -> Result<Outcome, Failure> {
     let mut rows = Vec::new();
     let mut forbidden = 0;
-    let mut from: Option<&[f64]> = None;
-    for pose in poses.iter().filter(|pose| !pose.reserve) {
-        for (phase, target) in [("approach", &pose.approach), ("contact", &pose.contact), ("retreat", &pose.approach)] {
+    let mut from: Option<&[f64]> = plan.ways.as_ref().map(|ways| ways.home.as_slice());
+    for pose in plan.poses.iter().filter(|pose| !pose.reserve) {
+        let via = pose.via.iter().map(|q| ("way", q));
+        let ends = [("approach", &pose.approach), ("contact", &pose.contact), ("retreat", &pose.approach)];
+        for (phase, target) in via.chain(ends) {
             // Where the arm stands before the first motion is not known; then only the end is judged.
             let verdict = cell.guards.joint_motion(from.unwrap_or(target), target);
             forbidden += usize::from(verdict.is_err());
@@ -21,7 +24,7 @@ pub fn rehearse(cell: &Cell, poses: &[PlannedPose]) -> Result<Outcome, Failure> 
             from = Some(target);
         }
     }
-    print(&plain_table(&["probing", "ball", "motion", "joints deg", "TCP mm", ""], &rows))?;
+    print(&plain_table(&["probing", "ball", "motion", "joints deg", "TCP mm", "clearance mm", ""], &rows))?;
     let steps = format!(
         "at each contact up to {} steps of up to {:.1} mm along the tool's axes; speed override {} %",
         cell.centring.max_steps,
@@ -29,6 +32,11 @@ pub fn rehearse(cell: &Cell, poses: &[PlannedPose]) -> Result<Outcome, Failure> 
         cell.speed_percent
     );
     print(&format!("{} motions, {steps}; nothing was connected to and nothing moved", rows.len()))?;
+    let known = plan.poses.iter().filter_map(|pose| Some((pose, pose.clearance?)));
+    match known.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((pose, gap)) => print(&format!("the least clearance is {:.1} mm, of '{}'", gap / MM, pose.id))?,
+        None => print("the plan does not say how clear its motions are: plan with `calibench plan CELL`")?,
+    }
     if forbidden > 0 {
         return Err(
             format!("{forbidden} motions are forbidden by the guards of the cell; plan anew, or correct [guards]").into()
@@ -37,7 +45,7 @@ pub fn rehearse(cell: &Cell, poses: &[PlannedPose]) -> Result<Outcome, Failure> 
     Ok(Outcome::Done)
 }
 
-fn row(cell: &Cell, pose: &PlannedPose, phase: &str, target: &[f64], verdict: Result<(), Forbidden>) -> [String; 6] {
+fn row(cell: &Cell, pose: &PlannedPose, phase: &str, target: &[f64], verdict: Result<(), Forbidden>) -> [String; 7] {
     let joints: Vec<String> = target.iter().map(|q| format!("{:8.3}", q / DEG)).collect();
     let tcp: Vec<String> = cell.guards.tcp(target).iter().map(|v| format!("{:8.2}", v / MM)).collect();
     [
@@ -46,6 +54,7 @@ fn row(cell: &Cell, pose: &PlannedPose, phase: &str, target: &[f64], verdict: Re
         phase.into(),
         joints.join(" "),
         tcp.join(" "),
+        pose.clearance.filter(|_| phase == "approach").map(|gap| format!("{:.1}", gap / MM)).unwrap_or_default(),
         verdict.err().map(|forbidden| format!("FORBIDDEN: {forbidden}")).unwrap_or_default(),
     ]
 }

@@ -82,6 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenario = load_scenario(&arguments.scenario)?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
+    let planned = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probing;
     let service = Service {
         robot_port: arguments.robot_port,
         indicator_port: arguments.indicator_port,
@@ -103,10 +104,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         program: arguments.program,
         mode: arguments.mode.clone(),
         faults: arguments.fault.clone(),
+        stands: planned.ways.as_ref().map(|ways| ways.home.clone()),
         takes_commands: arguments.commands,
     };
-    let plan = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probing.poses;
-    let session_s = session_s(&scenario, &plan, 0);
+    let session_s = session_s(&scenario, &planned.poses, 0);
     let traffic = serve(&scenario, Streams { seed, trial: 0 }, session_s, &service, |addresses| {
         let mut out = std::io::stdout().lock();
         serde_json::to_writer(&mut out, addresses)?;

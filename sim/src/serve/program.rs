@@ -2,8 +2,8 @@
 
 use std::rc::Rc;
 
-use calibench::cell::Manipulator;
 use calibench::cell::kuka::{Actions, Value, Verdict, frame_of, joints_of, krl_frame};
+use calibench::cell::{Manipulator, ManipulatorError};
 use calibench::robot::{Chain, FramePose, InverseKinematics, Outcome, Pose};
 use tokio::time::{Instant, sleep_until};
 
@@ -161,6 +161,10 @@ impl Program<'_> {
             None => floor.world.robot().move_joints(&target),
         };
         match moved {
+            Err(ManipulatorError::Collision { between: [one, other] }) => {
+                eprintln!("COLLISION: {one} touched {other}; the arm stands still");
+                Err(Failed::Emergency)
+            }
             Err(_) => Err(Failed::Order(Verdict::Unreachable)),
             Ok(()) if !is_whole => Err(Failed::Order(Verdict::Cancelled)),
             Ok(()) if emergency => Err(Failed::Emergency),

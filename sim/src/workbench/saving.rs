@@ -70,7 +70,7 @@ impl Place {
     /// # Errors
     /// When the folder cannot be written.
     pub fn save_plan(&self, proposal: &Proposal, robot: &str) -> Result<Option<Saved>, FileError> {
-        let written = write_proposal(&self.folder.join("plan.toml"), proposal, robot)?;
+        let written = write_proposal(&self.folder.join("plan.toml"), proposal, robot, None)?;
         Ok((!written.is_empty()).then(|| Saved(written.join(", "))))
     }
 }

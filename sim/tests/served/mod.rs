@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use calibench::measure::{Dataset, Measured, PlannedPose, Sample, write_dataset, write_plan};
-use calibench_sim::planning::plan;
+use calibench::measure::{Dataset, HomeWays, Measured, PlannedPose, ProbingPlan, Sample, write_dataset, write_plan};
+use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::{Scenario, load_scenario};
 use calibench_sim::world::World;
 use tempfile::TempDir;
@@ -22,6 +22,7 @@ pub struct Bench {
     folder: TempDir,
     pub scenario: Scenario,
     pub poses: Vec<PlannedPose>,
+    pub ways: HomeWays,
 }
 
 impl Bench {
@@ -51,14 +52,20 @@ impl Bench {
         let text = format!("format = \"calibench-scenario/1\"\nextends = \"{}\"\n{plan_keys}", paper.display());
         std::fs::write(folder.path().join("scenario.toml"), text).unwrap();
         let scenario = load_scenario(&folder.path().join("scenario.toml")).unwrap();
-        let poses = choose(plan(&scenario, SEED).unwrap().probings);
-        let bench = Bench { folder, scenario, poses };
+        let mut poses = choose(plan(&scenario, SEED).unwrap().probing.poses);
+        let ways = find_ways(&scenario, SEED, None, &mut poses).unwrap();
+        let bench = Bench { folder, scenario, poses, ways };
         let cell = bench.cell();
         // A dataset holds at least one sample; the description that is read of it, none.
         let sample = Sample::new("a", vec![0.0; cell.robot.joints()], Measured::Ball { ball: 0, reading: None });
         write_dataset(&Dataset { samples: vec![sample], ..cell.clone() }, &bench.path("cell")).unwrap();
-        write_plan(&bench.path("plan.toml"), &bench.poses, &cell).unwrap();
+        write_plan(&bench.path("plan.toml"), &bench.plan(), &cell).unwrap();
         bench
+    }
+
+    /// What is probed, and by which ways.
+    pub fn plan(&self) -> ProbingPlan {
+        ProbingPlan { poses: self.poses.clone(), ways: Some(self.ways.clone()) }
     }
 
     /// What its owner knows of it.
@@ -91,7 +98,7 @@ impl Bench {
     /// Writes `cell.toml` for what is served, with more keys for the robot, and more tables.
     pub fn write_cell(&self, served: &Served, robot: &str, indicator: &str, tables: &str) -> PathBuf {
         let mut text = format!(
-            "format = \"calibench-cell/1\"\ndataset = \"cell/dataset.toml\"\n[robot]\naddress = \"{}\"\nspeed_percent = 100\n\
+            "format = \"calibench-cell/1\"\ndataset = \"cell/dataset.toml\"\nscenario = \"scenario.toml\"\n[robot]\naddress = \"{}\"\nspeed_percent = 100\n\
              flange.b_deg = 180\nvariables.joints = \"$AXIS_ACT_MEAS\"\nvariables.commanded = \"$AXIS_ACT\"\n\
              patience.settle_s = 0.0\npatience.poll_ms = 1\npatience.answer_s = 1.0\npatience.motion_s = 20.0\n{robot}\n{tables}\n",
             served.robot

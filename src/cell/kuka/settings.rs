@@ -8,7 +8,8 @@ use serde::Deserialize;
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variables {
-    /// Joint angles at rest: `$AXIS_ACT`, or `$AXIS_ACT_MEAS` for what the resolvers say.
+    /// Joint angles at rest as the resolvers read them: `$AXIS_ACT_MEAS`. A controller that has no such variable tells those that it commands,
+    /// `$AXIS_ACT`, and what the servos leave is then taken for the robot's error.
     pub joints: String,
     /// Joint angles commanded, where `joints` are those read back; empty where they are not told apart.
     pub commanded: String,
@@ -48,8 +49,8 @@ impl Default for Variables {
     fn default() -> Self {
         let name = String::from;
         Variables {
-            joints: name("$AXIS_ACT"),
-            commanded: String::new(),
+            joints: name("$AXIS_ACT_MEAS"),
+            commanded: name("$AXIS_ACT"),
             position: name("$POS_ACT"),
             tool: name("$TOOL"),
             base: name("$BASE"),

@@ -1,0 +1,243 @@
+//! How a campaign at a real cell begins, and begins again: off the ball first, the mastering judged second.
+
+use std::path::Path;
+
+use calibench::cell::Manipulator;
+use calibench::cell::gauge::PresetManner;
+use calibench::measure::{
+    Cell, CellGauge, HomeWays, JournalSession, PlannedPose, ProbingPlan, Station, WAY_MARGIN, WayFinder, WayRequest,
+    Whereabouts, master, still_mastered, whereabouts,
+};
+use calibench::units::{DEG, MM};
+
+use super::measure_cell::hardware;
+use super::operator::Operator;
+use super::{Failure, Hardware};
+use crate::scenario::load_scenario;
+
+/// The gauge is clear of a ball that is further from its TCP, m: further than the retreats of plans, and half as far as balls stand apart.
+const CLEAR_OF_BALLS: f64 = 50.0 * MM;
+
+/// That the guards let the arm make every motion of a plan; nothing has moved yet.
+///
+/// # Errors
+/// The first motions that they forbid, and how many there are.
+pub fn preflight(cell: &Cell, plan: &ProbingPlan, path: &Path) -> Result<(), Failure> {
+    let mut forbidden: Vec<String> = Vec::new();
+    let mut judge = |what: String, way: &[Vec<f64>]| {
+        let why = way.windows(2).find_map(|leg| cell.guards.joint_motion(&leg[0], &leg[1]).err());
+        forbidden.extend(why.map(|why| format!("{what}: {why}")));
+    };
+    let touching = plan.poses.iter().filter_map(|pose| Some((pose, pose.clearance.filter(|gap| *gap <= 0.0)?)));
+    let touching: Vec<String> = touching.map(|(pose, _)| format!("pose '{}' has no clearance", pose.id)).collect();
+    for (name, way) in motions(plan) {
+        judge(name, &way);
+    }
+    forbidden.extend(touching);
+    if forbidden.is_empty() {
+        return Ok(());
+    }
+    let some = forbidden.iter().take(3).cloned().collect::<Vec<_>>().join("; ");
+    let rest = if forbidden.len() > 3 { format!("; and {} more", forbidden.len() - 3) } else { String::new() };
+    let remedy = "plan anew with `calibench plan CELL`, which keeps to the guards, or correct [guards]";
+    Err(format!("{}: {some}{rest}; nothing has moved; {remedy}", path.display()).into())
+}
+
+/// Every way of a plan by name: from pose to pose, onto each ball and back, and those from home.
+pub fn motions(plan: &ProbingPlan) -> Vec<(String, Vec<Vec<f64>>)> {
+    let mut all = Vec::new();
+    let mut before: Option<&PlannedPose> = None;
+    for pose in &plan.poses {
+        let comes_from = before.filter(|b| !pose.reserve && b.payload == pose.payload);
+        let from = match (comes_from, &plan.ways) {
+            (Some(before), _) => vec![before.approach.clone()],
+            (None, Some(ways)) => vec![ways.home.clone()],
+            (None, None) => Vec::new(),
+        };
+        let to = [from.as_slice(), &pose.via, std::slice::from_ref(&pose.approach)].concat();
+        // Where the arm stands before the first motion is not known; then only the end is judged.
+        let to = if to.len() == 1 { vec![to[0].clone(), to[0].clone()] } else { to };
+        all.push((format!("the way to '{}'", pose.id), to));
+        all.push((format!("onto the ball of '{}'", pose.id), vec![pose.approach.clone(), pose.contact.clone()]));
+        if let Some(ways) = &plan.ways {
+            let home = [std::slice::from_ref(&pose.approach), ways.home_from(&pose.id).as_slice()].concat();
+            all.push((format!("the way home from '{}'", pose.id), home));
+        }
+        if !pose.reserve {
+            before = Some(pose);
+        }
+    }
+    if let Some((ways, (mastering, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
+        let to = [std::slice::from_ref(&ways.home), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
+        all.push(("the way to the mastering".to_owned(), to));
+    }
+    all
+}
+
+/// How the arm gets from where it stands to where the plan knows its ways.
+pub struct FirstMotion {
+    way: Vec<Vec<f64>>,
+    station: Station,
+    /// To be told to the operator.
+    pub words: Option<String>,
+}
+
+impl FirstMotion {
+    /// From joints `q` (rad); nothing moves.
+    ///
+    /// # Errors
+    /// When no clear way is known from there.
+    pub fn from(cell: &Cell, plan: &ProbingPlan, q: &[f64]) -> Result<Self, Failure> {
+        let model = &cell.dataset;
+        let arm = (&*model.robot, &model.base, &model.tool);
+        match (whereabouts(&plan.poses, plan.ways.as_ref(), arm, q), &plan.ways) {
+            (Whereabouts::AtBall(k), _) => {
+                let pose = &plan.poses[k];
+                let ball = model.balls.get(pose.ball).map_or("", |b| b.id.as_str());
+                let words = format!("The arm stands at ball '{ball}': it first backs off to the approach of '{}'.", pose.id);
+                let way = vec![pose.approach.clone()];
+                Ok(FirstMotion { way, station: Station::Approach(pose.id.clone()), words: Some(words) })
+            }
+            (Whereabouts::OnWay(way, station), _) => Ok(FirstMotion { way, station, words: None }),
+            (Whereabouts::AtMastering, Some(ways)) => Ok(FirstMotion {
+                way: ways.mastering.iter().flat_map(|(_, way)| way.via.iter().rev()).chain([&ways.home]).cloned().collect(),
+                station: Station::Home,
+                words: None,
+            }),
+            (Whereabouts::Unknown, Some(ways)) => found(cell, ways, q),
+            (Whereabouts::AtMastering | Whereabouts::Unknown, None) => {
+                let words = "The plan holds no ways: nothing is known of what the arm may touch between its poses.";
+                Ok(FirstMotion { way: Vec::new(), station: Station::Unknown, words: Some(words.into()) })
+            }
+        }
+    }
+
+    /// Makes it; where the arm stands then.
+    ///
+    /// # Errors
+    /// When the robot does not go there.
+    pub fn make(self, robot: &mut impl Manipulator) -> Result<Station, Failure> {
+        robot.move_along(&self.way).map_err(|e| hardware(&e))?;
+        Ok(self.station)
+    }
+}
+
+/// A way home from where no motion of the plan leads, among the bodies of the cell's scenario.
+fn found(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, Failure> {
+    let home: Vec<String> = ways.home.iter().map(|q| format!("{:.1}", q / DEG)).collect();
+    let jog = format!("jog it to the home posture of the plan ({} deg) and start again", home.join(", "));
+    let Some(named) = &cell.scenario else {
+        let why = "the arm stands on no motion of the plan, and the cell names no scenario that knows what stands around it";
+        return Err(Hardware(format!("{why}: {jog}")).into());
+    };
+    let scenario = load_scenario(named)?;
+    let (model, surroundings) = (&cell.dataset, scenario.surroundings());
+    let request = WayRequest {
+        robot: &model.robot,
+        base: &model.base,
+        tool: &model.tool,
+        surroundings: &surroundings,
+        margin: WAY_MARGIN,
+        guards: Some(&cell.guards),
+        seed: scenario.seed,
+    };
+    match WayFinder::new(request, ways.home.clone()).home_from(q) {
+        Ok(way) => Ok(FirstMotion {
+            way: [way.via.as_slice(), std::slice::from_ref(&ways.home)].concat(),
+            station: Station::Home,
+            words: Some("The arm stands on no motion of the plan: it first goes to the home posture.".into()),
+        }),
+        Err(blocked) => {
+            Err(Hardware(format!("the arm stands on no motion of the plan, and from there {blocked}: {jog}")).into())
+        }
+    }
+}
+
+/// What is known of the gauge before a session.
+pub struct Before<'a> {
+    /// The session before, where there was one.
+    pub session: Option<&'a JournalSession>,
+    /// The operator says that the gauge is mastered.
+    pub mastered: bool,
+    /// Robot, artifact or gauge were moved since.
+    pub moved: bool,
+}
+
+/// The session that begins now, the arm standing clear: the gauge found to be as it was mastered, or mastered anew where the plan has a place
+/// for that. Where the arm stands then.
+///
+/// # Errors
+/// When an indicator fails, or the gauge must be mastered and may touch a ball.
+pub fn ready<M: Manipulator>(
+    (cell, plan): (&Cell, &ProbingPlan),
+    before: &Before<'_>,
+    operator: &mut Operator,
+    (robot, gauges): (&mut M, &mut [CellGauge; 3]),
+    stands: Station,
+) -> Result<(JournalSession, Station), Failure> {
+    let known = before.session.map(|session| &session.mastering);
+    let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
+    let now = robot.clock_s();
+    let kept = |gauges: &mut [CellGauge; 3]| still_mastered(gauges, known, &cell.trical, &cell.mastering, || now);
+    let (mastering, mastering_kept, stands) = match forgetful {
+        Some(k) if before.mastered => {
+            let why = "keeps no preset, so that each run must master it; leave --mastered out";
+            return Err(format!("indicator {} {why}", k + 1).into());
+        }
+        None if before.mastered => (kept(gauges).map_err(|e| hardware(&e))?, before.session.is_some(), stands),
+        None if before.session.is_some()
+            && let Ok(mastering) = kept(gauges) =>
+        {
+            (mastering, true, stands)
+        }
+        _ => {
+            let stands = to_mastering(cell, plan, robot, stands)?;
+            let mastering = master(gauges, operator, &cell.trical, &cell.mastering, || now).map_err(|e| hardware(&e))?;
+            (mastering, false, from_mastering(plan, robot, stands)?)
+        }
+    };
+    let number = before.session.map_or(1, |session| session.number + usize::from(before.moved));
+    Ok((JournalSession { number, mastering_kept, ..JournalSession::first(mastering) }, stands))
+}
+
+/// Goes where the gauge is mastered. A preset that is written while a plunger touches a ball shifts all that is measured after it.
+fn to_mastering(cell: &Cell, plan: &ProbingPlan, robot: &mut impl Manipulator, stands: Station) -> Result<Station, Failure> {
+    if let Some((ways, (mastering, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
+        let home = match &stands {
+            Station::Approach(id) => ways.home_from(id),
+            Station::Home | Station::Unknown => Vec::new(),
+        };
+        let to = [home.as_slice(), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
+        robot.move_along(&to).map_err(|e| hardware(&e))?;
+        return Ok(Station::Home);
+    }
+    let tcp = cell.guards.tcp(&robot.joints().map_err(|e| hardware(&e))?);
+    let near = cell.dataset.balls.iter().find(|ball| (ball.position - tcp).norm() < CLEAR_OF_BALLS);
+    match near {
+        Some(ball) => {
+            let why = "the gauge must be mastered, and may touch";
+            Err(Hardware(format!("{why} ball '{}'; nothing was set: jog it clear and start again", ball.id)).into())
+        }
+        None => Ok(stands),
+    }
+}
+
+/// Back home from there.
+fn from_mastering(plan: &ProbingPlan, robot: &mut impl Manipulator, stands: Station) -> Result<Station, Failure> {
+    if let Some((ways, (_, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
+        let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
+        robot.move_along(&back).map_err(|e| hardware(&e))?;
+        return Ok(Station::Home);
+    }
+    Ok(stands)
+}
+
+/// The conditions of a campaign that the guards of its cell make.
+pub fn guard_conditions(cell: &Cell) -> serde_json::Value {
+    let workspace = cell.guards.workspace.map(|corners| corners.map(|c| [c.x / MM, c.y / MM, c.z / MM]));
+    serde_json::json!({
+        "joint_margin_deg": cell.guards.joint_margin / DEG,
+        "max_step_mm": cell.guards.max_step / MM,
+        "workspace_mm": workspace,
+    })
+}
