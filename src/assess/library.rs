@@ -1,6 +1,6 @@
 //! The candidates: every effect of the catalogue, and of the user, that the fitted model does not hold and the data can test.
 
-use crate::effects::{self, Effect, EffectId, Family, Offered, Role};
+use crate::effects::{self, Effect, EffectId, Family, Offered, Role, Scan};
 use crate::identify::{Model, Use, missing};
 use crate::measure::{Dataset, Measured, Sample};
 use crate::robot::Robot;
@@ -87,6 +87,25 @@ impl Library {
     pub fn place(&self, id: &str) -> Option<usize> {
         self.candidates.iter().position(|c| c.id == id)
     }
+}
+
+/// The effects whose order or moment is to be found, which these data can test: each at this order (periods per turn), or at this moment
+/// (s since the session began), where there is one.
+pub(super) fn scanned_at(datasets: &[(&str, &Dataset)], model: &Model, order: &str, moment: Option<&str>) -> Vec<Candidate> {
+    let Some((_, first)) = datasets.first() else { return Vec::new() };
+    let balls = first.ball_ids();
+    let subject = model.subject(&first.robot, &balls);
+    let of_family = |family: &'static Family| match (family.scan, moment) {
+        (Scan::Order, _) => family.scanned(&subject, order),
+        (Scan::Time, Some(moment)) => family.scanned(&subject, moment),
+        _ => Vec::new(),
+    };
+    let can_be_tested = |c: &Candidate| {
+        let effect = effects::build(&c.id, &subject);
+        is_offered(&c.id, model, datasets) && effect.is_ok_and(|e| missing_somewhere(e.as_ref(), datasets, model).is_none())
+    };
+    let ids = model.registry.families().flat_map(of_family);
+    ids.filter_map(|id| candidate(id, model)).filter(can_be_tested).collect()
 }
 
 /// The samples that are fitted.

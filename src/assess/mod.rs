@@ -26,6 +26,7 @@ mod recommend;
 mod relevance;
 mod residual_views;
 mod rung;
+mod shifts;
 mod sweep;
 mod symptoms;
 mod validation;
@@ -63,6 +64,7 @@ pub use residual_views::{
     WorstSample,
 };
 pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
+pub use shifts::{Shift, Shifted, Shifts, shift_of};
 pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};
 pub use verdict::Verdict;

@@ -15,6 +15,7 @@ mod misfit;
 mod next;
 mod page;
 mod scatter;
+mod shifts;
 mod tables;
 mod workspace;
 
@@ -35,6 +36,7 @@ pub use next::{detectability_json, detectability_text, next_json, next_sentences
 pub use page::{
     CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageSubject, Standing, Views, chart_page_html, page_html,
 };
+pub use shifts::{shifts_json, shifts_text};
 pub use tables::{
     histogram, parameter_rows, parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row,
     validation_table, wider_sentence,

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::unbelievable;
+use calibench::assess::{Shifts, unbelievable};
 use calibench::identify::{
     Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, read_calibration, write_calibration,
 };
 use calibench::report::{
-    calibration_json, parameter_table, unbelievable_json, unbelievable_sentence, unresolved_sentences, wider_sentence,
+    calibration_json, parameter_table, shifts_json, shifts_text, unbelievable_json, unbelievable_sentence,
+    unresolved_sentences, wider_sentence,
 };
 use calibench::units::MM;
 
@@ -25,6 +26,9 @@ pub struct Arguments {
     /// Where to write the calibration (TOML); a file that is there is replaced
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
+    /// Tell what every effect that the model leaves out would do to the parameters, at its plausible size
+    #[arg(long)]
+    shifts: bool,
     /// Go on with data that do not fit the robot; every result says so
     #[arg(long)]
     force: bool,
@@ -42,6 +46,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let calibration = match identify(&named(&datasets), &model) {
         Err(e @ IdentifyError::Inconsistent { .. }) => return Err(e.into()),
         other => other.map_err(blame)?,
+    };
+    let shifts = match arguments.shifts {
+        true => Some(Shifts::of(&named(&datasets), &model).map_err(blame)?),
+        false => None,
     };
     drop(waiting);
     let corrections = unbelievable(&calibration);
@@ -62,11 +70,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         let mut document = calibration_json(&calibration);
         gate.mark(&mut document);
+        if let Some(shifts) = &shifts {
+            document["shifts"] = shifts_json(shifts);
+        }
         print_json(&document)?;
     } else {
         gate.tell()?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;
         print(&story(&calibration))?;
+        shifts.iter().try_for_each(|shifts| print(&shifts_text(shifts)))?;
     }
     match calibration.unconverged() {
         None => Ok(Outcome::Done),
