@@ -193,7 +193,7 @@ impl<'a> WayFinder<'a> {
     }
 
     fn polyline(&self, from: &[f64], home: &Way) -> Vec<Vec<f64>> {
-        [&[from.to_vec()], home.via.as_slice(), &[self.home.clone()]].concat()
+        [&[from.to_vec()], home.via.as_slice(), std::slice::from_ref(&self.home)].concat()
     }
 }
 
