@@ -105,6 +105,18 @@ cases! {
     the_operating_mode_is_wrong: ["--mode", "T2"] => NotBegun("its operating mode is T2");
 }
 
+/// The mastering finds nothing: on the master ball and free, three exchanged plungers read as they should.
+#[test]
+fn indicators_are_exchanged_from_the_first_reading() {
+    let bench = bench();
+    let mut served = bench.serve(&["--fault", "swapped"]);
+    served.tell("ball out");
+    bench.write_cell(&served, "", "", "");
+    let output = bench.measured("exchanged", &["--mastered"]);
+    assert_eq!(output.status.code(), Some(3), "{}", said(&output));
+    assert!(said(&output).contains("indicators 1 and 2 are exchanged"), "{}", said(&output));
+}
+
 /// Found by the mastering, before anything moves.
 #[test]
 fn an_indicator_counts_backwards() {

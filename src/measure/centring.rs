@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::reading::read_patiently;
-use super::response::{Response, explain};
+use super::response::{Answer, Response};
 use super::{CentringFailure, Suspicion};
-use crate::cell::{Indicator, Manipulator, TriCal};
+use crate::cell::{Indicator, IndicatorError, Manipulator, TriCal};
 use crate::units::{MM, UM};
 
 /// How a ball is centred, and when to give up.
@@ -89,7 +89,8 @@ pub struct Iteration {
     pub time_s: f64,
     /// Joints read back, rad (N); those commanded, where the robot did not arrive or did not say.
     pub joints: Vec<f64>,
-    /// The three readings, m; `None` where the arm did not arrive or an indicator failed.
+    /// The three readings, m; `None` where the arm did not arrive or an indicator failed. A plunger beyond its range counts at the end of
+    /// its travel where that end told what is wrong.
     pub reading: Option<Vector3<f64>>,
     /// The step commanded along the tool axes, m.
     pub step: Option<Vector3<f64>>,
@@ -197,19 +198,21 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    /// Moves by the joints of `way` to the last of them, where there are any, reads joints and indicators, then does `act`; whatever happens
+    /// Moves by the joints of `way` to the last of them, where there are any, reads joints and indicators, then does `act` with the readings or with what
+    /// went wrong; whatever happens
     /// is told to `note` once.
     pub(super) fn stop<T>(
         &mut self,
         phase: Phase,
         way: &[Vec<f64>],
         note: &mut dyn FnMut(&Iteration),
-        act: impl FnOnce(&mut Self, &mut Iteration, Vector3<f64>) -> Result<T, CentringFailure>,
+        act: impl FnOnce(&mut Self, &mut Iteration, Result<Vector3<f64>, CentringFailure>) -> Result<T, CentringFailure>,
     ) -> Result<T, CentringFailure> {
         let joints = way.last().cloned().unwrap_or_default();
         let via = way.split_last().map_or_else(Vec::new, |(_, via)| via.to_vec());
         let mut at = Iteration { phase, time_s: 0.0, joints, reading: None, step: None, retries: 0, fault: None, via };
-        let result = self.arrive(way, &mut at).and_then(|reading| act(self, &mut at, reading));
+        let reading = self.arrive(way, &mut at);
+        let result = act(self, &mut at, reading);
         at.fault = result.as_ref().err().cloned();
         note(&at);
         result
@@ -247,8 +250,12 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         &mut self,
         course: &mut Course,
         at: &mut Iteration,
-        reading: Vector3<f64>,
+        reading: Result<Vector3<f64>, CentringFailure>,
     ) -> Result<Option<Centred>, CentringFailure> {
+        let reading = match reading {
+            Err(CentringFailure::PlungerAtStop { axis }) => return Err(self.why_at_stop(course, at, axis)),
+            reading => reading?,
+        };
         let doubt = self.doubt(course, &at.joints, &reading);
         // A wrong sign soon drives a plunger to its end: then the sign is the news, not the end. A tool frame merely suspected is not.
         match (doubt, self.contact(&reading)) {
@@ -277,6 +284,38 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     pub(super) fn centred(&mut self, at: &Iteration, reading: Vector3<f64>, steps: usize) -> Centred {
         let (commanded, temp_c) = (self.robot.commanded(), self.robot.temperature_c());
         Centred { joints: at.joints.clone(), reading, time_s: at.time_s, steps, commanded, temp_c }
+    }
+
+    /// Why an indicator says that its plunger is beyond its range: the step was taken on readings of other axes, or its stop is all that is
+    /// known. A single plunger at its stop looks alike whether it counts backwards or jammed there, so that no sign is accused.
+    fn why_at_stop(&mut self, course: &Course, at: &mut Iteration, axis: usize) -> CentringFailure {
+        let at_stop = CentringFailure::PlungerAtStop { axis };
+        let Some(last) = &course.last else { return at_stop };
+        let mut reading = Vector3::zeros();
+        for (k, indicator) in self.indicators.iter_mut().enumerate() {
+            reading[k] = match read_patiently(indicator, self.settings.retries, &mut at.retries) {
+                Ok(value) => value,
+                Err(IndicatorError::OverRange) => self.free_reading[k] + self.trical.travel,
+                Err(_) => return at_stop,
+            };
+        }
+        match self.answer(last, &reading).response() {
+            Response::Suspect(suspicion) if suspicion.is_exchange() => {
+                at.reading = Some(reading);
+                CentringFailure::NotShrinking { before: last.reading.norm(), after: reading.norm(), suspicion }
+            }
+            _ => at_stop,
+        }
+    }
+
+    fn answer<'a>(&'a self, last: &'a Departure, reading: &'a Vector3<f64>) -> Answer<'a> {
+        Answer {
+            trical: &self.trical,
+            free_reading: &self.free_reading,
+            before: &last.reading,
+            step: &last.step,
+            after: reading,
+        }
     }
 
     /// Whether all three plungers are pushed in and none is at its stop.
@@ -325,7 +364,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         if !moved {
             return Some(CentringFailure::RobotDidNotMove);
         }
-        match explain(&step, &change) {
+        match self.answer(last, reading).response() {
             Response::Stuck { axis } => Some(CentringFailure::StuckIndicator { axis }),
             Response::Suspect(suspicion) => Some(CentringFailure::NotShrinking { before, after, suspicion }),
             Response::Overshoots => {

@@ -24,9 +24,22 @@ pub enum Suspicion {
         /// The other.
         b: usize,
     },
-    /// Neither explains the readings: the robot moves along other axes than the gauge measures.
+    /// All three indicators are exchanged, each with another.
+    #[error("indicators 1, 2 and 3 are exchanged: they sit in the channels of {}, {} and {}", channels[0] + 1, channels[1] + 1, channels[2] + 1)]
+    RotatedAxes {
+        /// The channel in which each indicator sits, counted from 0.
+        channels: [usize; 3],
+    },
+    /// None of these explains the readings: the robot moves along other axes than the gauge measures.
     #[error("the robot's tool frame is not the gauge's")]
     WrongToolFrame,
+}
+
+impl Suspicion {
+    /// Whether indicators are exchanged.
+    pub(super) fn is_exchange(&self) -> bool {
+        matches!(self, Suspicion::SwappedAxes { .. } | Suspicion::RotatedAxes { .. })
+    }
 }
 
 /// Why a ball was not centred. Axes are counted from 0 (messages count from 1), joints from 1; lengths in m.
@@ -191,6 +204,7 @@ impl CentringFailure {
             CentringFailure::NotShrinking { suspicion, .. } => match suspicion {
                 Suspicion::WrongSign { .. } => "wrong_sign",
                 Suspicion::SwappedAxes { .. } => "swapped_axes",
+                Suspicion::RotatedAxes { .. } => "rotated_axes",
                 Suspicion::WrongToolFrame => "wrong_tool_frame",
             },
             CentringFailure::Oscillating { .. } => "oscillating",

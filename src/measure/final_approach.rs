@@ -25,8 +25,9 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     ) -> Result<Centred, CentringFailure> {
         let aside = |(q, &sign): (&f64, &i8)| if sign < 0 { q - ASIDE } else { q + ASIDE };
         let aside: Vec<f64> = centred.joints.iter().zip(last_motion).map(aside).collect();
-        self.stop(Phase::Centring, &[aside], note, |cell, _, reading| cell.contact(&reading))?;
+        self.stop(Phase::Centring, &[aside], note, |cell, _, reading| cell.contact(&reading?))?;
         self.stop(Phase::Centring, std::slice::from_ref(&centred.joints), note, |cell, at, reading| {
+            let reading = reading?;
             cell.contact(&reading)?;
             Ok(cell.centred(at, reading, centred.steps + 2))
         })

@@ -88,7 +88,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         note: &mut dyn FnMut(&Iteration),
     ) -> Result<Centred, ProbingFailure> {
         let way = [via, std::slice::from_ref(&pose.approach)].concat();
-        self.stop(Phase::Approach, &way, note, |cell, _, reading| cell.all_free(&reading)).map_err(|reason| {
+        self.stop(Phase::Approach, &way, note, |cell, _, reading| cell.all_free(&reading?)).map_err(|reason| {
             // Refused on a way of several motions, the arm may stand anywhere on it.
             let known = reason.robot_obeys() && (via.is_empty() || !reason.is_robot_s());
             ProbingFailure { backed_off: known, reason }
@@ -118,7 +118,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// target), and along a tool axis that may be the very one that is wrong.
     fn retreat(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> (bool, Result<(), CentringFailure>) {
         let free =
-            self.stop(Phase::Retreat, std::slice::from_ref(&pose.approach), note, |cell, _, reading| cell.all_free(&reading));
+            self.stop(Phase::Retreat, std::slice::from_ref(&pose.approach), note, |cell, _, reading| cell.all_free(&reading?));
         (!matches!(&free, Err(reason) if reason.is_robot_s()), free)
     }
 }

@@ -1,11 +1,12 @@
 //! How the readings answered a step, and what that says about the set-up.
 //!
 //! A sound gauge on a sound tool frame obeys `change = -step`. Every fault of the set-up obeys `change = -H step` with another
-//! matrix `H`; the one that leaves the least unexplained is named.
+//! matrix `H`, as far as the plungers reach; the one that leaves the least unexplained is named.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::Suspicion;
+use crate::cell::TriCal;
 
 /// What a step that did not bring the ball closer looks like.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,63 +27,105 @@ pub(super) enum Response {
 /// tool frame can look like a sign or an exchange: the answer is a suspicion, for a person to check.
 const UNEXPLAINED: f64 = 0.2;
 
-/// Names the likeliest cause for readings that changed by `change` after a step by `step` (m, tool axes).
-pub(super) fn explain(step: &Vector3<f64>, change: &Vector3<f64>) -> Response {
-    let length = step.norm();
-    if change.norm() < 0.1 * length {
-        return Response::Stuck { axis: step.iamax() };
-    }
-    if -change.dot(step) > 0.9 * change.norm() * length && change.norm() > length {
-        return Response::Overshoots;
-    }
-    let mut best = (UNEXPLAINED * length, Response::Suspect(Suspicion::WrongToolFrame));
-    let mut consider = |answer: Matrix3<f64>, response: Response| {
-        let unexplained = (change + answer * step).norm();
-        if unexplained < best.0 {
-            best = (unexplained, response);
+/// Readings before and after a step, m, tool axes.
+pub(super) struct Answer<'a> {
+    pub trical: &'a TriCal,
+    /// What each indicator reads with nothing at its plunger, m.
+    pub free_reading: &'a [f64; 3],
+    pub before: &'a Vector3<f64>,
+    pub step: &'a Vector3<f64>,
+    /// Where a plunger is at an end of its travel, that end.
+    pub after: &'a Vector3<f64>,
+}
+
+impl Answer<'_> {
+    /// The likeliest cause.
+    pub fn response(&self) -> Response {
+        let (step, change) = (self.step, self.after - self.before);
+        let length = step.norm();
+        if change.norm() < 0.1 * length {
+            return Response::Stuck { axis: step.iamax() };
         }
-    };
+        if -change.dot(step) > 0.9 * change.norm() * length && change.norm() > length {
+            return Response::Overshoots;
+        }
+        let mut best = (UNEXPLAINED * length, Response::Suspect(Suspicion::WrongToolFrame));
+        for (answer, response) in hypotheses() {
+            let unexplained = (self.after - self.shown(&(self.before - answer * step))).norm();
+            if unexplained < best.0 {
+                best = (unexplained, response);
+            }
+        }
+        best.1
+    }
+
+    /// What the indicators show of a ball that would read so if plungers had no ends and tips no rims. Signs and exchanges only mirror
+    /// and permute the axes, so that the distances from them are the same.
+    fn shown(&self, ball: &Vector3<f64>) -> Vector3<f64> {
+        let TriCal { datum_radius, tip_radius, travel, .. } = *self.trical;
+        Vector3::from_fn(|k, _| {
+            let mut lateral = *ball;
+            lateral[k] = 0.0;
+            let beyond = (lateral.norm() - tip_radius).max(0.0);
+            let free = self.free_reading[k];
+            if beyond >= datum_radius {
+                return free;
+            }
+            // The rim touches lower on the ball than the flat does.
+            let lower = datum_radius - (datum_radius.powi(2) - beyond.powi(2)).sqrt();
+            (ball[k] - lower).clamp(free, free + travel)
+        })
+    }
+}
+
+/// Every single fault of a set-up, with its `H`.
+fn hypotheses() -> Vec<(Matrix3<f64>, Response)> {
+    let mut all = Vec::with_capacity(11);
     for axis in 0..3 {
         let mut answer = Matrix3::identity();
         answer[(axis, axis)] = 0.0;
-        consider(answer, Response::Stuck { axis });
+        all.push((answer, Response::Stuck { axis }));
         answer[(axis, axis)] = -1.0;
-        consider(answer, Response::Suspect(Suspicion::WrongSign { axis }));
+        all.push((answer, Response::Suspect(Suspicion::WrongSign { axis })));
     }
     for (a, b) in [(0, 1), (0, 2), (1, 2)] {
         let mut answer = Matrix3::identity();
         answer.swap_rows(a, b);
-        consider(answer, Response::Suspect(Suspicion::SwappedAxes { a, b }));
+        all.push((answer, Response::Suspect(Suspicion::SwappedAxes { a, b })));
     }
-    best.1
+    for channels in [[1, 2, 0], [2, 0, 1]] {
+        let mut answer = Matrix3::zeros();
+        channels.into_iter().enumerate().for_each(|(indicator, channel)| answer[(indicator, channel)] = 1.0);
+        all.push((answer, Response::Suspect(Suspicion::RotatedAxes { channels })));
+    }
+    all
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::units::MM;
 
-    /// Answers of a set-up with that matrix to a step with three unlike components.
-    fn answered(h: Matrix3<f64>) -> Response {
-        let step = Vector3::new(1.0, -2.0, 0.7);
-        explain(&step, &(-h * step))
+    /// The answer of a set-up with that matrix to a step with three unlike components, `mm` long along its shortest.
+    fn answered(h: Matrix3<f64>, mm: f64) -> Response {
+        let trical = TriCal::PAPER;
+        let free = trical.free_reading();
+        let step = Vector3::new(1.0, -2.0, 0.7) * mm * MM;
+        // The ends of the plungers, for steps that drive them there.
+        let after = (step - h * step).map(|r| r.clamp(free, free + trical.travel));
+        Answer { trical: &trical, free_reading: &[free; 3], before: &step, step: &step, after: &after }.response()
     }
 
     #[test]
     fn each_fault_of_the_set_up_is_told_from_the_others() {
-        for k in 0..3 {
-            let mut h = Matrix3::identity();
-            h[(k, k)] = -1.0;
-            assert_eq!(answered(h), Response::Suspect(Suspicion::WrongSign { axis: k }));
-            h[(k, k)] = 0.0;
-            assert_eq!(answered(h), Response::Stuck { axis: k });
-        }
-        for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-            let mut h = Matrix3::identity();
-            h.swap_rows(a, b);
-            assert_eq!(answered(h), Response::Suspect(Suspicion::SwappedAxes { a, b }));
+        // Short, and so long that exchanged plungers come to their ends.
+        for mm in [0.1, 2.4] {
+            for (h, response) in hypotheses() {
+                assert_eq!(answered(h, mm), response, "{mm} mm");
+            }
         }
         let turned = nalgebra::Rotation3::new(Vector3::new(1.0, 1.0, 0.3)).into_inner();
-        assert_eq!(answered(turned), Response::Suspect(Suspicion::WrongToolFrame));
-        assert_eq!(answered(Matrix3::identity() * 2.1), Response::Overshoots);
+        assert_eq!(answered(turned, 0.1), Response::Suspect(Suspicion::WrongToolFrame));
+        assert_eq!(answered(Matrix3::identity() * 2.1, 0.1), Response::Overshoots);
     }
 }
