@@ -265,12 +265,15 @@ fn an_answer_that_comes_late_is_not_taken_for_the_next_one() {
     assert!(close(indicator.read().unwrap(), 5.0));
 }
 
+/// As eight data bits show a line with seven and a parity bit.
+fn with_parity(line: &[u8], odd: u32) -> Vec<u8> {
+    line.iter().map(|b| if b.count_ones() % 2 != odd { b | 0x80 } else { *b }).collect()
+}
+
 #[test]
 fn the_wrong_parity_is_recognised() {
-    // As eight data bits show a line with seven and even parity. Of the second value only the end of the line betrays it.
-    let with_parity =
-        |line: &[u8]| line.iter().map(|b| if b.count_ones() % 2 == 1 { b | 0x80 } else { *b }).collect::<Vec<u8>>();
-    let values = [with_parity(b"+001.2478\r"), with_parity(b"+006.3500\r")];
+    // Of the second value only the end of the line betrays it.
+    let values = [with_parity(b"+001.2478\r", 0), with_parity(b"+006.3500\r", 0)];
     assert_eq!(values[1], b"+006.3500\x8d");
     let mut indicator = after(values.iter().map(|value| vec![value.clone()]).collect());
     for value in &values {
@@ -278,6 +281,39 @@ fn the_wrong_parity_is_recognised() {
         assert!(matches!(&answer, Err(IndicatorError::Garbled { frame }) if frame.contains("7E")), "{value:?}: {answer:?}");
     }
     assert!(close(indicator.read().unwrap(), 1.0));
+}
+
+/// Asked who it is after the first answer that is not understood, the instrument answers in the wrong frame too.
+#[test]
+fn a_frame_that_changes_on_the_way_is_recognised_every_time() {
+    // The port marks bytes of a wrong parity by NUL; eight data bits without parity look even where seven are expected, so the odd ones
+    // are marked, the end of the line among them. Of another parity all are.
+    let marked =
+        |line: &[u8], odd: u32| line.iter().map(|b| if b.count_ones() % 2 == odd { *b } else { 0 }).collect::<Vec<u8>>();
+    type Seen = fn(&[u8], &dyn Fn(&[u8], u32) -> Vec<u8>) -> Vec<u8>;
+    let frames: [(&str, Seen); 5] = [
+        ("7E, not 8N", |line, _| with_parity(line, 0)),
+        ("7O, not 8N", |line, _| with_parity(line, 1)),
+        ("8N, not 7E", |line, marked| marked(line, 0)),
+        ("8N, not 7E", |line, marked| marked(line, 1)),
+        ("another parity", |line, _| vec![0; line.len()]),
+    ];
+    for (hint, seen) in frames {
+        let (mut instrument, mut values) = (Sylvac::default(), 0);
+        let reply = move |request: &str| {
+            values += usize::from(request == "?");
+            let answer = instrument.reply(request);
+            if values < 3 { answer } else { answer.iter().map(|piece| seen(piece, &marked)).collect() }
+        };
+        let mut indicator = AsciiIndicator::new(on_terminal(reply), settings(Dialect::SYLVAC));
+        indicator.identify().unwrap();
+        assert!(close(indicator.read().unwrap(), 3.1) && close(indicator.read().unwrap(), 3.1));
+        for asked in 1..=3 {
+            let answer = indicator.read();
+            let told = matches!(&answer, Err(IndicatorError::Garbled { frame }) if frame.contains(hint));
+            assert!(told, "{hint}, asked {asked} times: {answer:?}");
+        }
+    }
 }
 
 #[test]

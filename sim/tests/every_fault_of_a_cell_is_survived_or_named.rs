@@ -82,6 +82,7 @@ cases! {
     answers_are_garbage_now_and_then: ["--fault", "garbage:1@25", "--fault", "garbage:2@30", "--fault", "garbage:3@35"] => Measured(8);
     an_indicator_talks_garbage: ["--fault", "garbage:1@25+"] => Interrupted("indicator 1");
     the_line_has_another_parity: ["--fault", "parity:3"] => NotBegun("the line is 7E, not 8N");
+    the_parity_changes_on_the_way: ["--fault", "parity:3@25+"] => Interrupted("the line is 7E, not 8N");
     answers_come_in_pieces: ["--fault", "split"] => Measured(8);
     answers_come_twice: ["--fault", "merge"] => Measured(8);
     an_indicator_reports_a_fault_once: ["--fault", "err1:1@25"] => Measured(8);

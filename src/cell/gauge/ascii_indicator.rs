@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 
+use super::frame_seen::of_another_frame;
 use super::{Dialect, DisplayUnit, GaugeReading, GaugeReply, LineReader, Port, PresetManner};
 use crate::cell::{Indicator, IndicatorError};
 use crate::units::{MM, UM};
@@ -194,7 +195,7 @@ impl<P: Port> AsciiIndicator<P> {
                 self.awaited_echo = Some(bare(command.as_bytes()));
                 Ok(true)
             }
-            Some(line) => match self.with_parity_seen(&line) {
+            Some(line) => match self.understood(&line)? {
                 GaugeReply::Fault(1) => Ok(false),
                 GaugeReply::Words(_) | GaugeReply::Reading(_) => Ok(true),
                 reply => Err(self.refuse(&reply)),
@@ -217,26 +218,32 @@ impl<P: Port> AsciiIndicator<P> {
                 perhaps_echo = Some(line);
                 continue;
             }
-            return Ok(self.with_parity_seen(&line));
+            return self.understood(&line);
         }
         if let Some(line) = perhaps_echo {
-            return Ok(self.with_parity_seen(&line));
+            return self.understood(&line);
         }
         self.is_in_step = false;
-        Err(IndicatorError::Silent)
+        Err(self.silent())
     }
 
-    /// The reply; of noise that a parity bit explains, words that say so.
-    fn with_parity_seen(&self, line: &[u8]) -> GaugeReply {
-        let reply = GaugeReply::parse(line);
-        let seven: Vec<u8> = line.iter().map(|byte| byte & 0x7f).collect();
-        let seven = seven.trim_ascii_end();
-        let is_even = line.iter().all(|byte| byte.count_ones() % 2 == 0);
-        if reply == GaugeReply::Noise && is_even && GaugeReply::parse(seven) != GaugeReply::Noise {
-            let words = String::from_utf8_lossy(seven).into_owned();
-            return GaugeReply::Words(format!("{words}, with a parity bit: the line is 7E, not 8N"));
+    /// No line came in time; what came without an end may say why.
+    fn silent(&self) -> IndicatorError {
+        of_another_frame(self.lines.unfinished()).map_or(IndicatorError::Silent, |frame| IndicatorError::Garbled { frame })
+    }
+
+    /// The reply in a line.
+    ///
+    /// # Errors
+    /// [`IndicatorError::Garbled`] where it came over a line of another frame.
+    fn understood(&mut self, line: &[u8]) -> Result<GaugeReply, IndicatorError> {
+        match GaugeReply::parse(line) {
+            GaugeReply::Noise if let Some(words) = of_another_frame(line) => {
+                self.is_in_step = false;
+                Err(IndicatorError::Garbled { frame: words })
+            }
+            reply => Ok(reply),
         }
-        reply
     }
 
     fn refuse(&mut self, reply: &GaugeReply) -> IndicatorError {
@@ -291,8 +298,9 @@ impl<P: Port> AsciiIndicator<P> {
             loop {
                 match self.receive(deadline)? {
                     Some(line) if line == name.as_bytes() => break,
-                    Some(_) => {}
-                    None => return Err(IndicatorError::Silent),
+                    // An identity that comes in another frame is the answer, and so will be all to come.
+                    Some(line) => drop(self.understood(&line)?),
+                    None => return Err(self.silent()),
                 }
             }
         }

@@ -55,6 +55,11 @@ impl LineReader {
         !self.bytes.is_empty()
     }
 
+    /// What came of a line that has not ended.
+    pub(super) fn unfinished(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// Forgets what has not been taken.
     pub fn clear(&mut self) {
         self.bytes.clear();

@@ -3,6 +3,7 @@
 mod ascii_indicator;
 mod dialect;
 mod digimatic;
+mod frame_seen;
 mod line;
 mod port;
 mod reply;
