@@ -38,6 +38,10 @@ fn rs_openshowvar_reads_writes_and_moves_the_arm() {
     assert_eq!(client.read("$OV_PRO").unwrap(), "100");
     client.write("$OV_PRO", "35").unwrap();
     assert_eq!(client.read("$OV_PRO").unwrap(), "35");
+    for wrong in ["101", "-1", "35.5", "NaN", "fast", "\"35\"", "{X 35}"] {
+        assert!(client.write("$OV_PRO", wrong).is_err(), "{wrong}");
+        assert_eq!(client.read("$OV_PRO").unwrap(), "35", "after {wrong}");
+    }
     assert_eq!(client.read("$MODE_OP").unwrap(), "#AUT");
     assert!(client.read("$NOBODY").is_err());
     client.write("COM_E6AXIS", "{A1 10, A2 -80.5, A3 90, A4 0, A5 45, A6 -20}").unwrap();

@@ -34,7 +34,6 @@ const STATE: &str = "\
 
 /// What programs and clients write.
 const SETTINGS: &str = "\
-    $OV_PRO 100
     $VEL {CP: CP 2.0, ORI1 200.0, ORI2 200.0}
     $LOAD {LOAD: M 0.0, CM {FRAME: X 0.0, Y 0.0, Z 0.0, A 0.0, B 0.0, C 0.0}, J {INERTIA: X 0.0, Y 0.0, Z 0.0}}
     COM_ACTION 0
@@ -89,6 +88,7 @@ impl Controller {
         variables.put_all(SYSTEM, Access::ReadOnly);
         variables.put_all(STATE, Access::ReadOnly);
         variables.put_all(SETTINGS, Access::Writable);
+        variables.put("$OV_PRO", Value::Integer(100), Access::Percent);
         variables.put("$MODE_OP", Value::Enumerator(mode.into()), Access::ReadOnly);
         for (name, text) in [("$ROBNAME[]", "calibench"), ("$MODEL_NAME[]", robot.name.as_str())] {
             variables.put(name, Value::Text(text.into()), Access::ReadOnly);
@@ -135,7 +135,7 @@ impl Controller {
     /// Writes a variable.
     ///
     /// # Errors
-    /// When there is none, it may not be written, or the value is of another type.
+    /// When there is none, it may not be written, or the value is of another type or out of its range.
     pub fn set(&self, name: &str, value: &Value) -> Result<(), NotWritten> {
         let begins = name.trim().eq_ignore_ascii_case("COM_ACTION") && value.number().is_some_and(|action| action != 0.0);
         if begins && self.floor.faults.borrow_mut().strikes(Fault::Refuse, 0) {

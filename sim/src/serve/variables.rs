@@ -21,6 +21,8 @@ pub struct Variables {
 pub enum Access {
     /// Everybody.
     Writable,
+    /// Everybody, with a number from 0 to 100.
+    Percent,
     /// The controller itself.
     ReadOnly,
 }
@@ -65,14 +67,16 @@ impl Variables {
     /// Writes a variable, an element, a member, or part of a structure.
     ///
     /// # Errors
-    /// When there is none, it may not be written, or the value is of another type.
+    /// When there is none, it may not be written, or the value is of another type or out of its range.
     pub fn set(&mut self, name: &str, value: &Value) -> Result<(), NotWritten> {
         let name = canonical(name).ok_or(NotWritten::Unknown)?;
         if let Some((old, access)) = self.values.get_mut(&name) {
             if *access == Access::ReadOnly {
                 return Err(NotWritten::Refused);
             }
-            *old = fit(old, value).ok_or(NotWritten::Refused)?;
+            let new = fit(old, value).ok_or(NotWritten::Refused)?;
+            let in_range = *access != Access::Percent || new.number().is_some_and(|share| (0.0..=100.0).contains(&share));
+            *old = if in_range { new } else { return Err(NotWritten::Refused) };
             return Ok(());
         }
         if is_signal(&name, &["$OUT"]) {
@@ -134,6 +138,7 @@ mod tests {
             Access::Writable,
         );
         variables.put_all("$MODE #AUT", Access::ReadOnly);
+        variables.put_all("$OV_PRO 100", Access::Percent);
         variables
     }
 
@@ -156,6 +161,16 @@ mod tests {
         assert_eq!(written("$IN[17]", "TRUE"), Err(NotWritten::Unknown));
         assert_eq!(written("$OUT[5000]", "TRUE"), Err(NotWritten::Unknown));
         assert_eq!(written("NOBODY", "1"), Err(NotWritten::Unknown));
+    }
+
+    #[test]
+    fn a_percentage_stays_one() {
+        for value in ["0", "35", "35.0", "100"] {
+            assert!(written("$OV_PRO", value).is_ok(), "{value}");
+        }
+        for value in ["-1", "101", "1e9", "35.5", "TRUE", "#T1", "\"50\"", "{X 50}"] {
+            assert_eq!(written("$OV_PRO", value), Err(NotWritten::Refused), "{value}");
+        }
     }
 
     #[test]
