@@ -139,13 +139,13 @@ pub fn serve(
     })
 }
 
-/// Does what is written on standard input, line by line; `ok` on standard output when it is done.
+/// Does what is written on standard input, line by line; the answer on standard output when it is done.
 async fn follow_commands(floor: Rc<Floor>) {
     let (sender, mut commands) = unbounded_channel();
     // Nothing wakes a thread that waits for standard input; it ends with the program.
     std::thread::spawn(move || io::stdin().lock().lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
     while let Some(command) = commands.recv().await {
-        let answer = if floor.tell_attendant(&command) { "ok" } else { "say `ball in` or `ball out`" };
+        let answer = floor.tell_attendant(&command);
         let mut out = io::stdout().lock();
         // Whoever does not read the answer misses nothing.
         drop(writeln!(out, "{answer}").and_then(|()| out.flush()));

@@ -11,6 +11,9 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use calibench::cell::TriCal;
+use calibench::cell::gauge::{AsciiIndicator, Dialect, IndicatorSettings, open_socket};
+use calibench::measure::{Attendant, CalledOff, MasteringSettings, master};
 use rs_openshowvar::OpenShowVar;
 use served::{Bench, Served};
 
@@ -67,6 +70,43 @@ fn rs_openshowvar_reads_writes_and_moves_the_arm() {
     }
     // A second client at the same time sees the same robot.
     assert_eq!(connected(&served).read("$AXIS_ACT").unwrap(), client.read("$AXIS_ACT").unwrap());
+}
+
+/// The attendant of a served cell, as whoever has its standard input.
+struct Commands<'a>(&'a mut Served);
+
+impl Attendant for Commands<'_> {
+    fn place_master_ball(&mut self) -> Result<(), CalledOff> {
+        self.0.tell("ball in");
+        Ok(())
+    }
+
+    fn remove_master_ball(&mut self) -> Result<(), CalledOff> {
+        self.0.tell("ball out");
+        Ok(())
+    }
+}
+
+#[test]
+fn a_gauge_is_mastered_again_once_the_master_ball_is_put_back() {
+    let bench = Bench::small();
+    let mut served = bench.serve(&["--program", "plain", "--indicator-port", "0"]);
+    assert_eq!(served.answer("ball"), "in");
+    let mut client = connected(&served);
+    client.write("COM_E6AXIS", "{A1 10, A2 -80, A3 90, A4 0, A5 45, A6 0}").unwrap();
+    client.write("COM_ACTION", "2").unwrap();
+    until_done(&mut client);
+    assert_eq!(served.answer("ball"), "out", "it is taken away before the robot moves");
+    let mut gauges = served.indicators.clone().map(|address| {
+        let port = open_socket(&address, Duration::from_secs(5)).unwrap();
+        AsciiIndicator::new(port, IndicatorSettings::new(Dialect::SYLVAC))
+    });
+    let settings = MasteringSettings::default();
+    for _ in 0..2 {
+        master(&mut gauges, &mut Commands(&mut served), &TriCal::PAPER, &settings, || 0.0).unwrap();
+        assert_eq!(served.answer("ball"), "out");
+    }
+    assert!(served.answer("master in").contains("ball in"), "what is not known is answered by what is");
 }
 
 /// Sends a request over a terminal or a socket, and reads up to the carriage return.

@@ -65,7 +65,7 @@ pub struct Arguments {
     /// Operating mode that the robot says it is in
     #[arg(long, default_value = "AUT", value_parser = ["T1", "T2", "AUT", "EX"])]
     mode: String,
-    /// Take commands for the cell's attendant from standard input: `ball in`, `ball out`
+    /// Take commands for the cell's attendant from standard input: `ball in`, `ball out` for the master ball; `ball` asks where it is
     #[arg(long)]
     commands: bool,
     /// Something that goes wrong, NAME[:PART][@WHEN]; may be given again. The guide docs/serve.md lists them

@@ -140,15 +140,17 @@ impl Floor {
         }
     }
 
-    /// Does what the attendant is told; `false` where that cannot be understood.
-    pub fn tell_attendant(&self, command: &str) -> bool {
+    /// Does what the attendant is told; his answer.
+    pub fn tell_attendant(&self, command: &str) -> &'static str {
         match command.split_ascii_whitespace().collect::<Vec<_>>().as_slice() {
             [] => {}
             ["ball", "in"] => self.seat_master(),
             ["ball", "out"] => self.take_master(),
-            _ => return false,
+            ["ball"] if self.master.borrow().is_seated => return "in",
+            ["ball"] => return "out",
+            _ => return "say `ball in` or `ball out`; `ball` asks where it is",
         }
-        true
+        "ok"
     }
 
     /// Notes that an indicator was asked for something.

@@ -146,10 +146,15 @@ impl Served {
 
     /// Tells the attendant something; returns when it is done.
     pub fn tell(&mut self, command: &str) {
+        assert_eq!(self.answer(command), "ok", "to {command}");
+    }
+
+    /// The attendant's answer.
+    pub fn answer(&mut self, command: &str) -> String {
         writeln!(self.stdin, "{command}").unwrap();
         let mut answer = String::new();
         self.out.read_line(&mut answer).unwrap();
-        assert_eq!(answer.trim(), "ok", "to {command}");
+        answer.trim().to_owned()
     }
 
     pub fn id(&self) -> u32 {
