@@ -4,6 +4,7 @@
 //! calls that the verbs make.
 
 mod bench;
+mod connections;
 mod gate;
 mod own_effect;
 mod refusal;
@@ -11,6 +12,7 @@ mod saving;
 mod server;
 
 pub use self::bench::Bench;
+pub use self::connections::HEADER_PATIENCE;
 pub use self::own_effect::Draft;
 pub use self::refusal::Refusal;
 pub use self::saving::{Place, Saved};

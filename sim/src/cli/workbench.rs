@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::report::{blame_opened, open, run_folder};
 use super::{Failure, Outcome};
-use crate::workbench::{Bench, Place, Server};
+use crate::workbench::{Bench, HEADER_PATIENCE, Place, Server};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -38,8 +38,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let place = Place::new(save_to.clone().unwrap_or_else(default), model.clone());
     let bench = Bench::new(opened, place).map_err(|(opened, e)| blame_opened(&opened, folders, model.as_deref(), &e))?;
-    let server =
-        Server::new(bench, *port).map_err(|e| format!("port {port} of the loopback address: {e}; name another with --port"))?;
+    let server = Server::new(bench, *port, HEADER_PATIENCE)
+        .map_err(|e| format!("port {port} of the loopback address: {e}; name another with --port"))?;
     server.run(|url| {
         let mut out = std::io::stdout().lock();
         writeln!(out, "{url}").and_then(|()| out.flush())

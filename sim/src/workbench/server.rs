@@ -3,7 +3,7 @@
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -19,6 +19,7 @@ use serde_json::{Value, json};
 use tokio::runtime;
 
 use super::bench::Bench;
+use super::connections;
 use super::gate::{Gate, Turned, random_hex};
 use super::own_effect::Draft;
 use super::refusal::Refusal;
@@ -34,6 +35,7 @@ const WORKERS: usize = 1;
 pub struct Server {
     listener: TcpListener,
     desk: Arc<Desk>,
+    header_patience: Duration,
 }
 
 /// What every answer is made from.
@@ -47,14 +49,16 @@ struct Desk {
 type Answer = Response<Body>;
 
 impl Server {
-    /// Listens on the loopback address, and there alone; port 0 takes a free one.
+    /// Listens on the loopback address, and there alone; port 0 takes a free one. A connection that does not send the whole header of a
+    /// request within `header_patience` ([`super::HEADER_PATIENCE`]) is closed.
     ///
     /// # Errors
     /// When the port is taken.
-    pub fn new(bench: Bench, port: u16) -> io::Result<Self> {
+    pub fn new(bench: Bench, port: u16, header_patience: Duration) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let gate = Gate::new(listener.local_addr()?.port()).map_err(io::Error::other)?;
-        Ok(Server { listener, desk: Arc::new(Desk { gate, bench: Mutex::new(bench), writing: Mutex::new(()) }) })
+        let desk = Arc::new(Desk { gate, bench: Mutex::new(bench), writing: Mutex::new(()) });
+        Ok(Server { listener, desk, header_patience })
     }
 
     /// Answers until it is interrupted; `announce` is told the page's address once an interruption would be heard.
@@ -62,18 +66,19 @@ impl Server {
     /// # Errors
     /// When the system gives no threads or no signals, or takes the socket away; that of `announce`.
     pub fn run(self, announce: impl FnOnce(&str) -> io::Result<()>) -> io::Result<()> {
-        let Server { listener, desk } = self;
+        let Server { listener, desk, header_patience } = self;
         listener.set_nonblocking(true)?;
-        let runtime = runtime::Builder::new_multi_thread().worker_threads(WORKERS).enable_io().build()?;
+        let runtime = runtime::Builder::new_multi_thread().worker_threads(WORKERS).enable_io().enable_time().build()?;
         let routes = routes(desk.clone());
         let result = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener)?;
             let interrupted = interrupted()?;
             announce(&desk.gate.url())?;
             tokio::select! {
-                served = axum::serve(listener, routes) => served,
-                () = interrupted => Ok(()),
+                () = connections::answer(listener, routes, header_patience) => {}
+                () = interrupted => {}
             }
+            Ok(())
         });
         // A fit that still runs is of no use to anybody; a file is finished.
         let _writing = desk.writing.lock().unwrap_or_else(PoisonError::into_inner);
