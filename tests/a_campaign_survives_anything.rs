@@ -316,6 +316,31 @@ fn a_touched_cell_has_a_session_of_its_own() {
 }
 
 #[test]
+fn a_clock_that_was_set_between_two_sessions_is_named() {
+    let poses = plan(&[]);
+    let place = folder();
+    let data = place.path().join("data");
+    let mut journal = ready(&data, &poses, false).expect("a journal");
+    assert_eq!(journal.clock_jump(0.0), None, "nothing was measured before");
+    let lost = ScriptedFault::Motion { number: 12, error: ManipulatorError::Lost { detail: "gone".into() } };
+    let cell = ScriptedCell::new(Script { faults: vec![lost], ..Script::default() });
+    let record = go_on(&mut journal, &cell, &poses);
+    let lasted = record.probings.last().map(|p| p.probing.started_s + p.probing.duration_s).expect("a probing");
+    drop(journal);
+    let journal = ready(&data, &poses, true).expect("a journal");
+    let (began, day) = (1.7e9, 86_400.0);
+    for credible in [began + lasted, began + 3600.0, began + 30.0 * day] {
+        assert_eq!(journal.clock_jump(credible), None, "{credible}");
+    }
+    for (now, says) in [(began - 3600.0, "set back"), (0.0, "1970-01-01T00:00:00Z"), (began + 365.0 * day, "365 days later")] {
+        let jump = journal.clock_jump(now).expect("a jump");
+        assert!((jump.before_s - began - lasted).abs() < 1e-6, "{jump:?}");
+        let told = jump.to_string();
+        assert!(told.contains("2023-11-14T22:") && told.contains(says), "{told}");
+    }
+}
+
+#[test]
 fn a_gauge_is_still_mastered_until_it_is_touched() {
     let cell = ScriptedCell::new(Script::default());
     // Away from the ball.

@@ -411,6 +411,22 @@ fn data_given_twice_count_once() {
     }
     let (_, error) = told(&["ladder", "r/trical", "--check", "copy", "--json"]);
     assert!(error.contains("copy is among the data that are fitted"), "{error}");
+
+    // A clock that was set amid the session: its times are used, and doubted.
+    let rows = fs::read_to_string(folder.path().join("copy/samples.csv")).expect("a text");
+    let (header, _) = rows.split_once('\n').expect("a header");
+    let time = header.split(',').position(|c| c == "time_s").expect("it is logged");
+    let last = rows.lines().last().expect("a row");
+    let mut cells: Vec<&str> = last.split(',').collect();
+    cells[time] = "1800000000";
+    fs::write(folder.path().join("copy/samples.csv"), rows.replacen(last, &cells.join(","), 1)).expect("writable");
+    for verb in ["identify", "diagnose"] {
+        let (_, error) = told(&[verb, "r/trical"]);
+        assert!(!error.contains("time_s"), "{verb}: {error}");
+        let (_, error) = told(&[verb, "copy"]);
+        let warning = "warning: copy/samples.csv: the times span 20833 days";
+        assert!(error.contains(warning) && error.matches("time_s").count() >= 1, "{verb}: {error}");
+    }
 }
 
 #[test]

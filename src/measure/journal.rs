@@ -10,7 +10,7 @@ use super::dataset_file::write_dataset_with;
 use super::journal_entry::{Entry, JournalSession, ProbingEntry};
 use super::journal_lines::{Broken, first_line, line, read_lines};
 use super::journal_place::{BEGIN_ANEW, CAMPAIGN_JOURNAL, content, finished, free_or_own, probings};
-use super::{CampaignRecord, Conditions, Dataset, PlannedPose};
+use super::{CampaignRecord, ClockJump, Conditions, Dataset, PlannedPose};
 use crate::files::{FileError, cannot_be_written, sync_folder_of, write_whole};
 
 /// The journal of a campaign that is not finished, beside the dataset to come. Nobody else can open it meanwhile.
@@ -29,6 +29,8 @@ pub struct Journal {
     /// What was noted before, and not yet recalled or lived through again.
     before: VecDeque<Entry>,
     last_session: Option<JournalSession>,
+    /// End of what it held when it was opened, by the clock on the wall.
+    ended_wall_s: Option<f64>,
     /// Session and end of the last probing, on the cell's clock, as far as recalled or noted.
     session: Option<JournalSession>,
     ended_s: f64,
@@ -142,6 +144,7 @@ impl Journal {
             seal,
             whole: whole as u64,
             lines: 1 + entries.len(),
+            ended_wall_s: ended_wall_s(&entries),
             last_session: entries.iter().rev().find_map(session_of),
             session: None,
             ended_s: entries.iter().map(ended_s).fold(0.0, f64::max),
@@ -199,6 +202,12 @@ impl Journal {
     pub fn clock_s(&self, wall_clock_s: f64) -> f64 {
         let first = self.before.iter().find_map(session_of).and_then(|session| session.wall_clock_s);
         first.map_or(0.0, |began| wall_clock_s - began).max(self.ended_s)
+    }
+
+    /// Whether the clock on the wall, which says `wall_clock_s` (seconds since 1970, UTC) now, was set since what the journal holds was
+    /// measured: for a warning that names both times.
+    pub fn clock_jump(&self, wall_clock_s: f64) -> Option<ClockJump> {
+        ClockJump::between(self.ended_wall_s?, wall_clock_s)
     }
 
     /// A simulated cell is a new one every time: it lives through the probings of the journal again, and they must be the same.
@@ -332,6 +341,22 @@ fn session_of(entry: &Entry) -> Option<JournalSession> {
         Entry::Session(session) => Some(session.clone()),
         Entry::Probing(_) | Entry::Conditions(_) => None,
     }
+}
+
+/// When the last entry ended by the clock on the wall, which the cell's clock follows from the beginning of each session on; `None` where no
+/// session says when it was.
+fn ended_wall_s(entries: &[Entry]) -> Option<f64> {
+    let (mut first, mut last, mut end_s) = (None, None, 0.0_f64);
+    for entry in entries {
+        if let Entry::Session(session) = entry {
+            let wall = session.wall_clock_s?;
+            let began = *first.get_or_insert(wall);
+            // As `clock_s` has it.
+            last = Some((wall, (wall - began).max(end_s)));
+        }
+        end_s = end_s.max(ended_s(entry));
+    }
+    last.map(|(wall, clock_s)| wall + (end_s - clock_s).max(0.0))
 }
 
 fn ended_s(entry: &Entry) -> f64 {

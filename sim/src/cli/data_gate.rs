@@ -41,11 +41,15 @@ impl Gate {
 }
 
 /// Whether the data fit their robot at all, judged by the rows that `which` takes; before anything is identified. A dataset that has no
-/// folder yet has no name.
+/// folder yet has no name. Times that no session can have are said on standard error: they spoil effects of time alone.
 ///
 /// # Errors
 /// Where they do not fit, unless `force`: exit code 2, and with `json` one document on standard output.
 pub(super) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
+    for (name, dataset) in datasets {
+        let file = if name.is_empty() { String::new() } else { format!("{name}/samples.csv: ") };
+        dataset.long_sessions().iter().for_each(|session| eprintln!("warning: {file}{session}"));
+    }
     // Another arm's data are refused as that.
     let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
     let fits = if one_arm { data_fit(&named(datasets), which) } else { Vec::new() };
