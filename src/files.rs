@@ -9,11 +9,14 @@ use thiserror::Error;
 
 mod csv_table;
 mod folder;
+mod output;
 mod rows;
 mod toml_document;
 
 pub use csv_table::{CsvRow, CsvTable};
 pub use folder::replace_folder;
+pub use output::{check_output_file, check_output_folder};
+use output::{folder_of, target_of};
 pub(crate) use rows::{Record, Rows};
 pub use toml_document::{field_error, parse_toml};
 
@@ -31,11 +34,23 @@ pub struct FileError {
     pub problem: String,
     /// What to do.
     pub remedy: String,
+    /// Whose fault it is.
+    pub fault: FileFault,
+}
+
+/// Whose fault an error of a file is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FileFault {
+    /// What was given: a path, a line, a field.
+    Input,
+    /// The disk that is to be written is full or fails.
+    Disk,
 }
 
 impl FileError {
     fn words(&self) -> String {
-        let FileError { path, line, field, problem, remedy } = self;
+        let FileError { path, line, field, problem, remedy, .. } = self;
         // A message that quotes all of a mangled file helps nobody.
         let [field, problem] = [shortened(field), shortened(problem)];
         let line = line.map(|l| format!(":{l}")).unwrap_or_default();
@@ -45,7 +60,8 @@ impl FileError {
 
     /// An error of the whole file.
     pub fn whole(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        FileError { path: path.into(), line: None, field: String::new(), problem: problem.into(), remedy: remedy.into() }
+        let (problem, remedy) = (problem.into(), remedy.into());
+        FileError { path: path.into(), line: None, field: String::new(), problem, remedy, fault: FileFault::Input }
     }
 }
 
@@ -112,7 +128,8 @@ pub fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))
 }
 
-/// Writes a file whole: to a temporary name in the same folder, synced, then renamed. A device or a pipe is written to as it is.
+/// Writes a file whole: to a temporary name in the same folder, synced, then renamed. A device or a pipe is written to as it is. Symbolic
+/// links are followed; a file that is there keeps its permissions, and a new one gets those that the process gives (umask).
 ///
 /// # Errors
 /// When the folder cannot be written.
@@ -129,7 +146,8 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
     write_streamed(path, |file| file.write_all(content).map_err(fail))
 }
 
-/// Writes a file whole that is too long to be held at once: what `write` writes appears under its name when all of it is on the disk.
+/// Writes a file whole that is too long to be held at once: what `write` writes appears under its name when all of it is on the disk. For
+/// the rest as [`write_whole`].
 ///
 /// # Errors
 /// What `write` meets, or when the folder cannot be written.
@@ -138,24 +156,51 @@ pub fn write_streamed<T>(
     write: impl FnOnce(&mut (dyn Write + Send)) -> Result<T, FileError>,
 ) -> Result<T, FileError> {
     let fail = |e: std::io::Error| cannot_be_written(path, &e);
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let target = target_of(path).map_err(fail)?;
+    let folder = folder_of(&target);
     std::fs::create_dir_all(folder).map_err(fail)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
+    let mut file = new_file(&target).tempfile_in(folder).map_err(fail)?;
     let written = write(&mut file)?;
     file.as_file().sync_all().map_err(fail)?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
-    }
-    file.persist(path).map_err(|e| fail(e.error))?;
+    file.persist(&target).map_err(|e| fail(e.error))?;
     Ok(written)
 }
 
-/// That a file cannot be written, and why.
-pub fn cannot_be_written(path: &Path, error: &dyn std::error::Error) -> FileError {
-    FileError::whole(path, format!("cannot be written: {error}"), "check the folder, its permissions and free space")
+/// How a file comes to be that replaces `target`.
+fn new_file(target: &Path) -> tempfile::Builder<'static, 'static> {
+    #[cfg_attr(not(unix), allow(unused_mut))]
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let there = std::fs::metadata(target).map(|there| there.permissions().mode() & 0o777);
+        // Read and write for everybody, less what the umask takes.
+        builder.permissions(std::fs::Permissions::from_mode(there.unwrap_or(0o666)));
+    }
+    #[cfg(not(unix))]
+    let _ = target;
+    builder
 }
+
+/// That a file cannot be written, and why; a disk that is full or fails is to blame itself.
+pub fn cannot_be_written(path: &Path, error: &(dyn std::error::Error + 'static)) -> FileError {
+    let fault = if is_of_disk(error) { FileFault::Disk } else { FileFault::Input };
+    let problem = format!("cannot be written: {error}");
+    FileError { fault, ..FileError::whole(path, problem, "check the folder, its permissions and free space") }
+}
+
+/// Whether the system says that a disk is full or fails.
+fn is_of_disk(error: &(dyn std::error::Error + 'static)) -> bool {
+    let reasons = std::iter::successors(Some(error), |error| error.source());
+    let mut of_system = reasons.filter_map(|reason| reason.downcast_ref::<std::io::Error>());
+    of_system.any(|error| {
+        let full = matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge);
+        full || error.raw_os_error() == Some(INPUT_OUTPUT_ERROR)
+    })
+}
+
+/// EIO of every Unix, which has no kind of its own; on Windows 5 is a refused access, which this must not take for it.
+const INPUT_OUTPUT_ERROR: i32 = if cfg!(unix) { 5 } else { i32::MIN };
 
 /// Bytes as hexadecimal digits, two each.
 pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
@@ -166,8 +211,7 @@ pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
 pub(crate) fn sync_folder_of(path: &Path) -> std::io::Result<()> {
     #[cfg(unix)]
     {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::File::open(folder)?.sync_all()?;
+        std::fs::File::open(folder_of(path))?.sync_all()?;
     }
     Ok(())
 }

@@ -452,6 +452,109 @@ fn an_output_that_is_in_the_way_stays() {
     }
 }
 
+/// Every verb that works for its output asks for that first: the input is not even looked for.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_cannot_be_written_is_told_before_the_work() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("file"), "mine").expect("writable");
+    fs::create_dir(at("house")).expect("writable");
+    fs::write(at("house/letter"), "mine").expect("writable");
+    fs::create_dir(at("locked")).expect("writable");
+    fs::set_permissions(at("locked"), fs::Permissions::from_mode(0o555)).expect("ours");
+    symlink("circle", at("circle")).expect("writable");
+    // Who may do everything may write there too; /proc takes files of nobody.
+    let locked = if fs::write(at("locked/x"), "").is_ok() { "/proc/locked/x" } else { "locked/x" };
+    let files = [
+        &["identify", "no", "-o"][..],
+        &["ladder", "no", "-o"],
+        &["add", "mdh", "no", "-o"],
+        &["next", "no", "-o"],
+        &["report", "no", "-o"],
+        &["prove", "no", "-o"],
+        &["plan", "no", "-o"],
+        &["suite", "no", "-o"],
+        &["study", "no", "--trials", "1", "-o"],
+        &["study", "no", "--trials", "1", "--report"],
+        &["merge", "no", "-o"],
+        &["design", "no", "-o"],
+        &["design", "no", "--report"],
+        &["compensate", "no", "no.csv", "-o"],
+        &["compensate", "no", "--urdf"],
+    ];
+    for arguments in files {
+        for (output, why) in [
+            ("house", "is a directory"),
+            ("file/below/x", "file is a file"),
+            (locked, "cannot be written"),
+            ("circle", "lead in a circle"),
+        ] {
+            let error = refusal(output, &calibench(folder.path(), &[arguments, &[output]].concat()));
+            assert!(error.contains(output) && error.contains(why), "{arguments:?} {output}: {error}");
+        }
+        let full = calibench(folder.path(), &[arguments, &["/dev/full"]].concat());
+        let error = String::from_utf8_lossy(&full.stderr).into_owned();
+        assert_eq!(full.status.code(), Some(3), "{arguments:?}: {error}");
+        assert!(error.contains("/dev/full: cannot be written"), "{arguments:?}: {error}");
+        // Where it can be written, the input is what is wrong.
+        for output in ["new", "below/new", "file", "/dev/null"] {
+            let error = refusal(output, &calibench(folder.path(), &[arguments, &[output]].concat()));
+            assert!(error.contains("calibench: no"), "{arguments:?} {output}: {error}");
+        }
+    }
+    for arguments in [&["run", "no", "-o"][..], &["import", "ur10-ipa", "no", "-o"], &["compare", "no", "no", "--plots"]] {
+        for (output, why) in [
+            ("file", "is a file"),
+            ("house", "holds something"),
+            ("file/below", "file is a file"),
+            (locked, "cannot be written"),
+        ] {
+            let error = refusal(output, &calibench(folder.path(), &[arguments, &[output]].concat()));
+            assert!(error.contains(output) && error.contains(why), "{arguments:?} {output}: {error}");
+        }
+    }
+    let mut left: Vec<_> = fs::read_dir(folder.path()).expect("a folder").map(|e| e.expect("an entry").file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["circle", "file", "house", "locked"], "nothing is left behind");
+    assert_eq!(fs::read_to_string(at("file")).expect("there"), "mine");
+}
+
+/// Files and folders get the permissions that the user's umask leaves, and a link is written through.
+#[cfg(unix)]
+#[test]
+fn outputs_respect_the_umask_and_links() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    let folder = good();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("there.toml"), "").expect("writable");
+    fs::set_permissions(at("there.toml"), fs::Permissions::from_mode(0o600)).expect("ours");
+    for (link, to) in [("link.toml", "there.toml"), ("new.toml", "below/made.toml")] {
+        symlink(to, at(link)).expect("writable");
+    }
+    let program = env!("CARGO_BIN_EXE_calibench");
+    let run = |arguments: &str| {
+        let script = format!("umask 027; exec '{program}' {arguments}");
+        let output = Command::new("sh").current_dir(folder.path()).args(["-c", &script]).output().expect("a shell");
+        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+    };
+    let mode = |name: &str| fs::metadata(at(name)).expect("there").permissions().mode() & 0o777;
+    for output in ["plain.toml", "link.toml", "new.toml"] {
+        run(&format!("plan s.toml -o {output}"));
+    }
+    assert_eq!((mode("plain.toml"), mode("below/made.toml")), (0o640, 0o640));
+    assert_eq!(mode("there.toml"), 0o600, "as before");
+    for link in ["link.toml", "new.toml"] {
+        assert!(fs::symlink_metadata(at(link)).expect("there").is_symlink(), "{link}");
+        assert_eq!(fs::read(at(link)).expect("a plan"), fs::read(at("plain.toml")).expect("a plan"));
+    }
+    run("measure s.toml --plan plain.toml -o data");
+    assert_eq!((mode("data"), mode("data/samples.csv")), (0o750, 0o640));
+}
+
 #[cfg(unix)]
 #[test]
 fn paths_may_have_spaces_and_bytes_that_are_no_text() {

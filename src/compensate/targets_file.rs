@@ -140,7 +140,7 @@ struct Row<'a> {
 
 impl<'a> Row<'a> {
     fn error(&self, column: &str, problem: String, remedy: &str) -> FileError {
-        FileError { path: self.path.into(), line: Some(self.record.line), field: column.into(), problem, remedy: remedy.into() }
+        FileError { line: Some(self.record.line), field: column.into(), ..FileError::whole(self.path, problem, remedy) }
     }
 
     fn text(&self, column: &str) -> Option<&'a str> {

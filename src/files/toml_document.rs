@@ -30,11 +30,9 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Fil
     if let Some((field, span)) = not_finite {
         let problem = format!("`{}` is not a finite number", &text[span.clone()]);
         return Err(FileError {
-            path: path.into(),
             line: Some(line_of(text, span.start)),
             field,
-            problem,
-            remedy: "give a finite number".into(),
+            ..FileError::whole(path, problem, "give a finite number")
         });
     }
     toml::from_str(text).map_err(|e| toml_error(path, text, &e, Some(table)))
@@ -59,13 +57,7 @@ pub fn field_error(
             }
         });
     }
-    FileError {
-        path: path.into(),
-        line: best.map(|(_, line)| line),
-        field: key_path.into(),
-        problem: problem.into(),
-        remedy: remedy.into(),
-    }
+    FileError { line: best.map(|(_, line)| line), field: key_path.into(), ..FileError::whole(path, problem, remedy) }
 }
 
 /// Line of a byte, counted from 1.
@@ -142,7 +134,7 @@ fn toml_error(path: &Path, text: &str, error: &toml::de::Error, table: Option<&D
     } else {
         (message.to_owned(), "correct this value".into())
     };
-    FileError { path: path.into(), line: start.map(|s| line_of(text, s)), field, problem, remedy }
+    FileError { line: start.map(|s| line_of(text, s)), field, ..FileError::whole(path, problem, remedy) }
 }
 
 #[cfg(test)]

@@ -117,11 +117,13 @@ fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Plac
         ColumnName::Place(place) => Ok(Some(place - 1)),
         ColumnName::Title(title) => match titles.unwrap_or_default().iter().position(|t| t == title) {
             None if !source.optional => Err(FileError {
-                path: path.into(),
                 line: Some(1),
                 field: title.clone(),
-                problem: "there is no such column".into(),
-                remedy: format!("this file has {}", titles.unwrap_or_default().join(", ")),
+                ..FileError::whole(
+                    path,
+                    "there is no such column",
+                    format!("this file has {}", titles.unwrap_or_default().join(", ")),
+                )
             }),
             place => Ok(place),
         },

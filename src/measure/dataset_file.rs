@@ -17,7 +17,7 @@ use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, robot, 
 use crate::units::{ARCSEC, DEG, MM, UM};
 
 /// What the measurements were made with.
-pub(super) const DATASET_TOML: &str = "dataset.toml";
+pub const DATASET_TOML: &str = "dataset.toml";
 /// The measurements.
 pub(super) const SAMPLES_CSV: &str = "samples.csv";
 /// The robot, where it is not built in.

@@ -50,7 +50,7 @@ pub(crate) use columns::Column;
 pub use conditions::Conditions;
 pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet};
 pub(crate) use dataset_file::Reading;
-pub use dataset_file::{check_description, read_dataset, read_description, write_dataset};
+pub use dataset_file::{DATASET_TOML, check_description, read_dataset, read_description, write_dataset};
 pub(crate) use dataset_toml::DatasetToml;
 pub use draws::{Margins, PoolError, Refusals};
 pub use free_poses::{Facing, FreePosesRequest, free_poses};

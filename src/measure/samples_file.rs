@@ -82,13 +82,7 @@ pub(crate) struct Row<'a> {
 
 impl<'a> Row<'a> {
     fn error(&self, column: Column, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
-        FileError {
-            path: self.path.into(),
-            line: Some(self.record.line),
-            field: column.name(),
-            problem: problem.into(),
-            remedy: remedy.into(),
-        }
+        FileError { line: Some(self.record.line), field: column.name(), ..FileError::whole(self.path, problem, remedy) }
     }
 
     fn text(&self, column: Column) -> Option<&'a str> {
@@ -314,11 +308,9 @@ impl<'a> Row<'a> {
             return Ok(());
         }
         let error = |problem: String, remedy: &str| FileError {
-            path: self.path.into(),
             line: Some(self.record.line),
             field: self.header.names.get(has).cloned().unwrap_or_default(),
-            problem,
-            remedy: remedy.into(),
+            ..FileError::whole(self.path, problem, remedy)
         };
         if has < needs && self.record.cut {
             return Err(error(

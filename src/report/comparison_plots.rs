@@ -9,8 +9,11 @@ use crate::assess::Comparison;
 use crate::files::{FileError, replace_folder, write_whole};
 use crate::units::{MM, UM, URAD};
 
+/// The file that marks a folder of such tables.
+pub const PLOTS_MARK: &str = "residuals.csv";
+
 /// The first is the mark of such a folder.
-const FILES: &[&str] = &["residuals.csv", "balls.csv", "setups.csv", "joints.csv", "worst.csv", "workspace.csv"];
+const FILES: &[&str] = &[PLOTS_MARK, "balls.csv", "setups.csv", "joints.csv", "worst.csv", "workspace.csv"];
 
 /// Writes the views into a folder, whole or not at all; what else lies there stays.
 ///

@@ -20,7 +20,7 @@ mod tables;
 mod workspace;
 
 pub use comparison_json::comparison_json;
-pub use comparison_plots::write_comparison_plots;
+pub use comparison_plots::{PLOTS_MARK, write_comparison_plots};
 pub use comparison_tables::comparison_text;
 pub use diagnosis::{diagnosis_json, diagnosis_text};
 pub use diagnosis_sentences::{Recommended, sentences};

@@ -8,7 +8,8 @@ use calibench::report::{added_sentences, objection_sentence, parameter_rows, run
 
 use super::progress::Waiting;
 use super::{
-    Failure, Outcome, blame_data, check_datasets, gate, model_for, named, print, print_json, read_datasets, warn_of_poses,
+    Failure, Outcome, blame_data, check_datasets, check_outputs, gate, model_for, named, print, print_json, read_datasets,
+    warn_of_poses,
 };
 use crate::step::{StepError, Wanted};
 
@@ -38,6 +39,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.output.as_ref().or(arguments.model.as_ref()))?;
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;

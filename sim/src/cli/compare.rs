@@ -3,9 +3,12 @@
 use std::path::PathBuf;
 
 use calibench::assess::{Comparison, Examination, Extrapolation, WorkspacePoses};
+use calibench::files::check_output_folder;
 use calibench::identify::{Calibration, IdentifyError, Use};
 use calibench::measure::Dataset;
-use calibench::report::{Outlook, comparison_json, comparison_text, extrapolation_sentence, write_comparison_plots};
+use calibench::report::{
+    Outlook, PLOTS_MARK, comparison_json, comparison_text, extrapolation_sentence, write_comparison_plots,
+};
 
 use super::progress::Waiting;
 use super::{Failure, Outcome, blame_data, named, outlook, print, print_json, read_calibration_to_use, read_datasets};
@@ -35,6 +38,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if let Some(folder) = &arguments.plots {
+        check_output_folder(folder, "comparison", PLOTS_MARK)?;
+    }
     let mut calibration = read_calibration_to_use(&arguments.calibration)?;
     if arguments.set_up_anew {
         calibration = calibration.set_up_anew();

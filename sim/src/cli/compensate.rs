@@ -16,7 +16,7 @@ use calibench::units::{DEG, MM};
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 
-use super::{Failure, Outcome, print, print_json};
+use super::{Failure, Outcome, check_outputs, print, print_json};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -59,6 +59,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.out.iter().chain(&arguments.urdf).chain(&arguments.mdh))?;
     if arguments.targets.is_none() && arguments.urdf.is_none() && arguments.mdh.is_none() {
         return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
     }

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use super::design_tables::design_text;
 use super::progress::Steps;
-use super::{Failure, Outcome, print, print_json, seed};
+use super::{Failure, Outcome, check_outputs, print, print_json, seed};
 use crate::design::{Design, Judged, design, design_page};
 use crate::scenario::Document;
 
@@ -34,6 +34,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.output.iter().chain(&arguments.report))?;
     let document = Document::read(&arguments.scenario)?;
     let seed = arguments.seed.map_or_else(|| document.scenario().map(|s| s.seed), Ok)?;
     let bar = Steps::new();

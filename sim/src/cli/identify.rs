@@ -13,7 +13,7 @@ use calibench::report::{
 use calibench::units::MM;
 
 use super::progress::Waiting;
-use super::{DoNotFit, Failure, Outcome, blame_data, gate, model_for, named, print, print_json, read_datasets};
+use super::{DoNotFit, Failure, Outcome, blame_data, check_outputs, gate, model_for, named, print, print_json, read_datasets};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -38,6 +38,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let blame = |e| blame_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);

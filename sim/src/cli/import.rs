@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use calibench::files::check_output_folder;
 use calibench::identify::Use;
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::{SampleSet, write_dataset};
+use calibench::measure::{DATASET_TOML, SampleSet, write_dataset};
 use calibench::report::nominal_fit_line;
 use calibench::units::MM;
 use serde_json::json;
@@ -53,6 +54,7 @@ fn fraction(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_output_folder(&arguments.output, "dataset", DATASET_TOML)?;
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
     let (files, sets) = sets(arguments)?;
     let options = ImportOptions { holdout, map: arguments.map.clone(), robot: arguments.robot.clone(), sets };

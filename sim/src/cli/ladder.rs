@@ -11,8 +11,8 @@ use calibench::report::{
 
 use super::progress::Waiting;
 use super::{
-    Failure, Outcome, blame_data, check_datasets, gate, model_for, named, print, print_json, read_datasets, recommended,
-    warn_of_poses,
+    Failure, Outcome, blame_data, check_datasets, check_outputs, gate, model_for, named, print, print_json, read_datasets,
+    recommended, warn_of_poses,
 };
 
 #[derive(clap::Args)]
@@ -41,6 +41,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;

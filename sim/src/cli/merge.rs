@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::progress::Waiting;
 use super::study_tables::{Products, study_json, study_text};
-use super::{Failure, Outcome, print, print_json};
+use super::{Failure, Outcome, check_outputs, print, print_json};
 use crate::study::merge;
 
 #[derive(clap::Args)]
@@ -23,6 +23,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
     let waiting = Waiting::new("reading");
     let merged = merge(&arguments.shards, arguments.output.as_deref())?;
     let tables: Vec<&Path> = merged.shards.iter().map(PathBuf::as_path).collect();

@@ -43,7 +43,7 @@ use std::process::ExitCode;
 
 use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench::effects::Subject;
-use calibench::files::one_line;
+use calibench::files::{FileError, FileFault, check_output_file, one_line};
 use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_calibration, read_model};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
 use calibench::report::{Outlook, Recommended, extrapolation_sentence, no_outlook_sentence};
@@ -176,7 +176,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             }
             let inconsistent = matches!(failure.downcast_ref(), Some(IdentifyError::Inconsistent { .. }));
             let code = match () {
-                () if failure.is::<Interrupted>() || failure.is::<Hardware>() => HARDWARE,
+                () if failure.is::<Interrupted>() || failure.is::<Hardware>() || is_of_disk(failure.as_ref()) => HARDWARE,
                 () if inconsistent => 1,
                 () => BAD_INPUT,
             };
@@ -250,6 +250,17 @@ fn blame_data(folders: &[PathBuf], datasets: &[(String, Dataset)], model: Option
         _ => (at(0, "samples.csv"), "rows"),
     };
     Blamed { path, field, problem: with_reasons(error) }
+}
+
+/// A disk that is full or fails, among the reasons.
+fn is_of_disk(failure: &(dyn std::error::Error + 'static)) -> bool {
+    let mut reasons = std::iter::successors(Some(failure), |reason| reason.source());
+    reasons.any(|reason| reason.downcast_ref::<FileError>().is_some_and(|e| e.fault == FileFault::Disk))
+}
+
+/// That every file that is asked for can be written, before the work that makes it.
+fn check_outputs<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), FileError> {
+    files.into_iter().try_for_each(|file| check_output_file(file))
 }
 
 /// Whoever read the output has seen enough.

@@ -12,7 +12,7 @@ use calibench::report::{next_json, next_sentences, next_table, planned_sentence,
 use calibench::units::MM;
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, blame_data, gate, model_for, named, print, print_json, read_datasets, seed};
+use super::{Failure, Outcome, blame_data, check_outputs, gate, model_for, named, print, print_json, read_datasets, seed};
 use crate::planning::layout;
 use crate::proposal_files::write_proposal;
 use crate::scenario::load_scenario;
@@ -47,6 +47,7 @@ pub struct Arguments {
 const SAME_PLACE: f64 = 1.0 * MM;
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;

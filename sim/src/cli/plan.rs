@@ -8,7 +8,7 @@ use calibench::report::{detectability_json, detectability_text};
 
 use super::plan_cell::{is_cell, scenario_of};
 use super::progress::Waiting;
-use super::{Failure, Outcome, print, print_json, seed};
+use super::{Failure, Outcome, check_outputs, print, print_json, seed};
 use crate::planning::{Chosen, as_drawn, plan_within, shown};
 use crate::scenario::load_scenario;
 
@@ -29,6 +29,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
     let (scenario, dataset, guards) = if is_cell(&arguments.scenario) {
         let (scenario, cell) = scenario_of(&arguments.scenario)?;
         (scenario, cell.dataset, Some(cell.guards))

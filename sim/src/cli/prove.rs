@@ -7,7 +7,7 @@ use calibench::measure::Dataset;
 use serde_json::json;
 
 use super::progress::Waiting;
-use super::{Failure, Outcome, named, print, print_json, read_datasets, seed};
+use super::{Failure, Outcome, check_outputs, named, print, print_json, read_datasets, seed};
 use crate::prove::{Case, Proof, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv};
 
 #[derive(clap::Args)]
@@ -51,6 +51,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let rows = arguments.rows.as_ref().map(|folder| folder.join("rows.csv"));
+    check_outputs(arguments.output.iter().chain(&rows))?;
     let mut datasets = read_datasets(&arguments.datasets)?;
     for (_, dataset) in &mut datasets {
         thin(dataset, arguments.at_most.unwrap_or(usize::MAX));

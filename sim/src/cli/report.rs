@@ -9,7 +9,9 @@ use calibench::report::{CampaignRecord, CellPicture, Page, PageSubject, Recommen
 use serde_json::Value;
 
 use super::progress::Waiting;
-use super::{Blamed, Failure, Outcome, blame_data, gate, model_for, print, print_json, read_datasets, recommended};
+use super::{
+    Blamed, Failure, Outcome, blame_data, check_outputs, gate, model_for, print, print_json, read_datasets, recommended,
+};
 use crate::opened::Opened;
 
 /// What a report is called where nobody says otherwise.
@@ -44,6 +46,11 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let default = || run_folder(&arguments.folders).map_or_else(|| PathBuf::from(FILE), |run| run.join(FILE));
+    let path = arguments.output.clone().unwrap_or_else(default);
+    if !arguments.json {
+        check_outputs([&path])?;
+    }
     let model = arguments.model.as_deref();
     let opened = open(&arguments.folders, model, arguments.force, arguments.json)?;
     let waiting = Waiting::new("diagnosing");
@@ -53,8 +60,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&page.document)?;
         return Ok(Outcome::Done);
     }
-    let default = || run_folder(&arguments.folders).map_or_else(|| PathBuf::from(FILE), |run| run.join(FILE));
-    let path = arguments.output.clone().unwrap_or_else(default);
     write_whole(&path, page_html(&page.document).as_bytes())?;
     let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
     opened.misfits.iter().try_for_each(|(_, sentence)| print(sentence))?;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, replace_folder, write_whole};
+use calibench::files::{FileError, check_output_folder, replace_folder, write_whole};
 use calibench::identify::{write_calibration, write_model};
 use calibench::measure::{Phase, write_dataset};
 use calibench::report::{calibration_json, histogram, plain_table, validation_json, validation_row, validation_table};
@@ -51,6 +51,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if let Some(folder) = &arguments.out {
+        check_output_folder(folder, "run", FILES[0])?;
+    }
     let mut scenario = load_scenario(&arguments.scenario)?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
@@ -272,25 +275,26 @@ fn document(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTrut
     })
 }
 
+/// What a run consists of; the first is the mark of such a folder.
+const FILES: &[&str] = &[
+    "result.json",
+    "trical",
+    "tracker",
+    "validation",
+    "trical.toml",
+    "tracker.toml",
+    "iterations.csv",
+    "probings.csv",
+    TRUE_ARM,
+    "scene.toml",
+    super::report::MODEL,
+    super::report::FILE,
+    "cell.png",
+    "gauge.png",
+];
+
 /// The run folder: appears whole or not at all.
 fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
-    // The first is the mark of such a folder.
-    const FILES: &[&str] = &[
-        "result.json",
-        "trical",
-        "tracker",
-        "validation",
-        "trical.toml",
-        "tracker.toml",
-        "iterations.csv",
-        "probings.csv",
-        TRUE_ARM,
-        "scene.toml",
-        super::report::MODEL,
-        super::report::FILE,
-        "cell.png",
-        "gauge.png",
-    ];
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;

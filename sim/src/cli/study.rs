@@ -8,7 +8,7 @@ use toml::Value;
 
 use super::progress::{Trials, Waiting};
 use super::study_tables::{Products, study_json, study_text};
-use super::{Failure, Outcome, print, print_json, seed};
+use super::{Failure, Outcome, check_outputs, print, print_json, seed};
 use crate::scenario::Document;
 use crate::scenario::PlantKind;
 use crate::study::{Extent, RowsFile, Study, Summary, run as run_trials};
@@ -43,6 +43,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
     let Arguments { trials, first, output, products, .. } = arguments;
     let extent = Extent { first: *first, trials: *trials };
     if *trials == 0 || first.checked_add(*trials).is_none_or(|end| end > Extent::END) {

@@ -21,6 +21,11 @@ pub struct Products {
 }
 
 impl Products {
+    /// The files that are asked for.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.parquet.iter().chain(&self.report)
+    }
+
     /// Makes what was asked for.
     pub fn make(&self, tables: &[&Path], document: &Value) -> Result<(), Failure> {
         if let Some(path) = &self.parquet {

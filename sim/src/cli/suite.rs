@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::progress::Trials;
 use super::suite_tables::{classes_text, suite_text};
-use super::{Failure, Outcome, print, print_json, seed};
+use super::{Failure, Outcome, check_outputs, print, print_json, seed};
 use crate::scenario::{Scenario, load_scenario};
 use crate::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, designs, tally};
 
@@ -46,6 +46,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
     let scenario = load_scenario(&arguments.scenario)?;
     let Some(spec) = &scenario.suite else {
         return Err(Box::new(scenario.wrong("suite", "is missing", "give a [suite] of blind trials")));
