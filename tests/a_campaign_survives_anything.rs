@@ -72,6 +72,7 @@ fn ready(dataset: &Path, poses: &[PlannedPose], resume: bool) -> Result<Journal,
     match Journal::open(dataset, &conditions(poses), resume)? {
         Opened::Ready(journal) => Ok(*journal),
         Opened::Finished { probings } => panic!("finished with {probings} probings"),
+        Opened::Changed { what } => panic!("changed: {what:?}"),
     }
 }
 
@@ -351,6 +352,28 @@ fn a_gauge_is_still_mastered_until_it_is_touched() {
     assert_eq!(still(&cell), Ok(mastered.clone()));
     cell.shift_zero(1, 4e-6);
     assert!(matches!(still(&cell), Err(MasteringError::NotAsMastered { axis: 1, .. })));
+}
+
+#[test]
+fn guards_that_were_changed_are_named_and_asked_for() {
+    let poses = plan(&[]);
+    let place = folder();
+    let data = place.path().join("data");
+    let at = |speed: u8| conditions(&poses).and("robot.speed_percent", speed);
+    let cell = ScriptedCell::new(Script::default());
+    let Ok(Opened::Ready(mut journal)) = Journal::open(&data, &at(10), false) else { panic!("a journal") };
+    journal.begin_session(JournalSession::first(mastering(&cell))).expect("writable");
+    // Nothing is lost with a journal that holds no probing; with one there is something to ask.
+    drop(measured(&cell, &poses[..1], &mut journal));
+    drop(journal);
+    let Ok(Opened::Changed { what }) = Journal::open(&data, &at(30), true) else { panic!("a change") };
+    assert_eq!(what, ["robot.speed_percent was 10, and is 30 now"]);
+    assert!(matches!(Journal::open_changed(&data, &at(30)), Ok(Opened::Ready(_))));
+    // Accepted once, it holds.
+    assert!(matches!(Journal::open(&data, &at(30), true), Ok(Opened::Ready(_))));
+    assert!(matches!(Journal::open(&data, &at(10), true), Ok(Opened::Changed { .. })));
+    let other = Journal::open(&data, &at(30).and("centring.tolerance", 1.0), true).expect_err("another measurement");
+    assert!(other.to_string().contains("centring.tolerance"), "{other}");
 }
 
 #[test]

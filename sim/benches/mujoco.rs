@@ -3,7 +3,6 @@
 
 use std::path::Path;
 
-use calibench::measure::PlannedPose;
 use calibench_sim::random::Streams;
 use calibench_sim::run::Plans;
 use calibench_sim::scenario::PlantKind;
@@ -21,15 +20,17 @@ fn probing(c: &mut Criterion) {
         let plant = if name == "closed forms" { PlantKind::Analytic } else { PlantKind::Mujoco };
         let scenario = load_scenario(&scenarios.join(file)).unwrap().with_plant(plant);
         let plans = Plans::new(&scenario, 1).unwrap();
-        let poses: Vec<PlannedPose> = plans.plan.probing.poses.iter().filter(|p| !p.reserve).take(80).cloned().collect();
-        let session_s = session_s(&scenario, &poses, 0);
+        let mut probing = plans.plan.probing;
+        probing.poses.retain(|p| !p.reserve);
+        probing.poses.truncate(80);
+        let session_s = session_s(&scenario, &probing.poses, 0);
         let campaign = || {
             let session = Session::begin(&scenario, Streams { seed: 1, trial: 0 }, session_s).unwrap();
-            session.probe(&poses, None, &mut ()).probings.len()
+            session.probe(&probing, None, &mut ()).probings.len()
         };
         // What runs into a joint limit is tried again.
         let probings = campaign();
-        assert!(probings >= poses.len());
+        assert!(probings >= probing.poses.len());
         group.throughput(Throughput::Elements(probings as u64));
         group.bench_function(name, |b| b.iter(campaign));
     }

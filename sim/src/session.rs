@@ -70,6 +70,11 @@ impl<'a> Session<'a> {
         &self.mastering
     }
 
+    /// The cell.
+    pub fn world(&self) -> &SharedWorld {
+        &self.world
+    }
+
     /// From now on notes where the true arm stands.
     pub fn note_true_arm(&self) {
         self.world.note_true_arm();

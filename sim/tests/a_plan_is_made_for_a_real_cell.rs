@@ -56,7 +56,7 @@ fn it_is_the_plan_of_the_scenario() {
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert_eq!(read("by-cell.toml"), read("by-scenario.toml"));
     let cell = calibench::measure::read_cell(&folder.path().join("cell.toml")).unwrap();
-    assert!(read_plan(&folder.path().join("by-cell.toml"), &cell.dataset).unwrap().len() >= 80);
+    assert!(read_plan(&folder.path().join("by-cell.toml"), &cell.dataset).unwrap().poses.len() >= 80);
 }
 
 #[test]
@@ -81,4 +81,29 @@ fn a_scenario_of_another_cell_is_refused_in_one_line() {
     // What is within a millimetre is the same cell, measured better.
     let folder = folder(CELL, |d| d.balls[2].position.x += 0.0005);
     assert!(plan(&folder, "cell.toml", "plan.toml").status.success());
+}
+
+/// The guards of the example on the cell's page.
+#[test]
+fn it_keeps_to_the_guards_of_the_cell() {
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/cell.md")).unwrap();
+    let guards = page.lines().find(|line| line.starts_with("workspace_mm = ")).unwrap();
+    let with_box =
+        |guards: &str| CELL.replace("[[indicator]]\naxis = \"x\"", &format!("[guards]\n{guards}\n[[indicator]]\naxis = \"x\""));
+    let rehearsed = |folder: &TempDir, plan: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
+        let arguments = ["measure", "--cell", "cell.toml", "--plan", plan, "--dry-run"];
+        command.current_dir(folder.path()).args(arguments).output().unwrap()
+    };
+    let folder = folder(&with_box(guards), |_| {});
+    // A plan that knows nothing of the box is refused as a whole; that of the cell keeps to it, and says how clear it is.
+    assert!(plan(&folder, "scenario.toml", "anywhere.toml").status.success());
+    let refused = rehearsed(&folder, "anywhere.toml");
+    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && told.contains("forbidden by the guards"), "{told}");
+    let planned = plan(&folder, "cell.toml", "inside.toml");
+    assert!(planned.status.success(), "{}", String::from_utf8_lossy(&planned.stderr));
+    let allowed = rehearsed(&folder, "inside.toml");
+    let said = String::from_utf8_lossy(&allowed.stdout).into_owned();
+    assert!(allowed.status.success() && said.contains("the least clearance is"), "{said}");
 }

@@ -134,7 +134,7 @@ fn a_point_that_cannot_be_planned_is_a_row_and_plans_are_shared_where_they_may_b
     assert!(plans[2].is_none() && plans[3].is_none());
     // The plan is what it would have been without the truth that they differ in.
     let alone = calibench_sim::planning::plan(&study.points[1].scenario, study.points[1].scenario.seed).unwrap();
-    assert_eq!(format!("{:?}", alone.probings), format!("{:?}", plans[1].unwrap().plan.probing.poses));
+    assert_eq!(format!("{:?}", alone.probing.poses), format!("{:?}", plans[1].unwrap().plan.probing.poses));
 
     // Where no point can be, the scenario is to blame.
     let nowhere = self::document("[[sweep.axis]]\nkey = \"plan.cone_deg\"\nvalues = [0.001, 0.002]\n");

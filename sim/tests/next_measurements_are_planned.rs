@@ -64,7 +64,7 @@ fn the_plan_of_next_is_measured() {
     }
 
     let cell = read_dataset(&folder.path().join("data")).unwrap();
-    let planned = read_plan(&folder.path().join("next.toml"), &cell).unwrap().len();
+    let planned = read_plan(&folder.path().join("next.toml"), &cell).unwrap().poses.len();
     assert!([5, 10, 20, 40].contains(&planned), "{planned} poses");
     done(&calibench(folder.path(), &["measure", "cell.toml", "--plan", "next.toml", "-o", "more"], "2"));
     let more = read_dataset(&folder.path().join("more")).unwrap();

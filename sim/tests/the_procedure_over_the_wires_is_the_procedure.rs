@@ -5,11 +5,14 @@
 
 mod served;
 
+use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::identify::{Model, identify};
-use calibench::measure::{Dataset, SampleSet, read_dataset};
+use calibench::measure::{Campaign, CampaignSettings, CenteringController, Dataset, SampleSet, Station, read_dataset};
 use calibench::units::UM;
 use calibench_sim::random::Streams;
-use calibench_sim::session::{Session, session_s};
+use calibench_sim::session::{Session, centring, session_s};
+use calibench_sim::world::SimulatedRobot;
+use nalgebra::Vector3;
 use served::{Bench, SEED};
 
 /// How far the TCP of a sample may be from that of the same pose measured in one process, m. Motions and draws are the same but for the noise
@@ -20,11 +23,44 @@ const CENTRED: f64 = 2.0 * UM;
 /// the sigmas rest on, the noise of a centring (paper, section 4: about 10 um); the largest of 31 is twice as far out as one.
 const SAME: f64 = 0.2;
 
+/// A robot that comes to rest at every point of a way, as a controller does that is told one motion after the other.
+struct Stopping(SimulatedRobot);
+
+impl Manipulator for Stopping {
+    fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {
+        self.0.joints()
+    }
+
+    fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
+        self.0.move_joints(target)
+    }
+
+    fn move_in_tool(&mut self, offset: &Vector3<f64>) -> Result<(), ManipulatorError> {
+        self.0.move_in_tool(offset)
+    }
+
+    fn clock_s(&mut self) -> f64 {
+        self.0.clock_s()
+    }
+}
+
+/// The motions of a measurement over the wires: to where the gauge is mastered and back, then from ball to ball.
 fn in_one_process(bench: &Bench) -> Dataset {
-    let poses = &bench.poses;
+    let (poses, ways) = (&bench.poses, &bench.ways);
     let streams = Streams { seed: SEED, trial: 0 };
     let session = Session::begin(&bench.scenario, streams, session_s(&bench.scenario, poses, 0)).unwrap();
-    let record = session.probe(poses, None, &mut ());
+    let world = session.world();
+    world.begin_at(&ways.home);
+    let mut robot = Stopping(world.robot());
+    let (mastering, way) = ways.mastering.clone().unwrap();
+    let there = [way.via.as_slice(), &[mastering]].concat();
+    let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
+    robot.move_along(&there).and_then(|()| robot.move_along(&back)).unwrap();
+    let free_reading = session.mastering().free_reading;
+    let settings = centring(&bench.scenario);
+    let controller = CenteringController::new(robot, world.indicators(), TriCal::default(), free_reading, settings);
+    let mut campaign = Campaign::new(controller, CampaignSettings::default()).by(ways.clone(), Station::Home);
+    let record = campaign.run(poses, &mut ());
     assert_eq!(record.aborted, None);
     Dataset { samples: record.samples, ..bench.cell() }
 }
