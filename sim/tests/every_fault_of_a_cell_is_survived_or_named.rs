@@ -59,7 +59,7 @@ fn case(name: &str, service: &[&str], ends: &Ends) {
             let mut sound = bench.serve(&[]);
             sound.tell("ball out");
             bench.write_cell(&sound, "", "", "");
-            let again = bench.measured(name, &["--mastered", "--resume"]);
+            let again = bench.measured(name, &["--resume"]);
             assert_eq!(again.status.code(), Some(0), "{name}: {}", said(&again));
             assert_none_lost(&before, &bench.path(name));
             println!("{name}: exit 3, {} kept, 0 lost: {}", before.len(), said(&output).trim());
@@ -148,7 +148,7 @@ fn the_disk_is_full() {
     let mut served = bench.serve(&[]);
     served.tell("ball out");
     bench.write_cell(&served, "", "", "");
-    let again = bench.measured("full", &["--mastered", "--resume"]);
+    let again = bench.measured("full", &["--resume"]);
     assert_eq!(again.status.code(), Some(0), "{}", said(&again));
     assert_none_lost(&before, &bench.path("full"));
 }

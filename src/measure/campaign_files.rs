@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{CampaignRecord, Iteration, PlannedPose, ProbingRecord};
 use crate::files::{FileError, write_whole};
-use crate::units::{DEG, UM};
+use crate::units::{DEG, MM, UM};
 
 impl CampaignRecord {
     /// Writes `iterations.csv` and `probings.csv` into `folder`; `poses` is the plan, `balls` the names of the artifact's balls.
@@ -35,6 +35,7 @@ impl CampaignRecord {
     /// | `retries` | answers asked for again |
     /// | `backed_off` | 1 when the arm ended clear of the ball |
     /// | `started_s`, `duration_s` | on the cell's clock |
+    /// | `clearance_mm` | least gap on the planned way to the pose and on its approach; empty where it is not known |
     ///
     /// # Errors
     /// When the folder cannot be written.
@@ -47,8 +48,20 @@ impl CampaignRecord {
         let stops = stops.flat_map(|(k, record)| record.probing.iterations.iter().map(move |i| stop_row(k, i, joints)));
         write_table(&folder.join("iterations.csv"), header, stops)?;
 
-        let header =
-            ["probing", "id", "ball", "attempt", "outcome", "why", "steps", "retries", "backed_off", "started_s", "duration_s"];
+        let header = [
+            "probing",
+            "id",
+            "ball",
+            "attempt",
+            "outcome",
+            "why",
+            "steps",
+            "retries",
+            "backed_off",
+            "started_s",
+            "duration_s",
+            "clearance_mm",
+        ];
         let rows = self.probings.iter().enumerate().map(|(k, record)| probing_row(k, record, poses, balls));
         write_table(&folder.join("probings.csv"), header.map(String::from).to_vec(), rows)
     }
@@ -86,6 +99,7 @@ fn probing_row(k: usize, record: &ProbingRecord, poses: &[PlannedPose], balls: &
         u8::from(backed_off).to_string(),
         probing.started_s.to_string(),
         probing.duration_s.to_string(),
+        pose.and_then(|p| p.clearance).map_or_else(String::new, |gap| format!("{:.3}", gap / MM)),
     ]
 }
 
