@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
-    Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
+    ArmAt, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
     Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingPlan, Progress, Sample, SampleSet,
-    Station, Witness, master, parts_by_payload,
+    Witness, master, parts_by_payload,
 };
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
@@ -97,7 +97,7 @@ impl<'a> Session<'a> {
     pub fn probe(&self, plan: &ProbingPlan, mut journal: Option<&mut Journal>, witness: &mut dyn Witness) -> CampaignRecord {
         let settings = centring(self.scenario);
         let mut record = CampaignRecord::default();
-        let mut stands = Station::Home;
+        let mut stands = ArmAt::Home;
         if let Some(ways) = &plan.ways {
             self.world.begin_at(&ways.home);
         }
@@ -120,7 +120,7 @@ impl<'a> Session<'a> {
                 break;
             }
         }
-        if let (Some(ways), Station::Approach(at)) = (&plan.ways, &stands) {
+        if let (Some(ways), ArmAt::Approach(at)) = (&plan.ways, &stands) {
             self.way_home.replace(ways.home_from(at));
         }
         record

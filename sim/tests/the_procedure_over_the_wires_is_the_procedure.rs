@@ -7,7 +7,7 @@ mod served;
 
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::identify::{Model, identify};
-use calibench::measure::{Campaign, CampaignSettings, CenteringController, Dataset, SampleSet, Station, read_dataset};
+use calibench::measure::{ArmAt, Campaign, CampaignSettings, CenteringController, Dataset, SampleSet, read_dataset};
 use calibench::units::UM;
 use calibench_sim::random::Streams;
 use calibench_sim::session::{Session, centring, session_s};
@@ -59,7 +59,7 @@ fn in_one_process(bench: &Bench) -> Dataset {
     let free_reading = session.mastering().free_reading;
     let settings = centring(&bench.scenario);
     let controller = CenteringController::new(robot, world.indicators(), TriCal::default(), free_reading, settings);
-    let mut campaign = Campaign::new(controller, CampaignSettings::default()).by(ways.clone(), Station::Home);
+    let mut campaign = Campaign::new(controller, CampaignSettings::default()).by(ways.clone(), ArmAt::Home);
     let record = campaign.run(poses, &mut ());
     assert_eq!(record.aborted, None);
     Dataset { samples: record.samples, ..bench.cell() }

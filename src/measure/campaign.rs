@@ -6,7 +6,7 @@ use thiserror::Error;
 use super::course::Course;
 use super::journal_entry::ProbingEntry;
 use super::last_motion::LastMotion;
-use super::{CenteringController, CentringFailure, HomeWays, Iteration, Journal, PlannedPose, Probing, Sample, Station};
+use super::{ArmAt, CenteringController, CentringFailure, HomeWays, Iteration, Journal, PlannedPose, Probing, Sample};
 use crate::cell::{Indicator, Manipulator};
 use crate::units::{ARCSEC, UM};
 
@@ -116,7 +116,7 @@ pub struct Campaign<M, I> {
     joints: LastMotion,
     plungers: LastMotion,
     ways: Option<HomeWays>,
-    stands: Station,
+    stands: ArmAt,
 }
 
 impl<M: Manipulator, I: Indicator> Campaign<M, I> {
@@ -124,17 +124,17 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     pub fn new(controller: CenteringController<M, I>, settings: CampaignSettings) -> Self {
         let joints = LastMotion::new(settings.joint_motion);
         let plungers = LastMotion::new(settings.plunger_motion);
-        Campaign { controller, settings, joints, plungers, ways: None, stands: Station::Unknown }
+        Campaign { controller, settings, joints, plungers, ways: None, stands: ArmAt::Unknown }
     }
 
     /// The same, by these ways: the arm stands at `stands` now. Without ways it moves at once to every pose, whatever is between.
     #[must_use]
-    pub fn by(self, ways: HomeWays, stands: Station) -> Self {
+    pub fn by(self, ways: HomeWays, stands: ArmAt) -> Self {
         Campaign { ways: Some(ways), stands, ..self }
     }
 
     /// Where the arm stands, as far as its ways know.
-    pub fn stands(&self) -> &Station {
+    pub fn stands(&self) -> &ArmAt {
         &self.stands
     }
 
@@ -191,7 +191,7 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
         // Where it was refused at once the arm stands where it stood.
         let refused = |iteration: &Iteration| iteration.fault.as_ref().is_some_and(CentringFailure::is_robot_s);
         if !probing.iterations.first().is_none_or(refused) {
-            self.stands = Station::Approach(pose.id.clone());
+            self.stands = ArmAt::Approach(pose.id.clone());
         }
         ProbingEntry { pose: pose.id.clone(), attempt, probing, approach: on_ball.0, plungers: on_ball.1 }
     }
@@ -199,11 +199,11 @@ impl<M: Manipulator, I: Indicator> Campaign<M, I> {
     /// The joints by which the arm gets to the approach of `pose` from where it stands; `before` is the one before it in the plan.
     fn via(&self, pose: &PlannedPose, before: Option<&PlannedPose>) -> Vec<Vec<f64>> {
         match (&self.ways, &self.stands) {
-            (Some(ways), Station::Home) => ways.from_home(&pose.id).to_vec(),
-            (Some(_), Station::Approach(at)) if *at == pose.id => Vec::new(),
-            (Some(_), Station::Approach(at)) if before.is_some_and(|before| before.id == *at) => pose.via.clone(),
-            (Some(ways), Station::Approach(at)) => ways.between(at, &pose.id),
-            (None, _) | (_, Station::Unknown) => Vec::new(),
+            (Some(ways), ArmAt::Home) => ways.from_home(&pose.id).to_vec(),
+            (Some(_), ArmAt::Approach(at)) if *at == pose.id => Vec::new(),
+            (Some(_), ArmAt::Approach(at)) if before.is_some_and(|before| before.id == *at) => pose.via.clone(),
+            (Some(ways), ArmAt::Approach(at)) => ways.between(at, &pose.id),
+            (None, _) | (_, ArmAt::Unknown) => Vec::new(),
         }
     }
 }

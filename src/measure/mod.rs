@@ -69,6 +69,6 @@ pub(crate) use samples_file::Row;
 pub(crate) use samples_header::Header;
 pub(crate) use samples_text::number;
 pub use ways::{
-    Blocked, BlockedPose, HomeWays, Station, WAY_MARGIN, Way, WayFinder, WayRequest, WaysError, Whereabouts, plan_ways, turn,
+    ArmAt, Blocked, BlockedPose, HomeWays, WAY_MARGIN, Way, WayFinder, WayRequest, WaysError, Whereabouts, plan_ways, turn,
     whereabouts,
 };

@@ -9,7 +9,7 @@ mod plan;
 mod search;
 mod whereabouts;
 
-pub use plan::{BlockedPose, HomeWays, Station, WaysError, plan_ways};
+pub use plan::{ArmAt, BlockedPose, HomeWays, WaysError, plan_ways};
 pub use whereabouts::{Whereabouts, whereabouts};
 
 use crate::cell::Guards;

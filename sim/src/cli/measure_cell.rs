@@ -10,8 +10,8 @@ use calibench::cell::kuka::KukaRobot;
 use calibench::cell::{Guarded, LaterClock, Manipulator, Motion, MotionRecord};
 use calibench::files::cannot_be_written;
 use calibench::measure::{
-    CalledOff, Campaign, CampaignRecord, CampaignSettings, Cell, CellGauge, CenteringController, Conditions, Dataset, Journal,
-    JournalSession, Opened, ProbingPlan, Station, Witness, parts_by_payload, read_cell, read_plan,
+    ArmAt, CalledOff, Campaign, CampaignRecord, CampaignSettings, Cell, CellGauge, CenteringController, Conditions, Dataset,
+    Journal, JournalSession, Opened, ProbingPlan, Witness, parts_by_payload, read_cell, read_plan,
 };
 use calibench::units::{DEG, MM};
 
@@ -192,7 +192,7 @@ impl ReadyCampaign<'_> {
     /// Probes the balls, with the payload that the plan names first, then with the next, and goes home.
     fn run<M: Manipulator>(
         &self,
-        (mut robot, mut stands): (M, Station),
+        (mut robot, mut stands): (M, ArmAt),
         gauges: &mut [CellGauge; 3],
         journal: &mut Journal,
         witness: &mut dyn Witness,
@@ -225,13 +225,13 @@ impl ReadyCampaign<'_> {
     }
 
     /// Goes home; where the arm stands then. Where it is refused, what was measured is not lost by that.
-    fn go_home(&self, robot: &mut impl Manipulator, stands: Station) -> Station {
-        let (Some(ways), Station::Approach(at)) = (&self.plan.ways, &stands) else { return stands };
+    fn go_home(&self, robot: &mut impl Manipulator, stands: ArmAt) -> ArmAt {
+        let (Some(ways), ArmAt::Approach(at)) = (&self.plan.ways, &stands) else { return stands };
         match robot.move_along(&ways.home_from(at)) {
-            Ok(()) => Station::Home,
+            Ok(()) => ArmAt::Home,
             Err(error) => {
                 eprintln!("warning: the arm did not go home: {error}");
-                Station::Unknown
+                ArmAt::Unknown
             }
         }
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 use calibench::cell::Manipulator;
 use calibench::cell::gauge::PresetManner;
 use calibench::measure::{
-    Cell, CellGauge, HomeWays, JournalSession, PlannedPose, ProbingPlan, Station, WAY_MARGIN, WayFinder, WayRequest,
-    Whereabouts, master, still_mastered, whereabouts,
+    ArmAt, Cell, CellGauge, HomeWays, JournalSession, PlannedPose, ProbingPlan, WAY_MARGIN, WayFinder, WayRequest, Whereabouts,
+    master, still_mastered, whereabouts,
 };
 use calibench::units::{DEG, MM};
 
@@ -77,7 +77,7 @@ pub fn motions(plan: &ProbingPlan) -> Vec<(String, Vec<Vec<f64>>)> {
 /// How the arm gets from where it stands to where the plan knows its ways.
 pub struct FirstMotion {
     way: Vec<Vec<f64>>,
-    station: Station,
+    station: ArmAt,
     /// To be told to the operator.
     pub words: Option<String>,
 }
@@ -96,18 +96,18 @@ impl FirstMotion {
                 let ball = model.balls.get(pose.ball).map_or("", |b| b.id.as_str());
                 let words = format!("The arm stands at ball '{ball}': it first backs off to the approach of '{}'.", pose.id);
                 let way = vec![pose.approach.clone()];
-                Ok(FirstMotion { way, station: Station::Approach(pose.id.clone()), words: Some(words) })
+                Ok(FirstMotion { way, station: ArmAt::Approach(pose.id.clone()), words: Some(words) })
             }
             (Whereabouts::OnWay(way, station), _) => Ok(FirstMotion { way, station, words: None }),
             (Whereabouts::AtMastering, Some(ways)) => Ok(FirstMotion {
                 way: ways.mastering.iter().flat_map(|(_, way)| way.via.iter().rev()).chain([&ways.home]).cloned().collect(),
-                station: Station::Home,
+                station: ArmAt::Home,
                 words: None,
             }),
             (Whereabouts::Unknown, Some(ways)) => found(cell, ways, q),
             (Whereabouts::AtMastering | Whereabouts::Unknown, None) => {
                 let words = "The plan holds no ways: nothing is known of what the arm may touch between its poses.";
-                Ok(FirstMotion { way: Vec::new(), station: Station::Unknown, words: Some(words.into()) })
+                Ok(FirstMotion { way: Vec::new(), station: ArmAt::Unknown, words: Some(words.into()) })
             }
         }
     }
@@ -116,7 +116,7 @@ impl FirstMotion {
     ///
     /// # Errors
     /// When the robot does not go there.
-    pub fn make(self, robot: &mut impl Manipulator) -> Result<Station, Failure> {
+    pub fn make(self, robot: &mut impl Manipulator) -> Result<ArmAt, Failure> {
         robot.move_along(&self.way).map_err(|e| hardware(&e))?;
         Ok(self.station)
     }
@@ -144,7 +144,7 @@ fn found(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, Failure
     match WayFinder::new(request, ways.home.clone()).home_from(q) {
         Ok(way) => Ok(FirstMotion {
             way: [way.via.as_slice(), std::slice::from_ref(&ways.home)].concat(),
-            station: Station::Home,
+            station: ArmAt::Home,
             words: Some("The arm stands on no motion of the plan: it first goes to the home posture.".into()),
         }),
         Err(blocked) => {
@@ -173,8 +173,8 @@ pub fn ready<M: Manipulator>(
     before: &Before<'_>,
     operator: &mut Operator,
     (robot, gauges): (&mut M, &mut [CellGauge; 3]),
-    stands: Station,
-) -> Result<(JournalSession, Station), Failure> {
+    stands: ArmAt,
+) -> Result<(JournalSession, ArmAt), Failure> {
     let known = before.session.map(|session| &session.mastering);
     let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
     let now = robot.clock_s();
@@ -201,15 +201,15 @@ pub fn ready<M: Manipulator>(
 }
 
 /// Goes where the gauge is mastered. A preset that is written while a plunger touches a ball shifts all that is measured after it.
-fn to_mastering(cell: &Cell, plan: &ProbingPlan, robot: &mut impl Manipulator, stands: Station) -> Result<Station, Failure> {
+fn to_mastering(cell: &Cell, plan: &ProbingPlan, robot: &mut impl Manipulator, stands: ArmAt) -> Result<ArmAt, Failure> {
     if let Some((ways, (mastering, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
         let home = match &stands {
-            Station::Approach(id) => ways.home_from(id),
-            Station::Home | Station::Unknown => Vec::new(),
+            ArmAt::Approach(id) => ways.home_from(id),
+            ArmAt::Home | ArmAt::Unknown => Vec::new(),
         };
         let to = [home.as_slice(), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
         robot.move_along(&to).map_err(|e| hardware(&e))?;
-        return Ok(Station::Home);
+        return Ok(ArmAt::Home);
     }
     let tcp = cell.guards.tcp(&robot.joints().map_err(|e| hardware(&e))?);
     let near = cell.dataset.balls.iter().find(|ball| (ball.position - tcp).norm() < CLEAR_OF_BALLS);
@@ -223,11 +223,11 @@ fn to_mastering(cell: &Cell, plan: &ProbingPlan, robot: &mut impl Manipulator, s
 }
 
 /// Back home from there.
-fn from_mastering(plan: &ProbingPlan, robot: &mut impl Manipulator, stands: Station) -> Result<Station, Failure> {
+fn from_mastering(plan: &ProbingPlan, robot: &mut impl Manipulator, stands: ArmAt) -> Result<ArmAt, Failure> {
     if let Some((ways, (_, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
         let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
         robot.move_along(&back).map_err(|e| hardware(&e))?;
-        return Ok(Station::Home);
+        return Ok(ArmAt::Home);
     }
     Ok(stands)
 }

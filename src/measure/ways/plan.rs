@@ -13,7 +13,7 @@ use crate::units::DEG;
 
 /// Where the arm stands in a campaign, as far as its ways know.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Station {
+pub enum ArmAt {
     /// Somewhere: no way from there is known.
     #[default]
     Unknown,

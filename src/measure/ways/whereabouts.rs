@@ -1,6 +1,6 @@
 //! Where an arm stands among the motions of a plan, so that it gets off a ball and home again whatever interrupted it.
 
-use super::{HomeWays, Station, turn};
+use super::{ArmAt, HomeWays, turn};
 use crate::measure::PlannedPose;
 use crate::units::{DEG, MM};
 
@@ -20,7 +20,7 @@ pub enum Whereabouts {
     /// At a ball, or on its way there or back: of the pose at this place, whose approach is the way out.
     AtBall(usize),
     /// On a way, which goes on by these joints (rad) to the station.
-    OnWay(Vec<Vec<f64>>, Station),
+    OnWay(Vec<Vec<f64>>, ArmAt),
     /// At the posture in which the gauge is mastered.
     AtMastering,
     /// On no motion that the plan knows.
@@ -38,7 +38,7 @@ pub fn whereabouts(
     let here = tcp(q);
     // Ends first: the approach of a pose is on its way out as well.
     if let Some(pose) = poses.iter().find(|pose| turn(q, &pose.approach) < ON_THE_WAY) {
-        return Whereabouts::OnWay(Vec::new(), Station::Approach(pose.id.clone()));
+        return Whereabouts::OnWay(Vec::new(), ArmAt::Approach(pose.id.clone()));
     }
     let out = poses.iter().enumerate().filter_map(|(k, pose)| {
         let nearest = nearest(&pose.contact, &pose.approach, q);
@@ -50,7 +50,7 @@ pub fn whereabouts(
     }
     let Some(ways) = ways else { return Whereabouts::Unknown };
     if turn(q, &ways.home) < ON_THE_WAY {
-        return Whereabouts::OnWay(Vec::new(), Station::Home);
+        return Whereabouts::OnWay(Vec::new(), ArmAt::Home);
     }
     if let Some((mastering, way)) = &ways.mastering {
         if turn(q, mastering) < ON_THE_WAY {
@@ -58,12 +58,12 @@ pub fn whereabouts(
         }
         let back = [std::slice::from_ref(mastering), &reversed(&way.via), std::slice::from_ref(&ways.home)].concat();
         if let Some(rest) = rest_of(&back, q) {
-            return Whereabouts::OnWay(rest, Station::Home);
+            return Whereabouts::OnWay(rest, ArmAt::Home);
         }
     }
     let mut before: Option<&PlannedPose> = None;
     for pose in poses {
-        let station = || Station::Approach(pose.id.clone());
+        let station = || ArmAt::Approach(pose.id.clone());
         let from_home =
             [std::slice::from_ref(&ways.home), ways.from_home(&pose.id), std::slice::from_ref(&pose.approach)].concat();
         if let Some(rest) = rest_of(&from_home, q) {
@@ -138,8 +138,8 @@ mod tests {
         let find = |q: &[f64]| whereabouts(&poses, Some(&ways), (&robot, &base, &tool), q);
         let between =
             |a: &[f64], b: &[f64], share: f64| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect() };
-        let b = Station::Approach("b".into());
-        assert_eq!(find(&home), Whereabouts::OnWay(Vec::new(), Station::Home));
+        let b = ArmAt::Approach("b".into());
+        assert_eq!(find(&home), Whereabouts::OnWay(Vec::new(), ArmAt::Home));
         assert_eq!(find(&poses[1].approach), Whereabouts::OnWay(Vec::new(), b.clone()));
         // On the ball, beside it as centring leaves the arm, and half way out.
         let mut centring = poses[0].contact.clone();
