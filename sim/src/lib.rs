@@ -27,6 +27,7 @@ pub mod precision;
 mod proposal_files;
 pub mod prove;
 pub mod random;
+pub mod repeatability;
 pub mod run;
 pub mod scenario;
 pub mod score;

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
     ArmAt, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
-    Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingPlan, Progress, Sample, SampleSet,
-    Witness, master, parts_by_payload,
+    Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingFailure, ProbingPlan, Progress,
+    RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, Witness, master, parts_by_payload,
 };
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
@@ -124,6 +124,21 @@ impl<'a> Session<'a> {
             self.way_home.replace(ways.home_from(at));
         }
         record
+    }
+
+    /// Goes back to a station again and again.
+    ///
+    /// # Errors
+    /// When a probing there would fail.
+    pub fn revisit(&self, station: &Station, settings: &RepeatabilitySettings) -> Result<StationRecord, ProbingFailure> {
+        let (robot, indicators) = (self.world.robot(), self.world.indicators());
+        let free_reading = self.mastering.free_reading;
+        self.world.name_sample(&station.pose.id);
+        CenteringController::new(robot, indicators, TriCal::default(), free_reading, centring(self.scenario)).revisit(
+            station,
+            settings,
+            &mut |_| (),
+        )
     }
 
     /// Sets the tracker up on its nests, and takes the artifact away: it would stand in the tracker's workspace (paper, section 6).

@@ -16,6 +16,7 @@ mod hypotheses;
 mod ladder;
 mod level;
 mod library;
+mod lost_motion;
 mod misfit;
 mod next;
 mod noise;
@@ -24,6 +25,7 @@ mod outside_range;
 mod posterior;
 mod recommend;
 mod relevance;
+mod repeatability;
 mod residual_views;
 mod rung;
 mod shifts;
@@ -45,6 +47,7 @@ pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Next, Top, best_step, ladder};
 pub use library::{Candidate, Library, Untestable};
+pub use lost_motion::{Arrivals, LostMotion};
 pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{
     Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Planned, Pool, Proposal, Prospect, Rival, STEPS,
@@ -58,6 +61,7 @@ pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicate
 pub use outside_range::{Extrapolation, OutsideRange};
 pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
 pub use relevance::Relevance;
+pub use repeatability::{PoseRepeatability, Repeatability, StationRepeatability};
 pub(crate) use residual_views::SeenSample;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,

@@ -116,7 +116,11 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     /// centring ends a few millimetres beside it, and a joint motion from there closes on the planned one as it goes. A straight
     /// line asks the controller for inverse kinematics again, which is just what may have failed (a joint limit, an unreachable
     /// target), and along a tool axis that may be the very one that is wrong.
-    fn retreat(&mut self, pose: &PlannedPose, note: &mut dyn FnMut(&Iteration)) -> (bool, Result<(), CentringFailure>) {
+    pub(super) fn retreat(
+        &mut self,
+        pose: &PlannedPose,
+        note: &mut dyn FnMut(&Iteration),
+    ) -> (bool, Result<(), CentringFailure>) {
         let free =
             self.stop(Phase::Retreat, std::slice::from_ref(&pose.approach), note, |cell, _, reading| cell.all_free(&reading?));
         (!matches!(&free, Err(reason) if reason.is_robot_s()), free)

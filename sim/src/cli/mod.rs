@@ -25,6 +25,8 @@ mod precision_tables;
 mod progress;
 mod prove;
 mod rehearsal;
+mod repeatability;
+mod repeatability_tables;
 mod report;
 mod run;
 mod serve;
@@ -101,6 +103,8 @@ enum Verb {
     Merge(merge::Arguments),
     /// How far a centred ball stands from where the master ball stood (paper Table 3), and what that is made of
     Precision(precision::Arguments),
+    /// What the robot repeats (RP after ISO 9283) and what each joint loses on reversal, measured with the gauge
+    Repeatability(repeatability::Arguments),
     /// Does the advice hold? Measured campaigns are divided, and what one part recommends is judged on the other
     Prove(prove::Arguments),
     /// Blind trials of the diagnosis, held against the truth
@@ -156,6 +160,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Design(a) => design::run(a),
         Verb::Merge(a) => merge::run(a),
         Verb::Precision(a) => precision::run(a),
+        Verb::Repeatability(a) => repeatability::run(a),
         Verb::Prove(a) => prove::run(a),
         Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),

@@ -1,0 +1,98 @@
+//! `repeatability SCENARIO`: what the robot repeats and what its joints lose on reversal, measured with the gauge.
+
+use std::path::PathBuf;
+
+use calibench::measure::RepeatabilitySettings;
+
+use super::progress::Waiting;
+use super::repeatability_tables::{repeatability_json, repeatability_text};
+use super::{Failure, Outcome, print, print_json, seed};
+use crate::blame::with_reasons;
+use crate::random::Streams;
+use crate::repeatability::{RepeatabilityError, stations, visit};
+use crate::run::RunError;
+use crate::scenario::{PlantKind, Scenario, load_scenario};
+
+/// Most returns, reversals or postures: with them a visit takes a day.
+const MOST: usize = 1000;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// Ball to go back to, by its id; may be given several times; the default is every ball
+    #[arg(long, value_name = "ID")]
+    ball: Vec<String>,
+    /// Postures on each ball
+    #[arg(long, default_value = "1", value_parser = from_one, allow_negative_numbers = true)]
+    postures: usize,
+    /// Returns to each posture; ISO 9283 asks for 30
+    #[arg(long, default_value = "30", value_parser = from_two, allow_negative_numbers = true)]
+    returns: usize,
+    /// Arrivals of each joint from each side, at each posture
+    #[arg(long, default_value = "10", value_parser = from_two, allow_negative_numbers = true)]
+    reversals: usize,
+    /// Seed in place of the scenario's
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Who plays the mechanics of the cell, in place of the scenario's choice
+    #[arg(long, value_enum)]
+    plant: Option<PlantKind>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+fn from_one(text: &str) -> Result<usize, String> {
+    count(text, 1)
+}
+
+fn from_two(text: &str) -> Result<usize, String> {
+    count(text, 2)
+}
+
+fn count(text: &str, least: usize) -> Result<usize, String> {
+    let wanted = format!("give a whole number from {least} to {MOST}");
+    text.parse().ok().filter(|n| (least..=MOST).contains(n)).ok_or(wanted)
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut scenario = load_scenario(&arguments.scenario)?;
+    scenario.plant = arguments.plant.unwrap_or(scenario.plant);
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let balls = places(&scenario.ball_ids(), &arguments.ball)?;
+    let Arguments { returns, reversals, .. } = *arguments;
+    let settings = RepeatabilitySettings { returns, reversals, ..RepeatabilitySettings::default() };
+    let waiting = Waiting::new("choosing postures");
+    let blame = |error: RepeatabilityError| blamed(&scenario, error);
+    let stations = stations(&scenario, &balls, arguments.postures, seed).map_err(blame)?;
+    waiting.now("going back to them");
+    let visited = visit(&scenario, Streams { seed, trial: 0 }, &stations, &settings).map_err(blame)?;
+    drop(waiting);
+    if arguments.json {
+        print_json(&repeatability_json(&scenario, seed, &visited))?;
+    } else {
+        print(&repeatability_text(&scenario, seed, &visited))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// The places of the balls so named, each once and in the artifact's order; all where none is named.
+fn places(ids: &[String], named: &[String]) -> Result<Vec<usize>, Failure> {
+    if let Some(unknown) = named.iter().find(|name| !ids.contains(name)) {
+        return Err(format!("--ball: the artifact has no ball `{unknown}`; give one of {}", ids.join(", ")).into());
+    }
+    Ok((0..ids.len()).filter(|&k| named.is_empty() || named.contains(&ids[k])).collect())
+}
+
+/// Puts a failure at the key of the scenario that brought it about.
+fn blamed(scenario: &Scenario, error: RepeatabilityError) -> Failure {
+    let problem = with_reasons(&error);
+    let key_and_remedy = match error {
+        RepeatabilityError::Plan(error) => return Box::new(scenario.blame_plan(&error)),
+        RepeatabilityError::Session(error) => return Box::new(scenario.blame(&RunError::Session(error))),
+        RepeatabilityError::TooFewPostures { .. } => ("plan", "ask for fewer with --postures, or widen plan.cone_deg"),
+        RepeatabilityError::Visit { .. } => ("truth", "make what is truly wrong smaller, or retreat further"),
+    };
+    Box::new(scenario.wrong(key_and_remedy.0, problem, key_and_remedy.1))
+}

@@ -1,0 +1,127 @@
+//! The repeatability of a simulated robot, measured with the gauge: where to go back to, and the visits.
+//!
+//! Nothing here looks at the truth: the session hands out what indicators and encoders say, and the library judges it.
+
+use calibench::assess::Repeatability;
+use calibench::measure::{Candidate, PlannedPose, ProbingFailure, RepeatabilitySettings, Station, StationRecord};
+use thiserror::Error;
+
+use crate::planning::{PlanError, pool};
+use crate::random::Streams;
+use crate::scenario::Scenario;
+use crate::session::{Session, SessionError, session_s};
+use crate::world::READING_S;
+
+/// Postures from which the stations at a ball are chosen: the best of so many has twice the weakest lever of any one.
+const POOL_PER_BALL: usize = 200;
+
+/// Why no repeatability was found.
+#[derive(Debug, Error)]
+pub enum RepeatabilityError {
+    /// A ball cannot be probed.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// Fewer feasible postures on a ball than were asked for.
+    #[error("{found} feasible postures were found on ball {ball}, {wanted} are wanted")]
+    TooFewPostures {
+        /// Name of the ball.
+        ball: String,
+        /// Found.
+        found: usize,
+        /// Asked for.
+        wanted: usize,
+    },
+    /// The session did not begin.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// A visit ended early.
+    #[error("going back to {station} ended early")]
+    Visit {
+        /// Name of the station.
+        station: String,
+        /// Why.
+        #[source]
+        failure: ProbingFailure,
+    },
+}
+
+/// What was measured, and what it says.
+pub struct Visited {
+    /// Station by station.
+    pub records: Vec<StationRecord>,
+    /// What they say.
+    pub repeatability: Repeatability,
+}
+
+/// So many stations on each of these balls (by place), chosen so that over all of them even the joint that moves the TCP least moves it
+/// as much as can be.
+///
+/// # Errors
+/// When a ball cannot be probed in as many postures.
+pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64) -> Result<Vec<Station>, RepeatabilityError> {
+    let cell = scenario.dataset();
+    let pool = pool(scenario, balls, POOL_PER_BALL.max(postures), seed).map_err(PlanError::Pool)?;
+    let station = |c: &Candidate| {
+        let pose = PlannedPose {
+            id: String::new(),
+            ball: balls[c.ball],
+            payload: 0,
+            contact: c.q.clone(),
+            approach: c.q_approach.clone(),
+            reserve: false,
+            reverses: None,
+        };
+        Station::new(&cell.robot, &cell.base, &cell.tool, pose)
+    };
+    let mut left: Vec<Station> = pool.iter().map(station).collect();
+    let mut squares = vec![0.0; cell.robot.joints()];
+    let mut chosen: Vec<Station> = Vec::new();
+    for &ball in balls.iter().cycle().take(balls.len() * postures) {
+        let weakest = |s: &Station| {
+            let with = s.levers.iter().zip(&squares).map(|(lever, square)| lever.norm_squared() + square);
+            with.fold(f64::INFINITY, f64::min)
+        };
+        let on_ball = left.iter().enumerate().filter(|(_, s)| s.pose.ball == ball);
+        let Some((best, _)) = on_ball.max_by(|a, b| weakest(a.1).total_cmp(&weakest(b.1))) else {
+            let found = chosen.iter().filter(|s| s.pose.ball == ball).count();
+            return Err(RepeatabilityError::TooFewPostures { ball: cell.balls[ball].id.clone(), found, wanted: postures });
+        };
+        let mut station = left.swap_remove(best);
+        station.pose.id = format!("s{:02}", chosen.len() + 1);
+        squares.iter_mut().zip(&station.levers).for_each(|(square, lever)| *square += lever.norm_squared());
+        chosen.push(station);
+    }
+    Ok(chosen)
+}
+
+/// Masters the gauge of the scenario's cell and visits the stations one after the other.
+///
+/// # Errors
+/// When the session does not begin, or a visit ends early.
+pub fn visit(
+    scenario: &Scenario,
+    streams: Streams,
+    stations: &[Station],
+    settings: &RepeatabilitySettings,
+) -> Result<Visited, RepeatabilityError> {
+    let session = Session::begin(scenario, streams, visits_s(scenario, stations, settings))?;
+    let visit = |station: &Station| {
+        let failed = |failure| RepeatabilityError::Visit { station: station.pose.id.clone(), failure };
+        session.revisit(station, settings).map_err(failed)
+    };
+    let records = stations.iter().map(visit).collect::<Result<Vec<_>, _>>()?;
+    // The command line and every caller here give counts of two and more, which is all that is asked for.
+    let repeatability = Repeatability::of(&records).unwrap_or(Repeatability { stations: Vec::new(), lost_motion: Vec::new() });
+    Ok(Visited { records, repeatability })
+}
+
+/// About how long the visits take, s: what "by the end of the session" means in a truth.
+fn visits_s(scenario: &Scenario, stations: &[Station], settings: &RepeatabilitySettings) -> f64 {
+    let poses: Vec<PlannedPose> = stations.iter().map(|s| s.pose.clone()).collect();
+    let stop = scenario.truth().keys().controller.settle_s + 3.0 * READING_S;
+    let joints = scenario.robot().joints();
+    // There and back with some five stops between, and four stops a reversal.
+    let returns = (stations.len() * settings.returns * 6) as f64;
+    let reversals = (stations.len() * settings.reversals * joints * 4) as f64;
+    session_s(scenario, &poses, 0) + (returns + reversals) * stop
+}
