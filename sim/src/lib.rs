@@ -28,6 +28,8 @@ mod proposal_files;
 pub mod prove;
 pub mod random;
 pub mod repeatability;
+pub mod rival;
+pub mod rival_poses;
 pub mod run;
 pub mod scenario;
 pub mod score;

@@ -430,14 +430,14 @@ pub fn shown(model: &Model, dataset: &Dataset) -> Model {
 }
 
 /// A pool seen through the model: what it can tell apart, and each pose's part in it.
-struct PoolDesign {
+pub(crate) struct PoolDesign {
     parameters: Vec<String>,
     jacobian: DMatrix<f64>,
     candidates: Candidates,
 }
 
 impl PoolDesign {
-    fn new(cell: &Dataset, samples: Vec<Sample>, groups: Vec<usize>, model: &Model) -> Result<Self, PlanError> {
+    pub(crate) fn new(cell: &Dataset, samples: Vec<Sample>, groups: Vec<usize>, model: &Model) -> Result<Self, PlanError> {
         // Only what is flat in the model counts: certified balls and tools are known.
         let mut certain = Dataset { samples, tool_sigma: 0.0, ..cell.clone() };
         certain.balls.iter_mut().for_each(|b| b.sigma = 0.0);
@@ -448,6 +448,11 @@ impl PoolDesign {
         let candidates = Candidates::new(&row_major, kept.len(), groups)?;
         let parameters = kept.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
         Ok(PoolDesign { parameters, jacobian, candidates })
+    }
+
+    /// What a selection is made from.
+    pub(crate) fn candidates(&self) -> &Candidates {
+        &self.candidates
     }
 
     fn chosen(&self, selection: &Selection) -> Result<Chosen, PlanError> {

@@ -11,7 +11,9 @@ use thiserror::Error;
 use crate::compensation::{Compensation, compensation};
 use crate::planning::{Plan, PlanError, TrackerPlan, plan, plan_tracker, shown};
 use crate::random::Streams;
-use crate::scenario::{Expectation, Quantity, Scenario};
+use crate::rival::Distances;
+use crate::rival_poses::rival_poses;
+use crate::scenario::{Expectation, InstrumentKind, Quantity, Scenario};
 use crate::score::Score;
 use crate::session::{Session, SessionError, session_s};
 use crate::tracker::{SimulatedTracker, TrackerError};
@@ -110,6 +112,8 @@ pub struct Plans {
     pub plan: Plan,
     /// The tracker's poses.
     pub tracker: TrackerPlan,
+    /// Joints (rad) at which distances are measured, and from which anchor (by its place); none by an instrument that meets balls.
+    pub rival: Vec<(usize, Vec<f64>)>,
 }
 
 impl Plans {
@@ -121,7 +125,7 @@ impl Plans {
         let plan = plan(scenario, seed)?;
         let home = plan.probing.ways.as_ref().map(|ways| ways.home.as_slice());
         let tracker = plan_tracker(scenario, seed, home).map_err(|e| PlanError::Tracker(Box::new(e)))?;
-        Ok(Plans { plan, tracker })
+        Ok(Plans { plan, tracker, rival: rival_poses(scenario, seed)? })
     }
 
     /// About how long the fitted part takes, s.
@@ -165,7 +169,11 @@ fn measured(
     plans: &Plans,
     witness: &mut dyn Witness,
 ) -> Result<(Measurements, SimulatedTracker), RunError> {
-    let campaign = session.probe(&plans.plan.probing, None, witness);
+    let kind = scenario.instrument.kind;
+    let (campaign, rival) = match kind {
+        InstrumentKind::Trical | InstrumentKind::Offset => (session.probe(&plans.plan.probing, None, witness), Vec::new()),
+        _ => (CampaignRecord::default(), session.rival_samples(plans)?),
+    };
     if let Some(abort) = &campaign.aborted {
         return Err(abort.clone().into());
     }
@@ -173,11 +181,17 @@ fn measured(
     let points = session.points(&tracker, &plans.tracker.points, "t", SampleSet::Fit)?;
     let validation = session.points(&tracker, &plans.tracker.validation, "v", SampleSet::Validation)?;
     let cell = scenario.dataset();
-    let samples = campaign.samples.iter().cloned().chain(points.samples).collect();
+    let samples = campaign.samples.iter().cloned().chain(rival).chain(points.samples).collect();
+    // Only plungers push the tool.
+    let contact_force = match kind {
+        InstrumentKind::Trical | InstrumentKind::Offset => World::nominal_contact_force(scenario),
+        _ => Vector3::zeros(),
+    };
+    let anchors = if kind.measures_distances() { Distances::known_anchors(&scenario.instrument) } else { Vec::new() };
     let measurements = Measurements {
         mastering: session.mastering().clone(),
         campaign,
-        fit: Dataset { contact_force: World::nominal_contact_force(scenario), samples, ..cell.clone() },
+        fit: Dataset { contact_force, anchors, samples, ..cell.clone() },
         validation: Dataset { samples: validation.samples, ..cell },
         validation_truth: validation.truth,
     };
@@ -202,12 +216,15 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, witness: &mut dy
         let score = score(&calibration, scenario);
         Ok::<_, RunError>(Method { name, dataset, calibration, validation: judged, score })
     };
-    let trical = method("trical", fit, &scenario.model, Score::of)?;
+    // Of balls a distance from an anchor shows nothing; a seat leaves no readings.
+    let by_gauge = matches!(scenario.instrument.kind, InstrumentKind::Trical | InstrumentKind::Offset);
+    let model = if by_gauge { scenario.model.clone() } else { shown(&scenario.model, &fit) };
+    let trical = method("trical", fit, &model, Score::of)?;
     // Of balls and indicators the tracker's points show nothing.
     let model = shown(&scenario.model, &tracker_data);
     let tracker = method("tracker", tracker_data, &model, Score::of_tracker)?;
     let before = judge(&trical.calibration.as_drawn(), &validation)?;
-    let (plan, tracker_plan) = (plans.plan, plans.tracker);
+    let Plans { plan, tracker: tracker_plan, .. } = plans;
     let mut compensator = Compensator::new(&trical.calibration, &Task { frame: WorkFrame::World, ..Task::default() })?;
     let compensation = compensation(&session, &set_up, &mut compensator, &validation, &tracker_plan, &validation_truth)?;
     Ok(Run {

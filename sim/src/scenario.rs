@@ -5,6 +5,7 @@ mod check;
 mod design_keys;
 mod document;
 mod expect;
+mod instrument_keys;
 mod key;
 mod keys;
 mod mujoco_truth;
@@ -29,6 +30,7 @@ pub use bodies::ball_body;
 pub use design_keys::DesignToml;
 pub use document::Document;
 pub use expect::{Expectation, Quantity};
+pub use instrument_keys::{InstrumentKind, InstrumentToml};
 pub use key::Key;
 pub use keys::{CentringToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};
 pub use mujoco_truth::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening};
@@ -64,6 +66,8 @@ pub struct Scenario {
     pub expect: Vec<Expectation>,
     /// The precision test of its gauge.
     pub precision: PrecisionToml,
+    /// With what its robot is measured.
+    pub instrument: InstrumentToml,
     /// Blind trials of the diagnosis.
     pub suite: Option<SuiteToml>,
     /// The points at which a study is made.
@@ -119,6 +123,20 @@ impl Scenario {
     /// An error at a key of the scenario, in the file that has it.
     pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
         self.sources.wrong(key, problem, remedy)
+    }
+
+    /// That its robot is measured by TriCal, which is all that `verb` can do.
+    ///
+    /// # Errors
+    /// When the scenario names another instrument.
+    pub fn expect_trical(&self, verb: &str) -> Result<(), FileError> {
+        match self.instrument.kind {
+            InstrumentKind::Trical => Ok(()),
+            kind => {
+                let problem = format!("`{verb}` measures by TriCal alone, not by {}", kind.name());
+                Err(self.wrong("instrument.kind", problem, "use `study`, or leave the table out"))
+            }
+        }
     }
 
     /// Folder of the scenario file, for paths relative to it.

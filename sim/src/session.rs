@@ -13,10 +13,13 @@ use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use crate::gauge::Gauge;
 use crate::planning::Tour;
-use crate::plant::PlantError;
+use crate::plant::{Parts, PlantError};
 use crate::random::Streams;
-use crate::scenario::Scenario;
+use crate::rival::{Distances, Seat};
+use crate::run::Plans;
+use crate::scenario::{InstrumentKind, Scenario};
 use crate::tracker::{SimulatedTracker, TrackerError};
 use crate::true_arm::TrueArm;
 use crate::world::{HANDLING_S, READING_S, REBUILDING_S, SharedWorld, World};
@@ -141,6 +144,21 @@ impl<'a> Session<'a> {
         )
     }
 
+    /// What a rival of the gauge measures at the poses chosen for it; the artifact is away where it measures distances.
+    ///
+    /// # Errors
+    /// When the robot does not get there.
+    pub fn rival_samples(&self, plans: &Plans) -> Result<Vec<Sample>, ManipulatorError> {
+        let spec = &self.scenario.instrument;
+        self.world.attendant().remove_artifact();
+        if spec.kind.measures_distances() {
+            return Distances::set_up(spec, &self.streams).measure(&self.world, &plans.rival);
+        }
+        let gauge = Gauge::draw(&self.scenario.truth().keys().indicators.plungers(), &self.streams);
+        let balls = Parts::of(self.scenario, &self.streams, &gauge).balls.iter().map(|b| b.centre).collect();
+        Seat::new(self.scenario, balls, &self.streams).measure(&self.world, &plans.plan.probings)
+    }
+
     /// Sets the tracker up on its nests, and takes the artifact away: it would stand in the tracker's workspace (paper, section 6).
     ///
     /// # Errors
@@ -194,9 +212,13 @@ impl<'a> Session<'a> {
     }
 }
 
-/// How the balls of a scenario are centred.
+/// How the balls of a scenario are centred. A device that is read off centre calls every ball centred that it reaches.
 pub fn centring(scenario: &Scenario) -> CentringSettings {
-    CentringSettings { tolerance: scenario.centring.tolerance_um * UM, ..CentringSettings::default() }
+    let tolerance = match scenario.instrument.kind {
+        InstrumentKind::Offset => scenario.instrument.range_mm * MM,
+        _ => scenario.centring.tolerance_um * UM,
+    };
+    CentringSettings { tolerance, ..CentringSettings::default() }
 }
 
 /// Tells the cell which sample is being taken: a truth may be about one of them.

@@ -140,6 +140,7 @@ fn accepted() -> Result<Keys, toml::de::Error> {
     let sweep: Table = "[[axis]]\nname = 'x'\n[[axis.case]]\nlabel = 'y'".parse()?;
     value.insert("sweep".into(), Value::Table(sweep));
     value.insert("precision".into(), Value::Table(Table::new()));
+    value.insert("instrument".into(), Value::Table(Table::new()));
     let design: Table =
         "balls = 3\nmin_mm = [0, 0, 0]\nmax_mm = [1, 1, 1]\nstep_mm = 1.0\nriser_heights_mm = [1.0]\ntable_mm = 0.0".parse()?;
     value.insert("design".into(), Value::Table(design));

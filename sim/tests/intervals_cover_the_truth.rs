@@ -81,7 +81,7 @@ fn ninety_five_per_cent_are_ninety_five_per_cent() {
     let campaigns = std::env::var("CALIBENCH_COVERAGE_SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(CAMPAIGNS);
     let plans = Plans::new(&scenario, SEED).unwrap();
     let campaign = |trial| {
-        let plans = Plans { plan: plans.plan.clone(), tracker: plans.tracker.clone() };
+        let plans = plans.clone();
         let run = run(&scenario, plans, Streams { seed: SEED, trial }, &mut ()).unwrap();
         (run.trical.score, run.tracker.score)
     };

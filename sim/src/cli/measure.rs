@@ -59,6 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
     let document = Document::read(scenario)?;
     let mut scenario = document.scenario()?;
+    scenario.expect_trical("measure")?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let cell = scenario.dataset();

@@ -35,6 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (scenario, cell.dataset, Some(cell.guards))
     } else {
         let scenario = load_scenario(&arguments.scenario)?;
+        scenario.expect_trical("plan")?;
         let dataset = scenario.dataset();
         (scenario, dataset, None)
     };

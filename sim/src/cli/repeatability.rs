@@ -58,6 +58,7 @@ fn count(text: &str, least: usize) -> Result<usize, String> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenario = load_scenario(&arguments.scenario)?;
+    scenario.expect_trical("repeatability")?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let balls = places(&scenario.ball_ids(), &arguments.ball)?;

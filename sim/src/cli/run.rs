@@ -55,6 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         check_output_folder(folder, "run", FILES[0])?;
     }
     let mut scenario = load_scenario(&arguments.scenario)?;
+    scenario.expect_trical("run")?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let waiting = Waiting::new("planning");

@@ -80,6 +80,7 @@ fn time_scale(text: &str) -> Result<f64, String> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut scenario = load_scenario(&arguments.scenario)?;
+    scenario.expect_trical("serve")?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let planned = plan(&scenario, seed).map_err(|e| scenario.blame_plan(&e))?.probing;

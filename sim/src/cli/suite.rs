@@ -48,6 +48,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
     let scenario = load_scenario(&arguments.scenario)?;
+    scenario.expect_trical("suite")?;
     let Some(spec) = &scenario.suite else {
         return Err(Box::new(scenario.wrong("suite", "is missing", "give a [suite] of blind trials")));
     };

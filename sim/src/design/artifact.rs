@@ -45,6 +45,7 @@ impl Workshop {
     /// When the scenario is not as it must be, or has no `[design]` that can be followed.
     pub fn open(document: &Document) -> Result<Self, FileError> {
         let scenario = document.scenario()?;
+        scenario.expect_trical("design")?;
         let Some(design) = scenario.design.clone() else {
             let remedy = "say in [design] how many balls, where, and of what the artifact is made";
             return Err(document.wrong("design", "is missing", remedy));

@@ -66,7 +66,8 @@ pub fn verify(
     let (identification, points) = (Tour::default(), Tour::default());
     let validation = Tour::direct(workspace.poses.clone());
     let tracker = TrackerPlan { identification, points, validation, again: Vec::new(), chosen: plan.trical.clone() };
-    let plans = Plans { plan: plan.clone(), tracker };
+    // An artifact is designed for the gauge alone.
+    let plans = Plans { plan: plan.clone(), tracker, rival: Vec::new() };
     let errors: Vec<Option<Vec<f64>>> = (0..trials)
         .into_par_iter()
         .map(|trial| {

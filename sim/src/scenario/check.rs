@@ -159,6 +159,7 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
             return wrong(key, format!("is {value}"), format!("give a number from 0 to {most}"));
         }
     }
+    toml.instrument.check(sources)?;
     if toml.centring.tolerance_um <= 0.0 {
         return wrong("centring.tolerance_um", "is not positive".into(), "the paper nulls to 3 um".into());
     }

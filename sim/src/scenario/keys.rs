@@ -6,6 +6,7 @@ use calibench::identify::OwnEffectTable;
 use serde::Deserialize;
 
 use super::design_keys::DesignToml;
+use super::instrument_keys::InstrumentToml;
 use super::precision_keys::PrecisionToml;
 use super::sweep_keys::SweepToml;
 use super::truth_keys::TruthToml;
@@ -46,6 +47,8 @@ pub struct ScenarioToml {
     pub expect: BTreeMap<String, [f64; 2]>,
     #[serde(default)]
     pub precision: PrecisionToml,
+    #[serde(default)]
+    pub instrument: InstrumentToml,
     pub suite: Option<SuiteToml>,
     pub sweep: Option<SweepToml>,
     pub design: Option<DesignToml>,

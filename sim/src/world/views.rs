@@ -50,6 +50,16 @@ impl SharedWorld {
         self.0.borrow().point()
     }
 
+    /// A displacement (world, m) along the true axes of the tool.
+    pub fn in_tool(&self, displacement: &Vector3<f64>) -> Vector3<f64> {
+        self.0.borrow().world_from_tool().rotation.inverse() * displacement
+    }
+
+    /// Lets the time pass, s, that somebody needs for something.
+    pub fn wait(&self, duration_s: f64) {
+        self.0.borrow_mut().pass(duration_s);
+    }
+
     /// From now on notes where the true arm stands.
     pub fn note_true_arm(&self) {
         let mut world = self.0.borrow_mut();

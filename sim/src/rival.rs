@@ -1,0 +1,223 @@
+//! Calibrating by something else than a centred gauge: what a ballbar, drawn wires or a seat measure in the simulated cell.
+//!
+//! Each is played with its own errors, and hands on plain samples: distances from anchors, or balls without readings. Where things
+//! truly are is known here, as to the parts of a cell; the identifier sees the samples and what the scenario states of their noise.
+
+use std::f64::consts::TAU;
+
+use calibench::cell::{Manipulator, ManipulatorError};
+use calibench::measure::{Anchor, CampaignSettings, LastMotion, Measured, PlannedPose, Sample};
+use calibench::robot::{MdhEntry, Posture, Site, SiteIndex};
+use calibench::units::{MM, UM};
+use nalgebra::Vector3;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::random::{Streams, noisy_point, normal};
+use crate::scenario::{InstrumentKind, InstrumentToml, Scenario, StatedEffect};
+use crate::world::{SharedWorld, SimulatedRobot};
+
+/// A ball sits in its seat when the socket has less than this to go, m: what the encoders resolve at the end of a small arm.
+const SEATED: f64 = 0.3 * UM;
+/// Steps in which it is brought there.
+const MOST_STEPS: usize = 12;
+
+/// Distances by a ballbar or by wires, between anchors and the tool.
+pub struct Distances<'a> {
+    spec: &'a InstrumentToml,
+    /// Where the anchors truly are, m.
+    anchors: Vec<Vector3<f64>>,
+    /// Phase of each anchor's periodic error, rad.
+    phases: Vec<f64>,
+    noise: ChaCha8Rng,
+}
+
+impl<'a> Distances<'a> {
+    /// The instrument of a scenario, its errors drawn from the streams of a trial.
+    pub fn set_up(spec: &'a InstrumentToml, streams: &Streams) -> Self {
+        let mut random = streams.stream("anchors");
+        let place = |nominal: &[f64; 3]| noisy_point(&(Vector3::from(*nominal) * MM), spec.anchor_sigma_um * UM, &mut random);
+        let anchors: Vec<Vector3<f64>> = spec.anchors_mm.iter().map(place).collect();
+        let mut random = streams.stream("distance phases");
+        let phases = anchors.iter().map(|_| random.random_range(0.0..TAU)).collect();
+        Distances { spec, anchors, phases, noise: streams.stream("distances") }
+    }
+
+    /// The anchors as their owner knows them.
+    pub fn known_anchors(spec: &InstrumentToml) -> Vec<Anchor> {
+        let known = spec.anchors_mm.iter().enumerate();
+        known.map(|(k, p)| Anchor { id: (k + 1).to_string(), position: Vector3::from(*p) * MM }).collect()
+    }
+
+    /// One-sigma of a distance as its owner would state it, m: noise, the periodic error as if it were random, the anchor's place.
+    pub fn stated_sigma(spec: &InstrumentToml) -> f64 {
+        let [noise, periodic, anchor] = [spec.noise_um, spec.linearity_um, spec.anchor_sigma_um].map(|v| v * UM);
+        (noise * noise + 0.5 * periodic * periodic + anchor * anchor).sqrt()
+    }
+
+    /// The distance read between anchor `k` and a tool that truly stands at `tcp`, m.
+    fn read(&mut self, k: usize, tcp: &Vector3<f64>) -> f64 {
+        let distance = (tcp - self.anchors[k]).norm();
+        let periodic = self.spec.linearity_um * UM * (TAU * distance / (self.spec.period_mm * MM) + self.phases[k]).sin();
+        distance + periodic + normal(self.spec.noise_um * UM, &mut self.noise)
+    }
+
+    /// Measures at these joints (rad): a ballbar from the anchor that each is for (by its place), wires from all anchors at once.
+    ///
+    /// # Errors
+    /// When the robot does not get there.
+    pub fn measure(&mut self, world: &SharedWorld, poses: &[(usize, Vec<f64>)]) -> Result<Vec<Sample>, ManipulatorError> {
+        let mut robot = world.robot();
+        let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);
+        motion.rest_at(&robot.joints()?);
+        let mut samples = Vec::new();
+        let mut at = None;
+        for (number, (anchor, joints)) in poses.iter().enumerate() {
+            if at != Some(*anchor) {
+                world.wait(self.spec.set_up_s);
+                at = Some(*anchor);
+            }
+            robot.move_joints(joints)?;
+            let anchors = match self.spec.kind {
+                InstrumentKind::Ballbar => {
+                    if skipped(self.bring_into_range(world, &mut robot, *anchor))? {
+                        continue;
+                    }
+                    *anchor..*anchor + 1
+                }
+                _ => 0..self.anchors.len(),
+            };
+            world.wait(self.spec.pose_s);
+            let q = robot.joints()?;
+            motion.rest_at(&q);
+            for anchor in anchors {
+                let distance = self.read(anchor, &world.tcp());
+                samples.push(Sample {
+                    payload: world.payload(),
+                    time_s: Some(robot.clock_s()),
+                    temp_c: robot.temperature_c(),
+                    approach: Some(motion.signs().to_vec()),
+                    q_commanded: robot.commanded(),
+                    sigma: Some(Distances::stated_sigma(self.spec)),
+                    ..Sample::new(
+                        format!("d{:03}.{}", number + 1, anchor + 1),
+                        q.clone(),
+                        Measured::Distance { anchor, distance },
+                    )
+                });
+            }
+        }
+        Ok(samples)
+    }
+
+    /// Whoever attaches the bar jogs the tool along it until the transducer is near the middle of its range.
+    fn bring_into_range(&self, world: &SharedWorld, robot: &mut SimulatedRobot, anchor: usize) -> Result<(), ManipulatorError> {
+        for _ in 0..MOST_STEPS {
+            let along = world.tcp() - self.anchors[anchor];
+            let off = along.norm() - self.spec.length_mm * MM;
+            if off.abs() < self.spec.range_mm * MM {
+                return Ok(());
+            }
+            let step = world.in_tool(&(along.normalize() * -off));
+            robot.move_in_tool(&step)?;
+        }
+        Err(ManipulatorError::Unreachable)
+    }
+}
+
+/// A socket on the tool, closed over the balls of the artifact.
+pub struct Seat<'a> {
+    scenario: &'a Scenario,
+    balls: Vec<Vector3<f64>>,
+    random: ChaCha8Rng,
+    compliance: Vec<f64>,
+}
+
+impl<'a> Seat<'a> {
+    /// The seat of a scenario; the balls truly stand at `balls` (world, m).
+    pub fn new(scenario: &'a Scenario, balls: Vec<Vector3<f64>>, streams: &Streams) -> Self {
+        let stated: Vec<(&str, Option<f64>)> = scenario.truth().effects().iter().flat_map(StatedEffect::parameters).collect();
+        let of_joint = |j: usize| {
+            let name = format!("c{}", j + 1);
+            stated.iter().find(|(n, _)| *n == name).and_then(|(_, size)| *size).unwrap_or(0.0)
+        };
+        let compliance = (0..scenario.robot().joints()).map(of_joint).collect();
+        Seat { scenario, balls, random: streams.stream("seat"), compliance }
+    }
+
+    /// Closes the seat over the ball of each pose and reads the joints.
+    ///
+    /// The arm is held by the ball: its TCP is there but for what the seat itself repeats to. What still pushes when it is read bends the
+    /// arm behind the encoders, which the joints read then do not show.
+    ///
+    /// # Errors
+    /// When the robot does not get there.
+    pub fn measure(&mut self, world: &SharedWorld, poses: &[PlannedPose]) -> Result<Vec<Sample>, ManipulatorError> {
+        let spec = &self.scenario.instrument;
+        let mut robot = world.robot();
+        let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);
+        motion.rest_at(&robot.joints()?);
+        world.wait(spec.set_up_s);
+        let mut samples = Vec::new();
+        for pose in poses.iter().filter(|p| !p.reserve) {
+            robot.move_joints(&pose.approach)?;
+            robot.move_joints(&pose.contact)?;
+            let force = noisy_direction(&mut self.random) * spec.force_n;
+            let bent = self.bent(&pose.contact, &force);
+            let target = noisy_point(&self.balls[pose.ball], spec.noise_um * UM, &mut self.random) - bent;
+            if skipped(close(world, &mut robot, &target))? {
+                continue;
+            }
+            world.wait(spec.pose_s);
+            let q = robot.joints()?;
+            motion.rest_at(&q);
+            samples.push(Sample {
+                payload: world.payload(),
+                time_s: Some(robot.clock_s()),
+                temp_c: robot.temperature_c(),
+                approach: Some(motion.signs().to_vec()),
+                q_commanded: robot.commanded(),
+                ..Sample::new(&*pose.id, q, Measured::Ball { ball: pose.ball, reading: None })
+            });
+            robot.move_joints(&pose.approach)?;
+        }
+        Ok(samples)
+    }
+
+    /// By how much a force (N, world) bends the arm at the TCP: `sum J_j c_j (J_j . F)`, m.
+    fn bent(&self, q: &[f64], force: &Vector3<f64>) -> Vector3<f64> {
+        let cell = self.scenario.dataset();
+        let mut posture = Posture::new(&cell.robot);
+        posture.set(&cell.robot, &cell.base, &cell.tool, q, &vec![0.0; SiteIndex::new(q.len()).len()]);
+        let column = |j: usize| posture.column(Site::mdh(j, MdhEntry::Theta));
+        (0..q.len()).map(|j| column(j) * (self.compliance[j] * column(j).dot(force))).sum()
+    }
+}
+
+/// Whether a pose is to be left out since the arm cannot be led to where its instrument closes, as in a campaign.
+fn skipped(led: Result<(), ManipulatorError>) -> Result<bool, ManipulatorError> {
+    match led {
+        Ok(()) => Ok(false),
+        Err(ManipulatorError::JointLimit { .. } | ManipulatorError::Unreachable) => Ok(true),
+        Err(lost) => Err(lost),
+    }
+}
+
+/// Brings the true TCP to `target` (world, m).
+fn close(world: &SharedWorld, robot: &mut SimulatedRobot, target: &Vector3<f64>) -> Result<(), ManipulatorError> {
+    for _ in 0..MOST_STEPS {
+        let off = target - world.tcp();
+        if off.norm() < SEATED {
+            break;
+        }
+        let step = world.in_tool(&off);
+        robot.move_in_tool(&step)?;
+    }
+    Ok(())
+}
+
+/// A direction, every one equally likely.
+fn noisy_direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
+    let v = noisy_point(&Vector3::zeros(), 1.0, random);
+    v.try_normalize(0.0).unwrap_or_else(Vector3::z)
+}

@@ -1,0 +1,126 @@
+//! The keys under `[instrument]`, as written: with what the balls or the distances are measured. Meanings, defaults and sources are in
+//! docs/scenarios.md.
+
+use calibench::files::FileError;
+use serde::Deserialize;
+
+use super::sources::Sources;
+
+/// Postures of one campaign, and anchors, at most.
+const MOST_POSES: usize = 2_000;
+const MOST_ANCHORS: usize = 20;
+
+/// An instrument by which a robot is calibrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum InstrumentKind {
+    /// Three plungers that the robot centres on the balls.
+    #[default]
+    Trical,
+    /// Three plungers read off centre: what they read is the measurement.
+    Offset,
+    /// A telescoping bar between a ball on the table and one on the tool.
+    Ballbar,
+    /// Wires drawn from fixed drums to the tool, all read at every posture.
+    WireSensor,
+    /// A socket on the tool that is closed over the balls by hand or by force.
+    Seat,
+}
+
+impl InstrumentKind {
+    /// As it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            InstrumentKind::Trical => "trical",
+            InstrumentKind::Offset => "offset",
+            InstrumentKind::Ballbar => "ballbar",
+            InstrumentKind::WireSensor => "wire_sensor",
+            InstrumentKind::Seat => "seat",
+        }
+    }
+
+    /// Whether it measures distances from anchors; the others measure balls.
+    pub fn measures_distances(self) -> bool {
+        matches!(self, InstrumentKind::Ballbar | InstrumentKind::WireSensor)
+    }
+}
+
+/// The keys under `[instrument]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[allow(missing_docs)] // described in docs/scenarios.md
+pub struct InstrumentToml {
+    pub kind: InstrumentKind,
+    pub poses: usize,
+    pub range_mm: f64,
+    pub length_mm: f64,
+    pub anchors_mm: Vec<[f64; 3]>,
+    pub anchor_sigma_um: f64,
+    pub noise_um: f64,
+    pub linearity_um: f64,
+    pub period_mm: f64,
+    pub force_n: f64,
+    pub pose_s: f64,
+    pub set_up_s: f64,
+}
+
+impl Default for InstrumentToml {
+    fn default() -> Self {
+        InstrumentToml {
+            kind: InstrumentKind::Trical,
+            poses: 80,
+            range_mm: 10.0,
+            length_mm: 300.0,
+            anchors_mm: Vec::new(),
+            anchor_sigma_um: 0.0,
+            noise_um: 1.0,
+            linearity_um: 0.0,
+            period_mm: 100.0,
+            force_n: 0.0,
+            pose_s: 0.0,
+            set_up_s: 0.0,
+        }
+    }
+}
+
+impl InstrumentToml {
+    /// That its numbers say something that can be measured with.
+    pub(super) fn check(&self, sources: &Sources) -> Result<(), FileError> {
+        let wrong =
+            |key: &str, problem: String, remedy: &str| Err(sources.wrong(&format!("instrument.{key}"), problem, remedy));
+        if !(1..=MOST_POSES).contains(&self.poses) {
+            return wrong("poses", format!("is {}", self.poses), "give a number from 1 to 2000");
+        }
+        let anchors = self.anchors_mm.len();
+        if self.kind.measures_distances() && !(1..=MOST_ANCHORS).contains(&anchors) {
+            let name = self.kind.name();
+            return wrong(
+                "anchors_mm",
+                format!("has {anchors} anchors"),
+                &format!("a {name} wants 1 to {MOST_ANCHORS}, three to know the base"),
+            );
+        }
+        for (key, value) in [("range_mm", self.range_mm), ("length_mm", self.length_mm), ("period_mm", self.period_mm)] {
+            if value.is_nan() || value <= 0.0 {
+                return wrong(key, format!("is {value}"), "give a positive number");
+            }
+        }
+        // Of what is said to be without noise nothing could be weighed.
+        if self.kind.measures_distances() && self.noise_um <= 0.0 {
+            return wrong("noise_um", format!("is {}", self.noise_um), "give a positive number");
+        }
+        for (key, value) in [
+            ("anchor_sigma_um", self.anchor_sigma_um),
+            ("noise_um", self.noise_um),
+            ("linearity_um", self.linearity_um),
+            ("force_n", self.force_n),
+            ("pose_s", self.pose_s),
+            ("set_up_s", self.set_up_s),
+        ] {
+            if !value.is_finite() || value < 0.0 {
+                return wrong(key, format!("is {value}"), "give zero or a positive number");
+            }
+        }
+        Ok(())
+    }
+}
