@@ -106,14 +106,13 @@ mod tests {
     use super::*;
     use crate::units::MM;
 
-    /// The answer of a set-up with that matrix to a step with three unlike components, `mm` long along its shortest.
+    /// The answer of a set-up with that matrix to a step with three unlike components, the first `mm` long.
     fn answered(h: Matrix3<f64>, mm: f64) -> Response {
-        let trical = TriCal::PAPER;
-        let free = trical.free_reading();
+        let (trical, free_reading) = (TriCal::PAPER, [TriCal::PAPER.free_reading(); 3]);
         let step = Vector3::new(1.0, -2.0, 0.7) * mm * MM;
-        // The ends of the plungers, for steps that drive them there.
-        let after = (step - h * step).map(|r| r.clamp(free, free + trical.travel));
-        Answer { trical: &trical, free_reading: &[free; 3], before: &step, step: &step, after: &after }.response()
+        let answer = |after| Answer { trical: &trical, free_reading: &free_reading, before: &step, step: &step, after };
+        let after = answer(&step).shown(&(step - h * step));
+        answer(&after).response()
     }
 
     #[test]
