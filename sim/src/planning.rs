@@ -202,7 +202,8 @@ pub fn find_ways(
     plan_ways(request, &bodies, &-retreat(), poses)
 }
 
-fn way_request<'a>(cell: &'a Dataset, surroundings: &'a Surroundings, seed: u64) -> WayRequest<'a> {
+/// What ways are sought in: the nominal arm of a cell among these bodies.
+pub fn way_request<'a>(cell: &'a Dataset, surroundings: &'a Surroundings, seed: u64) -> WayRequest<'a> {
     let Dataset { robot, base, tool, .. } = cell;
     WayRequest { robot, base, tool, surroundings, margin: WAY_MARGIN, guards: None, seed }
 }

@@ -3,10 +3,13 @@
 //! Nothing here looks at the truth: the session hands out what indicators and encoders say, and the library judges it.
 
 use calibench::assess::Repeatability;
-use calibench::measure::{Candidate, PlannedPose, ProbingFailure, RepeatabilitySettings, Station, StationRecord};
+use calibench::cell::{Manipulator, ManipulatorError};
+use calibench::measure::{
+    Candidate, Dataset, PlannedPose, ProbingFailure, RepeatabilitySettings, Station, StationRecord, WaysError,
+};
 use thiserror::Error;
 
-use crate::planning::{PlanError, pool};
+use crate::planning::{PlanError, find_ways, pool};
 use crate::random::Streams;
 use crate::scenario::Scenario;
 use crate::session::{Session, SessionError, session_s};
@@ -70,10 +73,38 @@ pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64
             approach: c.q_approach.clone(),
             reserve: false,
             reverses: None,
+            via: Vec::new(),
+            clearance: None,
         };
         Station::new(&cell.robot, &cell.base, &cell.tool, pose)
     };
-    let mut left: Vec<Station> = pool.iter().map(station).collect();
+    let mut reachable: Vec<Station> = pool.iter().map(station).collect();
+    loop {
+        let mut chosen = most_telling(&cell, reachable.clone(), balls, postures)?;
+        let mut poses: Vec<PlannedPose> = chosen.iter().map(|s| s.pose.clone()).collect();
+        match find_ways(scenario, seed, None, &mut poses) {
+            Ok(_) => {
+                chosen.iter_mut().zip(poses).for_each(|(station, pose)| station.pose = pose);
+                return Ok(chosen);
+            }
+            // A posture that cannot be got to is as good as none.
+            Err(WaysError::Blocked(blocked)) => {
+                let is_blocked =
+                    |s: &Station| poses.iter().any(|p| p.contact == s.pose.contact && blocked.iter().any(|b| b.pose == p.id));
+                reachable.retain(|s| !is_blocked(s));
+            }
+            Err(why) => return Err(PlanError::Ways(why).into()),
+        }
+    }
+}
+
+/// The stations of which even the joint that moves the TCP least moves it as much as can be.
+fn most_telling(
+    cell: &Dataset,
+    mut left: Vec<Station>,
+    balls: &[usize],
+    postures: usize,
+) -> Result<Vec<Station>, RepeatabilityError> {
     let mut squares = vec![0.0; cell.robot.joints()];
     let mut chosen: Vec<Station> = Vec::new();
     for &ball in balls.iter().cycle().take(balls.len() * postures) {
@@ -105,11 +136,16 @@ pub fn visit(
     settings: &RepeatabilitySettings,
 ) -> Result<Visited, RepeatabilityError> {
     let session = Session::begin(scenario, streams, visits_s(scenario, stations, settings))?;
-    let visit = |station: &Station| {
+    let mut poses: Vec<PlannedPose> = stations.iter().map(|s| s.pose.clone()).collect();
+    let ways = find_ways(scenario, streams.seed, None, &mut poses).map_err(PlanError::Ways)?;
+    session.world().begin_at(&ways.home);
+    let visit = |(station, pose): (&Station, &PlannedPose)| {
         let failed = |failure| RepeatabilityError::Visit { station: station.pose.id.clone(), failure };
+        let lost = |error: ManipulatorError| failed(ProbingFailure { reason: error.into(), backed_off: false });
+        session.world().robot().move_along(&pose.via).map_err(lost)?;
         session.revisit(station, settings).map_err(failed)
     };
-    let records = stations.iter().map(visit).collect::<Result<Vec<_>, _>>()?;
+    let records = stations.iter().zip(&poses).map(visit).collect::<Result<Vec<_>, _>>()?;
     // The command line and every caller here give counts of two and more, which is all that is asked for.
     let repeatability = Repeatability::of(&records).unwrap_or(Repeatability { stations: Vec::new(), lost_motion: Vec::new() });
     Ok(Visited { records, repeatability })

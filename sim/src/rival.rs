@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use calibench::cell::{Manipulator, ManipulatorError};
-use calibench::measure::{Anchor, CampaignSettings, LastMotion, Measured, PlannedPose, Sample};
+use calibench::measure::{Anchor, CampaignSettings, LastMotion, Measured, PlannedPose, Sample, WayFinder};
 use calibench::robot::{MdhEntry, Posture, Site, SiteIndex};
 use calibench::units::{MM, UM};
 use nalgebra::Vector3;
@@ -66,7 +66,12 @@ impl<'a> Distances<'a> {
     ///
     /// # Errors
     /// When the robot does not get there.
-    pub fn measure(&mut self, world: &SharedWorld, poses: &[(usize, Vec<f64>)]) -> Result<Vec<Sample>, ManipulatorError> {
+    pub fn measure(
+        &mut self,
+        world: &SharedWorld,
+        finder: &mut WayFinder<'_>,
+        poses: &[(usize, Vec<f64>)],
+    ) -> Result<Vec<Sample>, ManipulatorError> {
         let mut robot = world.robot();
         let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);
         motion.rest_at(&robot.joints()?);
@@ -77,7 +82,9 @@ impl<'a> Distances<'a> {
                 world.wait(self.spec.set_up_s);
                 at = Some(*anchor);
             }
-            robot.move_joints(joints)?;
+            // What cannot be got to clear is left out, as in a campaign.
+            let Ok(way) = finder.from_to(&world.commanded(), joints) else { continue };
+            robot.move_along(&[way.via.as_slice(), std::slice::from_ref(joints)].concat())?;
             let anchors = match self.spec.kind {
                 InstrumentKind::Ballbar => {
                     if skipped(self.bring_into_range(world, &mut robot, *anchor))? {
@@ -160,12 +167,13 @@ impl<'a> Seat<'a> {
         world.wait(spec.set_up_s);
         let mut samples = Vec::new();
         for pose in poses.iter().filter(|p| !p.reserve) {
-            robot.move_joints(&pose.approach)?;
+            robot.move_along(&[pose.via.as_slice(), std::slice::from_ref(&pose.approach)].concat())?;
             robot.move_joints(&pose.contact)?;
             let force = noisy_direction(&mut self.random) * spec.force_n;
             let bent = self.bent(&pose.contact, &force);
             let target = noisy_point(&self.balls[pose.ball], spec.noise_um * UM, &mut self.random) - bent;
             if skipped(close(world, &mut robot, &target))? {
+                robot.move_joints(&pose.approach)?;
                 continue;
             }
             world.wait(spec.pose_s);

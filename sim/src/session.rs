@@ -7,14 +7,14 @@ use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
     ArmAt, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
     Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingFailure, ProbingPlan, Progress,
-    RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, Witness, master, parts_by_payload,
+    RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, WayFinder, Witness, master, parts_by_payload,
 };
 use calibench::units::{DEG, MM, UM};
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::gauge::Gauge;
-use crate::planning::Tour;
+use crate::planning::{Tour, way_request};
 use crate::plant::{Parts, PlantError};
 use crate::random::Streams;
 use crate::rival::{Distances, Seat};
@@ -151,12 +151,16 @@ impl<'a> Session<'a> {
     pub fn rival_samples(&self, plans: &Plans) -> Result<Vec<Sample>, ManipulatorError> {
         let spec = &self.scenario.instrument;
         self.world.attendant().remove_artifact();
+        let home = plans.plan.probing.ways.as_ref().map(|ways| ways.home.clone()).unwrap_or_else(|| self.world.commanded());
+        self.world.begin_at(&home);
         if spec.kind.measures_distances() {
-            return Distances::set_up(spec, &self.streams).measure(&self.world, &plans.rival);
+            let (cell, surroundings) = (self.scenario.dataset(), self.scenario.surroundings_without_artifact());
+            let mut finder = WayFinder::new(way_request(&cell, &surroundings, self.streams.seed), home);
+            return Distances::set_up(spec, &self.streams).measure(&self.world, &mut finder, &plans.rival);
         }
         let gauge = Gauge::draw(&self.scenario.truth().keys().indicators.plungers(), &self.streams);
         let balls = Parts::of(self.scenario, &self.streams, &gauge).balls.iter().map(|b| b.centre).collect();
-        Seat::new(self.scenario, balls, &self.streams).measure(&self.world, &plans.plan.probings)
+        Seat::new(self.scenario, balls, &self.streams).measure(&self.world, &plans.plan.probing.poses)
     }
 
     /// Sets the tracker up on its nests, and takes the artifact away: it would stand in the tracker's workspace (paper, section 6).

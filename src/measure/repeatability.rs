@@ -155,7 +155,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     ) -> Result<(), CentringFailure> {
         let back = self.arrive_at(&record.target, note)?;
         record.returns.push(back);
-        record.centred.push(self.centre_at(None, note)?);
+        record.centred.push(self.centre_at(&[], note)?);
         Ok(())
     }
 
@@ -189,7 +189,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             }
         }
         for _ in 0..settings.readings_at_rest {
-            let reading = self.stop(Phase::Centring, None, note, |cell, _, reading| {
+            let reading = self.stop(Phase::Centring, &[], note, |cell, _, reading| {
+                let reading = reading?;
                 cell.contact(&reading)?;
                 Ok(reading)
             })?;
@@ -200,7 +201,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
 
     /// Goes to these joints with the ball in the gauge, and reads.
     fn arrive_at(&mut self, target: &[f64], note: &mut dyn FnMut(&Iteration)) -> Result<Return, CentringFailure> {
-        self.stop(Phase::Centring, Some(target), note, |cell, at, reading| {
+        self.stop(Phase::Centring, &[target.to_vec()], note, |cell, at, reading| {
+            let reading = reading?;
             cell.contact(&reading)?;
             Ok(Return { joints: at.joints.clone(), reading })
         })

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::files::check_output_folder;
 use calibench::measure::{
-    Abort, CampaignRecord, CampaignSettings, Conditions, Dataset, Journal, JournalSession, Opened, ProbingPlan, Sample,
-    SampleSet, Witness, read_plan,
+    Abort, CampaignRecord, CampaignSettings, Conditions, DATASET_TOML, Dataset, Journal, JournalSession, Opened, ProbingPlan,
+    Sample, SampleSet, Witness, read_plan,
 };
 
 use super::progress::{CampaignBar, Waiting};
@@ -57,6 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_output_folder(output, "dataset", DATASET_TOML)?;
     let document = Document::read(scenario)?;
     let mut scenario = document.scenario()?;
     scenario.expect_trical("measure")?;

@@ -76,6 +76,9 @@ pub fn run(
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut gauges = open_gauges(&cell)?;
     let wall_clock_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
+    if let Some(jump) = journal.clock_jump(wall_clock_s) {
+        eprintln!("warning: {jump}");
+    }
     let from_s = journal.clock_s(wall_clock_s) - robot.clock_s();
     prepare(&cell, &mut robot)?;
     let first = FirstMotion::from(&cell, &planned, &robot.joints().map_err(|e| hardware(&e))?)?;
