@@ -96,12 +96,14 @@ pub struct Tour {
     /// Joints by which the arm gets to each from the one before it, to the first from where it was before, rad; empty where it moves at
     /// once.
     pub via: Vec<Vec<Vec<f64>>>,
+    /// Whether no ways were sought: the arm is put from one to the next.
+    pub has_no_ways: bool,
 }
 
 impl Tour {
-    /// Straight from one to the next, whatever is between.
+    /// From one to the next, whatever is between.
     pub fn direct(poses: Vec<Vec<f64>>) -> Self {
-        Tour { via: vec![Vec::new(); poses.len()], poses }
+        Tour { via: vec![Vec::new(); poses.len()], poses, has_no_ways: true }
     }
 
     /// Other ends of some of the ways: `poses` lie beside those of the same places `of` the tour, which are passed where they are left out.
@@ -113,7 +115,7 @@ impl Tour {
             next = k + 1;
             via
         });
-        Tour { via: via.collect(), poses }
+        Tour { via: via.collect(), poses, has_no_ways: self.has_no_ways }
     }
 }
 
@@ -365,7 +367,7 @@ fn tours(request: WayRequest<'_>, start: &[f64], lists: [Vec<Vec<f64>>; 3]) -> R
             via.push(way(k, &from, pose));
             from.clone_from(pose);
         }
-        Tour { poses, via }
+        Tour { poses, via, has_no_ways: false }
     });
     let again = tours[1].poses.first().map_or_else(Vec::new, |first| way(0, &from, first));
     if blocked.is_empty() { Ok((tours, again)) } else { Err(WaysError::Blocked(blocked)) }

@@ -187,6 +187,9 @@ impl<'a> Session<'a> {
         prefix: &str,
         set: SampleSet,
     ) -> Result<Points, ManipulatorError> {
+        if tour.has_no_ways {
+            self.world.put_without_ways();
+        }
         let mut rng = self.streams.stream(&format!("tracker {prefix}"));
         let mut robot = self.world.robot();
         let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);

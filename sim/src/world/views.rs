@@ -88,12 +88,17 @@ impl SharedWorld {
         }
     }
 
+    /// From now on nobody judges the motions: the arm is put where it is to be measured.
+    pub fn put_without_ways(&self) {
+        self.0.borrow_mut().collisions = None;
+    }
+
     /// What the true arm would touch first on a motion between these joints (rad, N); nothing moves.
     pub fn would_touch(&self, from: &[f64], to: &[f64]) -> Option<[String; 2]> {
         let mut world = self.0.borrow_mut();
         let World { plant, collisions, .. } = &mut *world;
         let mut frames = |motors: &[f64]| plant.frames_at(motors).unwrap_or_default();
-        collisions.first(from, to, &mut frames).map(|collision| collision.between)
+        collisions.as_ref()?.first(from, to, &mut frames).map(|collision| collision.between)
     }
 
     /// What is on the flange, by its place among the payloads.
@@ -181,7 +186,9 @@ impl SimulatedAttendant {
         if world.artifact_is_there {
             world.artifact_is_there = false;
             world.plant.remove_artifact();
-            world.collisions = CollisionCheck::new(&world.nominal.robot, &world.without_artifact, -retreat());
+            if world.collisions.is_some() {
+                world.collisions = Some(CollisionCheck::new(&world.nominal.robot, &world.without_artifact, -retreat()));
+            }
             world.pass(REBUILDING_S);
             world.settle(false);
         }
