@@ -73,6 +73,7 @@ impl Controller {
         position.kind = Some("E6POS".into());
         let mut variables: HashMap<String, String> = [
             ("$AXIS_ACT", e6axis(&HOME).to_string()),
+            ("$AXIS_ACT_MEAS", e6axis(&HOME).to_string()),
             ("$POS_ACT", position.to_string()),
             ("$TOOL", krl_frame(&zero).to_string()),
             ("$BASE", krl_frame(&zero).to_string()),
@@ -158,6 +159,9 @@ impl Controller {
         };
         let value = self.get(from);
         self.put(to, &value);
+        // Its servos leave nothing.
+        let joints = self.get("$AXIS_ACT");
+        self.put("$AXIS_ACT_MEAS", &joints);
     }
 
     /// KUKAVARPROXY's answers; of structures, only the members that are sent change.
