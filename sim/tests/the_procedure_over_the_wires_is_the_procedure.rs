@@ -44,18 +44,14 @@ impl Manipulator for Stopping {
     }
 }
 
-/// The motions of a measurement over the wires: to where the gauge is mastered and back, then from ball to ball.
+/// The motions of a measurement over the wires, of which the gauge is mastered before the first.
 fn in_one_process(bench: &Bench) -> Dataset {
     let (poses, ways) = (&bench.poses, &bench.ways);
     let streams = Streams { seed: SEED, trial: 0 };
     let session = Session::begin(&bench.scenario, streams, session_s(&bench.scenario, poses, 0)).unwrap();
     let world = session.world();
     world.begin_at(&ways.home);
-    let mut robot = Stopping(world.robot());
-    let (mastering, way) = ways.mastering.clone().unwrap();
-    let there = [way.via.as_slice(), &[mastering]].concat();
-    let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
-    robot.move_along(&there).and_then(|()| robot.move_along(&back)).unwrap();
+    let robot = Stopping(world.robot());
     let free_reading = session.mastering().free_reading;
     let settings = centring(&bench.scenario);
     let controller = CenteringController::new(robot, world.indicators(), TriCal::default(), free_reading, settings);

@@ -91,9 +91,16 @@ pub fn run(
     let log = motion_log(output)?;
     let mut guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), Box::new(log));
     // Off the ball first: a gauge is judged, and set, by readings that nothing touches.
-    let stands = first.make(&mut guarded)?;
-    let before = Before { session: journal.last_session(), mastered: arguments.mastered, moved: arguments.moved };
-    let (session, stands) = ready((&cell, &planned), &before, &mut operator, (&mut guarded, &mut gauges), stands)?;
+    // Where nobody is asked the master ball lies in the socket from the start: the gauge is mastered before the arm moves.
+    let here = arguments.yes && journal.last_session().is_none() && !first.is_off_a_ball;
+    let before = Before { session: journal.last_session(), mastered: arguments.mastered, moved: arguments.moved, here };
+    let (session, stands) = if here {
+        let (session, _) = ready((&cell, &planned), &before, &mut operator, (&mut guarded, &mut gauges), ArmAt::Unknown)?;
+        (session, first.make(&mut guarded)?)
+    } else {
+        let stands = first.make(&mut guarded)?;
+        ready((&cell, &planned), &before, &mut operator, (&mut guarded, &mut gauges), stands)?
+    };
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
     let mut bar = CampaignBar::new(wanted(poses));

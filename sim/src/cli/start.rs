@@ -5,8 +5,8 @@ use std::path::Path;
 use calibench::cell::Manipulator;
 use calibench::cell::gauge::PresetManner;
 use calibench::measure::{
-    ArmAt, Cell, CellGauge, HomeWays, JournalSession, PlannedPose, ProbingPlan, WAY_MARGIN, WayFinder, WayRequest, Whereabouts,
-    master, still_mastered, whereabouts,
+    ArmAt, Cell, CellGauge, HomeWays, JournalSession, PlannedPose, ProbingPlan, WAY_MARGIN, Way, WayFinder, WayRequest,
+    Whereabouts, master, still_mastered, whereabouts,
 };
 use calibench::units::{DEG, MM};
 
@@ -80,6 +80,8 @@ pub struct FirstMotion {
     station: ArmAt,
     /// To be told to the operator.
     pub words: Option<String>,
+    /// Whether it leads off a ball.
+    pub is_off_a_ball: bool,
 }
 
 impl FirstMotion {
@@ -96,18 +98,19 @@ impl FirstMotion {
                 let ball = model.balls.get(pose.ball).map_or("", |b| b.id.as_str());
                 let words = format!("The arm stands at ball '{ball}': it first backs off to the approach of '{}'.", pose.id);
                 let way = vec![pose.approach.clone()];
-                Ok(FirstMotion { way, station: ArmAt::Approach(pose.id.clone()), words: Some(words) })
+                Ok(FirstMotion { way, station: ArmAt::Approach(pose.id.clone()), words: Some(words), is_off_a_ball: true })
             }
-            (Whereabouts::OnWay(way, station), _) => Ok(FirstMotion { way, station, words: None }),
+            (Whereabouts::OnWay(way, station), _) => Ok(FirstMotion { way, station, words: None, is_off_a_ball: false }),
             (Whereabouts::AtMastering, Some(ways)) => Ok(FirstMotion {
                 way: ways.mastering.iter().flat_map(|(_, way)| way.via.iter().rev()).chain([&ways.home]).cloned().collect(),
                 station: ArmAt::Home,
                 words: None,
+                is_off_a_ball: false,
             }),
             (Whereabouts::Unknown, Some(ways)) => found(cell, ways, q),
             (Whereabouts::AtMastering | Whereabouts::Unknown, None) => {
                 let words = "The plan holds no ways: nothing is known of what the arm may touch between its poses.";
-                Ok(FirstMotion { way: Vec::new(), station: ArmAt::Unknown, words: Some(words.into()) })
+                Ok(FirstMotion { way: Vec::new(), station: ArmAt::Unknown, words: Some(words.into()), is_off_a_ball: false })
             }
         }
     }
@@ -146,6 +149,7 @@ fn found(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, Failure
             way: [way.via.as_slice(), std::slice::from_ref(&ways.home)].concat(),
             station: ArmAt::Home,
             words: Some("The arm stands on no motion of the plan: it first goes to the home posture.".into()),
+            is_off_a_ball: false,
         }),
         Err(blocked) => {
             Err(Hardware(format!("the arm stands on no motion of the plan, and from there {blocked}: {jog}")).into())
@@ -161,6 +165,8 @@ pub struct Before<'a> {
     pub mastered: bool,
     /// Robot, artifact or gauge were moved since.
     pub moved: bool,
+    /// The master ball lies in the socket already: the gauge is mastered where it stands.
+    pub here: bool,
 }
 
 /// The session that begins now, the arm standing clear: the gauge found to be as it was mastered, or mastered anew where the plan has a place
@@ -191,45 +197,51 @@ pub fn ready<M: Manipulator>(
             (mastering, true, stands)
         }
         _ => {
-            let stands = to_mastering(cell, plan, robot, stands)?;
+            let there = plan.ways.as_ref().filter(|_| !before.here).and_then(|ways| Some((ways, ways.mastering.as_ref()?)));
+            match there {
+                Some(there) => to_mastering(there, robot, &stands)?,
+                None => clear_of_balls(cell, robot)?,
+            }
             let mastering = master(gauges, operator, &cell.trical, &cell.mastering, || now).map_err(|e| hardware(&e))?;
-            (mastering, false, from_mastering(plan, robot, stands)?)
+            let stands = match there {
+                Some((ways, (_, way))) => {
+                    let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
+                    robot.move_along(&back).map_err(|e| hardware(&e))?;
+                    ArmAt::Home
+                }
+                None => stands,
+            };
+            (mastering, false, stands)
         }
     };
     let number = before.session.map_or(1, |session| session.number + usize::from(before.moved));
     Ok((JournalSession { number, mastering_kept, ..JournalSession::first(mastering) }, stands))
 }
 
-/// Goes where the gauge is mastered. A preset that is written while a plunger touches a ball shifts all that is measured after it.
-fn to_mastering(cell: &Cell, plan: &ProbingPlan, robot: &mut impl Manipulator, stands: ArmAt) -> Result<ArmAt, Failure> {
-    if let Some((ways, (mastering, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
-        let home = match &stands {
-            ArmAt::Approach(id) => ways.home_from(id),
-            ArmAt::Home | ArmAt::Unknown => Vec::new(),
-        };
-        let to = [home.as_slice(), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
-        robot.move_along(&to).map_err(|e| hardware(&e))?;
-        return Ok(ArmAt::Home);
-    }
+/// Goes where the gauge is mastered.
+fn to_mastering(
+    (ways, (mastering, way)): (&HomeWays, &(Vec<f64>, Way)),
+    robot: &mut impl Manipulator,
+    stands: &ArmAt,
+) -> Result<(), Failure> {
+    let home = match stands {
+        ArmAt::Approach(id) => ways.home_from(id),
+        ArmAt::Home | ArmAt::Unknown => Vec::new(),
+    };
+    let to = [home.as_slice(), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
+    robot.move_along(&to).map_err(|e| hardware(&e).into())
+}
+
+/// That the gauge stands clear of every ball: a preset that is written while a plunger touches one shifts all that is measured after it.
+fn clear_of_balls(cell: &Cell, robot: &mut impl Manipulator) -> Result<(), Failure> {
     let tcp = cell.guards.tcp(&robot.joints().map_err(|e| hardware(&e))?);
-    let near = cell.dataset.balls.iter().find(|ball| (ball.position - tcp).norm() < CLEAR_OF_BALLS);
-    match near {
+    match cell.dataset.balls.iter().find(|ball| (ball.position - tcp).norm() < CLEAR_OF_BALLS) {
         Some(ball) => {
             let why = "the gauge must be mastered, and may touch";
             Err(Hardware(format!("{why} ball '{}'; nothing was set: jog it clear and start again", ball.id)).into())
         }
-        None => Ok(stands),
+        None => Ok(()),
     }
-}
-
-/// Back home from there.
-fn from_mastering(plan: &ProbingPlan, robot: &mut impl Manipulator, stands: ArmAt) -> Result<ArmAt, Failure> {
-    if let Some((ways, (_, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
-        let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
-        robot.move_along(&back).map_err(|e| hardware(&e))?;
-        return Ok(ArmAt::Home);
-    }
-    Ok(stands)
 }
 
 /// The conditions of a campaign that the guards of its cell make.

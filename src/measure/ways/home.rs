@@ -15,7 +15,7 @@ const ROOM: f64 = 120.0 * MM;
 const FROM_LIMITS: f64 = 15.0 * DEG;
 
 /// Postures offered.
-const OFFERED: usize = 8;
+const OFFERED: usize = 4;
 
 /// Postures (rad, N) with room around them, the first the one from which the arm gets soonest to `postures` (rad), on average. None where no
 /// posture stands free by the margin of the request.

@@ -75,6 +75,9 @@ pub struct BlockedPose {
     pub why: Blocked,
 }
 
+/// A home from which more poses cannot be reached is none.
+const MOST_BLOCKED: usize = 8;
+
 /// Directions of the socket that still hold the master ball, rad off the vertical.
 const UPRIGHT: f64 = 10.0 * DEG;
 
@@ -101,6 +104,10 @@ pub fn plan_ways(
             match finder.home_from(&pose.approach) {
                 Ok(way) => drop(to.insert(pose.id.clone(), reversed(way))),
                 Err(why) => blocked.push(blocked_pose(pose, bodies, why)),
+            }
+            // From another home more may be seen.
+            if blocked.len() > MOST_BLOCKED {
+                break;
             }
         }
         if blocked.is_empty() {

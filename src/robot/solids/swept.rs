@@ -96,7 +96,6 @@ impl<'a> SweptCheck<'a> {
         for (due, pace) in self.due.iter_mut().zip(&self.pace) {
             *due = if *pace < 0.0 { f64::INFINITY } else { 0.0 };
         }
-        let enough = enough / MM;
         let (mut best, mut share) = (None::<(f64, [usize; 2], f64)>, 0.0);
         loop {
             self.place(from, to, share);
@@ -115,7 +114,7 @@ impl<'a> SweptCheck<'a> {
                 let beyond = best.map_or(gap, |(narrowest, ..)| gap - narrowest);
                 self.due[k] = share + beyond.max(FOUND_WITHIN) / self.pace[k];
             }
-            if share >= 1.0 || best.is_some_and(|(gap, ..)| gap < enough) {
+            if share >= 1.0 || best.is_some_and(|(gap, ..)| gap * MM < enough) {
                 break;
             }
             share = self.due.iter().copied().fold(1.0, f64::min);
@@ -180,6 +179,31 @@ mod tests {
                 assert!(said - 0.5001e-3 <= seen && seen <= said + 0.3e-3, "{name}: {said} against {seen}");
             }
         }
+    }
+
+    /// A gap that is just enough ends no search: what is asked for is often what an end of the motion has, to the last bit.
+    #[test]
+    fn a_motion_is_looked_at_whole_where_its_end_has_what_is_asked_for() {
+        let mut random = ChaCha8Rng::seed_from_u64(6);
+        let robot = built_in("kr6_r700").unwrap();
+        let post = Solid::capsule("post", 0, [Vector3::new(0.4, 0.2, 0.0), Vector3::new(0.4, 0.2, 0.8)], 0.03);
+        let surroundings = Surroundings { fixed: vec![post], carried: Vec::new() };
+        let (base, tool) = (FramePose::default(), FramePose::default());
+        let mut swept = SweptCheck::new(&robot, &base, &tool, &surroundings);
+        let mut hits = 0;
+        for _ in 0..200 {
+            let mut drawn = || -> Vec<f64> {
+                robot.links.iter().map(|l| l.limits[0] + (l.limits[1] - l.limits[0]) * random.random::<f64>()).collect()
+            };
+            let (from, to) = (drawn(), drawn());
+            let ends = [&from, &to].map(|q| swept.narrowest(q, q, f64::NEG_INFINITY, None).unwrap().clearance.distance);
+            let enough = ends[0].min(ends[1]);
+            let whole = swept.narrowest(&from, &to, f64::NEG_INFINITY, None).unwrap().clearance.distance;
+            let said = swept.narrowest(&from, &to, enough, None).unwrap().clearance.distance;
+            assert_eq!(said < enough, whole < enough, "{said} of {whole}, {enough} asked for");
+            hits += usize::from(enough > 0.0 && whole <= 0.0);
+        }
+        assert!(hits > 20, "{hits} motions hit between clear ends");
     }
 
     /// What the arm carries may touch its ball; the arm itself may not.
