@@ -111,10 +111,8 @@ pub fn serve(
 ) -> Result<String, ServeError> {
     let runtime = runtime::Builder::new_current_thread().enable_all().build().map_err(system("a reactor"))?;
     LocalSet::new().block_on(&runtime, async {
-        let floor = Rc::new(Floor::new(scenario, streams, session_s, service.time_scale, &service.faults)?);
-        if let Some(stands) = &service.stands {
-            floor.world.begin_at(stands);
-        }
+        let floor = Rc::new(Floor::new(scenario, streams, session_s, service)?);
+
         let cell = scenario.dataset();
         let controller =
             Rc::new(Controller::new(Rc::clone(&floor), (*cell.robot).clone(), &cell.tool, cell.gravity, &service.mode));

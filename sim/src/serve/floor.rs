@@ -8,6 +8,7 @@ use calibench::measure::{Attendant, CalledOff};
 use calibench::units::MM;
 use tokio::time::{Instant, sleep};
 
+use super::Service;
 use super::fault::{Fault, Faults, Injection};
 use super::traffic::Traffic;
 use crate::plant::{Parts, PlantError};
@@ -57,13 +58,8 @@ impl Floor {
     ///
     /// # Errors
     /// When the plant cannot play the scenario.
-    pub fn new(
-        scenario: &Scenario,
-        streams: Streams,
-        session_s: f64,
-        scale: f64,
-        faults: &[Injection],
-    ) -> Result<Self, PlantError> {
+    pub fn new(scenario: &Scenario, streams: Streams, session_s: f64, service: &Service) -> Result<Self, PlantError> {
+        let (faults, scale) = (&service.faults[..], service.time_scale);
         let world = World::altered(scenario, &streams, session_s, |parts| displace(parts, faults))?;
         let began = Instant::now();
         let floor = Floor {
@@ -74,6 +70,10 @@ impl Floor {
             master: RefCell::new(MasterBall { is_seated: false, was_set: [false; 3], asked: began }),
             stuck: RefCell::default(),
         };
+        // Driven there before the ball is put in.
+        if let Some(stands) = &service.stands {
+            floor.world.begin_at(stands);
+        }
         floor.seat_master();
         Ok(floor)
     }
