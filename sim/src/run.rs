@@ -18,7 +18,6 @@ use crate::score::Score;
 use crate::session::{Session, SessionError, session_s};
 use crate::tracker::{SimulatedTracker, TrackerError};
 use crate::true_arm::TrueArm;
-use crate::world::World;
 
 /// Why the procedure did not come to its end.
 #[derive(Debug, Error)]
@@ -184,7 +183,7 @@ fn measured(
     let samples = campaign.samples.iter().cloned().chain(rival).chain(points.samples).collect();
     // Only plungers push the tool.
     let contact_force = match kind {
-        InstrumentKind::Trical | InstrumentKind::Offset => World::nominal_contact_force(scenario),
+        InstrumentKind::Trical | InstrumentKind::Offset => scenario.indicators.contact_force(),
         _ => Vector3::zeros(),
     };
     let anchors = if kind.measures_distances() { Distances::known_anchors(&scenario.instrument) } else { Vec::new() };

@@ -32,7 +32,7 @@ pub use document::Document;
 pub use expect::{Expectation, Quantity};
 pub use instrument_keys::{InstrumentKind, InstrumentToml};
 pub use key::Key;
-pub use keys::{CentringToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};
+pub use keys::{CentringToml, IndicatorsToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};
 pub use mujoco_truth::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening};
 pub use precision_keys::{MOST_REPETITIONS, PrecisionToml};
 use sources::Sources;
@@ -66,6 +66,8 @@ pub struct Scenario {
     pub expect: Vec<Expectation>,
     /// The precision test of its gauge.
     pub precision: PrecisionToml,
+    /// What its gauge's data sheet states.
+    pub indicators: IndicatorsToml,
     /// With what its robot is measured.
     pub instrument: InstrumentToml,
     /// Blind trials of the diagnosis.
@@ -152,6 +154,11 @@ impl Scenario {
     /// An empty dataset of this cell: what its owner knows.
     pub fn dataset(&self) -> Dataset {
         self.cell.clone()
+    }
+
+    /// The same for what the gauge measures: with the force that its data sheet states.
+    pub fn gauge_dataset(&self) -> Dataset {
+        Dataset { contact_force: self.indicators.contact_force(), ..self.dataset() }
     }
 
     /// Names of the balls.

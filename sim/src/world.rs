@@ -11,12 +11,11 @@ use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
 use crate::collision::{Collision, CollisionCheck};
-use crate::contact::{DATUM_RADIUS, FREE_READING};
+use crate::contact::FREE_READING;
 use crate::controller::{ControllerSpec, Joints};
 use crate::gauge::Gauge;
 use crate::planning::retreat;
 use crate::plant::{BallForm, Parts, Plant, PlantError, Rest, Stand, plant};
-use crate::plunger::{PlungerSpec, PresentedBall};
 use crate::random::Streams;
 use crate::scenario::Scenario;
 use crate::true_arm::{TrueArm, TruePosture};
@@ -125,13 +124,6 @@ impl World {
         };
         world.settle(true);
         Ok(world)
-    }
-
-    /// Force of the three plungers on the tool with a ball centred, tool axes, N: what the gauge's data sheet says.
-    pub fn nominal_contact_force(scenario: &Scenario) -> Vector3<f64> {
-        let plungers = PlungerSpec { placement: 0.0, ..scenario.truth().keys().indicators.plungers() };
-        let gauge = Gauge::draw(&plungers, &Streams { seed: 0, trial: 0 });
-        gauge.force_from(Some(&PresentedBall { centre: Vector3::zeros(), radius: DATUM_RADIUS }))
     }
 
     /// True world position of the TCP, m.

@@ -45,6 +45,8 @@ pub struct Refusals {
     pub approach: usize,
     /// The reflector looks away from the tracker.
     pub facing: usize,
+    /// Something stands between the tracker and the reflector.
+    pub hidden: usize,
 }
 
 impl fmt::Display for Refusals {
@@ -56,6 +58,7 @@ impl fmt::Display for Refusals {
             (self.touching, "touching something"),
             (self.approach, "without a free approach"),
             (self.facing, "facing away from the tracker"),
+            (self.hidden, "hidden from the tracker"),
         ];
         let mut first = true;
         for (count, reason) in reasons.into_iter().filter(|(count, _)| *count > 0) {
@@ -74,6 +77,7 @@ impl Refusals {
         self.touching += other.touching;
         self.approach += other.approach;
         self.facing += other.facing;
+        self.hidden += other.hidden;
     }
 }
 

@@ -206,6 +206,13 @@ impl ClearanceCheck {
         self.placed[i].distance(&self.placed[j])
     }
 
+    /// Whether nothing stands in `posture` within `radius` (m) of the straight line between two points of the world, m.
+    pub fn is_in_sight(&mut self, posture: &Posture, ends: [Vector3<f64>; 2], radius: f64) -> bool {
+        self.place(posture);
+        let line = Placed::new(&Shape::Capsule { ends, radius }, &Frame::identity());
+        self.placed.iter().all(|body| line.at_least(body) > 0.0 || line.distance(body) > 0.0)
+    }
+
     fn named(&self, distance: f64, between: [usize; 2]) -> Clearance {
         Clearance { distance: distance * MM, between: between.map(|k| self.solids[k].name.clone()) }
     }
@@ -298,6 +305,22 @@ mod tests {
             assert!((gap_of(0.3, 0.0) - (0.2 - 0.0127)).abs() < TOLERANCE, "before a face");
             assert!((gap_of(0.3, 0.3) - (0.2 * 2.0f64.sqrt() - 0.0127)).abs() < TOLERANCE, "before an edge");
         }
+    }
+
+    #[test]
+    fn a_line_of_sight_ends_where_anything_stands_in_it() {
+        let robot = planar_arm(vec![along_x("first", 1, 0.5, 0.05), along_x("third", 3, 0.5, 0.05)]);
+        let ball = Solid::capsule("ball", 0, [Vector3::new(1.0, 2.0, 0.0); 2], 0.1);
+        let mut check = ClearanceCheck::new(&robot, &Surroundings { fixed: vec![ball], carried: Vec::new() });
+        let (straight, folded) = (posture(&robot, &[0.0; 3]), posture(&robot, &[0.0, FRAC_PI_2, FRAC_PI_2]));
+        let mut sees = |posture, x: f64, radius| {
+            let ends = [Vector3::new(x, 0.2, 0.0), Vector3::new(x, 3.0, 0.0)];
+            check.is_in_sight(posture, ends, radius)
+        };
+        assert!(sees(&straight, 0.0, 0.005) && sees(&straight, 0.89, 0.005), "beside the ball");
+        assert!(!sees(&straight, 0.91, 0.005) && !sees(&straight, 0.89, 0.015) && !sees(&straight, 1.05, 0.005), "the ball");
+        // The third link lies across, from x = 1 to 0.5 at y = 1.
+        assert!(sees(&folded, 0.4, 0.005) && !sees(&folded, 0.46, 0.005) && !sees(&folded, 0.8, 0.005), "the arm itself");
     }
 
     #[test]

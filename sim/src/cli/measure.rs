@@ -16,7 +16,6 @@ use crate::run::RunError;
 use crate::scenario::PlantKind;
 use crate::scenario::{Document, Scenario};
 use crate::session::{Session, centring, session_s};
-use crate::world::World;
 
 /// Two ways to call it, of which a list of options would make one.
 const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
@@ -79,7 +78,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
         Tour::default()
     };
     drop(waiting);
-    let cell = Dataset { contact_force: World::nominal_contact_force(&scenario), ..cell };
+    let cell = Dataset { contact_force: scenario.indicators.contact_force(), ..cell };
     // The scenario stands for all that is hidden in the cell.
     let text = document.text_without(&["question", "expect", "suite", "design", "seed", "plant"]);
     let under = Conditions::of(poses, &cell)

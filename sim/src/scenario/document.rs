@@ -56,6 +56,7 @@ impl Document {
             truth: Truth::of(toml.truth, &cell, &model.own, sources)?,
             expect: check::expectations(&toml.expect, sources)?,
             precision: toml.precision,
+            indicators: toml.indicators,
             instrument: toml.instrument,
             suite: toml.suite,
             sweep: toml.sweep,

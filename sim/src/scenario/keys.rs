@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use calibench::identify::OwnEffectTable;
+use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::design_keys::DesignToml;
@@ -10,6 +11,10 @@ use super::instrument_keys::InstrumentToml;
 use super::precision_keys::PrecisionToml;
 use super::sweep_keys::SweepToml;
 use super::truth_keys::TruthToml;
+use crate::contact::DATUM_RADIUS;
+use crate::gauge::Gauge;
+use crate::plunger::{PlungerSpec, PresentedBall};
+use crate::random::Streams;
 
 /// A scenario as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -26,6 +31,8 @@ pub struct ScenarioToml {
     pub gravity_m_s2: [f64; 3],
     pub base: BaseToml,
     pub tool: ToolToml,
+    #[serde(default)]
+    pub indicators: IndicatorsToml,
     #[serde(rename = "payload")]
     pub payloads: Vec<PayloadToml>,
     #[serde(rename = "ball")]
@@ -86,6 +93,31 @@ pub struct ToolToml {
     pub c_deg: f64,
     #[serde(default)]
     pub sigma_um: f64,
+}
+
+/// What the data sheet of the gauge's indicators states: the force of their springs.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[allow(missing_docs)]
+pub struct IndicatorsToml {
+    pub preload_n: f64,
+    pub full_force_n: f64,
+}
+
+impl Default for IndicatorsToml {
+    /// Of a digital indicator of 12.5 mm (assumed).
+    fn default() -> Self {
+        IndicatorsToml { preload_n: 0.65, full_force_n: 0.90 }
+    }
+}
+
+impl IndicatorsToml {
+    /// Force of the three plungers on the tool with a ball centred, tool axes, N.
+    pub fn contact_force(&self) -> Vector3<f64> {
+        let spring = PlungerSpec { preload: self.preload_n, full_force: self.full_force_n, ..PlungerSpec::ideal() };
+        let gauge = Gauge::draw(&spring, &Streams { seed: 0, trial: 0 });
+        gauge.force_from(Some(&PresentedBall { centre: Vector3::zeros(), radius: DATUM_RADIUS }))
+    }
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -308,3 +340,19 @@ impl PlantKind {
 
 /// Poses to select from when the tracker measures: spread over the whole workspace.
 pub const TRACKER_POOL: usize = 2000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::{FREE_READING, TRAVEL};
+
+    #[test]
+    fn a_centred_ball_pushes_along_every_axis_as_the_data_sheet_says() {
+        let stated = IndicatorsToml { preload_n: 0.5, full_force_n: 1.0 };
+        // A centred ball reads zero.
+        let spring = 0.5 + 0.5 * -FREE_READING / TRAVEL;
+        for force in stated.contact_force().iter() {
+            assert!((force.abs() - spring).abs() < 1e-12, "{force} N for {spring} N");
+        }
+    }
+}

@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 use calibench::measure::{Dataset, HomeWays, Measured, PlannedPose, ProbingPlan, Sample, write_dataset, write_plan};
 use calibench_sim::planning::{find_ways, plan};
 use calibench_sim::scenario::{Scenario, load_scenario};
-use calibench_sim::world::World;
 use tempfile::TempDir;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_calibench");
@@ -70,7 +69,7 @@ impl Bench {
 
     /// What its owner knows of it.
     pub fn cell(&self) -> Dataset {
-        Dataset { contact_force: World::nominal_contact_force(&self.scenario), ..self.scenario.dataset() }
+        self.scenario.gauge_dataset()
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
