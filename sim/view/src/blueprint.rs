@@ -56,7 +56,7 @@ impl Layout {
             let side = column([(words, 0.4), (steps, 0.6)]);
             return Layout(row([(cell, 0.55), (side, 0.45)]));
         }
-        let left = column([(cell, 0.62), (row([(words, 0.62), (Part::View(readings()), 0.38)]), 0.38)]);
+        let left = column([(cell, 0.62), (row([(words, 0.62), (over_the_session(subject), 0.38)]), 0.38)]);
         let [gauge, falling, path, balls] = [
             View::new("3D", "The gauge on the ball", "/world/tool")
                 .with_contents(["/world/tool/**", "/world/balls/**"])
@@ -170,6 +170,17 @@ fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
         [only] => view(only),
         _ => Part::View(View::new("3D", "Residuals", "/world").with_contents(["/world/residuals/**"])),
     }
+}
+
+/// What happens over the session: the readings, and where it is known the clearance of the ways.
+fn over_the_session(subject: &Subject) -> Part {
+    let readings = Part::View(readings());
+    if subject.journal.tries.iter().all(|t| t.clearance_mm.is_none()) {
+        return readings;
+    }
+    let clearance = View::new("TimeSeries", "Least clearance of every way, mm", "/clearance");
+    let clearance = Part::View(clearance.with("PlotLegend", PlotLegend::new().with_visible(false)));
+    Part::Container(ContainerKind::Tabs, vec![(readings, 1.0), (clearance, 1.0)])
 }
 
 /// The readings over the whole campaign, where they are about zero.

@@ -109,6 +109,9 @@ impl<'a> Charts<'a> {
                 rec.log(series(k), &Scalars::single(reading[k] / UM))?;
             }
         }
+        if let Some(clearance) = tries[here.probing].clearance_mm {
+            rec.log(CLEARANCE, &Scalars::single(clearance))?;
+        }
         for limit in LIMITS_UM {
             rec.log(limit_series(limit), &Scalars::single(f64::from(limit)))?;
         }
@@ -135,6 +138,9 @@ impl<'a> Charts<'a> {
 
 /// The band in which a ball counts as centred, um.
 const LIMITS_UM: [i8; 2] = [3, -3];
+
+/// Entity of the least clearance on the way to the pose that is shown.
+const CLEARANCE: &str = "clearance/mm";
 
 fn series(axis: usize) -> String {
     format!("readings/axis {} um", axis + 1)

@@ -21,7 +21,7 @@ pub enum ViewError {
         /// The folder.
         folder: PathBuf,
         /// What is wrong.
-        source: IdentifyError,
+        source: Box<IdentifyError>,
     },
     /// The recorder failed.
     #[error("the recording cannot be made: {}", one_line(&.0.to_string()))]

@@ -19,6 +19,8 @@ pub struct Try {
     pub ball: String,
     /// `centred`, or the name of the failure.
     pub outcome: String,
+    /// Least gap on the planned way to the pose, mm, where it is known.
+    pub clearance_mm: Option<f64>,
 }
 
 /// One stop of the arm.
@@ -60,9 +62,12 @@ impl Journal {
             return Ok(None);
         }
         let mut journal = Journal::default();
-        for row in CsvTable::read(&probings, &["id", "ball", "outcome"], REMEDY)?.rows() {
+        let table = CsvTable::read(&probings, &["id", "ball", "outcome"], REMEDY)?;
+        let knows_clearance = table.has("clearance_mm");
+        for row in table.rows() {
             let text = |column: &str| row.text(column).to_owned();
-            journal.tries.push(Try { id: text("id"), ball: text("ball"), outcome: text("outcome") });
+            let clearance_mm = if knows_clearance { row.number("clearance_mm")? } else { None };
+            journal.tries.push(Try { id: text("id"), ball: text("ball"), outcome: text("outcome"), clearance_mm });
         }
         let mut seen = BTreeSet::new();
         let angles: Vec<String> = (1..=joints).map(|j| format!("q{j}_deg")).collect();

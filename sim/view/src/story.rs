@@ -49,11 +49,17 @@ fn centring(subject: &Subject) -> String {
     let journal = &subject.journal;
     let centred = journal.tries.iter().filter(|t| t.outcome == "centred").count();
     let on_ball = journal.stops.iter().filter(|s| s.on_ball && s.reading.is_some()).count();
-    format!(
+    let mut story = format!(
         "1. **The robot centres the gauge** on {} balls: {centred} of {} probings, {:.1} readings each. Every line of the charts is \
          ten times nearer; within 3 um (green) a ball is centred.\n",
         subject.dataset.balls.len(),
         journal.tries.len(),
         on_ball as f64 / journal.tries.len().max(1) as f64
-    )
+    );
+    let ways = journal.tries.iter().filter_map(|t| Some((t.clearance_mm?, &t.id)));
+    if let Some((clearance, id)) = ways.min_by(|(a, _), (b, _)| a.total_cmp(b)) {
+        story +=
+            &format!("1. **Least clearance** of the nominal arm on its planned ways: {clearance:.1} mm, on the way to {id}.\n");
+    }
+    story
 }

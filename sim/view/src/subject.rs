@@ -88,7 +88,7 @@ impl Subject {
         let name = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         let name = name.file_name().map_or_else(|| "dataset".into(), |n| n.to_string_lossy().into_owned());
         let calibration = identify(&[(&name, &dataset)], &Model::default_for(&dataset))
-            .map_err(|source| ViewError::Identify { folder: folder.to_owned(), source })?;
+            .map_err(|source| ViewError::Identify { folder: folder.to_owned(), source: Box::new(source) })?;
         Subject::of(folder, name, dataset, calibration).with_cell()
     }
 
@@ -158,7 +158,7 @@ impl Subject {
 
     /// Puts the failure of an identification at the folder.
     pub fn blame(&self, source: IdentifyError) -> ViewError {
-        ViewError::Identify { folder: self.folder.clone(), source }
+        ViewError::Identify { folder: self.folder.clone(), source: Box::new(source) }
     }
 }
 
@@ -170,7 +170,7 @@ fn one_stop_a_sample(dataset: &Dataset) -> Journal {
             Measured::Ball { ball, reading } => (dataset.balls[*ball].id.clone(), *reading),
             Measured::Point(_) | Measured::Distance { .. } => (String::new(), None),
         };
-        journal.tries.push(Try { id: sample.id.clone(), ball, outcome: "measured".into() });
+        journal.tries.push(Try { id: sample.id.clone(), ball, outcome: "measured".into(), clearance_mm: None });
         journal.stops.push(Stop {
             row: probing,
             probing,

@@ -21,6 +21,8 @@ pub struct CentringRecord {
     pub outcome: String,
     /// How long it took, s.
     pub duration_s: f64,
+    /// Least gap on the planned way to the pose, mm, where it is known.
+    pub clearance_mm: Option<f64>,
     /// Length of the indicators' reading at every stop on the ball, um; what is left to centre.
     pub readings_um: Vec<f64>,
 }
@@ -43,12 +45,15 @@ impl CampaignRecord {
             return Ok(None);
         }
         let mut centrings = Vec::new();
-        for row in CsvTable::read(&probings, &["id", "ball", "outcome", "duration_s"], REMEDY)?.rows() {
+        let table = CsvTable::read(&probings, &["id", "ball", "outcome", "duration_s"], REMEDY)?;
+        let knows_clearance = table.has("clearance_mm");
+        for row in table.rows() {
             centrings.push(CentringRecord {
                 id: row.text("id").into(),
                 ball: row.text("ball").into(),
                 outcome: row.text("outcome").into(),
                 duration_s: row.number("duration_s")?.unwrap_or_default(),
+                clearance_mm: if knows_clearance { row.number("clearance_mm")? } else { None },
                 readings_um: Vec::new(),
             });
         }
@@ -70,7 +75,7 @@ impl CampaignRecord {
         self.centrings
             .iter()
             .map(|c| {
-                json!({"id": c.id, "ball": c.ball, "outcome": c.outcome, "duration_s": short(c.duration_s),
+                json!({"id": c.id, "ball": c.ball, "outcome": c.outcome, "duration_s": short(c.duration_s), "clearance_mm": c.clearance_mm.map(short),
                     "readings_um": super::shorts(c.readings_um.iter().copied())})
             })
             .collect()
@@ -93,6 +98,10 @@ mod tests {
         );
         let record = CampaignRecord::read(folder.path()).expect("readable").expect("there");
         assert_eq!(record.centrings[0].readings_um, [13.0, 1.0]);
+        assert_eq!(record.centrings[0].clearance_mm, None);
+        write("probings.csv", "id,ball,outcome,duration_s,clearance_mm\np1,A,centred,12.5,3.4\n");
+        let record = CampaignRecord::read(folder.path()).expect("readable").expect("there");
+        assert_eq!(record.centrings[0].clearance_mm, Some(3.4));
         write("iterations.csv", "probing,phase,r1_um,r2_um,r3_um\n2,centring,3,4,12\n");
         let error = CampaignRecord::read(folder.path()).expect_err("no such probing").to_string();
         assert!(error.contains("iterations.csv:2: probing: '2'"), "{error}");

@@ -201,9 +201,12 @@ function centring(report) {
       itemStyle: { color: c.outcome === "centred" ? theme.residual : theme.candidate, opacity: c.outcome === "centred" ? 0.5 : 1 },
     })),
   }));
+  const ways = campaign.filter((c) => Number.isFinite(c.clearance_mm)).sort((a, b) => a.clearance_mm - b.clearance_mm);
   return [
     element("p", {}, `${centred.length} of ${campaign.length} probings centred; ${[...Array(readings).keys()].map((k) => k + 1).map((n) => [n, count((c) => c.outcome === "centred" && c.readings_um.length === n)]).filter(([, n]) => n).map(([n, times]) => `${times} in ${n} readings`).join(", ")}.`),
     element("figure", {}, picture, element("figcaption", {}, "Length of the three indicators’ reading at every stop on the ball: one line a probing. Each step takes away what the reading says.")),
+    ways.length ? element("p", {}, `Least clearance of the nominal arm on its planned ways: ${fixed(ways[0].clearance_mm, 1)} mm, on the way to ${ways[0].id}; ${fixed(ways[Math.floor(ways.length / 2)].clearance_mm, 1)} mm in the median of ${ways.length} ways.`) : null,
+    ways.length ? unfold("Least clearance of every way", table("Ways, the narrowest first", [["to probing", (c) => c.id, "words"], ["ball", (c) => c.ball, "words"], ["least clearance, mm", (c) => fixed(c.clearance_mm, 1)]], ways)) : null,
     failed.length ? table("Not centred", [["probing", (c) => c.id, "words"], ["ball", (c) => c.ball, "words"], ["why", (c) => c.outcome, "words"], ["time, s", (c) => fixed(c.duration_s, 1)]], failed) : null,
   ];
 }
