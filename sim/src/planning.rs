@@ -385,7 +385,7 @@ pub fn layout(scenario: &Scenario) -> CellLayout {
         without_artifact: scenario.surroundings_without_artifact(),
         outward: scenario.outward().to_vec(),
         bodies: scenario.ball_ids().iter().map(|id| ball_body(id)).collect(),
-        margins: Margins { clearance: scenario.plan.clearance_mm * MM, ..Margins::default() },
+        margins: Margins { clearance: scenario.plan.clearance_mm * MM, arm: WAY_MARGIN, ..Margins::default() },
         retreat: scenario.plan.retreat_mm * MM,
         cone: scenario.plan.cone_deg * DEG,
         facing: Some(Facing {

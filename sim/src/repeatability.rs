@@ -56,6 +56,16 @@ pub struct Visited {
     pub repeatability: Repeatability,
 }
 
+impl Visited {
+    /// What these records say.
+    pub fn of(records: Vec<StationRecord>) -> Self {
+        // The command line and every caller here give counts of two and more, which is all that is asked for.
+        let repeatability =
+            Repeatability::of(&records).unwrap_or(Repeatability { stations: Vec::new(), lost_motion: Vec::new() });
+        Visited { records, repeatability }
+    }
+}
+
 /// So many stations on each of these balls (by place), chosen so that over all of them even the joint that moves the TCP least moves it
 /// as much as can be.
 ///
@@ -81,6 +91,7 @@ pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64
     let mut reachable: Vec<Station> = pool.iter().map(station).collect();
     loop {
         let mut chosen = most_telling(&cell, reachable.clone(), balls, postures)?;
+        chosen.iter_mut().enumerate().for_each(|(k, station)| station.pose.id = format!("s{:02}", k + 1));
         let mut poses: Vec<PlannedPose> = chosen.iter().map(|s| s.pose.clone()).collect();
         match find_ways(scenario, seed, None, &mut poses) {
             Ok(_) => {
@@ -99,7 +110,10 @@ pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64
 }
 
 /// The stations of which even the joint that moves the TCP least moves it as much as can be.
-fn most_telling(
+///
+/// # Errors
+/// When a ball has fewer postures than are wanted.
+pub fn most_telling(
     cell: &Dataset,
     mut left: Vec<Station>,
     balls: &[usize],
@@ -117,8 +131,7 @@ fn most_telling(
             let found = chosen.iter().filter(|s| s.pose.ball == ball).count();
             return Err(RepeatabilityError::TooFewPostures { ball: cell.balls[ball].id.clone(), found, wanted: postures });
         };
-        let mut station = left.swap_remove(best);
-        station.pose.id = format!("s{:02}", chosen.len() + 1);
+        let station = left.swap_remove(best);
         squares.iter_mut().zip(&station.levers).for_each(|(square, lever)| *square += lever.norm_squared());
         chosen.push(station);
     }
@@ -146,9 +159,7 @@ pub fn visit(
         session.revisit(station, settings).map_err(failed)
     };
     let records = stations.iter().zip(&poses).map(visit).collect::<Result<Vec<_>, _>>()?;
-    // The command line and every caller here give counts of two and more, which is all that is asked for.
-    let repeatability = Repeatability::of(&records).unwrap_or(Repeatability { stations: Vec::new(), lost_motion: Vec::new() });
-    Ok(Visited { records, repeatability })
+    Ok(Visited::of(records))
 }
 
 /// About how long the visits take, s: what "by the end of the session" means in a truth.

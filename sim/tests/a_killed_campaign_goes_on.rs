@@ -1,4 +1,5 @@
-//! A measurement killed (SIGKILL) at 200 random instants, many of them with the gauge on a ball, goes on with `--resume` alone: what was
+//! A measurement that is killed (SIGKILL), told to end (SIGTERM) or called off by Ctrl-C (SIGINT) at 200 random instants, many of them with the gauge
+//! on a ball, goes on with `--resume` alone: what was
 //! measured stays, byte for byte, and is never measured again.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
@@ -7,7 +8,7 @@ mod served;
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use calibench::measure::turn;
@@ -38,6 +39,16 @@ fn has_begun(journal: &Path) -> bool {
 
 const KILLS: usize = 200;
 
+/// The ends that are tried in turn.
+const SIGNALS: [&str; 4] = ["-KILL", "-TERM", "-KILL", "-INT"];
+
+/// Exit code of a program that was interrupted and says so.
+const INTERRUPTED: i32 = 3;
+
+fn is_kill(k: usize) -> bool {
+    SIGNALS[k % SIGNALS.len()] == "-KILL"
+}
+
 #[test]
 fn at_any_instant() {
     let bench = Bench::small();
@@ -56,10 +67,11 @@ fn at_any_instant() {
         let arguments =
             if has_begun(&bench.path(&format!("{name}.journal"))) { &["--resume"][..] } else { &["--mastered", "--resume"] };
         let mut command = bench.measure(&name, arguments);
-        let mut process = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let process = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         if killed < KILLS {
             std::thread::sleep(Duration::from_secs_f64(whole * random.random::<f64>()));
-            process.kill().unwrap();
+            // One that has ended by itself is not there any more.
+            drop(Command::new("kill").args([SIGNALS[killed % SIGNALS.len()], &process.id().to_string()]).output().unwrap());
         }
         let output = process.wait_with_output().unwrap();
         let journal = bench.path(&format!("{name}.journal"));
@@ -73,7 +85,15 @@ fn at_any_instant() {
             (campaign, kept) = (campaign + 1, Vec::new());
             continue;
         }
-        assert_eq!(output.status.code(), None, "killed, not failed: {}", String::from_utf8_lossy(&output.stderr));
+        let said = String::from_utf8_lossy(&output.stderr);
+        match output.status.code() {
+            // Before it listens to signals they end it.
+            None => {}
+            Some(code) => {
+                let is_told = code == INTERRUPTED || said.contains("called off");
+                assert!(is_told && killed < KILLS && !is_kill(killed), "{code}: {said}");
+            }
+        }
         killed += 1;
         touching += usize::from(is_in_contact(&served, &bench));
         let now = measurements(&journal);

@@ -2,6 +2,8 @@
 //! intervals as often as stated, of a perfect robot nothing is left but the gauge, and bad input is one clear error.
 #![allow(clippy::unwrap_used)]
 
+mod served;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -15,6 +17,7 @@ use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
+use served::Bench;
 use tempfile::TempDir;
 
 const CELL: &str = include_str!("../../scenarios/kr6-trical.toml");
@@ -150,6 +153,44 @@ fn the_program_prints_one_document_and_the_same_bytes_again() {
     let table = calibench(folder.path(), &arguments[..arguments.len() - 1]);
     let text = String::from_utf8(table.stdout).unwrap();
     assert!(text.contains("ISO 9283") && text.contains("reversal, urad"), "{text}");
+}
+
+/// Promise: at a cell on its wires the same is found. An RP of 30 returns is within a factor of 1.5 of the endless one with more than six
+/// standard deviations to spare.
+#[cfg(unix)]
+#[test]
+fn a_cell_on_its_wires_repeats_as_its_robot_does() {
+    let bench = Bench::small();
+    let served = bench.serve(&[]);
+    bench.write_cell(&served, "", "", "[guards]\njoint_margin_deg = 0.0");
+    let arguments = ["--yes", "--ball", "1", "--ball", "3", "--reversals", "3", "--json"];
+    let output = Command::new(env!("CARGO_BIN_EXE_calibench"))
+        .args(["repeatability", "--cell"])
+        .arg(bench.path("cell.toml"))
+        .arg("--plan")
+        .arg(bench.path("plan.toml"))
+        .args(arguments)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let cell = bench.cell();
+    let found = document["stations"].as_array().unwrap();
+    let balls: Vec<&Value> = found.iter().map(|s| &s["ball"]).collect();
+    assert!(balls.contains(&&Value::from("1")) && balls.contains(&&Value::from("3")) && balls.len() == 2, "{balls:?}");
+    for station in found {
+        let pose = bench.poses.iter().find(|p| station["id"] == p.id.as_str()).unwrap();
+        let station_of = Station::new(&cell.robot, &cell.base, &cell.tool, pose.clone());
+        let both = endless_rp(&station_of, |j| SERVO[j].hypot(GEARS[j])) / UM;
+        let rp = station["attained"]["rp_um"].as_f64().unwrap();
+        println!("{}: {rp:.1} um for {both:.1}", pose.id);
+        assert!((both / 1.5..both * 1.5).contains(&rp), "{}: {rp} um for {both}", pose.id);
+    }
+    let refused = Command::new(env!("CARGO_BIN_EXE_calibench"))
+        .args(["repeatability", "scenarios/none.toml", "--cell", "cell.toml", "--plan", "plan.toml"])
+        .output()
+        .unwrap();
+    assert_eq!(refused.status.code(), Some(2), "a scenario or a cell, not both");
 }
 
 #[test]

@@ -160,9 +160,10 @@ mod tests {
 
     #[test]
     fn no_order_in_rounds_of_a_small_tour_is_much_shorter() {
-        // All 2 x 3! x 3! x 2^3 / 2 orders of three rounds of two balls.
+        // All 3! x 3! x 2^3 orders of three rounds of two balls.
         let mut random = ChaCha8Rng::seed_from_u64(5);
-        for _ in 0..50 {
+        let mut lengths = [0.0, 0.0];
+        for _ in 0..200 {
             let poses: Vec<_> = (0..6).map(|k| pose(k % 2, random.random())).collect();
             let of = |ball: usize| -> Vec<Vec<usize>> {
                 let [a, b, c] = [ball, ball + 2, ball + 4];
@@ -176,7 +177,11 @@ mod tests {
                 }
             }
             let found = travel(&poses, &interleave(&poses));
-            assert!(found >= shortest - SHORTER && found < 1.5 * shortest, "{found} for {shortest}");
+            assert!(found >= shortest - SHORTER, "{found} for {shortest}");
+            lengths[0] += found;
+            lengths[1] += shortest;
         }
+        println!("{:.3} of the shortest", lengths[0] / lengths[1]);
+        assert!(lengths[0] < 1.2 * lengths[1], "{} for {}", lengths[0], lengths[1]);
     }
 }

@@ -19,7 +19,7 @@ use super::cell::disagreement_verdict;
 use super::operator::Operator;
 use super::progress::CampaignBar;
 use super::rehearsal::rehearse;
-use super::start::{Before, FirstMotion, guard_conditions, preflight, ready};
+use super::start::{Before, FirstMotion, begin, guard_conditions, preflight};
 use super::{Failure, Hardware, Interrupted, Outcome, print};
 use crate::blame::with_reasons;
 use crate::planning::wanted;
@@ -90,17 +90,8 @@ pub fn run(
     operator.ask(&question).map_err(|_| "called off; nothing moved")?;
     let log = motion_log(output)?;
     let mut guarded = Guarded::new(LaterClock::new(&mut robot, from_s), cell.guards.clone(), operator.stop(), Box::new(log));
-    // Off the ball first: a gauge is judged, and set, by readings that nothing touches.
-    // Where nobody is asked the master ball lies in the socket from the start: the gauge is mastered before the arm moves.
-    let here = arguments.yes && journal.last_session().is_none() && !first.is_off_a_ball;
-    let before = Before { session: journal.last_session(), mastered: arguments.mastered, moved: arguments.moved, here };
-    let (session, stands) = if here {
-        let (session, _) = ready((&cell, &planned), &before, &mut operator, (&mut guarded, &mut gauges), ArmAt::Unknown)?;
-        (session, first.make(&mut guarded)?)
-    } else {
-        let stands = first.make(&mut guarded)?;
-        ready((&cell, &planned), &before, &mut operator, (&mut guarded, &mut gauges), stands)?
-    };
+    let before = Before { session: journal.last_session(), mastered: arguments.mastered, moved: arguments.moved };
+    let (session, stands) = begin((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges))?;
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
     let mut bar = CampaignBar::new(wanted(poses));
@@ -164,7 +155,7 @@ fn told(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
 }
 
 /// The indicators, asked who they are.
-fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
+pub fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
     let mut gauges = cell.open_indicators().map_err(|e| hardware(&e))?;
     for (axis, gauge) in gauges.iter_mut().enumerate() {
         let named = |why: String| Hardware(format!("indicator {}: {why}", axis + 1));
@@ -178,7 +169,7 @@ fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
 }
 
 /// Controller and model are of one arm; speed and tool are set. Nothing has moved yet.
-fn prepare(cell: &Cell, robot: &mut KukaRobot) -> Result<(), Failure> {
+pub fn prepare(cell: &Cell, robot: &mut KukaRobot) -> Result<(), Failure> {
     let joints = robot.joints().map_err(|e| hardware(&e))?;
     let (distance, angle) = cell.disagreement(robot, &joints).map_err(|e| hardware(&e))?;
     if let Some(why) = disagreement_verdict(distance, angle) {

@@ -26,6 +26,7 @@ mod progress;
 mod prove;
 mod rehearsal;
 mod repeatability;
+mod repeatability_cell;
 mod repeatability_tables;
 mod report;
 mod run;

@@ -42,6 +42,11 @@ impl Operator {
         self.stop.clone()
     }
 
+    /// Whether whoever started the program answered all questions beforehand.
+    pub fn asks_nobody(&self) -> bool {
+        !self.is_asked
+    }
+
     /// Says something and waits for Enter.
     ///
     /// # Errors

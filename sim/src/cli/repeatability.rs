@@ -1,15 +1,17 @@
-//! `repeatability SCENARIO`: what the robot repeats and what its joints lose on reversal, measured with the gauge.
+//! `repeatability SCENARIO|--cell CELL`: what the robot repeats and what its joints lose on reversal, measured with the gauge.
 
 use std::path::PathBuf;
 
 use calibench::measure::RepeatabilitySettings;
+use serde_json::json;
 
 use super::progress::Waiting;
-use super::repeatability_tables::{repeatability_json, repeatability_text};
+use super::repeatability_cell::{Asked, CellArguments, at_cell};
+use super::repeatability_tables::{Whose, repeatability_json, repeatability_text};
 use super::{Failure, Outcome, print, print_json, seed};
 use crate::blame::with_reasons;
 use crate::random::Streams;
-use crate::repeatability::{RepeatabilityError, stations, visit};
+use crate::repeatability::{RepeatabilityError, Visited, stations, visit};
 use crate::run::RunError;
 use crate::scenario::{PlantKind, Scenario, load_scenario};
 
@@ -19,7 +21,10 @@ const MOST: usize = 1000;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Scenario file
-    scenario: PathBuf,
+    #[arg(required_unless_present = "cell", conflicts_with = "cell")]
+    scenario: Option<PathBuf>,
+    #[command(flatten)]
+    cell: CellArguments,
     /// Ball to go back to, by its id; may be given several times; the default is every ball
     #[arg(long, value_name = "ID")]
     ball: Vec<String>,
@@ -33,10 +38,10 @@ pub struct Arguments {
     #[arg(long, default_value = "10", value_parser = from_two, allow_negative_numbers = true)]
     reversals: usize,
     /// Seed in place of the scenario's
-    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, conflicts_with = "cell")]
     seed: Option<u64>,
     /// Who plays the mechanics of the cell, in place of the scenario's choice
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with = "cell")]
     plant: Option<PlantKind>,
     /// Print one JSON document instead of tables
     #[arg(long)]
@@ -57,29 +62,43 @@ fn count(text: &str, least: usize) -> Result<usize, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let mut scenario = load_scenario(&arguments.scenario)?;
+    let Arguments { returns, reversals, postures, .. } = *arguments;
+    let settings = RepeatabilitySettings { returns, reversals, ..RepeatabilitySettings::default() };
+    if let (Some(path), Some(plan)) = (&arguments.cell.cell, &arguments.cell.plan) {
+        let asked = Asked { settings: &settings, named: &arguments.ball, postures };
+        let (cell, visited) = at_cell(path, plan, &arguments.cell, &asked)?;
+        let (path, balls) = (path.display().to_string(), cell.dataset.ball_ids());
+        let whose = Whose { name: format!("cell '{path}'"), keys: vec![("cell", json!(path))], balls: &balls };
+        return told(arguments.json, &whose, &visited);
+    }
+    let Some(path) = &arguments.scenario else { return Err("give a scenario, or --cell CELL with --plan PLAN".into()) };
+    let mut scenario = load_scenario(path)?;
     scenario.expect_trical("repeatability")?;
     scenario.plant = arguments.plant.unwrap_or(scenario.plant);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let balls = places(&scenario.ball_ids(), &arguments.ball)?;
-    let Arguments { returns, reversals, .. } = *arguments;
-    let settings = RepeatabilitySettings { returns, reversals, ..RepeatabilitySettings::default() };
     let waiting = Waiting::new("choosing postures");
     let blame = |error: RepeatabilityError| blamed(&scenario, error);
-    let stations = stations(&scenario, &balls, arguments.postures, seed).map_err(blame)?;
+    let stations = stations(&scenario, &balls, postures, seed).map_err(blame)?;
     waiting.now("going back to them");
     let visited = visit(&scenario, Streams { seed, trial: 0 }, &stations, &settings).map_err(blame)?;
     drop(waiting);
-    if arguments.json {
-        print_json(&repeatability_json(&scenario, seed, &visited))?;
+    let keys = vec![("scenario", json!(scenario.name)), ("plant", json!(scenario.plant.name())), ("seed", json!(seed))];
+    let whose = Whose { name: format!("scenario '{}', seed {seed},", scenario.name), keys, balls: &scenario.ball_ids() };
+    told(arguments.json, &whose, &visited)
+}
+
+fn told(as_json: bool, whose: &Whose<'_>, visited: &Visited) -> Result<Outcome, Failure> {
+    if as_json {
+        print_json(&repeatability_json(whose, visited))?;
     } else {
-        print(&repeatability_text(&scenario, seed, &visited))?;
+        print(&repeatability_text(whose, visited))?;
     }
     Ok(Outcome::Done)
 }
 
 /// The places of the balls so named, each once and in the artifact's order; all where none is named.
-fn places(ids: &[String], named: &[String]) -> Result<Vec<usize>, Failure> {
+pub(super) fn places(ids: &[String], named: &[String]) -> Result<Vec<usize>, Failure> {
     if let Some(unknown) = named.iter().find(|name| !ids.contains(name)) {
         return Err(format!("--ball: the artifact has no ball `{unknown}`; give one of {}", ids.join(", ")).into());
     }

@@ -6,38 +6,46 @@ use calibench::units::{MM, UM, URAD};
 use serde_json::{Value, json};
 
 use crate::repeatability::Visited;
-use crate::scenario::Scenario;
+
+/// Whose robot it is.
+pub struct Whose<'a> {
+    /// For a sentence: "scenario 'paper'".
+    pub name: String,
+    /// For the document: the keys that name it.
+    pub keys: Vec<(&'static str, Value)>,
+    /// Names of the balls.
+    pub balls: &'a [String],
+}
 
 /// Chance below which stations are said to differ: one false alarm in a hundred joints that lose the same everywhere.
 const DIFFERENT: f64 = 0.01;
 
 /// Repeatability by station, lost motion by joint, each with its 95 % interval.
-pub fn repeatability_text(scenario: &Scenario, seed: u64, visited: &Visited) -> String {
+pub fn repeatability_text(whose: &Whose<'_>, visited: &Visited) -> String {
     let found = &visited.repeatability;
     let time: f64 = visited.records.iter().map(|r| r.duration_s).sum();
     let returns = found.stations.first().map_or(0, |s| s.attained.count);
     format!(
-        "Repeatability of the robot of scenario '{}' by the gauge, seed {seed}: {returns} returns to each of {} postures, {:.0} min of cell time\n\n\
+        "Repeatability of the robot of {} by the gauge: {returns} returns to each of {} postures, {:.0} min of cell time\n\n\
          RP after ISO 9283 (mean distance from the barycentre and three standard deviations), um, 95 % interval in brackets\n{}\n\
          attained: back at the same joints from one side. unseen: the part that the encoders do not see.\n\
          probing: of one centring, by encoders and readings. gauge: the readings alone, nothing moving; it is in all three.\n\n\
          Lost motion: angle after moving up less angle after moving down, beyond what the encoders see, 95 % interval in brackets\n{}\n{}",
-        scenario.name,
+        whose.name,
         found.stations.len(),
         time / 60.0,
-        stations_table(scenario, &found.stations),
+        stations_table(whose.balls, &found.stations),
         joints_table(&found.lost_motion),
         agreement(&found.lost_motion),
     )
 }
 
-fn stations_table(scenario: &Scenario, stations: &[StationRepeatability]) -> String {
-    let ids = scenario.ball_ids();
+fn stations_table(balls: &[String], stations: &[StationRepeatability]) -> String {
     let rows: Vec<[String; 6]> = stations
         .iter()
         .map(|s| {
             let [attained, unseen, probing, gauge] = [&s.attained, &s.unseen, &s.probing, &s.gauge].map(rp_text);
-            [s.id.clone(), ids[s.ball].clone(), attained, unseen, probing, gauge]
+            [s.id.clone(), balls[s.ball].clone(), attained, unseen, probing, gauge]
         })
         .collect();
     plain_table(&["posture", "ball", "attained", "unseen", "probing", "gauge"], &rows)
@@ -89,15 +97,14 @@ fn rp_json(found: &PoseRepeatability) -> Value {
 }
 
 /// The same as one document, `calibench-repeatability/1`.
-pub fn repeatability_json(scenario: &Scenario, seed: u64, visited: &Visited) -> Value {
-    let ids = scenario.ball_ids();
+pub fn repeatability_json(whose: &Whose<'_>, visited: &Visited) -> Value {
     let stations: Vec<Value> = visited
         .repeatability
         .stations
         .iter()
         .zip(&visited.records)
         .map(|(s, record)| {
-            json!({"id": s.id, "ball": ids[s.ball], "attained": rp_json(&s.attained), "unseen": rp_json(&s.unseen),
+            json!({"id": s.id, "ball": whose.balls[s.ball], "attained": rp_json(&s.attained), "unseen": rp_json(&s.unseen),
                 "probing": rp_json(&s.probing), "gauge": rp_json(&s.gauge), "duration_s": record.duration_s})
         })
         .collect();
@@ -110,6 +117,8 @@ pub fn repeatability_json(scenario: &Scenario, seed: u64, visited: &Visited) -> 
                 "reversals": j.count, "lever_mm": j.lever / MM, "at_tcp_at_most_um": most_at_tcp(j) / UM, "alike_p": j.alike_p})
         })
         .collect();
-    json!({"format": "calibench-repeatability/1", "scenario": scenario.name, "plant": scenario.plant.name(), "seed": seed,
-        "confidence": 0.95, "stations": stations, "lost_motion": joints})
+    let mut document =
+        json!({"format": "calibench-repeatability/1", "confidence": 0.95, "stations": stations, "lost_motion": joints});
+    whose.keys.iter().for_each(|(key, value)| document[*key] = value.clone());
+    document
 }

@@ -165,21 +165,39 @@ pub struct Before<'a> {
     pub mastered: bool,
     /// Robot, artifact or gauge were moved since.
     pub moved: bool,
-    /// The master ball lies in the socket already: the gauge is mastered where it stands.
-    pub here: bool,
+}
+
+/// Makes the first motion, and has the gauge mastered: off a ball first, since a gauge is judged, and set, by readings that nothing touches.
+/// Where nobody is asked, the master ball lies in the socket from the start: the gauge is then mastered before the arm moves.
+///
+/// # Errors
+/// As [`FirstMotion::make`] and [`ready`].
+pub fn begin<M: Manipulator>(
+    of: (&Cell, &ProbingPlan),
+    first: FirstMotion,
+    before: &Before<'_>,
+    operator: &mut Operator,
+    (robot, gauges): (&mut M, &mut [CellGauge; 3]),
+) -> Result<(JournalSession, ArmAt), Failure> {
+    if operator.asks_nobody() && before.session.is_none() && !first.is_off_a_ball {
+        let (session, _) = ready(of, before, operator, (&mut *robot, gauges), (ArmAt::Unknown, true))?;
+        return Ok((session, first.make(robot)?));
+    }
+    let stands = first.make(robot)?;
+    ready(of, before, operator, (robot, gauges), (stands, false))
 }
 
 /// The session that begins now, the arm standing clear: the gauge found to be as it was mastered, or mastered anew where the plan has a place
-/// for that. Where the arm stands then.
+/// for that, or where it stands with the master ball in its socket (`here`). Where the arm stands then.
 ///
 /// # Errors
 /// When an indicator fails, or the gauge must be mastered and may touch a ball.
-pub fn ready<M: Manipulator>(
+fn ready<M: Manipulator>(
     (cell, plan): (&Cell, &ProbingPlan),
     before: &Before<'_>,
     operator: &mut Operator,
     (robot, gauges): (&mut M, &mut [CellGauge; 3]),
-    stands: ArmAt,
+    (stands, here): (ArmAt, bool),
 ) -> Result<(JournalSession, ArmAt), Failure> {
     let known = before.session.map(|session| &session.mastering);
     let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
@@ -197,7 +215,7 @@ pub fn ready<M: Manipulator>(
             (mastering, true, stands)
         }
         _ => {
-            let there = plan.ways.as_ref().filter(|_| !before.here).and_then(|ways| Some((ways, ways.mastering.as_ref()?)));
+            let there = plan.ways.as_ref().filter(|_| !here).and_then(|ways| Some((ways, ways.mastering.as_ref()?)));
             match there {
                 Some(there) => to_mastering(there, robot, &stands)?,
                 None => clear_of_balls(cell, robot)?,
