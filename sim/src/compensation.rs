@@ -9,14 +9,14 @@ use calibench::measure::{Dataset, SampleSet};
 use calibench::robot::world_from_tool;
 use nalgebra::Vector3;
 
-use crate::planning::TrackerPlan;
+use crate::planning::{Tour, TrackerPlan};
 use crate::session::Session;
 use crate::tracker::SimulatedTracker;
 
 /// True position errors of targets, as told and compensated: the same targets in both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensation {
-    /// Targets that were refused.
+    /// Targets that were refused, or to whose joints no clear way is known.
     pub refused: usize,
     /// As told, by the drawing of robot and cell.
     pub before: Validation,
@@ -39,9 +39,9 @@ pub(crate) fn compensation(
     uncompensated: &[Vector3<f64>],
 ) -> Result<Option<Compensation>, ManipulatorError> {
     let conditions = Conditions { temp_c: session.temperature_c(), ..Conditions::default() };
-    let (mut wanted, mut before, mut joints, mut places) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut wanted, mut before, mut joints) = (Vec::new(), Vec::new(), Vec::new());
     let poses = &plan.validation.poses;
-    for (k, (q, went)) in poses.iter().zip(uncompensated).enumerate() {
+    for (q, went) in poses.iter().zip(uncompensated) {
         let pose = world_from_tool(&cell.robot, &cell.base, &cell.tool, q);
         let target = Target {
             id: String::new(),
@@ -53,12 +53,21 @@ pub(crate) fn compensation(
         // The controller is told the pose, with status and turn; which joints these are it finds by itself.
         let Ok(found) = compensator.controller_joints(&fake.pose, fake.status_turn, &fake.q) else { continue };
         joints.push(found);
-        places.push(k);
         before.push(pose.translation.vector - went);
         wanted.push(pose.translation.vector);
     }
+    let tour = if plan.validation.has_no_ways {
+        Tour::direct(joints)
+    } else {
+        // Near a singularity the joints of a compensated target are others than those of the target, and so is the way to them.
+        let (tour, unreached) = session.tour_without_artifact(joints);
+        for k in unreached.into_iter().rev() {
+            wanted.remove(k);
+            before.remove(k);
+        }
+        tour
+    };
     let refused = poses.len() - wanted.len();
-    let tour = plan.validation_again().beside(joints, &places);
     let went = session.points(tracker, &tour, "c", SampleSet::Validation)?.truth;
     let after = wanted.iter().zip(&went).map(|(wanted, went)| wanted - went).collect();
     let of = |residuals| {

@@ -10,7 +10,7 @@ use calibench::identify::{
 };
 use calibench::measure::selection::{Candidates, Quota, Request, Selection, SelectionError, select};
 use calibench::measure::{
-    BlockedPose, Candidate, Dataset, Facing, FreePosesRequest, HomeWays, Margins, Measured, PlannedPose, PoolError,
+    Blocked, BlockedPose, Candidate, Dataset, Facing, FreePosesRequest, HomeWays, Margins, Measured, PlannedPose, PoolError,
     PoolRequest, ProbedBall, ProbingPlan, Sample, WAY_MARGIN, WayFinder, WayRequest, WaysError, feasible_pool, free_poses,
     interleave, plan_ways,
 };
@@ -105,18 +105,6 @@ impl Tour {
     pub fn direct(poses: Vec<Vec<f64>>) -> Self {
         Tour { via: vec![Vec::new(); poses.len()], poses, has_no_ways: true }
     }
-
-    /// Other ends of some of the ways: `poses` lie beside those of the same places `of` the tour, which are passed where they are left out.
-    pub fn beside(&self, poses: Vec<Vec<f64>>, of: &[usize]) -> Tour {
-        let mut next = 0;
-        let via = of.iter().map(|&k| {
-            let passed = (next..k).flat_map(|j| self.via[j].iter().chain([&self.poses[j]]));
-            let via = passed.chain(&self.via[k]).cloned().collect();
-            next = k + 1;
-            via
-        });
-        Tour { via: via.collect(), poses, has_no_ways: self.has_no_ways }
-    }
 }
 
 /// Joint targets for the tracker.
@@ -130,19 +118,6 @@ pub struct TrackerPlan {
     pub points: Tour,
     /// For validation, at random.
     pub validation: Tour,
-    /// The way from the end of all three, measured in the order points, validation, identification, back to the first of validation.
-    pub again: Vec<Vec<f64>>,
-}
-
-impl TrackerPlan {
-    /// The tour of validation once more, from the end of all.
-    pub fn validation_again(&self) -> Tour {
-        let mut tour = self.validation.clone();
-        if let Some(first) = tour.via.first_mut() {
-            first.clone_from(&self.again);
-        }
-        tour
-    }
 }
 
 /// Chooses the probings of a scenario.
@@ -342,35 +317,55 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64, start: Option<&[f64]>) -> Re
     };
     let identification = joints(&selection);
     let request = way_request(&cell, &layout.without_artifact, seed);
-    let ([points, validation, identification], again) = match start {
+    let [points, validation, identification] = match start {
         Some(start) => tours(request, start, [points, validation, identification])?,
-        None => ([points, validation, identification].map(Tour::direct), Vec::new()),
+        None => [points, validation, identification].map(Tour::direct),
     };
-    Ok(TrackerPlan { identification, chosen: design.chosen(&selection)?, points, validation, again })
+    Ok(TrackerPlan { identification, chosen: design.chosen(&selection)?, points, validation })
 }
 
-/// The ways through three lists of postures, one after the other, from `start`; and from the end of the last to the second.
-fn tours(request: WayRequest<'_>, start: &[f64], lists: [Vec<Vec<f64>>; 3]) -> Result<([Tour; 3], Vec<Vec<f64>>), WaysError> {
+/// The ways through three lists of postures, one after the other, from `start`.
+fn tours(request: WayRequest<'_>, start: &[f64], lists: [Vec<Vec<f64>>; 3]) -> Result<[Tour; 3], WaysError> {
     let mut finder = WayFinder::new(request, start.to_vec());
     let mut blocked = Vec::new();
-    let mut way = |k: usize, from: &[f64], to: &[f64]| match finder.from_to(from, to) {
-        Ok(way) => way.via,
-        Err(why) => {
-            blocked.push(BlockedPose { pose: format!("tracker {}", k + 1), ball: None, why });
-            Vec::new()
-        }
-    };
     let mut from = start.to_vec();
     let tours = lists.map(|poses| {
-        let mut via = Vec::with_capacity(poses.len());
-        for (k, pose) in poses.iter().enumerate() {
-            via.push(way(k, &from, pose));
-            from.clone_from(pose);
+        let (tour, unreached) = through(&mut finder, &from, poses);
+        blocked.extend(unreached.into_iter().map(|(k, why)| BlockedPose {
+            pose: format!("tracker {}", k + 1),
+            ball: None,
+            why,
+        }));
+        if let Some(last) = tour.poses.last() {
+            from.clone_from(last);
         }
-        Tour { poses, via, has_no_ways: false }
+        tour
     });
-    let again = tours[1].poses.first().map_or_else(Vec::new, |first| way(0, &from, first));
-    if blocked.is_empty() { Ok((tours, again)) } else { Err(WaysError::Blocked(blocked)) }
+    if blocked.is_empty() { Ok(tours) } else { Err(WaysError::Blocked(blocked)) }
+}
+
+/// The ways through postures, one after the other, from `start`; those that cannot be reached, by their place, are left out.
+fn through(finder: &mut WayFinder<'_>, start: &[f64], poses: Vec<Vec<f64>>) -> (Tour, Vec<(usize, Blocked)>) {
+    let (mut tour, mut blocked) = (Tour::default(), Vec::new());
+    for (k, pose) in poses.into_iter().enumerate() {
+        let from = tour.poses.last().map_or(start, Vec::as_slice);
+        match finder.stands(&pose).and_then(|()| finder.from_to(from, &pose)) {
+            Ok(way) => {
+                tour.via.push(way.via);
+                tour.poses.push(pose);
+            }
+            Err(why) => blocked.push((k, why)),
+        }
+    }
+    (tour, blocked)
+}
+
+/// The ways from `start` through postures where the artifact has been taken away, and which of them, by their place, cannot be reached.
+pub fn tour_without_artifact(scenario: &Scenario, seed: u64, start: &[f64], poses: Vec<Vec<f64>>) -> (Tour, Vec<usize>) {
+    let (cell, surroundings) = (scenario.dataset(), scenario.surroundings_without_artifact());
+    let mut finder = WayFinder::new(way_request(&cell, &surroundings, seed), start.to_vec());
+    let (tour, blocked) = through(&mut finder, start, poses);
+    (tour, blocked.into_iter().map(|(k, _)| k).collect())
 }
 
 /// The way out of a ball, in the tool's axes: the middle of the three channels.

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::gauge::Gauge;
-use crate::planning::{Tour, way_request};
+use crate::planning::{Tour, tour_without_artifact, way_request};
 use crate::plant::{Parts, PlantError};
 use crate::random::Streams;
 use crate::rival::{Distances, Seat};
@@ -142,6 +142,11 @@ impl<'a> Session<'a> {
             settings,
             &mut |_| (),
         )
+    }
+
+    /// The ways from where the arm stands through these postures, the artifact away; and which of them cannot be reached, by their place.
+    pub fn tour_without_artifact(&self, poses: Vec<Vec<f64>>) -> (Tour, Vec<usize>) {
+        tour_without_artifact(self.scenario, self.streams.seed, &self.world.commanded(), poses)
     }
 
     /// What a rival of the gauge measures at the poses chosen for it; the artifact is away where it measures distances.

@@ -44,7 +44,10 @@ impl WayRequest<'_> {
 }
 
 /// Gap that ways keep, m: 3 mm of air, and 5 mm by which an arm that is not calibrated yet may stand elsewhere than drawn.
-pub const WAY_MARGIN: f64 = 8.0 * MM;
+pub const WAY_MARGIN: f64 = 3.0 * MM + DRAWN_WITHIN;
+
+/// How far an arm that is not calibrated may stand from where it is drawn, m.
+const DRAWN_WITHIN: f64 = 5.0 * MM;
 
 /// A way between two postures.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -97,6 +100,19 @@ impl<'a> WayFinder<'a> {
     pub fn home_from(&mut self, from: &[f64]) -> Result<Way, Blocked> {
         let home = self.home.clone();
         self.from_to(from, &home)
+    }
+
+    /// That the arm, which may stand so far elsewhere than drawn, touches nothing in a posture.
+    ///
+    /// # Errors
+    /// What is too near.
+    pub fn stands(&mut self, at: &[f64]) -> Result<(), Blocked> {
+        match self.narrowest(at, at, None) {
+            Some(narrowest) if narrowest.clearance.distance < DRAWN_WITHIN => {
+                Err(Blocked { narrowest: Some(narrowest.clearance) })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The way between any two postures: direct, by a turn of some joints before the others, or searched for.

@@ -65,7 +65,7 @@ pub fn verify(
     // The tracker only judges.
     let (identification, points) = (Tour::default(), Tour::default());
     let validation = Tour::direct(workspace.poses.clone());
-    let tracker = TrackerPlan { identification, points, validation, again: Vec::new(), chosen: plan.trical.clone() };
+    let tracker = TrackerPlan { identification, points, validation, chosen: plan.trical.clone() };
     // An artifact is designed for the gauge alone.
     let plans = Plans { plan: plan.clone(), tracker, rival: Vec::new() };
     let errors: Vec<Option<Vec<f64>>> = (0..trials)
