@@ -454,6 +454,16 @@ fn a_stop_breaks_the_motion_off() {
     }
 }
 
+/// A session that was called off just as its motion ended leaves the request standing.
+#[test]
+fn a_request_to_break_off_that_came_too_late_breaks_off_nothing_else() {
+    let (mut robot, controller, _) = robot(Temper::Obedient, Accident::None, RobotProgram::Calibench);
+    controller.lock().unwrap().put("COM_CANCEL", "TRUE");
+    robot.set_speed(50).unwrap();
+    robot.move_joints(&target()).unwrap();
+    assert!(is_at(&mut robot, &target()));
+}
+
 #[test]
 fn a_motion_without_end_is_broken_off() {
     let (mut robot, ..) = robot(Temper::NeverEnds, Accident::None, RobotProgram::Plain);

@@ -12,7 +12,7 @@ use calibench::measure::selection::{Candidates, Quota, Request, Selection, Selec
 use calibench::measure::{
     Blocked, BlockedPose, Candidate, Dataset, Facing, FreePosesRequest, HomeWays, Margins, Measured, PlannedPose, PoolError,
     PoolRequest, ProbedBall, ProbingPlan, Sample, WAY_MARGIN, WayFinder, WayRequest, WaysError, feasible_pool, free_poses,
-    interleave, plan_ways,
+    interleave, interleave_short, plan_ways,
 };
 use calibench::robot::{Surroundings, world_from_tool};
 use calibench::units::{DEG, MM};
@@ -231,8 +231,10 @@ fn plan_of(scenario: &Scenario, pool: &[Candidate], seed: u64) -> Result<Plan, P
         };
         chosen.iter().enumerate().map(pose).collect()
     };
+    let taken_from = |poses: &[PlannedPose], order: Vec<usize>| order.into_iter().map(|k| poses[k].clone()).collect();
     let ordered = |poses: Vec<PlannedPose>| match scenario.plan.order {
-        Order::Interleaved => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
+        Order::Interleaved => taken_from(&poses, interleave(&poses)),
+        Order::InterleavedShort => taken_from(&poses, interleave_short(&poses)),
         Order::BallByBall => poses,
     };
     let main = ordered(poses('p', &selection.poses, 0, false));
@@ -380,7 +382,7 @@ pub fn layout(scenario: &Scenario) -> CellLayout {
         without_artifact: scenario.surroundings_without_artifact(),
         outward: scenario.outward().to_vec(),
         bodies: scenario.ball_ids().iter().map(|id| ball_body(id)).collect(),
-        margins: Margins { clearance: scenario.plan.clearance_mm * MM, arm: WAY_MARGIN, ..Margins::default() },
+        margins: Margins { clearance: scenario.plan.clearance_mm * MM, free: WAY_MARGIN, ..Margins::default() },
         retreat: scenario.plan.retreat_mm * MM,
         cone: scenario.plan.cone_deg * DEG,
         facing: Some(Facing {

@@ -74,7 +74,7 @@ fn on_spheres(cell: &Dataset, layout: &CellLayout, free: &[Vec<f64>], length: f6
     let nominal = vec![0.0; SiteIndex::new(cell.robot.joints()).len()];
     let mut is_clear = |q: &[f64]| {
         posture.set(&cell.robot, &cell.base, &cell.tool, q, &nominal);
-        clearance.is_clear(&posture, layout.margins.free().clearance, None)
+        clearance.is_clear(&posture, layout.margins.free, None)
     };
     let mut found = Vec::new();
     for (anchor, place) in cell.anchors.iter().enumerate() {

@@ -19,24 +19,16 @@ pub struct Margins {
     pub limit: f64,
     /// From a singularity: the least [`crate::robot::dexterity`], m/rad.
     pub dexterity: f64,
-    /// Between what the arm carries and what stands in the cell, m: a gauge that is centred on a ball stands there, whatever is wrong with the
-    /// arm.
+    /// Between bodies while a ball is probed, m: a gauge that is centred on a ball stands there, whatever is wrong with the arm.
     pub clearance: f64,
-    /// Between all other bodies, m: they are off by what is wrong with the arm.
-    pub arm: f64,
-}
-
-impl Margins {
-    /// The same for postures that nothing holds in their place.
-    pub fn free(self) -> Self {
-        Margins { clearance: self.clearance.max(self.arm), ..self }
-    }
+    /// Between bodies in postures that nothing holds in their place, m: there they are off by what is wrong with the arm.
+    pub free: f64,
 }
 
 impl Default for Margins {
     /// 2 deg from limits (a centring moves a joint by tenths), |sin A5| of about 0.1 on a KR 6, and 5 mm of air.
     fn default() -> Self {
-        Margins { limit: 2.0 * DEG, dexterity: 0.02, clearance: 5.0 * MM, arm: 5.0 * MM }
+        Margins { limit: 2.0 * DEG, dexterity: 0.02, clearance: 5.0 * MM, free: 5.0 * MM }
     }
 }
 

@@ -76,7 +76,7 @@ pub fn free_poses(request: &FreePosesRequest<'_>) -> Result<Vec<Vec<f64>>, PoolE
             refusals.facing += 1;
         } else if dexterity(posture, q.len()) < margins.dexterity {
             refusals.singular += 1;
-        } else if !clearance.is_clear(posture, margins.free().clearance, None) {
+        } else if !clearance.is_clear(posture, margins.free, None) {
             refusals.touching += 1;
         } else if request.facing.is_some_and(|facing| !clearance.is_in_sight(posture, facing.beam(&reflector), BEAM)) {
             refusals.hidden += 1;

@@ -60,7 +60,7 @@ pub use journal_entry::{JournalSession, ProbingEntry};
 pub use last_motion::LastMotion;
 pub(crate) use limits::{TEMPERATURE_C, TIME_S, out_of_range};
 pub use mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master, still_mastered};
-pub use order::interleave;
+pub use order::{interleave, interleave_short};
 pub use parts::{Part, parts_by_payload};
 pub use plan_file::{PLAN_FORMAT, ProbingPlan, read_plan, write_plan};
 pub use pool::{Candidate, PoolRequest, ProbedBall, feasible_pool};

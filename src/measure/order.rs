@@ -8,9 +8,16 @@ const SHORTER: f64 = 1e-9;
 /// An order of `poses` that visits the balls in rounds, each ball once a round: places in `poses`, each once.
 ///
 /// Taken ball by ball, a drift of the robot would look like a displacement of the balls; taken in rounds, it falls on all of them
-/// alike. The order of the balls within a round and the round of a pose of a ball are free, and are chosen so that the arm travels
-/// little: the nearest first, then whatever exchange or reversal shortens the tour, until none does.
+/// alike. Among the unvisited poses of the ball whose turn it is, the one with the shortest joint motion from the last approach comes
+/// next (the largest joint angle counts, since all joints move together).
 pub fn interleave(poses: &[PlannedPose]) -> Vec<usize> {
+    Tour::nearest(poses).order
+}
+
+/// The same, and then whatever exchange or reversal shortens the tour, until none does: the order of the balls within a round and the round
+/// of a pose of a ball are free. What is near to each other is then measured after each other: the drift of a robot that warms up passes
+/// for an effect of the posture, a little more than before (decision 0028).
+pub fn interleave_short(poses: &[PlannedPose]) -> Vec<usize> {
     let mut tour = Tour::nearest(poses);
     while tour.exchange() | tour.reverse() {}
     tour.order
@@ -140,11 +147,18 @@ mod tests {
     }
 
     #[test]
+    fn the_balls_take_turns_and_each_pose_comes_once() {
+        let poses = [pose(7, 0.0), pose(7, 3.0), pose(7, 1.0), pose(2, 2.5), pose(2, 0.2)];
+        assert_eq!(interleave(&poses), [0, 4, 2, 3, 1]);
+        assert!(interleave(&[]).is_empty());
+    }
+
+    #[test]
     fn every_round_has_each_ball_once_and_each_pose_comes_once() {
         let mut random = ChaCha8Rng::seed_from_u64(4);
         for balls in [1, 2, 5] {
             let poses: Vec<_> = (0..6 * balls).map(|k| pose(k % balls, random.random())).collect();
-            let order = interleave(&poses);
+            let order = interleave_short(&poses);
             for round in order.chunks(balls) {
                 let mut seen: Vec<usize> = round.iter().map(|&k| poses[k].ball).collect();
                 seen.sort_unstable();
@@ -153,9 +167,9 @@ mod tests {
             let mut all = order.clone();
             all.sort_unstable();
             assert!(all.into_iter().eq(0..poses.len()));
-            assert!(travel(&poses, &order) <= travel(&poses, &Tour::nearest(&poses).order));
+            assert!(travel(&poses, &order) <= travel(&poses, &interleave(&poses)));
         }
-        assert!(interleave(&[]).is_empty());
+        assert!(interleave_short(&[]).is_empty());
     }
 
     #[test]
@@ -176,7 +190,7 @@ mod tests {
                     shortest = shortest.min(travel(&poses, &(0..3).flat_map(round).collect::<Vec<_>>()));
                 }
             }
-            let found = travel(&poses, &interleave(&poses));
+            let found = travel(&poses, &interleave_short(&poses));
             assert!(found >= shortest - SHORTER, "{found} for {shortest}");
             lengths[0] += found;
             lengths[1] += shortest;

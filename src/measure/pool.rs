@@ -198,8 +198,7 @@ impl Approach {
 
     fn is_clear(&mut self, request: &PoolRequest<'_>, q: &[f64]) -> bool {
         self.posture.set(request.robot, request.base, request.tool, q, &self.drawn);
-        let Margins { clearance, arm, .. } = request.margins;
-        self.clearance.is_clear_by(&self.posture, [clearance, arm], self.excepted)
+        self.clearance.is_clear(&self.posture, request.margins.clearance, self.excepted)
     }
 
     /// The far end of the approach to the posture `q`, where both and all between are free.

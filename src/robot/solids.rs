@@ -235,17 +235,10 @@ impl ClearanceCheck {
 
     /// Whether every gap in `posture` is at least `margin` (m); the standing body `except` is not looked at.
     pub fn is_clear(&mut self, posture: &Posture, margin: f64, except: Option<usize>) -> bool {
-        self.is_clear_by(posture, [margin; 2], except)
-    }
-
-    /// The same with two margins (m): between what the arm carries and what stands in the cell, and between all others.
-    pub fn is_clear_by(&mut self, posture: &Posture, margins: [f64; 2], except: Option<usize>) -> bool {
         self.place(posture);
+        let margin = margin / MM;
         let except = except.map(|k| self.moving + k);
-        self.pairs.iter().all(|&[i, j]| {
-            let margin = margins[usize::from(i < self.carried || j < self.moving)] / MM;
-            Some(j) == except || self.at_least([i, j]) >= margin || self.distance([i, j]) >= margin
-        })
+        self.pairs.iter().all(|&pair| Some(pair[1]) == except || self.at_least(pair) >= margin || self.distance(pair) >= margin)
     }
 }
 
@@ -347,7 +340,5 @@ mod tests {
         assert!(check.is_clear(&at, 0.2, None) && !check.is_clear(&at, 0.3, None));
         assert!(check.is_clear(&at, 0.44, check.fixed_named("ball")), "the table is 0.45 m below");
         assert!(!check.is_clear(&at, 0.46, check.fixed_named("ball")));
-        // A link is no tool.
-        assert!(check.is_clear_by(&at, [1.0, 0.2], None) && !check.is_clear_by(&at, [0.2, 1.0], None));
     }
 }

@@ -190,6 +190,8 @@ pub struct CarriedToml {
 pub enum Order {
     /// Turn by turn: drift cannot pass for a ball's error.
     Interleaved,
+    /// The same in a shorter tour.
+    InterleavedShort,
     /// All poses of one ball, then the next, as the paper does.
     BallByBall,
 }

@@ -110,6 +110,7 @@ impl KukaRobot {
                 format!("action {} of an earlier session is not done; reset the program on the controller", state.action);
             return Err(ManipulatorError::Refused { reason });
         }
+        self.take_cancel_back()?;
         let name = self.settings.variables.speed.clone();
         self.link.write(&name, &percent.to_string())?;
         let is = self.number(&name)?;
@@ -309,12 +310,21 @@ impl KukaRobot {
             let asked = Instant::now();
             while asked.elapsed() < BRAKING {
                 if self.integer(&names.action)? == 0 {
-                    return Ok(());
+                    return Ok(self.take_cancel_back()?);
                 }
                 std::thread::sleep(self.settings.patience.poll);
             }
         }
         Ok(self.link.write(&names.speed, "0")?)
+    }
+
+    /// An order that had just ended when it was to be broken off takes no notice of that, and the next one would: nothing is under way now.
+    fn take_cancel_back(&mut self) -> Result<(), LinkError> {
+        if self.settings.program == RobotProgram::Plain {
+            return Ok(());
+        }
+        let name = self.settings.variables.cancel.clone();
+        self.link.write(&name, "FALSE")
     }
 
     /// What the program says of the last order.
