@@ -101,6 +101,7 @@ fn mistakes() -> Vec<Mistake> {
         Mistake { on: Some("[tool]"), ..cell("x_mm = 60.0", "", "tool.x_mm", "add `x_mm`") },
         cell("sigma_um = 2.3", "sigma_um = -2.3", "tool.sigma_um", "zero or"),
         cell("mass_kg = 6.0", "mass_kg = -6.0", "payload[0].mass_kg", "zero or"),
+        cell("preload_n = 0.65", "preload_n = -0.65", "indicators.preload_n", "zero or"),
         cell("id = \"2\"", "id = \"1\" # twice", "ball[1].id", "its own name"),
         cell("id = \"2\"", "id = \"\\u001b[31m\\n\"", "ball[1].id", "plain name"),
         cell("id = \"2\"", "id = \"\"", "ball[1].id", "plain name"),
@@ -154,7 +155,18 @@ fn impossible_cells() -> Vec<Mistake> {
         cell("poses_per_ball = 20", "poses_per_ball = 2", "plan.poses_per_ball", "number of poses"),
         at("[tracker]", cell("facing_deg = 30.0", "facing_deg = 1.0", "tracker", "facing_deg")),
         at("[truth.indicators]", cell("drop_out = 0.0", "drop_out = 1.0", "truth.indicators", "smaller")),
-        Mistake { file: "s.toml", ..at("[truth", cell("preload_n = 0.65", "preload_n = 1e4", "truth", "smaller")) },
+        Mistake {
+            file: "s.toml",
+            ..at(
+                "[truth",
+                cell(
+                    "preload_n = 0.65\nfull_force_n = 0.90\ndrop",
+                    "preload_n = 1e4\nfull_force_n = 0.90\ndrop",
+                    "truth",
+                    "smaller",
+                ),
+            )
+        },
         cell("[-79.65, -60.0, 240.0]]", "[0.0, -100.0, 0.0]]", "tracker.nests_mm", "spread"),
         Mistake { on: Some("[truth"), ..own("c6_mdeg_per_nm = 28.161", "c6_mdeg_per_nm = 1e4", "truth", "smaller") },
     ]
