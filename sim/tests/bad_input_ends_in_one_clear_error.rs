@@ -102,6 +102,7 @@ fn mistakes() -> Vec<Mistake> {
         cell("sigma_um = 2.3", "sigma_um = -2.3", "tool.sigma_um", "zero or"),
         cell("mass_kg = 6.0", "mass_kg = -6.0", "payload[0].mass_kg", "zero or"),
         cell("preload_n = 0.65", "preload_n = -0.65", "indicators.preload_n", "zero or"),
+        cell("preload_n = 0.65", "preload_n = 1e4", "indicators.preload_n", "from 0 to 100"),
         cell("id = \"2\"", "id = \"1\" # twice", "ball[1].id", "its own name"),
         cell("id = \"2\"", "id = \"\\u001b[31m\\n\"", "ball[1].id", "plain name"),
         cell("id = \"2\"", "id = \"\"", "ball[1].id", "plain name"),

@@ -25,6 +25,8 @@ const MOST_POSES: usize = 2_000;
 const MOST_CANDIDATES: usize = 100_000;
 const MOST_STARTS: usize = 100;
 const MOST_VALIDATION_POSES: usize = 20_000;
+/// Of an indicator's spring, N.
+const MOST_FORCE: f64 = 100.0;
 /// Slower than this, deg/s, no session ends.
 const SLOWEST: f64 = 1e-3;
 
@@ -108,9 +110,11 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
             return wrong(key, format!("has {} numbers", list.len()), format!("give one for each of the {joints} joints"));
         }
     }
-    // A probability, two angles, a reading.
+    // A probability, two forces, two angles, a reading.
     for (key, value, most) in [
         ("truth.indicators.drop_out", truth.indicators.drop_out, 1.0),
+        ("indicators.preload_n", toml.indicators.preload_n, MOST_FORCE),
+        ("indicators.full_force_n", toml.indicators.full_force_n, MOST_FORCE),
         ("plan.cone_deg", plan.cone_deg, 180.0),
         ("tracker.facing_deg", tracker.facing_deg, 180.0),
         // Beyond the range of an indicator everything is centred.
