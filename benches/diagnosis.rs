@@ -4,33 +4,25 @@
 mod works;
 
 use std::hint::black_box;
-use std::path::Path;
 
 use calibench::assess::{Examination, diagnose, diagnose_examined};
 use calibench::identify::Model;
 use calibench::import::{ImportOptions, import};
 use calibench::measure::Dataset;
 use criterion::{Criterion, criterion_group, criterion_main};
-use works::golden;
+use works::{golden, oracles};
 
-/// The grid of the UR10 among the public data, that `CALIBENCH_DATA` names the folder of.
-fn ur10() -> Option<Dataset> {
-    let root = std::env::var_os("CALIBENCH_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), std::path::PathBuf::from);
-    let file = root.join("ur10-ipa/Series_A/measurements_grid.csv");
-    if !file.is_file() {
-        println!("SKIPPED: {} is not there; set CALIBENCH_DATA to the folder of the public data", file.display());
-        return None;
-    }
-    Some(import("ur10-ipa", &[file], &ImportOptions::default()).unwrap().0)
+/// The grid of the UR10 among the public data.
+fn ur10() -> Dataset {
+    let file = oracles::data("ur10-ipa").join("Series_A/measurements_grid.csv");
+    import("ur10-ipa", &[file], &ImportOptions::default()).unwrap().0
 }
 
 fn diagnosis(c: &mut Criterion) {
-    let centred = golden::golden_model().map(|model| works::centred(&model));
+    let centred = works::centred(&golden::golden_model());
     let mut group = c.benchmark_group("W7");
     group.sample_size(10);
     for (name, dataset) in [("80 centrings", centred), ("11,911 points", ur10())] {
-        let Some(dataset) = dataset else { continue };
         let named = [("W7", &dataset)];
         let model = Model::paper();
         let mut bench = |name: String, work: &mut dyn FnMut()| {

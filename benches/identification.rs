@@ -10,7 +10,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use works::golden;
 
 fn identification(c: &mut Criterion) {
-    let Some(model) = golden::golden_model() else { return };
+    let model = golden::golden_model();
     let dataset = works::centred(&model);
     let named = [("w2", &dataset)];
     let frozen = works::frozen_torques();

@@ -9,19 +9,19 @@ use std::ops::Range;
 use calibench::robot::Posture;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::Vector3;
-use works::{Arm, Arms, LANES, SideBySide, golden};
+use works::{Arm, Arms, BatchOfPostures, LANES, golden};
 
 /// Configurations of one short run.
 const FEW: usize = 50 * LANES;
 
 fn kinematics(c: &mut Criterion) {
-    let Some(model) = golden::golden_model() else { return };
+    let model = golden::golden_model();
     let configurations = works::random_configurations(&model, 100_000);
     let mut arm = Arm::new(&model);
     let mut arms = Arms::new(&model);
     works::check_kinematics(&mut arm);
-    works::check_side_by_side(&model);
-    let side_by_side: Vec<SideBySide> = configurations.as_chunks().0.iter().map(SideBySide::of).collect();
+    works::check_batch(&model);
+    let side_by_side: Vec<BatchOfPostures> = configurations.as_chunks().0.iter().map(BatchOfPostures::of).collect();
     let mut group = c.benchmark_group("100,000 configurations");
     group.throughput(Throughput::Elements(configurations.len() as u64)).sample_size(20);
     let mut columns = [Vector3::zeros(); 31];

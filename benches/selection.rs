@@ -10,7 +10,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use works::golden;
 
 fn selection(c: &mut Criterion) {
-    let Some(model) = golden::golden_model() else { return };
+    let model = golden::golden_model();
     let (rows, balls) = works::pool(&model);
     let candidates = Candidates::new(&rows, 31, balls).unwrap();
     let best = select(&candidates, &Request::new(Quota::Free(80))).unwrap();

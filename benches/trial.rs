@@ -10,7 +10,7 @@ use works::golden;
 use works::trial::{Outcome, Trial, averages, check};
 
 fn trial(c: &mut Criterion) {
-    let Some(model) = golden::golden_model() else { return };
+    let model = golden::golden_model();
     let truths = works::truths();
     let mut trial = Trial::new(&model);
     let outcomes: Vec<Outcome> = (0..).zip(&truths).map(|(seed, truth)| trial.run(truth, seed)).collect();

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Makes a Python environment, once: sim/setup.sh [REQUIREMENTS]. What REQUIREMENTS pins, or else sim/requirements.txt (the feature `mujoco`), in
+# Makes a Python environment, once: sim/setup.sh [REQUIREMENTS]. What REQUIREMENTS pins, or else sim/mujoco/requirements.txt (the feature `mujoco`), in
 # $CALIBENCH_VENV, or else .venv.
 # Exit codes: 0 it is ready, 1 it failed, 3 it cannot be had here (no fit Python, no network). Standard error says why, in one line.
 set -euo pipefail
 exec </dev/null
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)"
-requirements="$(realpath "${1:-$root/sim/requirements.txt}")"
+requirements="$(realpath "${1:-$root/sim/mujoco/requirements.txt}")"
 venv="${CALIBENCH_VENV:-$root/.venv}"
 [[ "$venv" == /* ]] || venv="$PWD/$venv"
 # Empty while the environment is being made; filled last. Where it is, the environment is ours to clear.

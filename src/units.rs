@@ -1,6 +1,6 @@
-//! Conversions between the SI units used inside and the workshop units used in files and tables.
+//! Conversions between the SI units used internally and the workshop units used in files and tables.
 //!
-//! Multiply to enter (`35.0 * MM` is 0.035 m), divide to leave (`x / MM`).
+//! Multiply on input (`35.0 * MM` is 0.035 m), divide on output (`x / MM`).
 
 use std::f64::consts::PI;
 
@@ -17,10 +17,10 @@ pub const MRAD: f64 = 1e-3;
 /// One microradian in radians.
 pub const URAD: f64 = 1e-6;
 
-/// The number to write for a quantity of `si` in `unit`: the shortest that, read back, is the same to the last bit, where there is one.
+/// The number to write for a quantity of `si` in `unit`: the shortest that reads back bit for bit, if there is one.
 pub fn readable(si: f64, unit: f64) -> f64 {
     let plain = si / unit;
-    // 15 digits are always kept by a double, 17 always tell it apart.
+    // 15 digits always survive in a double, 17 always identify it.
     (15..=17)
         .filter_map(|digits| format!("{plain:.*e}", digits - 1).parse::<f64>().ok())
         .chain([plain.next_down(), plain.next_up()])
@@ -28,12 +28,12 @@ pub fn readable(si: f64, unit: f64) -> f64 {
         .unwrap_or(plain)
 }
 
-/// The unit of a parameter as people read it: how it is written, and what one of it is in SI.
+/// The display unit of a parameter: its spelling and its SI value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// As printed in tables and JSON, e.g. `mdeg/(N·m)`.
     pub symbol: &'static str,
-    /// As it ends a key in a file, e.g. `mdeg_per_nm`.
+    /// As the suffix of a key in a file, e.g. `mdeg_per_nm`.
     pub suffix: &'static str,
     /// The SI value of one such unit.
     pub si: f64,
@@ -70,7 +70,7 @@ impl Unit {
     /// First moment of a mass.
     pub const KG_M: Unit = Unit { symbol: "kg·m", suffix: "kg_m", si: 1.0 };
 
-    /// Every unit there is.
+    /// All units.
     pub const ALL: [Unit; 14] = [
         Unit::MM,
         Unit::UM,
@@ -88,7 +88,7 @@ impl Unit {
         Unit::KG_M,
     ];
 
-    /// The unit written so.
+    /// The unit with this symbol.
     pub fn from_symbol(symbol: &str) -> Option<Unit> {
         Unit::ALL.into_iter().find(|u| u.symbol == symbol)
     }

@@ -12,7 +12,7 @@ BALLS, STARTS = (jnp.array(rows.T) for rows in ball_poses("w2_selection.csv"))
 TRUTHS, VALIDATION = jnp.array(table("w4_truth.csv")), jnp.array(table("w4_validation.csv").T)
 VALIDATION_TORQUES = w5(VALIDATION)
 #: Robots at once.
-BATCH = 25
+BATCH = 32
 
 
 def centre(truth: jax.Array, key: jax.Array) -> tuple[jax.Array, jax.Array]:

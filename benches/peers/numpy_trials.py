@@ -10,7 +10,7 @@ BALLS, STARTS = (rows.T for rows in ball_poses("w2_selection.csv"))
 TRUTHS, VALIDATION = table("w4_truth.csv"), table("w4_validation.csv").T[:, None]
 VALIDATION_TORQUES = w5(VALIDATION)
 #: Robots at once.
-BATCH = 25
+BATCH = 32
 
 
 def centre(truths: np.ndarray, noise: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

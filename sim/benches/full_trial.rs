@@ -1,5 +1,5 @@
-//! W4 by the full geometry: plungers that meet balls with disk and rim, an approach to each, the arm at rest under its weight and the
-//! gauge's springs wherever it is measured.
+//! W4 with the full geometry: plungers that meet balls with disk and rim, an approach to each ball, and the arm in equilibrium
+//! with gravity and the gauge's springs wherever it is measured.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 #[path = "../../benches/works/mod.rs"]
@@ -23,24 +23,25 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::Vector3;
 use works::golden::{self, GoldenModel};
 
-/// One-sigma of each joint after each motion, rad, and of each reading, m: those of W4.
+/// One-sigma of each joint after each motion, rad, and of each reading, m, as in W4.
 const JOINT_NOISE: f64 = 1e-6;
 const READING_NOISE: f64 = 0.6 * UM;
-/// A ball is centred when every reading is smaller, m, and given up after so many: as in W4.
+/// A ball is centred when every reading is below this, m, and given up after this many readings, as in W4.
 const CENTRED: f64 = 3.0 * UM;
 const MOST_READINGS: usize = 12;
-/// Where an approach begins, m along each axis of the tool: the plungers still stand free.
+/// Start of an approach, m along each axis of the tool: the plungers are still free there.
 const STAND_OFF: f64 = 8.0 * MM;
-/// The mean error of W4 is 1.09 um; what the gauge's springs do is part of the model, and the rest at equilibrium is far smaller.
+/// The mean error of W4 is 1.09 um; the model includes the effect of the gauge's springs, and the equilibrium tolerance is
+/// far smaller.
 const MOST_MEAN_ERROR: f64 = 1.5 * UM;
 
-/// Springs of the paper's indicators; no flaw but noise.
+/// A gauge with the springs of the paper's indicators and no flaw but noise.
 fn gauge(streams: &Streams) -> Gauge {
     let spec = PlungerSpec { preload: 0.65, full_force: 0.90, noise: [READING_NOISE; 2], ..PlungerSpec::ideal() };
     Gauge::draw(&spec, streams)
 }
 
-/// The procedure, with room for it.
+/// The procedure, with its preallocated buffers.
 struct FullTrial<'a> {
     model: &'a GoldenModel,
     starts: Vec<Vec<f64>>,
@@ -58,7 +59,7 @@ impl<'a> FullTrial<'a> {
     fn new(model: &'a GoldenModel) -> Self {
         let starts = works::centring_starts();
         let mut dataset = works::dataset(model, &starts);
-        // Some starts are a tenth of a degree from a limit: there is none here.
+        // Some starts are a tenth of a degree from a limit, so the limits are removed.
         let mut robot = model.robot.clone();
         robot.links.iter_mut().for_each(|link| link.limits = [-1e3, 1e3]);
         let streams = Streams { seed: 0, trial: 0 };
@@ -96,7 +97,7 @@ impl<'a> FullTrial<'a> {
         }
     }
 
-    /// What the parameters `truth` (SI, absolute, in the order of the works) make of an arm.
+    /// The flaws of an arm with the parameters `truth` (SI, absolute, in the order of the works).
     fn flaws(&self, truth: &[f64]) -> Flaws {
         let mut sizes = vec![0.0; self.start.len()];
         for (p, value) in self.model.parameters.iter().zip(truth) {
@@ -113,7 +114,8 @@ impl<'a> FullTrial<'a> {
         Flaws { all: Model::paper().effects.iter().map(effect).collect(), ..Flaws::none(self.parts.robot.joints()) }
     }
 
-    /// Calibrates the robot of `truth`; the mean error over the validation configurations, m, and readings a centring.
+    /// Calibrates the robot of `truth`; returns the mean error over the validation configurations, m, and the readings
+    /// per centring.
     fn run(&mut self, truth: &[f64], trial: u64) -> (f64, f64) {
         let streams = Streams { seed: 1, trial };
         let (mut motion, mut gauge) = (streams.stream("motion"), gauge(&streams));
@@ -145,7 +147,7 @@ impl<'a> FullTrial<'a> {
             gauge.rest(stand(&mut plant, &q, true).touches);
             for _ in 0..MOST_READINGS {
                 readings += 1;
-                // A plunger at its stop says so, and is drawn back by its range.
+                // A plunger at its stop reports so, and is drawn back by its range.
                 let reading = Vector3::from_fn(|k, _| gauge.read(k).unwrap_or(MASTER_READING));
                 if reading.amax() < CENTRED {
                     break;
@@ -163,7 +165,7 @@ impl<'a> FullTrial<'a> {
             sample.measured = Measured::Point(rest.world_from_tool.translation.vector);
         }
         self.predicted.renew(&[&self.validation.samples]).unwrap();
-        self.predicted.settle_loads(self.adjustment.values());
+        self.predicted.update_loads(self.adjustment.values());
         let errors = self.predicted.residuals(self.adjustment.values());
         let mean = errors.iter().map(|e| e.norm()).sum::<f64>() / errors.len() as f64;
         (mean, readings as f64 / self.starts.len() as f64)
@@ -171,7 +173,7 @@ impl<'a> FullTrial<'a> {
 }
 
 fn full_trial(c: &mut Criterion) {
-    let Some(model) = golden::golden_model() else { return };
+    let model = golden::golden_model();
     let truths = works::truths();
     let mut trial = FullTrial::new(&model);
     let outcomes: Vec<(f64, f64)> = (0..).zip(&truths[..50]).map(|(k, truth)| trial.run(truth, k)).collect();

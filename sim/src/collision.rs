@@ -1,7 +1,7 @@
-//! Whether the true arm touches anything on its way: the judge of the ways that were planned.
+//! Checks whether the true arm touches anything on its path, independently of the planner.
 //!
-//! It shares nothing with the planner. It looks at the arm as it truly is, by its plant's own frames, halves every motion until no pair of
-//! bodies can have met in what is left, and takes its distances from parry's general query.
+//! It shares nothing with the planner. It uses the true arm, by its plant's own frames, halves every motion until no pair of
+//! bodies can meet in the remainder, and takes its distances from parry's general query.
 
 use calibench::robot::{Pose, Robot, Shape, Solid, Surroundings};
 use calibench::units::MM;
@@ -10,10 +10,11 @@ use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::query;
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, SharedShape};
 
-/// Motions are halved until nothing moves further than this in what is left, mm.
+/// Motions are halved until no two bodies can approach by more than this within a half, mm.
 const RESOLUTION: f64 = 1.0;
 
-/// A ball so near to the socket's axis, and so far out of it, is in the socket or before it, m: the gauge may touch it.
+/// A ball this near to the socket's axis, and within this range along it, is in or before the socket, m: the gauge may
+/// touch it.
 const BESIDE_AXIS: f64 = 15.0 * MM;
 const BEFORE_SOCKET: f64 = 90.0 * MM;
 const BEHIND_CENTRE: f64 = 8.0 * MM;
@@ -21,13 +22,13 @@ const BEHIND_CENTRE: f64 = 8.0 * MM;
 /// A body in the axes of its frame, mm.
 struct Body {
     name: String,
-    /// 0 is the base; `None` stands in the cell.
+    /// 0 is the base; `None` is fixed in the cell.
     frame: Option<usize>,
     shape: SharedShape,
     local: DPose3,
-    /// How far it reaches from the frame's origin.
+    /// Largest distance of the body from the frame's origin.
     reach: f64,
-    /// Of a ball of the artifact, its centre in the world, m.
+    /// Centre in the world, m, if this is a ball of the artifact.
     ball: Option<Vector3<f64>>,
     is_carried: bool,
 }
@@ -53,7 +54,7 @@ impl Body {
     }
 }
 
-/// Two bodies that met, and where on the motion.
+/// A collision of two bodies, and the point of the motion at which it occurs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Collision {
     /// The bodies.
@@ -62,24 +63,24 @@ pub struct Collision {
     pub at: Vec<f64>,
 }
 
-/// Looks at the motions of an arm.
+/// Checks the motions of an arm for collisions.
 pub struct CollisionCheck {
     bodies: Vec<Body>,
     pairs: Vec<[usize; 2]>,
     socket: Unit<Vector3<f64>>,
 }
 
-/// What the arm shows of itself: true frames of base and links, and of the tool, with the motors at some angles.
+/// Returns the true frames of base and links, and of the tool, with the motors at the given angles.
 pub type Frames<'a> = dyn FnMut(&[f64]) -> (Vec<Pose>, Pose) + 'a;
 
 impl CollisionCheck {
-    /// For an arm in its surroundings; `socket` is the opening's direction in the axes of the tool.
+    /// The check for an arm in its surroundings; `socket` is the direction of the opening in the axes of the tool.
     pub fn new(robot: &Robot, surroundings: &Surroundings, socket: Unit<Vector3<f64>>) -> Self {
         let mut bodies: Vec<Body> = robot.solids.iter().map(|s| Body::of(s, Some(s.frame), false)).collect();
         bodies.extend(surroundings.carried.iter().map(|s| Body::of(s, Some(robot.joints()), true)));
         bodies.extend(surroundings.fixed.iter().map(|s| Body::of(s, None, false)));
         let meets = |a: &Body, b: &Body| match (a.frame, b.frame) {
-            // Neighbours touch at their joint, and the base is bolted to what stands.
+            // Neighbours touch at their joint, and the base is bolted to fixed bodies.
             (Some(a), Some(b)) => a.abs_diff(b) > 1,
             (Some(frame), None) | (None, Some(frame)) => frame > 0,
             (None, None) => false,
@@ -91,7 +92,7 @@ impl CollisionCheck {
         CollisionCheck { bodies, pairs, socket }
     }
 
-    /// The first place where the motion of the motors from `from` to `to` (rad) brings two bodies together.
+    /// The first collision found on the motion of the motors from `from` to `to` (rad).
     pub fn first(&self, from: &[f64], to: &[f64], frames: &mut Frames<'_>) -> Option<Collision> {
         self.within(from, to, &self.pairs, frames)
     }
@@ -104,7 +105,7 @@ impl CollisionCheck {
             .iter()
             .map(|body| body.frame.and_then(|f| links.get(f)).map_or(body.local, |frame| placed(frame) * body.local))
             .collect();
-        // How far the origin of each link lies from the next, mm: no body is further from a joint than all of them together.
+        // Distance between the origins of successive links, mm: no body is further from a joint than the sum of those between.
         let lengths: Vec<f64> =
             links.windows(2).map(|l| (l[1].translation.vector - l[0].translation.vector).norm() / MM).collect();
         let travels = |body: &Body| -> f64 {
@@ -126,7 +127,7 @@ impl CollisionCheck {
                 furthest = furthest.max(bound);
                 continue;
             }
-            // Of shapes that parry cannot compare nothing is known; there are none among these.
+            // The distance is unknown for shapes that parry cannot compare; there are none among these.
             let (a, b) = (&self.bodies[i], &self.bodies[j]);
             let gap = query::distance(&placed[i], a.shape.as_ref(), &placed[j], b.shape.as_ref()).map_or(0.0, |d| d.distance);
             if gap <= 0.0 {
@@ -143,7 +144,7 @@ impl CollisionCheck {
         self.within(from, &middle, &open, frames).or_else(|| self.within(&middle, to, &open, frames))
     }
 
-    /// Whether one is a ball in the socket of the other, or straight before it.
+    /// True if one is a ball in the socket of the other, or straight in front of it.
     fn is_seated(&self, i: usize, j: usize, tool: &Pose) -> bool {
         let (a, b) = (&self.bodies[i], &self.bodies[j]);
         let Some(ball) = (if a.is_carried { b.ball } else { None }) else { return false };

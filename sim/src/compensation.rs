@@ -1,5 +1,5 @@
-//! What a calibration is worth to the robot's user: the tool is sent to targets, first as they are, then compensated, by a controller
-//! that knows nothing but the drawing; and where the tool then truly stands is held against where it was wanted.
+//! Benefit of a calibration for the robot's user: the tool is sent to targets, first uncompensated, then compensated, by a
+//! controller that knows only the nominal model; the true position of the tool is compared with the target.
 
 use calibench::assess::Validation;
 use calibench::cell::ManipulatorError;
@@ -13,23 +13,23 @@ use crate::planning::{Tour, TrackerPlan};
 use crate::session::Session;
 use crate::tracker::SimulatedTracker;
 
-/// True position errors of targets, as told and compensated: the same targets in both.
+/// True position errors of targets, uncompensated and compensated: the same targets in both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensation {
-    /// Targets that were refused, or to whose joints no clear way is known.
+    /// Targets that were refused, or for whose joints no collision-free path is known.
     pub refused: usize,
-    /// As told, by the drawing of robot and cell.
+    /// Uncompensated, by the nominal model of robot and cell.
     pub before: Validation,
     /// Compensated.
     pub after: Validation,
 }
 
-/// Sends the tool to the poses that robot and cell as drawn would have at joints `poses` (rad); where it went at those very joints,
-/// which is where the uncompensated targets lead, is `uncompensated` (world, m). The compensator works in the world. `None` when no target
-/// can be compensated.
+/// Sends the tool to the poses of the nominal robot and cell at joints `poses` (rad). `uncompensated` (world, m) holds the
+/// positions reached at those very joints, to which the uncompensated targets lead. The compensator works in the world.
+/// Returns `None` when no target can be compensated.
 ///
 /// # Errors
-/// When the robot does not go there.
+/// When the robot does not reach a target.
 pub(crate) fn compensation(
     session: &Session<'_>,
     tracker: &SimulatedTracker,
@@ -50,7 +50,7 @@ pub(crate) fn compensation(
             conditions: conditions.clone(),
         };
         let Ok(fake) = compensator.compensate(&target).outcome else { continue };
-        // The controller is told the pose, with status and turn; which joints these are it finds by itself.
+        // The controller is commanded the pose, with status and turn, and finds the joints itself.
         let Ok(found) = compensator.controller_joints(&fake.pose, fake.status_turn, &fake.q) else { continue };
         joints.push(found);
         before.push(pose.translation.vector - went);
@@ -59,7 +59,7 @@ pub(crate) fn compensation(
     let tour = if plan.validation.has_no_ways {
         Tour::direct(joints)
     } else {
-        // Near a singularity the joints of a compensated target are others than those of the target, and so is the way to them.
+        // Near a singularity the joints of a compensated target differ from those of the target, and so does the path to them.
         let (tour, unreached) = session.tour_without_artifact(joints);
         for k in unreached.into_iter().rev() {
             wanted.remove(k);

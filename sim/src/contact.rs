@@ -1,7 +1,7 @@
-//! Where a plunger's flat disk comes to rest on a ball: by geometry, and by the closed form that geometry judges.
+//! Contact of a plunger's flat disk with a ball: by geometry, and by the closed form that is checked against it.
 //!
-//! Tool frame: origin at the TCP, axis k from the TCP into the body of indicator k. The disk stands on the + side of the ball and
-//! extends along -k, so a ball pushed along +k pushes the plunger in. The tip's coordinate t is counted along the channel.
+//! Tool frame: origin at the TCP, axis k from the TCP into the body of indicator k. The disk is on the + side of the ball and
+//! extends along -k, so a ball pushed along +k pushes the plunger in. The tip's coordinate t is measured along the channel.
 
 use std::array;
 
@@ -18,31 +18,31 @@ pub const DISK_RADIUS: f64 = TriCal::PAPER.tip_radius;
 pub const MASTER_RADIUS: f64 = TriCal::PAPER.master_radius;
 /// Radius of the 1-inch datum balls, m.
 pub const DATUM_RADIUS: f64 = TriCal::PAPER.datum_radius;
-/// What an indicator is set to on the master ball, m: the difference of the two radii.
+/// Preset value of an indicator on the master ball, m: the difference of the two radii.
 pub const MASTER_READING: f64 = MASTER_RADIUS - DATUM_RADIUS;
 /// Measuring range of an indicator, m.
 pub const TRAVEL: f64 = TriCal::PAPER.travel;
-/// How far the plunger still moves past its measuring range before its stop, m (assumed; the paper masters at the very end of the range).
+/// Travel of the plunger past its measuring range before its stop, m (assumed; the paper masters at the very end of the range).
 pub const OVERTRAVEL: f64 = 0.1 * MM;
-/// Tip coordinate of an ideally placed plunger when it stands free, m: 12.5 mm short of the master ball.
+/// Tip coordinate of an ideally placed, free plunger, m: 12.5 mm short of the master ball.
 pub const FREE_TIP: f64 = MASTER_RADIUS - TRAVEL;
-/// Reading of an ideally placed plunger when it stands free: -6.150 mm (paper section 2.1).
+/// Reading of an ideally placed, free plunger: -6.150 mm (paper section 2.1).
 pub const FREE_READING: f64 = MASTER_READING - TRAVEL;
-/// Thickness of the disk, m (assumed). It matters only to a ball that grazes the disk's side.
+/// Thickness of the disk, m (assumed). It matters only for a ball that grazes the disk's side.
 const DISK_THICKNESS: f64 = 2.0 * MM;
-/// Newton stops at steps of a ten-thousandth of a nanometre, m.
+/// Newton iterations stop at steps of a ten-thousandth of a nanometre, m.
 const SMALLEST_STEP: f64 = 1e-13;
 
-/// What a plunger meets on its way out.
+/// Contact of a plunger on its way out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Touch {
-    /// Nothing: it stands fully extended.
+    /// No contact: the plunger is fully extended.
     Free,
-    /// A ball, before the end of its travel.
+    /// Contact with a ball before the end of its travel.
     At {
         /// Coordinate of the tip along the channel, m.
         tip: f64,
-        /// Whether the disk touches with its rim and not with its flat.
+        /// True if the disk touches with its rim rather than its flat.
         on_rim: bool,
         /// Unit vector from the ball's centre to the point of contact, tool frame.
         normal: Vector3<f64>,
@@ -51,7 +51,7 @@ pub enum Touch {
     Beyond,
 }
 
-/// The line a disk travels on, and how the disk is carried.
+/// Line along which a disk travels, and the orientation of the disk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Channel {
     /// Point of the line where the tip's coordinate is zero, m, tool frame.
@@ -79,10 +79,12 @@ impl Channel {
         }
     }
 
-    /// Where the disk comes to rest on a ball (`centre`, `radius`, m), by closed form on the flat and a few Newton steps on the rim.
+    /// Computes the contact of the disk with a ball (`centre`, `radius`, m), in closed form on the flat and by a few
+    /// Newton steps on the rim.
     ///
-    /// Flat: `t = (n·(c - p) + R) / (n·d)`; rim: the largest t with `(rho(t) - r_disk)^2 + (n·(c - p - t d))^2 = R^2`, where p, d and
-    /// n are the channel's foot, direction and normal and rho is the distance of the ball's centre from the disk's axis.
+    /// Flat: `t = (n·(c - p) + R) / (n·d)`; rim: the largest t with `(rho(t) - r_disk)^2 + (n·(c - p - t d))^2 = R^2`, where
+    /// p, d and n are the channel's foot, direction and normal and rho is the distance of the ball's centre from the disk's
+    /// axis.
     pub fn touch(&self, centre: &Vector3<f64>, radius: f64) -> Touch {
         let from_foot = centre - self.foot;
         let advance = self.normal.dot(&self.along);
@@ -105,8 +107,8 @@ impl Channel {
             let slope = if over > 0.0 { -over * sideways.dot(&self.along) / lateral } else { 0.0 } - height * advance;
             (distance - radius, slope / distance)
         };
-        // The rim touches at once where the disk travels along its normal; askew, it meets the ball no sooner than it would if all of that
-        // brought it nearer.
+        // This start is exact if the disk travels along its normal; if it is tilted, the estimate assumes that the whole
+        // lateral motion brings the rim nearer, so the rim cannot touch before this point.
         let over = lateral_squared.sqrt() - DISK_RADIUS;
         let reach = (radius * radius - over * over).max(0.0).sqrt();
         let askew = (self.along.into_inner() - self.normal.as_ref() * advance).norm();
@@ -118,17 +120,19 @@ impl Channel {
                 let rim = sideways * (DISK_RADIUS / sideways.norm());
                 self.at(tip, true, (rim - sideways - self.normal.as_ref() * height) / radius)
             }
-            // The ball passes the rim or grazes the disk's side, where the disk's thickness counts.
+            // The ball passes the rim or grazes the disk's side, where the disk's thickness matters.
             _ => self.touch_by_geometry(centre, radius),
         }
     }
 
-    /// Where the disk comes to rest on a ball (`centre`, `radius`, m), by parry's exact distance of a point from a cylinder.
+    /// Computes the contact of the disk with a ball (`centre`, `radius`, m) by parry's exact distance of a point from a
+    /// cylinder.
     ///
-    /// It knows nothing of flat or rim: the disk comes in from far outside, by Newton steps on its distance from the ball. That distance
-    /// is convex in t (a convex body moves on a line), so the steps never pass the first touch. Right to 1 nm, at grazing contact too.
+    /// Flat and rim are not distinguished: the disk comes in from far outside, by Newton steps on its distance from the ball.
+    /// That distance is convex in t (a convex body moves on a line), so the steps never pass the first touch. Correct to 1
+    /// nm, also at grazing contact.
     pub fn touch_by_geometry(&self, centre: &Vector3<f64>, radius: f64) -> Touch {
-        // parry's tolerances are absolute numbers made for sizes near one: millimetres.
+        // parry's tolerances are absolute and made for sizes near one, hence millimetres.
         let from_foot = millimetres(&(centre - self.foot));
         let (along, normal) = (unitless(&self.along), unitless(&self.normal));
         let half_thickness = 0.5 * DISK_THICKNESS / MM;
@@ -149,7 +153,7 @@ impl Channel {
         };
         let contact = nearest(tip);
         let from_axis = contact - along * (tip / MM);
-        // Rounding of the rotated pose leaves rim points a few 1e-15 mm off the rim's radius.
+        // Rounding of the rotated pose leaves rim points off the rim's radius by a few 1e-15 mm.
         let on_rim = (from_axis - normal * from_axis.dot(normal)).length() >= (1.0 - 1e-12) * DISK_RADIUS / MM;
         let to_contact = (contact - from_foot).normalize();
         self.at(tip, on_rim, Vector3::new(to_contact.x, to_contact.y, to_contact.z))
@@ -166,10 +170,10 @@ impl Channel {
     }
 }
 
-/// The largest root of a convex `gap` (value and slope), by Newton steps from `start` above it; none when the gap never closes.
+/// The largest root of a convex `gap` (value and slope), by Newton steps from `start` above it; `None` if the gap never closes.
 fn first_touch(start: f64, gap: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     let mut tip = start;
-    // A touch that only grazes is a double root: the steps halve, and 60 halvings leave nothing of a metre.
+    // A grazing touch is a double root: the steps halve, and 60 halvings reduce a metre to nothing.
     for _ in 0..60 {
         let (distance, slope) = gap(tip);
         if distance <= 0.0 {
@@ -187,10 +191,10 @@ fn first_touch(start: f64, gap: impl Fn(f64) -> (f64, f64)) -> Option<f64> {
     Some(tip)
 }
 
-/// The three readings (m) of an ideal, mastered gauge on a ball (`centre` in the tool frame, `radius`, m).
+/// Returns the three readings (m) of an ideal, mastered gauge on a ball (`centre` in the tool frame, `radius`, m).
 ///
-/// `reading_k = c_k + sqrt(R^2 - max(0, rho_k - r_disk)^2) - 12.7 mm`, rho_k being the distance of the centre from axis k; -6.150 mm
-/// where nothing touches, and no more than the stop allows.
+/// `reading_k = c_k + sqrt(R^2 - max(0, rho_k - r_disk)^2) - 12.7 mm`, rho_k being the distance of the centre from axis k;
+/// -6.150 mm if nothing touches, and limited by the stop.
 #[inline]
 pub fn readings_closed_form(centre: [f64; 3], radius: f64) -> [f64; 3] {
     let [x, y, z] = centre;
@@ -199,7 +203,7 @@ pub fn readings_closed_form(centre: [f64; 3], radius: f64) -> [f64; 3] {
     let reading = |c: f64, half_chord: f64| {
         (c + half_chord - (MASTER_RADIUS - MASTER_READING)).clamp(FREE_READING, MASTER_READING + OVERTRAVEL)
     };
-    // All on the flat, as nearly all probing is: no square root.
+    // All three on the flat, as in nearly all probings: no square root is needed.
     if lateral_squared.iter().all(|&square| square <= DISK_RADIUS * DISK_RADIUS) {
         return centre.map(|c| reading(c, radius));
     }
@@ -263,7 +267,7 @@ mod tests {
         }
     }
 
-    /// A tilted disk reads `tilt x offset` more, 1 um per mm and mrad, and hardly notices which ball stands centred.
+    /// A tilted disk reads `tilt x offset` more, 1 um per mm and mrad, and is hardly affected by the size of a centred ball.
     #[test]
     fn tilt_is_crosstalk_from_the_side() {
         let tilt = 1e-3;

@@ -1,4 +1,4 @@
-//! The robot's own controller: it knows only the drawing, its encoders have steps, and its gears lose motion.
+//! The robot's own controller: it knows only the nominal model, its encoders have finite resolution, and its gears lose motion.
 
 use calibench::robot::Robot;
 use calibench::units::{ARCSEC, DEG};
@@ -6,61 +6,61 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::Deserialize;
 
-use crate::side::Side;
+use crate::dahl_friction::DahlFriction;
 
-/// Which joint angles a controller gives when it is asked where the joints are.
+/// Joint angles that a controller reports when asked for its joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reports {
-    /// Those that the encoders read.
+    /// The encoder readings.
     #[default]
     Actual,
-    /// Those that it commanded.
+    /// The commanded angles.
     Commanded,
 }
 
-/// How well the joints go where they are told. All sizes are one-sigma, per joint where a list is given.
+/// Accuracy with which the joints reach their commanded angles. All sizes are one-sigma, per joint where a list is given.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerSpec {
-    /// Step of the joint angle that the encoders report.
+    /// Resolution of the joint angles reported by the encoders.
     pub encoder_resolution_deg: f64,
-    /// What the servos leave after a large motion; the encoders see it.
+    /// Residual servo error after a large motion; seen by the encoders.
     pub servo_error_arcsec: Vec<f64>,
-    /// What the gears lose after a large motion; the encoders do not see it.
+    /// Lost motion of the gears after a large motion; not seen by the encoders.
     pub lost_motion_arcsec: Vec<f64>,
-    /// Half-width of the play that small motions must take up first; the encoders do not see it.
+    /// Half-width of the play that small motions must take up first; not seen by the encoders.
     pub small_move_play_arcsec: Vec<f64>,
     /// Typical joint speed.
     pub speed_deg_per_s: f64,
     /// Time to come to rest after each motion.
     pub settle_s: f64,
-    /// Which joint angles it reports.
+    /// Joint angles that it reports.
     #[serde(default)]
     pub reports: Reports,
-    /// Whether it tells the commanded joint angles as well.
+    /// True if it reports the commanded joint angles as well.
     #[serde(default)]
     pub log_commanded: bool,
-    /// By how much the robot gets warmer in the end.
+    /// Final temperature rise of the robot.
     #[serde(default)]
     pub warm_up_c: f64,
-    /// Time constant of that; 0 for at once.
+    /// Time constant of the warm-up; 0 for an immediate rise.
     #[serde(default)]
     pub warm_up_s: f64,
 }
 
-/// Temperature at which a session begins, °C: the reference temperature of dimensional metrology (ISO 1).
+/// Temperature at the start of a session, °C: the reference temperature of dimensional metrology (ISO 1).
 const COLD_C: f64 = 20.0;
 
 impl ControllerSpec {
-    /// Temperature of the robot so long after the session began, °C: `T0 + dT (1 - exp(-t / tau))`.
+    /// Temperature of the robot at this time into the session, °C: `T0 + dT (1 - exp(-t / tau))`.
     pub fn temperature_c(&self, time_s: f64) -> f64 {
         let share = if self.warm_up_s > 0.0 { -(-time_s / self.warm_up_s).exp_m1() } else { 1.0 };
         COLD_C + self.warm_up_c * share
     }
 }
 
-/// Where the joints are: as commanded, as the encoders say, and as the links stand.
+/// Joint angles: commanded, shown by the encoders, and true at the links.
 #[derive(Debug, Clone)]
 pub struct Joints {
     spec: ControllerSpec,
@@ -69,13 +69,13 @@ pub struct Joints {
     motor: Vec<f64>,
     lost: Vec<f64>,
     play: Vec<f64>,
-    /// Lost motion by the side from which each joint came, rad, and that side.
+    /// Hysteresis of each joint at full Dahl friction state, rad, and that state.
     hysteresis: Vec<f64>,
-    side: Vec<Side>,
+    side: Vec<DahlFriction>,
 }
 
 impl Joints {
-    /// Joints at zero, with so much lost motion (rad) by the side from which each comes.
+    /// Joints at zero, with this hysteresis (rad) per joint, scaled by its Dahl friction state.
     pub fn new(robot: &Robot, spec: &ControllerSpec, hysteresis: &[f64]) -> Self {
         let zero = vec![0.0; robot.joints()];
         Joints {
@@ -86,7 +86,7 @@ impl Joints {
             lost: zero.clone(),
             play: zero,
             hysteresis: hysteresis.to_vec(),
-            side: vec![Side::default(); robot.joints()],
+            side: vec![DahlFriction::default(); robot.joints()],
         }
     }
 
@@ -103,7 +103,7 @@ impl Joints {
         &self.commanded
     }
 
-    /// Joint angles at which the links stand, rad.
+    /// True joint angles at the links, rad.
     pub fn links(&self) -> Vec<f64> {
         let by_side = |i: usize| self.hysteresis[i] * self.side[i].value();
         (0..self.motor.len()).map(|i| self.motor[i] + self.lost[i] + self.play[i] + by_side(i)).collect()
@@ -114,13 +114,13 @@ impl Joints {
         if resolution > 0.0 { (angle / resolution).round() * resolution } else { angle }
     }
 
-    /// How long a large motion to these joints (rad) takes, s.
+    /// Duration of a large motion to these joints (rad), s.
     pub fn large_motion_s(&self, target: &[f64]) -> f64 {
         let longest = target.iter().zip(&self.motor).map(|(to, from)| (to - from).abs()).fold(0.0, f64::max);
         longest / (self.spec.speed_deg_per_s * DEG) + self.spec.settle_s
     }
 
-    /// A large motion: servo error and lost motion are drawn anew. Returns its duration, s.
+    /// A large motion: servo error and lost motion are redrawn. Returns its duration, s.
     pub fn move_large(&mut self, target: &[f64], rng: &mut ChaCha8Rng) -> f64 {
         let duration_s = self.large_motion_s(target);
         for i in 0..target.len() {
@@ -135,7 +135,7 @@ impl Joints {
         duration_s
     }
 
-    /// Passes these joints (rad) without a stop: nothing is drawn. Returns how long that takes, s.
+    /// Passes these joints (rad) without stopping: nothing is drawn. Returns the duration, s.
     pub fn pass(&mut self, target: &[f64]) -> f64 {
         let duration_s = self.large_motion_s(target) - self.spec.settle_s;
         for (i, &angle) in target.iter().enumerate() {
@@ -146,8 +146,8 @@ impl Joints {
         duration_s
     }
 
-    /// A small motion: the motors keep what the servos left, and go to the nearest step; the links follow once the play is taken up.
-    /// Returns its duration, s.
+    /// A small motion: the motors keep their servo error, and go to the nearest encoder step; the links follow once the play
+    /// is taken up. Returns its duration, s.
     pub fn move_small(&mut self, target: &[f64]) -> f64 {
         for i in 0..target.len() {
             let half = self.spec.small_move_play_arcsec[i] * ARCSEC;
@@ -189,7 +189,7 @@ mod tests {
             lost: one(),
             play: one(),
             hysteresis: one(),
-            side: vec![Side::default()],
+            side: vec![DahlFriction::default()],
         };
         joints.move_large(&[0.1], &mut ChaCha8Rng::seed_from_u64(1));
         assert_eq!(joints.links(), [0.1]);

@@ -9,7 +9,7 @@ use crate::contact::{MASTER_RADIUS, Touch};
 use crate::plunger::{Mechanism, PlungerSpec, PlungerTruth, PresentedBall, SimulatedPlunger};
 use crate::random::Streams;
 
-/// Three plunger indicators on the axes of the tool frame. An index k is 0, 1 or 2, anything else panics as an array does.
+/// Three plunger indicators on the axes of the tool frame. An index k must be 0, 1 or 2; others panic like an array index.
 #[derive(Debug, Clone)]
 pub struct Gauge {
     plungers: [SimulatedPlunger; 3],
@@ -38,21 +38,21 @@ impl Gauge {
         &self.plungers[k]
     }
 
-    /// Lets all plungers come to rest on `ball`, or stand free. They remember the side they came from.
+    /// Lets all plungers come to rest on `ball`, or extend freely. They remember the direction they came from.
     pub fn present(&mut self, ball: Option<PresentedBall>) {
         for plunger in &mut self.plungers {
             plunger.present(ball.as_ref());
         }
     }
 
-    /// Lets each plunger come to rest where it touches something, or stand free. They remember the side they came from.
+    /// Lets each plunger come to rest on its contact, or extend freely. They remember the direction they came from.
     pub fn rest(&mut self, touches: [Touch; 3]) {
         for (plunger, touch) in self.plungers.iter_mut().zip(touches) {
             plunger.rest(touch);
         }
     }
 
-    /// What moves in it.
+    /// The moving parts of its plungers.
     pub fn mechanisms(&self) -> [Mechanism; 3] {
         array::from_fn(|k| *self.plungers[k].mechanism())
     }
@@ -78,8 +78,8 @@ impl Gauge {
         self.plungers[k].preset(value)
     }
 
-    /// The force on the tool (N, tool frame, through the ball's centre) that `ball` brings about; nothing moves, so that an equilibrium
-    /// can be sought without wearing the plungers' memory.
+    /// The force on the tool (N, tool frame, through the ball's centre) exerted by `ball`. No plunger moves, so an
+    /// equilibrium can be sought without changing the plungers' friction states.
     pub fn force_from(&self, ball: Option<&PresentedBall>) -> Vector3<f64> {
         self.plungers.iter().map(|plunger| plunger.mechanism().force_from(ball)).sum()
     }
@@ -127,7 +127,7 @@ mod tests {
         }
     }
 
-    /// Paper section 2.1: after mastering, the free reading tells how well the indicator was placed.
+    /// Paper section 2.1: after mastering, the free reading shows how accurately the indicator was placed.
     #[test]
     fn a_misplaced_indicator_shows_when_it_stands_free() {
         let mut gauge = Gauge::draw(&PlungerSpec { placement: 0.3 * MM, ..PlungerSpec::ideal() }, &STREAMS);
@@ -190,7 +190,7 @@ mod tests {
         };
         for c in [Vector3::zeros(), Vector3::new(1.0, -2.0, 3.0) * MM, Vector3::new(6.5, 2.0, -1.0) * MM] {
             let force = gauge.force_from(Some(&PresentedBall { centre: c, radius: DATUM_RADIUS }));
-            // The ball moves in the tool frame against the tool's motion: force on the tool = + dE/dc.
+            // The ball moves in the tool frame opposite to the tool: force on the tool = + dE/dc.
             for k in 0..3 {
                 let h = Vector3::ith(k, UM);
                 let slope = (energy(&(c + h)) - energy(&(c - h))) / (2.0 * UM);

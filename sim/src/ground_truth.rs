@@ -1,40 +1,40 @@
-//! The ground truth against what was found: after a run whose truth is known, one entry for each effect that is hidden in it.
+//! Comparison with the ground truth: after a run whose truth is known, one entry for each effect hidden in it.
 
 use calibench::assess::{Diagnosis, Examination, Finding, Verdict, diagnose_examined};
 use calibench::identify::{Calibration, IdentifyError, Model, Use, missing};
 use calibench::measure::Dataset;
 use calibench::units::Unit;
 
+use crate::effect_names::{family_of, holds, same};
 use crate::flaw::TrueEffect;
 use crate::random::Streams;
 use crate::scenario::{MujocoToml, Scenario, TruthToml};
-use crate::suite::names::{family_of, holds, same};
 
-/// A number of a hidden effect, as it is and as it was found, SI.
+/// A parameter of a hidden effect: true and estimated value, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenNumber {
     /// Name of the parameter.
     pub name: String,
-    /// Its true deviation from the drawing.
+    /// Its true deviation from nominal.
     pub truth: f64,
-    /// The deviation found, and its one-sigma; `None` where it was not estimated.
+    /// The estimated deviation, and its one-sigma; `None` if it was not estimated.
     pub found: Option<[f64; 2]>,
-    /// Unit for people and files.
+    /// Unit for display and files.
     pub unit: Unit,
 }
 
-/// Where an effect that is hidden in the cell was met.
+/// Way in which a hidden effect appears in the results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Met {
-    /// The fitted model holds it.
+    /// The fitted model contains it.
     InModel,
     /// The diagnosis names it first.
     First,
     /// It is in the credible set, or another name of the first finding.
     InSet,
-    /// It is among the findings, not in the set.
+    /// It is among the findings, but not in the set.
     Among,
-    /// No effect of the catalogue is like it, and the diagnosis says that something of the kind is there.
+    /// No effect of the catalogue resembles it, and the diagnosis says that such a thing is present.
     SaidSo,
     /// These data cannot test it.
     Untestable,
@@ -43,7 +43,7 @@ pub enum Met {
 }
 
 impl Met {
-    /// As in files.
+    /// Name used in files.
     pub fn name(self) -> &'static str {
         match self {
             Met::InModel => "in_model",
@@ -57,38 +57,38 @@ impl Met {
     }
 }
 
-/// One thing that is hidden in the cell.
+/// One effect or flaw hidden in the cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
-    /// Id of the effect, or the key below `[truth]` of what is no effect of catalogue or user.
+    /// Id of the effect, or the key below `[truth]` for anything that is no effect of the catalogue or the user.
     pub effect: String,
-    /// Its size in words, where it has no numbers.
+    /// Its size in words, if it has no numbers.
     pub size: String,
-    /// Its numbers that are not zero.
+    /// Its non-zero numbers.
     pub numbers: Vec<HiddenNumber>,
-    /// Root mean square of these in plausible sizes.
+    /// Root mean square of these in units of their plausible size.
     pub plausible_sizes: Option<f64>,
-    /// Where it was met.
+    /// Way in which it appears.
     pub met: Met,
-    /// Rms of what the fitted model does not absorb of it, in units of the noise as stated.
+    /// Detectability: rms of the part not absorbed by the fitted model, in units of the stated noise.
     pub visible: Option<f64>,
 }
 
-/// The ground truth against what was found.
+/// Comparison of the ground truth with the results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroundTruth {
-    /// Largest in the data first, what the model holds last.
+    /// Most detectable first, those in the model last.
     pub hidden: Vec<Hidden>,
-    /// What the diagnosis says.
+    /// Verdict of the diagnosis.
     pub verdict: Verdict,
-    /// What it names first, and whether nothing of the kind is hidden.
+    /// The effect it names first, and whether this is false, nothing of the kind being hidden.
     pub named: Option<(String, bool)>,
 }
 
-/// Holds the truth of a scenario, drawn from `streams`, against a calibration of `dataset` and its diagnosis.
+/// Compares the truth of a scenario, drawn from `streams`, with a calibration of `dataset` and its diagnosis.
 ///
 /// # Errors
-/// When data and model do not go together.
+/// When data and model do not match.
 pub fn ground_truth(
     scenario: &Scenario,
     streams: &Streams,
@@ -122,7 +122,8 @@ pub fn ground_truth(
     Ok(GroundTruth { hidden, verdict: diagnosis.verdict, named })
 }
 
-/// Rms that the fitted model leaves of each effect, in units of noise; `None` of what it holds, and of what these data cannot show.
+/// Rms of each effect not absorbed by the fitted model, in units of noise; `None` for effects in the model, and for those
+/// that these data cannot show.
 fn visible(
     examination: &Examination,
     data: &[(&str, &Dataset)],
@@ -139,7 +140,7 @@ fn visible(
     Ok(effects.iter().map(|e| if shown(e) { found.next() } else { None }).collect())
 }
 
-/// An effect of the catalogue or of the user's own.
+/// Entry for an effect of the catalogue or the user.
 fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration, diagnosis: &Diagnosis) -> Hidden {
     let id = truth.effect.id();
     let finding = diagnosis.findings.iter().find(|f| same(id, &f.hypothesis.in_model) || f.hypothesis.effect == id);
@@ -170,7 +171,7 @@ fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration
     }
 }
 
-/// Where a diagnosis names what `is_it` knows by its id.
+/// Finds the place in a diagnosis of an effect whose id satisfies `is_it`.
 fn met(diagnosis: &Diagnosis, is_it: impl Fn(&str) -> bool) -> Met {
     if diagnosis.verdict == Verdict::NothingLeft {
         return Met::NotNamed;
@@ -188,12 +189,12 @@ fn met(diagnosis: &Diagnosis, is_it: impl Fn(&str) -> bool) -> Met {
     }
 }
 
-/// What is true beside the effects: its key, its size in words, and the effects that are the same under another name.
+/// A truth besides the effects: its key, its size in words, and the effects that are the same under another name.
 struct Other {
     key: String,
     size: String,
     twins: Vec<String>,
-    /// Whether no catalogue holds it.
+    /// True if no catalogue contains it.
     unknown: bool,
 }
 
@@ -207,12 +208,12 @@ impl Other {
     }
 }
 
-/// Whether a verdict says that something is there which the catalogue does not explain.
-pub(crate) fn says_unknown(verdict: Verdict) -> bool {
+/// True if a verdict says that something is present that the catalogue does not explain.
+pub fn says_unknown(verdict: Verdict) -> bool {
     matches!(verdict.name(), "unexplained" | "partly" | "several")
 }
 
-/// What the keys of a truth say beside its effects.
+/// Truths given by keys besides the effects.
 fn of_keys(keys: &TruthToml) -> Vec<Other> {
     let mut all = Vec::new();
     let mut add = |key: String, size: String, twins: Vec<String>, unknown: bool| all.push(Other { key, size, twins, unknown });

@@ -1,8 +1,8 @@
-//! Flaws that no model may know: what a diagnosis does when its catalogue does not hold the cause.
+//! Flaws unknown to any model, to test a diagnosis when its catalogue does not contain the cause.
 //!
-//! Each is written for the simulated cell alone, one file each. One of a joint is as large as its `rms_urad` says: the root mean square
-//! of the joint's error over the workspace, every posture within the joint limits alike. [`UNKNOWN`] lists those that no effect of
-//! [`calibench::effects::CATALOGUE`] is like; the others have twins there.
+//! Each exists only in the simulated cell, one file each. A flaw of a joint is scaled to its `rms_urad`: the root mean square
+//! of the joint's error over the workspace, with all postures within the joint limits weighted equally. [`UNKNOWN`] lists
+//! those that no effect of [`calibench::effects::CATALOGUE`] resembles; the others have twins there.
 
 mod asymmetric_tooth;
 mod beat;
@@ -36,8 +36,9 @@ pub use posture_spring::PostureSpring;
 pub use smooth_field::SmoothField;
 pub use third_harmonic::ThirdHarmonic;
 
-/// Flaws of a joint that no effect of the catalogue is like. One that becomes an effect leaves this list, and another takes its place:
-/// at least five, two of them over two variables (`cable_spring`, `bilinear_coupling`, `posture_spring` and `smooth_field` are).
+/// Flaws of a joint that no effect of the catalogue resembles. If one becomes an effect, it leaves this list and another
+/// takes its place: there are to be at least five, two of them functions of two variables (`cable_spring`,
+/// `bilinear_coupling`, `posture_spring` and `smooth_field` are).
 pub const UNKNOWN: [&str; 7] =
     ["asymmetric_tooth", "beat", "bilinear_coupling", "cable_spring", "gear_defect", "posture_spring", "smooth_field"];
 
@@ -58,19 +59,19 @@ pub struct HiddenToml {
     pub moved_ball: Option<MovedBall>,
 }
 
-/// A hidden flaw in words: its name under `[truth.hidden]`, how large it is, and the joints that err (from 1).
+/// Description of a hidden flaw: its name under `[truth.hidden]`, its size, and the joints that err (from 1).
 #[derive(Debug, Clone, PartialEq)]
 pub struct HiddenFlaw {
-    /// Its table.
+    /// Name of its table.
     pub name: &'static str,
-    /// With its unit.
+    /// Its size with unit.
     pub size: String,
-    /// Counted from 1; none for what is no flaw of a joint.
+    /// Joints, counted from 1; empty if it is not a flaw of a joint.
     pub joints: Vec<usize>,
 }
 
 impl HiddenToml {
-    /// The flaws that are written, in words.
+    /// Descriptions of the flaws given.
     pub fn listed(&self) -> Vec<HiddenFlaw> {
         let of = |name, rms_urad: f64, joints: &[usize]| HiddenFlaw {
             name,
@@ -97,7 +98,7 @@ impl HiddenToml {
         self.listed().into_iter().flat_map(|flaw| flaw.joints).collect()
     }
 
-    /// Members of the catalogue that are the same under another name: to name one of them is right.
+    /// Members of the catalogue that are the same under another name: naming one of them is correct.
     pub fn twins(&self) -> Vec<String> {
         let third = self.third_harmonic.as_ref().map(|f| format!("harmonic:{}:3", f.joint));
         let wrist =
@@ -110,23 +111,23 @@ impl HiddenToml {
 /// A key under `[truth.hidden]` that does not fit the robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misfit {
-    /// Below `truth.hidden`.
+    /// Key below `truth.hidden`.
     pub key: String,
-    /// What is wrong with it.
+    /// The problem.
     pub problem: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
-/// A hidden flaw as written.
+/// A hidden flaw as specified in a scenario.
 trait Hidden {
     /// Its table under `[truth.hidden]`.
     const NAME: &'static str;
 
-    /// The flaw of an arm in a cell.
+    /// Builds the flaw for the arm of a cell.
     fn flaw(&self, cell: &Dataset) -> Result<Arc<dyn Flaw>, Misfit>;
 
-    /// A joint by its number, from 0.
+    /// Index (from 0) of a joint given by its number (from 1), which must be `among` these numbers.
     fn joint(key: &str, number: usize, among: impl Iterator<Item = usize>) -> Result<usize, Misfit> {
         let possible: Vec<usize> = among.collect();
         if possible.contains(&number) {
@@ -136,7 +137,7 @@ trait Hidden {
         Err(Self::misfit(key, format!("is {number}"), format!("name a joint of: {}", list.join(", "))))
     }
 
-    /// That the arm has so many joints.
+    /// Checks that the arm has at least this many joints.
     fn needs_joints(cell: &Dataset, joints: usize) -> Result<(), Misfit> {
         let has = cell.robot.joints();
         if has < joints {
@@ -150,7 +151,7 @@ trait Hidden {
         Ok(())
     }
 
-    /// That a size is larger than zero.
+    /// Checks that a size is positive.
     fn positive(key: &str, value: f64) -> Result<f64, Misfit> {
         if value > 0.0 { Ok(value) } else { Err(Self::misfit(key, format!("is {value}"), "give a positive number".into())) }
     }
@@ -161,7 +162,7 @@ trait Hidden {
 }
 
 impl HiddenToml {
-    /// The flaws of an arm in a cell.
+    /// Builds the flaws for the arm of a cell.
     ///
     /// # Errors
     /// When one does not fit the arm.
@@ -187,10 +188,10 @@ impl HiddenToml {
     }
 }
 
-/// Postures over which a root mean square is taken; it is then good to a per cent.
+/// Number of postures for a root mean square, which is then accurate to a per cent.
 const POSTURES: usize = 4096;
 
-/// Limits of a joint, rad; one without limits, should there be one, turns once.
+/// Limits of a joint, rad; a joint without limits, if there is one, gets one turn.
 fn limits(robot: &Robot, joint: usize) -> [f64; 2] {
     let limits = robot.links[joint].limits;
     if limits.iter().all(|l| l.is_finite()) { limits } else { [-PI, PI] }
@@ -202,21 +203,22 @@ fn middle(robot: &Robot, joint: usize) -> f64 {
     0.5 * (low + high)
 }
 
-/// Gravity's torque at a joint (from 0) in a posture (rad), N·m, of the arm as drawn with its first payload.
+/// Gravity torque at a joint (from 0) in a posture (rad), N·m, of the nominal arm with its first payload.
 fn torques_at(cell: &Dataset) -> impl FnMut(&[f64], usize) -> f64 + use<'_> {
     let none = vec![0.0; SiteIndex::new(cell.robot.joints()).len()];
     let (mut posture, mut loads) = (Posture::new(&cell.robot), Loads::new(cell.robot.joints()));
     let payload = cell.payloads.first().cloned().unwrap_or_else(Payload::none);
     move |q, joint| {
         posture.set(&cell.robot, &cell.base, &cell.tool, q, &none);
-        loads.weigh(&cell.robot, &posture, &payload, &cell.gravity, &Vector3::zeros());
+        loads.compute(&cell.robot, &posture, &payload, &cell.gravity, &Vector3::zeros());
         loads.tau[joint]
     }
 }
 
-/// What an error `shape` of the joint angles (rad) is to be multiplied by for its root mean square over the workspace to be `rms`.
+/// The factor by which an error `shape` of the joint angles (rad) must be multiplied to have the root mean square `rms`
+/// over the workspace.
 fn scale_to(rms: f64, robot: &Robot, mut shape: impl FnMut(&[f64]) -> f64) -> f64 {
-    // Multiples of irrational numbers (Weyl) fill the joint limits evenly; roots of primes have no relation to each other.
+    // Multiples of irrational numbers (Weyl) fill the joint limits evenly; square roots of primes are mutually independent.
     const PRIMES: [f64; 12] = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0];
     let mut q = vec![0.0; robot.joints()];
     let mut squares = 0.0;
@@ -242,7 +244,7 @@ mod tests {
     use calibench::effects::Situation;
     use calibench::units::URAD;
 
-    /// Root mean square of what a flaw adds to a joint, over postures other than those that it was scaled on.
+    /// Root mean square of a flaw's contribution to a joint, over postures other than those used to scale it.
     fn rms(flaw: &dyn Flaw, cell: &Dataset, joint: usize) -> f64 {
         let robot = &cell.robot;
         let (mut posture, mut loads) = (Posture::new(robot), Loads::new(robot.joints()));
@@ -254,7 +256,7 @@ mod tests {
             let q: Vec<f64> =
                 robot.links.iter().enumerate().map(|(i, l)| l.limits[0] + (l.limits[1] - l.limits[0]) * share(i)).collect();
             posture.set(robot, &cell.base, &cell.tool, &q, &none);
-            loads.weigh(robot, &posture, payload, &cell.gravity, &Vector3::zeros());
+            loads.compute(robot, &posture, payload, &cell.gravity, &Vector3::zeros());
             let at = Situation::at_rest(robot, &q, &posture, &loads, payload);
             flaw.moves(&at, &mut |site, by| squares += if site == theta(joint) { by * by } else { 0.0 });
         }
@@ -272,7 +274,7 @@ mod tests {
         for (name, joint) in unknown.into_iter().chain([("third_harmonic", 2), ("cross_coupled_wrist", 4)]) {
             let flaw = hidden(&format!("[{name}]\nrms_urad = 60.0"));
             let rms = rms(flaw.as_ref(), &cell, joint - 1) / URAD;
-            // Two thousand other postures: 2 % of chance, more for a bump that few of them meet.
+            // Two thousand other postures: 2 % by chance, more for a bump that few of them meet.
             assert!((rms - 60.0).abs() < 6.0, "{name}: {rms}");
         }
     }

@@ -1,8 +1,9 @@
-//! Shape mismatch: what is truly there has the shape of a catalogue effect only roughly, so that the model that fits it is a little wrong.
+//! Shape mismatch: the true effect only roughly has the shape of a catalogue effect, so the model that fits it is
+//! slightly wrong.
 //!
-//! A catalogue fixes what its effects are not linear in: an exponent, a torque at which play closes, a time constant, a moment. A robot
-//! need not keep to it. At full mismatch the true constants lie anywhere in the ranges that the effect's file gives; at a share of it,
-//! in that share of them.
+//! A catalogue fixes the constants in which its effects are not linear: an exponent, a torque at which play closes, a time
+//! constant, a moment. A robot need not comply. At full mismatch the true constants lie anywhere in the ranges given by the
+//! effect's file; at partial mismatch, in that share of the ranges.
 
 use calibench::effects::{EffectId, Situation, Stray, family};
 use calibench::robot::Site;
@@ -10,31 +11,32 @@ use rand::{Rng, RngExt};
 
 use crate::flaw::{Flaw, TrueEffect};
 
-/// Steps happen within these shares of the session.
+/// Steps occur within these shares of the session.
 const STEPS: [f64; 2] = [0.05, 0.95];
 
-/// How the shape of an effect is distorted.
+/// Distortion of the shape of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Distortion {
-    /// `|x|` to the nominal power becomes `|x|` to another.
+    /// `|x|` to the nominal power becomes `|x|` to another power.
     Power { nominal: f64, truly: f64 },
     /// `tanh(x)` becomes `tanh(x / this)`.
     Closing(f64),
-    /// So much of the third multiple is added to `sin` and `cos`.
+    /// This share of the third harmonic is added to `sin` and `cos`.
     Overtone(f64),
-    /// Time runs so much slower.
+    /// Time runs slower by this factor.
     Slower(f64),
-    /// What happens at `stated` (s) happens by so much of the way nearer to this `share` of the session.
+    /// An event at `stated` (s) is shifted by the fraction `way` towards this `share` of the session.
     Moved { stated: f64, share: f64, way: f64 },
 }
 
-/// A catalogue effect with a shape of its own.
+/// A catalogue effect with a distorted shape.
 struct Misshapen {
     effect: TrueEffect,
     distortion: Distortion,
 }
 
-/// The effect with a shape drawn at that mismatch (0 to 1), where it has a shape constant at all. Takes one number from `rng`, always.
+/// The effect with a shape drawn at this mismatch (0 to 1), if it has a shape constant. Always takes exactly one number
+/// from `rng`.
 pub(crate) fn misshapen(effect: TrueEffect, mismatch: f64, rng: &mut impl Rng) -> Box<dyn Flaw> {
     let draw = rng.random_range(-1.0..=1.0f64);
     let swing = mismatch * draw;
@@ -55,7 +57,7 @@ pub(crate) fn misshapen(effect: TrueEffect, mismatch: f64, rng: &mut impl Rng) -
 }
 
 impl Distortion {
-    /// What the catalogue's weight becomes; sines have even numbers, cosines odd ones.
+    /// Distorts a weight of the catalogue; sines have even parameter numbers, cosines odd ones.
     fn weight(self, parameter: usize, w: f64) -> f64 {
         match self {
             Distortion::Power { nominal, truly } => w.signum() * w.abs().powf(truly / nominal),
@@ -69,7 +71,7 @@ impl Distortion {
         }
     }
 
-    /// What the catalogue takes the time to be.
+    /// Distorted time at which the catalogue's effect is evaluated, s.
     fn time_s(self, time_s: f64, duration_s: f64) -> f64 {
         match self {
             Distortion::Slower(factor) => time_s / factor,
@@ -104,7 +106,7 @@ mod tests {
         ];
         for distortion in none {
             for w in [-1.0, -0.7, 0.0, 0.2, 0.99] {
-                // Two transcendental functions, each good to an ulp or two.
+                // Two transcendental functions, each accurate to an ulp or two.
                 assert!((distortion.weight(0, w) - w).abs() < 1e-14, "{distortion:?} {w}");
             }
             assert_eq!(distortion.time_s(77.0, 1000.0), 77.0);
@@ -119,7 +121,7 @@ mod tests {
         let overtone = Distortion::Overtone(0.05);
         assert!((overtone.weight(0, x.sin()) - x.sin() - 0.05 * (3.0 * x).sin()).abs() < 1e-14);
         assert!((overtone.weight(1, x.cos()) - x.cos() - 0.05 * (3.0 * x).cos()).abs() < 1e-14);
-        // A step at 60 s that truly happens at 300 s of 1000.
+        // A step stated at 60 s that truly happens at 300 s of 1000.
         let moved = Distortion::Moved { stated: 60.0, share: 0.3, way: 1.0 };
         assert!((moved.time_s(300.0, 1000.0) - 60.0).abs() < 1e-9);
     }

@@ -1,4 +1,4 @@
-//! One simulated plunger indicator: what is wrong with it, how that is drawn, and what it reads on a ball.
+//! One simulated plunger indicator: its flaws, their random draw, and its reading on a ball.
 
 use std::f64::consts::TAU;
 
@@ -11,10 +11,10 @@ use rand_distr::StandardNormal;
 
 use crate::contact::{Channel, FREE_READING, FREE_TIP, OVERTRAVEL, TRAVEL, Touch};
 
-/// Grazing the rim, a plunger would lock in its channel; its side force is held to this multiple of the spring's.
+/// A plunger that grazes the rim would lock in its channel; its side force is limited to this multiple of the spring's.
 const MOST_LEVERAGE: f64 = 10.0;
 
-/// A ball as the gauge meets it.
+/// A ball as presented to the gauge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PresentedBall {
     /// Its centre in the tool frame, m.
@@ -23,10 +23,11 @@ pub struct PresentedBall {
     pub radius: f64,
 }
 
-/// How large the flaws of the plungers are: one-sigma, or the bounds of a uniform draw.
+/// Sizes of the flaws of the plungers: one-sigma, or the bounds of a uniform draw.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlungerSpec {
-    /// Indicators are placed up to this far out of their ideal place, m; never further in, where the master ball would push them past their range.
+    /// Largest distance by which indicators are placed further out than ideal, m; never further in, where the master ball
+    /// would push them past their range.
     pub placement: f64,
     /// One-sigma of the channel's direction, about each of two axes, rad.
     pub orthogonality: f64,
@@ -93,14 +94,15 @@ impl Default for PlungerSpec {
     }
 }
 
-/// What is wrong with one plunger. Pairs run along the two axes that follow its own in the order x, y, z, x, y.
+/// Flaws of one plunger. Pairs run along the two axes that follow its own in the order x, y, z, x, y.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlungerTruth {
-    /// How far out of its ideal place the indicator is clamped, m: the free reading, mastered, is -6.150 mm plus this.
+    /// Distance by which the indicator is clamped further out than ideal, m: the free reading, once mastered, is -6.150
+    /// mm plus this.
     pub placement: f64,
     /// Slopes of the channel against its axis, rad.
     pub channel_slope: [f64; 2],
-    /// Where the channel passes the TCP, m.
+    /// Offset of the channel from the TCP, m.
     pub channel_offset: [f64; 2],
     /// Slopes of the disk's normal against the channel, rad.
     pub disk_tilt: [f64; 2],
@@ -112,7 +114,7 @@ pub struct PlungerTruth {
     pub scale_phase: f64,
     /// Step of the display, m; 0 for none.
     pub resolution: f64,
-    /// Width of the hysteresis, m: the same place reads this much less pushing in than coming out.
+    /// Width of the hysteresis, m: the same position reads this much less when pushing in than when coming out.
     pub hysteresis: f64,
     /// One-sigma noise of a reading, m.
     pub noise: f64,
@@ -125,7 +127,7 @@ pub struct PlungerTruth {
 }
 
 impl PlungerTruth {
-    /// Draws one plunger from the sizes in `spec`; every plunger takes the same number of draws.
+    /// Draws one plunger with the sizes in `spec`; every plunger takes the same number of draws.
     pub fn draw(rng: &mut impl Rng, spec: &PlungerSpec) -> Self {
         let mut normal = |sigma: f64| sigma * rng.sample::<f64, _>(StandardNormal);
         let channel_slope = [normal(spec.orthogonality), normal(spec.orthogonality)];
@@ -149,7 +151,7 @@ impl PlungerTruth {
         }
     }
 
-    /// The line its disk travels on, for the indicator on axis `k` (0, 1, 2).
+    /// Line on which its disk travels, for the indicator on axis `k` (0, 1, 2).
     pub fn channel(&self, k: usize) -> Channel {
         let ideal = Channel::ideal(k);
         let beside = |[u, v]: [f64; 2]| Vector3::ith((k + 1) % 3, u) + Vector3::ith((k + 2) % 3, v);
@@ -169,30 +171,30 @@ impl PlungerTruth {
     }
 }
 
-/// What moves in an indicator: a disk on a spring, in its channel.
+/// Moving part of an indicator: a disk on a spring, in its channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mechanism {
     /// The line on which the disk travels.
     pub channel: Channel,
     /// Spring force of the extended plunger, N.
     pub preload: f64,
-    /// What the spring gains in force, N/m.
+    /// Stiffness of the spring, N/m.
     pub stiffness: f64,
 }
 
 impl Mechanism {
-    /// That of the indicator on axis `k` (0, 1, 2).
+    /// The mechanism of the indicator on axis `k` (0, 1, 2).
     pub fn new(k: usize, truth: &PlungerTruth) -> Self {
         let stiffness = (truth.full_force - truth.preload) / TRAVEL;
         Mechanism { channel: truth.channel(k), preload: truth.preload, stiffness }
     }
 
-    /// What the plunger comes to rest on before `ball`.
+    /// Contact at which the plunger comes to rest with `ball` presented.
     pub fn meet(&self, ball: Option<&PresentedBall>) -> Touch {
         ball.map_or(Touch::Free, |ball| self.channel.touch(&ball.centre, ball.radius))
     }
 
-    /// How far that pushes it in from full extension, m.
+    /// Travel from full extension at this contact, m.
     pub fn travel_at(&self, touch: &Touch) -> f64 {
         match touch {
             Touch::Free => 0.0,
@@ -201,11 +203,12 @@ impl Mechanism {
         }
     }
 
-    /// Force of the plunger on the tool (N, tool frame) when `ball` stands before it.
+    /// Force of the plunger on the tool (N, tool frame) with `ball` presented.
     ///
-    /// The contact has no friction, so its force stands on the ball and runs through its centre: `F_spring m / (m·d)`, m being the
-    /// contact's normal and d the channel. On the flat this is the spring; on the rim there is a side force. A free plunger's spring
-    /// works against its own body, and what a ball beyond the stop does to the tool is a collision: here the spring alone is told.
+    /// The contact is frictionless, so its force acts on the ball along a line through its centre: `F_spring m / (m·d)`, m
+    /// being the contact's normal and d the channel. On the flat this is the spring force; on the rim there is a side force.
+    /// A free plunger's spring acts against its own body; a ball beyond the stop would be a collision, for which the spring
+    /// force alone is returned.
     pub fn force_from(&self, ball: Option<&PresentedBall>) -> Vector3<f64> {
         let touch = self.meet(ball);
         let spring = self.preload + self.stiffness * self.travel_at(&touch);
@@ -217,7 +220,7 @@ impl Mechanism {
     }
 }
 
-/// One indicator of the simulated gauge. It remembers where its plunger came from, and what it was set to.
+/// One indicator of the simulated gauge. It keeps its plunger's last direction and its preset.
 #[derive(Debug, Clone)]
 pub struct SimulatedPlunger {
     truth: PlungerTruth,
@@ -225,15 +228,16 @@ pub struct SimulatedPlunger {
     noise: ChaCha8Rng,
     touch: Touch,
     travel: f64,
-    /// What the scale shows of it, lagging behind by half the hysteresis.
+    /// Travel as followed by the scale, lagging by half the hysteresis.
     followed: f64,
     last_motion: i8,
-    /// What is added to the scale to make the reading.
+    /// Offset from scale to reading.
     zero: f64,
 }
 
 impl SimulatedPlunger {
-    /// The indicator on axis `k` (0, 1, 2), free and not yet mastered: fully extended it reads -6.150 mm, wherever it is clamped.
+    /// The indicator on axis `k` (0, 1, 2), free and not yet mastered: fully extended it reads -6.150 mm, regardless of
+    /// its placement.
     pub fn new(k: usize, truth: PlungerTruth, noise: ChaCha8Rng) -> Self {
         let mechanism = Mechanism::new(k, &truth);
         let followed = 0.5 * truth.hysteresis;
@@ -241,17 +245,17 @@ impl SimulatedPlunger {
         SimulatedPlunger { truth, mechanism, noise, touch: Touch::Free, travel: 0.0, followed, last_motion: -1, zero }
     }
 
-    /// What is wrong with it.
+    /// Its flaws.
     pub fn truth(&self) -> &PlungerTruth {
         &self.truth
     }
 
-    /// What it touches now.
+    /// Its present contact.
     pub fn touch(&self) -> Touch {
         self.touch
     }
 
-    /// How far it is pushed in from full extension, m.
+    /// Its travel from full extension, m.
     pub fn travel(&self) -> f64 {
         self.travel
     }
@@ -261,17 +265,17 @@ impl SimulatedPlunger {
         self.last_motion
     }
 
-    /// What moves in it.
+    /// Its moving part.
     pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 
-    /// Lets the plunger come to rest on `ball`, or stand free.
+    /// Lets the plunger come to rest on `ball`, or extend freely.
     pub fn present(&mut self, ball: Option<&PresentedBall>) {
         self.rest(self.mechanism.meet(ball));
     }
 
-    /// Lets the plunger come to rest where it touches something, or stand free.
+    /// Lets the plunger come to rest at a contact, or extend freely.
     pub fn rest(&mut self, touch: Touch) {
         self.touch = touch;
         let travel = self.mechanism.travel_at(&self.touch);
@@ -279,12 +283,12 @@ impl SimulatedPlunger {
             self.last_motion = if travel > self.travel { 1 } else { -1 };
         }
         self.travel = travel;
-        // The play operator: the scale moves only when one end of the play takes it along.
+        // Play operator: the scale moves only when carried along by one end of the play.
         let half_width = 0.5 * self.truth.hysteresis;
         self.followed = self.followed.max(travel - half_width).min(travel + half_width);
     }
 
-    /// The reading, m.
+    /// Returns the reading, m.
     ///
     /// # Errors
     /// [`IndicatorError::Silent`] on a drop-out, [`IndicatorError::OverRange`] when the plunger is at its stop.
@@ -294,7 +298,7 @@ impl SimulatedPlunger {
         Ok(if step > 0.0 { (reading / step).round() * step } else { reading })
     }
 
-    /// Makes the present position read `value`, m; the counter's own noise goes into it once and for all.
+    /// Presets the present position to `value`, m; the noise of the scale at this moment becomes a constant offset.
     ///
     /// # Errors
     /// As for [`SimulatedPlunger::read`].
@@ -303,9 +307,9 @@ impl SimulatedPlunger {
         Ok(())
     }
 
-    /// The travel as the scale shows it at one request.
+    /// The travel shown by the scale at one request.
     fn scale(&mut self) -> Result<f64, IndicatorError> {
-        // Both are drawn at every request, so that a lost answer shifts no later noise.
+        // Both are drawn at every request, so a lost answer does not shift later noise.
         let noise = self.truth.noise * self.noise.sample::<f64, _>(StandardNormal);
         let lost = self.noise.random::<f64>() < self.truth.drop_out;
         if lost {

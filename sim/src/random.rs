@@ -8,19 +8,19 @@ use rand_distr::StandardNormal;
 
 /// The random streams of one trial.
 ///
-/// A stream is ChaCha8 keyed by the seed and the name of its source, with the trial as its nonce. Nothing is drawn from one
-/// stream to start another, so trial 17 alone is trial 17 of 500, on any number of threads, and a new source of noise changes
-/// no draw of the others.
+/// A stream is ChaCha8 keyed by the seed and the name of its source, with the trial as its nonce. No stream is seeded from
+/// another, so trial 17 alone is trial 17 of 500, on any number of threads, and a new source of noise changes no draw of the
+/// others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Streams {
     /// The study's seed.
     pub seed: u64,
-    /// Counted from 0.
+    /// Trial number, counted from 0.
     pub trial: u64,
 }
 
 impl Streams {
-    /// The stream of the noise called `source`, from its beginning.
+    /// Returns the stream of the noise called `source`, from its beginning.
     pub fn stream(&self, source: &str) -> ChaCha8Rng {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&self.seed.to_le_bytes());
@@ -41,8 +41,8 @@ pub fn noisy_point(point: &Vector3<f64>, sigma: f64, rng: &mut impl Rng) -> Vect
     point + Vector3::from_fn(|_, _| normal(sigma, rng))
 }
 
-/// 64-bit FNV-1a (Fowler, Noll, Vo): the same on every machine and in every release, which `std`'s hashers do not promise.
-pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
+/// 64-bit FNV-1a (Fowler, Noll, Vo): the same on every machine and in every release, which `std`'s hashers do not guarantee.
+pub fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(seen.len(), 500);
     }
 
-    /// Recorded: a study must give the same bytes in years to come.
+    /// Recorded values: a study must give the same bytes in years to come.
     #[test]
     fn the_bytes_of_a_stream_never_change() {
         assert_eq!(first(1, 0, "arm"), 14_411_665_675_684_710_182);

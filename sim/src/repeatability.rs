@@ -1,6 +1,6 @@
-//! The repeatability of a simulated robot, measured with the gauge: where to go back to, and the visits.
+//! The repeatability of a simulated robot, measured with the gauge: the stations and the visits.
 //!
-//! Nothing here looks at the truth: the session hands out what indicators and encoders say, and the library judges it.
+//! The ground truth is not used here: the session supplies readings of indicators and encoders, and the library evaluates them.
 
 use calibench::assess::Repeatability;
 use calibench::cell::{Manipulator, ManipulatorError};
@@ -10,31 +10,32 @@ use calibench::measure::{
 use thiserror::Error;
 
 use crate::planning::{PlanError, find_ways, pool};
+use crate::plans::session_s;
 use crate::random::Streams;
 use crate::scenario::Scenario;
-use crate::session::{Session, SessionError, session_s};
+use crate::session::{Session, SessionError};
 use crate::world::READING_S;
 
-/// Postures from which the stations at a ball are chosen: the best of so many has twice the weakest lever of any one.
+/// Size of the pool per ball from which stations are chosen: the best of this many has twice the weakest lever of a random one.
 const POOL_PER_BALL: usize = 200;
 
-/// Why no repeatability was found.
+/// Reasons why no repeatability was obtained.
 #[derive(Debug, Error)]
 pub enum RepeatabilityError {
     /// A ball cannot be probed.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// Fewer feasible postures on a ball than were asked for.
+    /// A ball has fewer feasible postures than requested.
     #[error("{found} feasible postures were found on ball {ball}, {wanted} are wanted")]
     TooFewPostures {
         /// Name of the ball.
         ball: String,
-        /// Found.
+        /// Postures found.
         found: usize,
-        /// Asked for.
+        /// Postures requested.
         wanted: usize,
     },
-    /// The session did not begin.
+    /// The session could not begin.
     #[error(transparent)]
     Session(#[from] SessionError),
     /// A visit ended early.
@@ -42,35 +43,35 @@ pub enum RepeatabilityError {
     Visit {
         /// Name of the station.
         station: String,
-        /// Why.
+        /// The reason.
         #[source]
         failure: ProbingFailure,
     },
 }
 
-/// What was measured, and what it says.
+/// Measured visits and their evaluation.
 pub struct Visited {
-    /// Station by station.
+    /// Records by station.
     pub records: Vec<StationRecord>,
-    /// What they say.
+    /// The repeatability evaluated from them.
     pub repeatability: Repeatability,
 }
 
 impl Visited {
-    /// What these records say.
+    /// Evaluates these records.
     pub fn of(records: Vec<StationRecord>) -> Self {
-        // The command line and every caller here give counts of two and more, which is all that is asked for.
+        // The command line and every caller here request counts of two and more, which is all that is required.
         let repeatability =
             Repeatability::of(&records).unwrap_or(Repeatability { stations: Vec::new(), lost_motion: Vec::new() });
         Visited { records, repeatability }
     }
 }
 
-/// So many stations on each of these balls (by place), chosen so that over all of them even the joint that moves the TCP least moves it
-/// as much as can be.
+/// Chooses this many stations on each of these balls (by index), so that over all of them the joint that moves the TCP least
+/// moves it as much as possible.
 ///
 /// # Errors
-/// When a ball cannot be probed in as many postures.
+/// When a ball cannot be probed in that many postures.
 pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64) -> Result<Vec<Station>, RepeatabilityError> {
     let cell = scenario.dataset();
     let pool = pool(scenario, balls, POOL_PER_BALL.max(postures), seed).map_err(PlanError::Pool)?;
@@ -98,7 +99,7 @@ pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64
                 chosen.iter_mut().zip(poses).for_each(|(station, pose)| station.pose = pose);
                 return Ok(chosen);
             }
-            // A posture that cannot be got to is as good as none.
+            // A posture that cannot be reached is useless.
             Err(WaysError::Blocked(blocked)) => {
                 let is_blocked =
                     |s: &Station| poses.iter().any(|p| p.contact == s.pose.contact && blocked.iter().any(|b| b.pose == p.id));
@@ -109,10 +110,10 @@ pub fn stations(scenario: &Scenario, balls: &[usize], postures: usize, seed: u64
     }
 }
 
-/// The stations of which even the joint that moves the TCP least moves it as much as can be.
+/// Chooses the stations over which the joint that moves the TCP least moves it as much as possible.
 ///
 /// # Errors
-/// When a ball has fewer postures than are wanted.
+/// When a ball has too few postures.
 pub fn most_telling(
     cell: &Dataset,
     mut left: Vec<Station>,
@@ -138,10 +139,10 @@ pub fn most_telling(
     Ok(chosen)
 }
 
-/// Masters the gauge of the scenario's cell and visits the stations one after the other.
+/// Masters the gauge of the scenario's cell and visits the stations in sequence.
 ///
 /// # Errors
-/// When the session does not begin, or a visit ends early.
+/// When the session cannot begin, or a visit ends early.
 pub fn visit(
     scenario: &Scenario,
     streams: Streams,
@@ -162,12 +163,12 @@ pub fn visit(
     Ok(Visited::of(records))
 }
 
-/// About how long the visits take, s: what "by the end of the session" means in a truth.
+/// Approximate duration of the visits, s: the meaning of "by the end of the session" in a truth.
 fn visits_s(scenario: &Scenario, stations: &[Station], settings: &RepeatabilitySettings) -> f64 {
     let poses: Vec<PlannedPose> = stations.iter().map(|s| s.pose.clone()).collect();
     let stop = scenario.truth().keys().controller.settle_s + 3.0 * READING_S;
     let joints = scenario.robot().joints();
-    // There and back with some five stops between, and four stops a reversal.
+    // There and back with some five stops in between, and four stops per reversal.
     let returns = (stations.len() * settings.returns * 6) as f64;
     let reversals = (stations.len() * settings.reversals * joints * 4) as f64;
     session_s(scenario, &poses, 0) + (returns + reversals) * stop

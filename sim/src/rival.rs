@@ -1,7 +1,9 @@
-//! Calibrating by something else than a centred gauge: what a ballbar, drawn wires or a seat measure in the simulated cell.
+//! Calibration with other instruments than a centred gauge: measurements of a ballbar, draw wires or a seat in the
+//! simulated cell.
 //!
-//! Each is played with its own errors, and hands on plain samples: distances from anchors, or balls without readings. Where things
-//! truly are is known here, as to the parts of a cell; the identifier sees the samples and what the scenario states of their noise.
+//! Each is simulated with its own errors and returns plain samples: distances from anchors, or balls without readings. True
+//! positions are known here, as to the parts of a cell; the identification sees the samples and the noise stated by the
+//! scenario.
 
 use std::f64::consts::TAU;
 
@@ -17,15 +19,15 @@ use crate::random::{Streams, noisy_point, normal};
 use crate::scenario::{InstrumentKind, InstrumentToml, Scenario, StatedEffect};
 use crate::world::{SharedWorld, SimulatedRobot};
 
-/// A ball sits in its seat when the socket has less than this to go, m: what the encoders resolve at the end of a small arm.
+/// A ball is seated when the socket is closer than this, m: the resolution of the encoders at the end of a small arm.
 const SEATED: f64 = 0.3 * UM;
-/// Steps in which it is brought there.
+/// Limit on the steps to bring it there.
 const MOST_STEPS: usize = 12;
 
-/// Distances by a ballbar or by wires, between anchors and the tool.
+/// Distances measured by a ballbar or by wires, between anchors and the tool.
 pub struct Distances<'a> {
     spec: &'a InstrumentToml,
-    /// Where the anchors truly are, m.
+    /// True positions of the anchors, m.
     anchors: Vec<Vector3<f64>>,
     /// Phase of each anchor's periodic error, rad.
     phases: Vec<f64>,
@@ -33,7 +35,7 @@ pub struct Distances<'a> {
 }
 
 impl<'a> Distances<'a> {
-    /// The instrument of a scenario, its errors drawn from the streams of a trial.
+    /// The instrument of a scenario with errors drawn from the streams of a trial.
     pub fn set_up(spec: &'a InstrumentToml, streams: &Streams) -> Self {
         let mut random = streams.stream("anchors");
         let place = |nominal: &[f64; 3]| noisy_point(&(Vector3::from(*nominal) * MM), spec.anchor_sigma_um * UM, &mut random);
@@ -43,29 +45,30 @@ impl<'a> Distances<'a> {
         Distances { spec, anchors, phases, noise: streams.stream("distances") }
     }
 
-    /// The anchors as their owner knows them.
+    /// Positions of the anchors as known to their owner.
     pub fn known_anchors(spec: &InstrumentToml) -> Vec<Anchor> {
         let known = spec.anchors_mm.iter().enumerate();
         known.map(|(k, p)| Anchor { id: (k + 1).to_string(), position: Vector3::from(*p) * MM }).collect()
     }
 
-    /// One-sigma of a distance as its owner would state it, m: noise, the periodic error as if it were random, the anchor's place.
+    /// One-sigma of a distance as its owner would state it, m: noise, the periodic error taken as random, and the
+    /// anchor's position.
     pub fn stated_sigma(spec: &InstrumentToml) -> f64 {
         let [noise, periodic, anchor] = [spec.noise_um, spec.linearity_um, spec.anchor_sigma_um].map(|v| v * UM);
         (noise * noise + 0.5 * periodic * periodic + anchor * anchor).sqrt()
     }
 
-    /// The distance read between anchor `k` and a tool that truly stands at `tcp`, m.
+    /// The distance read between anchor `k` and a tool whose true position is `tcp`, m.
     fn read(&mut self, k: usize, tcp: &Vector3<f64>) -> f64 {
         let distance = (tcp - self.anchors[k]).norm();
         let periodic = self.spec.linearity_um * UM * (TAU * distance / (self.spec.period_mm * MM) + self.phases[k]).sin();
         distance + periodic + normal(self.spec.noise_um * UM, &mut self.noise)
     }
 
-    /// Measures at these joints (rad): a ballbar from the anchor that each is for (by its place), wires from all anchors at once.
+    /// Measures at these joints (rad): a ballbar from the anchor given (by its index), wires from all anchors at once.
     ///
     /// # Errors
-    /// When the robot does not get there.
+    /// When the robot does not reach a pose.
     pub fn measure(
         &mut self,
         world: &SharedWorld,
@@ -82,7 +85,7 @@ impl<'a> Distances<'a> {
                 world.wait(self.spec.set_up_s);
                 at = Some(*anchor);
             }
-            // What cannot be got to clear is left out, as in a campaign.
+            // Poses that cannot be reached without collision are omitted, as in a campaign.
             let Ok(way) = finder.from_to(&world.commanded(), joints) else { continue };
             robot.move_along(&[way.via.as_slice(), std::slice::from_ref(joints)].concat())?;
             let anchors = match self.spec.kind {
@@ -117,7 +120,7 @@ impl<'a> Distances<'a> {
         Ok(samples)
     }
 
-    /// Whoever attaches the bar jogs the tool along it until the transducer is near the middle of its range.
+    /// Jogs the tool along the bar until the transducer is near the middle of its range, as the person attaching the bar does.
     fn bring_into_range(&self, world: &SharedWorld, robot: &mut SimulatedRobot, anchor: usize) -> Result<(), ManipulatorError> {
         for _ in 0..MOST_STEPS {
             let along = world.tcp() - self.anchors[anchor];
@@ -141,7 +144,7 @@ pub struct Seat<'a> {
 }
 
 impl<'a> Seat<'a> {
-    /// The seat of a scenario; the balls truly stand at `balls` (world, m).
+    /// The seat of a scenario; `balls` are the true positions of the balls (world, m).
     pub fn new(scenario: &'a Scenario, balls: Vec<Vector3<f64>>, streams: &Streams) -> Self {
         let stated: Vec<(&str, Option<f64>)> = scenario.truth().effects().iter().flat_map(StatedEffect::parameters).collect();
         let of_joint = |j: usize| {
@@ -154,11 +157,11 @@ impl<'a> Seat<'a> {
 
     /// Closes the seat over the ball of each pose and reads the joints.
     ///
-    /// The arm is held by the ball: its TCP is there but for what the seat itself repeats to. What still pushes when it is read bends the
-    /// arm behind the encoders, which the joints read then do not show.
+    /// The arm is held by the ball: its TCP is at the ball up to the repeatability of the seat. A residual force at the time
+    /// of reading bends the arm behind the encoders, so the joints read do not show it.
     ///
     /// # Errors
-    /// When the robot does not get there.
+    /// When the robot does not reach a pose.
     pub fn measure(&mut self, world: &SharedWorld, poses: &[PlannedPose]) -> Result<Vec<Sample>, ManipulatorError> {
         let spec = &self.scenario.instrument;
         let mut robot = world.robot();
@@ -192,7 +195,7 @@ impl<'a> Seat<'a> {
         Ok(samples)
     }
 
-    /// By how much a force (N, world) bends the arm at the TCP: `sum J_j c_j (J_j . F)`, m.
+    /// Deflection of the arm at the TCP under a force (N, world): `sum J_j c_j (J_j . F)`, m.
     fn bent(&self, q: &[f64], force: &Vector3<f64>) -> Vector3<f64> {
         let cell = self.scenario.dataset();
         let mut posture = Posture::new(&cell.robot);
@@ -202,7 +205,7 @@ impl<'a> Seat<'a> {
     }
 }
 
-/// Whether a pose is to be left out since the arm cannot be led to where its instrument closes, as in a campaign.
+/// True if a pose is to be omitted because the arm cannot be led to where its instrument closes, as in a campaign.
 fn skipped(led: Result<(), ManipulatorError>) -> Result<bool, ManipulatorError> {
     match led {
         Ok(()) => Ok(false),
@@ -211,7 +214,7 @@ fn skipped(led: Result<(), ManipulatorError>) -> Result<bool, ManipulatorError> 
     }
 }
 
-/// Brings the true TCP to `target` (world, m).
+/// Moves the true TCP to `target` (world, m).
 fn close(world: &SharedWorld, robot: &mut SimulatedRobot, target: &Vector3<f64>) -> Result<(), ManipulatorError> {
     for _ in 0..MOST_STEPS {
         let off = target - world.tcp();
@@ -224,7 +227,7 @@ fn close(world: &SharedWorld, robot: &mut SimulatedRobot, target: &Vector3<f64>)
     Ok(())
 }
 
-/// A direction, every one equally likely.
+/// A uniformly distributed random direction.
 fn noisy_direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
     let v = noisy_point(&Vector3::zeros(), 1.0, random);
     v.try_normalize(0.0).unwrap_or_else(Vector3::z)

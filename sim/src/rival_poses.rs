@@ -1,4 +1,4 @@
-//! Where distances are measured: postures spread over the free workspace, chosen by observability.
+//! Poses for distance measurements: postures spread over the free workspace, chosen by observability.
 
 use calibench::assess::CellLayout;
 use calibench::measure::selection::{Quota, Request, select};
@@ -11,19 +11,19 @@ use crate::planning::{PlanError, PoolDesign, layout};
 use crate::rival::Distances;
 use crate::scenario::{InstrumentKind, Scenario};
 
-/// Free postures that are looked at, for wires and for a bar: one in ten stands near the sphere of a bar.
+/// Number of free postures considered, for wires and for a bar: one in ten is near the sphere of a bar.
 const POOL: usize = 2000;
 const POOL_OF_A_BAR: usize = 10_000;
-/// A tool within so much of the sphere of a bar is brought onto it, m.
+/// A tool within this distance of the sphere of a bar is brought onto it, m.
 const NEAR: f64 = 80.0 * MM;
-/// In pieces no longer than this, m: each is a few Newton steps.
+/// The motion is divided into pieces no longer than this, m: each takes a few Newton steps.
 const PIECE: f64 = 10.0 * MM;
 
-/// Joints (rad) at which the distances of a scenario are measured, ordered by the anchor (its place) that each is chosen for; none where
-/// its instrument meets balls.
+/// Joints (rad) at which the distances of a scenario are measured, ordered by the anchor (its index) that each is chosen for;
+/// empty if its instrument meets balls.
 ///
 /// # Errors
-/// When too few free postures are there, or they do not determine the model.
+/// When there are too few free postures, or they do not determine the model.
 pub fn rival_poses(scenario: &Scenario, seed: u64) -> Result<Vec<(usize, Vec<f64>)>, PlanError> {
     let spec = &scenario.instrument;
     if !spec.kind.measures_distances() {
@@ -39,12 +39,12 @@ pub fn rival_poses(scenario: &Scenario, seed: u64) -> Result<Vec<(usize, Vec<f64
         margins: layout.margins,
         facing: None,
         count: if spec.kind == InstrumentKind::Ballbar { POOL_OF_A_BAR } else { POOL },
-        // Other postures than those that are judged on.
+        // Different postures from those used for validation.
         seed: seed ^ 0x5249_5641_4c53,
     })?;
     let pool = match spec.kind {
         InstrumentKind::Ballbar => on_spheres(&cell, &layout, &free, spec.length_mm * MM),
-        // Wires are read all at once: a point, but for the line of sight that each sees.
+        // Wires are all read at once: treated as a point, although each sees only its line of sight.
         _ => free.into_iter().map(|q| (0, q)).collect(),
     };
     let at = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
@@ -61,12 +61,12 @@ pub fn rival_poses(scenario: &Scenario, seed: u64) -> Result<Vec<(usize, Vec<f64
     let request = Request { starts: scenario.plan.starts, seed, ..Request::new(Quota::Free(spec.poses)) };
     let mut chosen: Vec<(usize, Vec<f64>)> =
         select(design.candidates(), &request)?.poses.into_iter().map(|p| pool[p].clone()).collect();
-    // Stable: a bar is moved from anchor to anchor once.
+    // Stable sort: a bar is moved from anchor to anchor once.
     chosen.sort_by_key(|(anchor, _)| *anchor);
     Ok(chosen)
 }
 
-/// The postures near the sphere of a bar of that length (m) about each anchor, brought onto it.
+/// The postures near the sphere of a bar of this length (m) about each anchor, brought onto it.
 fn on_spheres(cell: &Dataset, layout: &CellLayout, free: &[Vec<f64>], length: f64) -> Vec<(usize, Vec<f64>)> {
     let mut solver = RelTool::new(&cell.robot);
     let mut posture = Posture::new(&cell.robot);

@@ -1,7 +1,8 @@
-//! A scenario: one question, the cell that answers it, what is truly wrong, and what is expected to come out.
+//! A scenario: one question, the cell that answers it, the ground truth, and the expected results.
 
 mod bodies;
 mod check;
+mod design_check;
 mod design_keys;
 mod document;
 mod expect;
@@ -48,33 +49,33 @@ pub const FORMAT: &str = "calibench-scenario/1";
 pub struct Scenario {
     /// Short name.
     pub name: String,
-    /// What it is to answer.
+    /// The question that it answers.
     pub question: String,
-    /// Seed of its plan and its noise.
+    /// Seed of its plan and noise.
     pub seed: u64,
-    /// Who plays the mechanics of its cell.
+    /// Plant that simulates the mechanics of its cell.
     pub plant: PlantKind,
-    /// How poses are found and chosen.
+    /// Settings for finding and choosing poses.
     pub plan: PlanToml,
-    /// When a ball is centred.
+    /// Criterion for a centred ball.
     pub centring: CentringToml,
-    /// Where the tracker stands, and how much it measures.
+    /// Position of the tracker, and number of its measurements.
     pub tracker: TrackerToml,
-    /// What the identification may use.
+    /// Model available to the identification.
     pub model: Model,
-    /// What must come out.
+    /// Expected results.
     pub expect: Vec<Expectation>,
     /// The precision test of its gauge.
     pub precision: PrecisionToml,
-    /// What its gauge's data sheet states.
+    /// Data sheet of the gauge's indicators.
     pub indicators: IndicatorsToml,
-    /// With what its robot is measured.
+    /// Instrument that measures the robot.
     pub instrument: InstrumentToml,
     /// Blind trials of the diagnosis.
     pub suite: Option<SuiteToml>,
-    /// The points at which a study is made.
+    /// Points of a study.
     pub sweep: Option<SweepToml>,
-    /// What an artifact is to be designed from.
+    /// Specification for the design of an artifact.
     pub design: Option<DesignToml>,
     cell: Dataset,
     outward: Vec<Unit<Vector3<f64>>>,
@@ -83,7 +84,7 @@ pub struct Scenario {
     sources: Arc<Sources>,
 }
 
-/// Reads a scenario and what it extends; every value is checked before anything runs.
+/// Reads a scenario and the files it extends; every value is checked before anything runs.
 ///
 /// # Errors
 /// One error that names file, line, key and remedy.
@@ -91,7 +92,7 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, FileError> {
     Document::read(path)?.scenario()
 }
 
-/// An empty dataset of the cell: what its owner knows.
+/// Builds an empty dataset of the cell: its owner's knowledge.
 fn cell(toml: &ScenarioToml, robot: Robot) -> Dataset {
     let (base, tool) = (&toml.base, &toml.tool);
     let frame =
@@ -122,12 +123,12 @@ fn cell(toml: &ScenarioToml, robot: Robot) -> Dataset {
 }
 
 impl Scenario {
-    /// An error at a key of the scenario, in the file that has it.
+    /// Builds an error for a key of the scenario, in the file that contains it.
     pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
         self.sources.wrong(key, problem, remedy)
     }
 
-    /// That its robot is measured by TriCal, which is all that `verb` can do.
+    /// Checks that its robot is measured by TriCal, which `verb` requires.
     ///
     /// # Errors
     /// When the scenario names another instrument.
@@ -151,12 +152,12 @@ impl Scenario {
         &self.cell.robot
     }
 
-    /// An empty dataset of this cell: what its owner knows.
+    /// Returns an empty dataset of this cell: its owner's knowledge.
     pub fn dataset(&self) -> Dataset {
         self.cell.clone()
     }
 
-    /// The same for what the gauge measures: with the force that its data sheet states.
+    /// The same for measurements of the gauge: with the contact force stated in its data sheet.
     pub fn gauge_dataset(&self) -> Dataset {
         Dataset { contact_force: self.indicators.contact_force(), ..self.dataset() }
     }
@@ -171,12 +172,12 @@ impl Scenario {
         &self.outward
     }
 
-    /// What stands around the arm while balls are probed.
+    /// Bodies around the arm while balls are probed.
     pub fn surroundings(&self) -> Surroundings {
         self.bodies.with_artifact()
     }
 
-    /// What one sees around the arm: the same without the balls, which a dataset has.
+    /// Visible bodies around the arm: the same without the balls, which are part of a dataset.
     pub fn scene(&self) -> Surroundings {
         let Surroundings { mut fixed, carried } = self.surroundings();
         let balls: Vec<String> = self.ball_ids().iter().map(|id| ball_body(id)).collect();
@@ -184,22 +185,23 @@ impl Scenario {
         Surroundings { fixed, carried }
     }
 
-    /// What is left when the artifact has been taken away.
+    /// Bodies that remain when the artifact has been removed.
     pub fn surroundings_without_artifact(&self) -> Surroundings {
         self.bodies.without_artifact()
     }
 
-    /// What is truly so.
+    /// The ground truth.
     pub fn truth(&self) -> &Truth {
         &self.truth
     }
 
-    /// The same cell, its mechanics played by that plant.
+    /// The same cell with its mechanics simulated by this plant.
     pub fn with_plant(&self, plant: PlantKind) -> Scenario {
         Scenario { plant, ..self.clone() }
     }
 
-    /// The same cell with another truth; plans made for one serve for all. Take `truth().keys`, change it, and hand it in.
+    /// The same cell with another truth; plans made for one are valid for all. Take `truth().keys`, change it, and pass
+    /// it here.
     ///
     /// # Errors
     /// When an effect, a parameter or its unit does not exist.

@@ -1,4 +1,4 @@
-//! Truth against estimate: the only place where they meet.
+//! Comparison of estimates with the ground truth: the only place where they meet.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use calibench::identify::Calibration;
 
 use crate::scenario::{Scenario, StatedEffect};
 
-/// One parameter, as it is and as it was found, SI.
+/// A parameter with true value and estimate, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScoredParameter {
     /// Name.
@@ -26,15 +26,15 @@ impl ScoredParameter {
     }
 }
 
-/// How well the parameters were found.
+/// Accuracy of the estimated parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Score {
-    /// Every estimated parameter that the scenario's truth states, the rest being as drawn.
+    /// All estimated parameters stated by the scenario's truth; the others are nominal.
     pub parameters: Vec<ScoredParameter>,
 }
 
 impl Score {
-    /// Compares a calibration with the sizes that the scenario states (drawn ones are not compared).
+    /// Compares a calibration with the sizes stated by the scenario (drawn ones are not compared).
     pub fn of(calibration: &Calibration, scenario: &Scenario) -> Self {
         let truth: BTreeMap<&str, Option<f64>> = scenario.truth().effects().iter().flat_map(StatedEffect::parameters).collect();
         let parameters = calibration
@@ -49,15 +49,15 @@ impl Score {
         Score { parameters }
     }
 
-    /// The same for a calibration by tracker alone. What a tracker calls the world is the frame of its nests as it measured them, which
-    /// the stated noise does not hold: its base is another number than the truth's, and is not compared.
+    /// The same for a calibration by tracker alone. The tracker's world is the frame of its nests as measured, whose error
+    /// the stated noise does not include: its base differs from that of the truth, and is not compared.
     pub fn of_tracker(calibration: &Calibration, scenario: &Scenario) -> Self {
         let mut score = Score::of(calibration, scenario);
         score.parameters.retain(|p| !p.name.starts_with("base_"));
         score
     }
 
-    /// Share of the parameters within so many sigma of the truth.
+    /// Share of the parameters within this many sigma of the truth.
     pub fn within(&self, sigmas: f64) -> f64 {
         let inside = self.parameters.iter().filter(|p| p.z().abs() <= sigmas).count();
         inside as f64 / self.parameters.len().max(1) as f64

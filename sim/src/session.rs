@@ -1,33 +1,33 @@
-//! One session at the simulated cell: mastering, probing with one payload after the other, points by tracker.
+//! One session in the simulated cell: mastering, probing with each payload in turn, points by tracker.
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
 
 use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
-    ArmAt, Campaign, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration, Journal, LastMotion,
-    Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingFailure, ProbingPlan, Progress,
-    RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, WayFinder, Witness, master, parts_by_payload,
+    ArmAt, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration,
+    Journal, LastMotion, Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingFailure,
+    ProbingPlan, Progress, RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, WayFinder, master,
+    parts_by_payload,
 };
-use calibench::units::{DEG, MM, UM};
+use calibench::units::{MM, UM};
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::gauge::Gauge;
 use crate::planning::{Tour, tour_without_artifact, way_request};
+use crate::plans::Plans;
 use crate::plant::{Parts, PlantError};
 use crate::random::Streams;
 use crate::rival::{Distances, Seat};
-use crate::run::Plans;
 use crate::scenario::{InstrumentKind, Scenario};
 use crate::tracker::{SimulatedTracker, TrackerError};
 use crate::true_arm::TrueArm;
-use crate::world::{HANDLING_S, READING_S, REBUILDING_S, SharedWorld, World};
+use crate::world::{SharedWorld, World};
 
-/// Why a session does not begin.
+/// Reasons why a session cannot begin.
 #[derive(Debug, Error)]
 pub enum SessionError {
-    /// The plant cannot play the cell.
+    /// The plant cannot simulate the cell.
     #[error(transparent)]
     Plant(#[from] PlantError),
     /// The gauge was not mastered.
@@ -35,31 +35,31 @@ pub enum SessionError {
     Mastering(#[from] MasteringError),
 }
 
-/// A session, from the mastering of the gauge on.
+/// A session, starting with the mastering of the gauge.
 pub struct Session<'a> {
     scenario: &'a Scenario,
     streams: Streams,
     world: SharedWorld,
     mastering: Mastering,
-    /// The way home from where the arm stands, rad; none where it is there or none is known.
+    /// Path home from the arm's present posture, rad; empty if it is at home or no path is known.
     way_home: RefCell<Vec<Vec<f64>>>,
 }
 
 /// Points that the tracker measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
-    /// What it said.
+    /// The measurements.
     pub samples: Vec<Sample>,
-    /// Where the TCP truly was, world, m.
+    /// True positions of the TCP, world, m.
     pub truth: Vec<Vector3<f64>>,
 }
 
 impl<'a> Session<'a> {
-    /// Masters the gauge of a scenario's cell, its errors drawn from the streams of a trial; all that is fitted will be measured in
-    /// about so many seconds.
+    /// Masters the gauge of a scenario's cell, its errors drawn from the streams of a trial; `session_s` is the approximate
+    /// time in which all fitted data will be measured.
     ///
     /// # Errors
-    /// When the plant cannot play the cell, or the gauge cannot be mastered.
+    /// When the plant cannot simulate the cell, or the gauge cannot be mastered.
     pub fn begin(scenario: &'a Scenario, streams: Streams, session_s: f64) -> Result<Self, SessionError> {
         let world = SharedWorld::new(World::new(scenario, &streams, session_s)?);
         let clock = || world.robot().clock_s();
@@ -68,7 +68,7 @@ impl<'a> Session<'a> {
         Ok(Session { scenario, streams, world, mastering, way_home: RefCell::default() })
     }
 
-    /// How the mastering went.
+    /// Result of the mastering.
     pub fn mastering(&self) -> &Mastering {
         &self.mastering
     }
@@ -78,26 +78,31 @@ impl<'a> Session<'a> {
         &self.world
     }
 
-    /// From now on notes where the true arm stands.
+    /// Starts recording the postures of the true arm.
     pub fn note_true_arm(&self) {
         self.world.note_true_arm();
     }
 
-    /// Where the true arm stood since it is noted; it is noted no more.
+    /// Returns the recorded postures of the true arm, and stops recording.
     pub fn true_arm(&self) -> TrueArm {
         self.world.true_arm()
     }
 
-    /// Temperature of the robot now, °C, where it is logged.
+    /// Present temperature of the robot, °C, if it is logged.
     pub fn temperature_c(&self) -> Option<f64> {
         self.world.robot().temperature_c()
     }
 
-    /// Probes the balls of the plan: with the payload that it names first, then with the next. Every probing is written to the
-    /// journal, where there is one, as soon as it ends.
+    /// Probes the balls of the plan, payload by payload in the order of their first use. Every probing is written to the
+    /// journal, if there is one, as soon as it ends.
     ///
-    /// By the ways of the plan, from home; where it has none, at once from pose to pose.
-    pub fn probe(&self, plan: &ProbingPlan, mut journal: Option<&mut Journal>, witness: &mut dyn Witness) -> CampaignRecord {
+    /// The arm takes the paths of the plan, from home; without paths, it moves directly from pose to pose.
+    pub fn probe(
+        &self,
+        plan: &ProbingPlan,
+        mut journal: Option<&mut Journal>,
+        observer: &mut dyn CampaignObserver,
+    ) -> CampaignRecord {
         let settings = centring(self.scenario);
         let mut record = CampaignRecord::default();
         let mut stands = ArmAt::Home;
@@ -109,7 +114,7 @@ impl<'a> Session<'a> {
             let (robot, indicators) = (self.world.robot(), self.world.indicators());
             let controller =
                 CenteringController::new(robot, indicators, TriCal::default(), self.mastering.free_reading, settings.clone());
-            let mut naming = Naming { world: &self.world, witness: &mut *witness };
+            let mut naming = Naming { world: &self.world, observer: &mut *observer };
             let mut campaign = Campaign::new(controller, CampaignSettings::default());
             if let Some(ways) = &plan.ways {
                 campaign = campaign.by(ways.clone(), stands);
@@ -129,7 +134,7 @@ impl<'a> Session<'a> {
         record
     }
 
-    /// Goes back to a station again and again.
+    /// Visits a station repeatedly.
     ///
     /// # Errors
     /// When a probing there would fail.
@@ -144,15 +149,16 @@ impl<'a> Session<'a> {
         )
     }
 
-    /// The ways from where the arm stands through these postures, the artifact away; and which of them cannot be reached, by their place.
+    /// Plans the paths from the arm's present posture through these postures, with the artifact removed; also returns the
+    /// indices of those that cannot be reached.
     pub fn tour_without_artifact(&self, poses: Vec<Vec<f64>>) -> (Tour, Vec<usize>) {
         tour_without_artifact(self.scenario, self.streams.seed, &self.world.commanded(), poses)
     }
 
-    /// What a rival of the gauge measures at the poses chosen for it; the artifact is away where it measures distances.
+    /// Measurements of an alternative instrument at the poses chosen for it, with the artifact removed.
     ///
     /// # Errors
-    /// When the robot does not get there.
+    /// When the robot does not reach a pose.
     pub fn rival_samples(&self, plans: &Plans) -> Result<Vec<Sample>, ManipulatorError> {
         let spec = &self.scenario.instrument;
         self.world.attendant().remove_artifact();
@@ -168,10 +174,11 @@ impl<'a> Session<'a> {
         Seat::new(self.scenario, balls, &self.streams).measure(&self.world, &plans.plan.probing.poses)
     }
 
-    /// Sets the tracker up on its nests, and takes the artifact away: it would stand in the tracker's workspace (paper, section 6).
+    /// Sets up the tracker on its nests, and removes the artifact, which would be in the tracker's workspace (paper,
+    /// section 6).
     ///
     /// # Errors
-    /// When the nests do not carry a frame.
+    /// When the nests do not define a frame.
     pub fn set_up_tracker(&self) -> Result<SimulatedTracker, TrackerError> {
         let nests = self.scenario.tracker.nests_mm.map(|n| Vector3::from(n) * MM);
         let spec = self.scenario.truth().keys().tracker.spec();
@@ -181,10 +188,10 @@ impl<'a> Session<'a> {
         Ok(tracker)
     }
 
-    /// Points at the postures of a tour, named `prefix001`, `prefix002` ..., for that use.
+    /// Measures points at the postures of a tour, named `prefix001`, `prefix002` ..., for this use.
     ///
     /// # Errors
-    /// When the robot does not get there.
+    /// When the robot does not reach a posture.
     pub fn points(
         &self,
         tracker: &SimulatedTracker,
@@ -224,7 +231,7 @@ impl<'a> Session<'a> {
     }
 }
 
-/// How the balls of a scenario are centred. A device that is read off centre calls every ball centred that it reaches.
+/// Centring settings of a scenario. For an instrument read off centre every ball within its range counts as centred.
 pub fn centring(scenario: &Scenario) -> CentringSettings {
     let tolerance = match scenario.instrument.kind {
         InstrumentKind::Offset => scenario.instrument.range_mm * MM,
@@ -233,45 +240,23 @@ pub fn centring(scenario: &Scenario) -> CentringSettings {
     CentringSettings { tolerance, ..CentringSettings::default() }
 }
 
-/// Tells the cell which sample is being taken: a truth may be about one of them.
+/// Tells the cell which sample is being taken, because a truth may concern a single sample.
 struct Naming<'a> {
     world: &'a SharedWorld,
-    witness: &'a mut dyn Witness,
+    observer: &'a mut dyn CampaignObserver,
 }
 
-impl Witness for Naming<'_> {
+impl CampaignObserver for Naming<'_> {
     fn probing_started(&mut self, pose: &PlannedPose, attempt: usize, progress: &Progress) {
         self.world.name_sample(&pose.id);
-        self.witness.probing_started(pose, attempt, progress);
+        self.observer.probing_started(pose, attempt, progress);
     }
 
     fn iteration(&mut self, pose: &PlannedPose, iteration: &Iteration) {
-        self.witness.iteration(pose, iteration);
+        self.observer.iteration(pose, iteration);
     }
 
     fn probing_finished(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
-        self.witness.probing_finished(pose, probing, sample);
+        self.observer.probing_finished(pose, probing, sample);
     }
-}
-
-/// Stops of a probing: before it, on the ball, three steps, and back (readings of a centring are 3.5 on average).
-const STOPS: f64 = 5.5;
-
-/// About how long it takes, s, to probe these poses and to measure so many points: what "by the end of the session" means in a truth.
-pub fn session_s(scenario: &Scenario, poses: &[PlannedPose], points: usize) -> f64 {
-    let controller = &scenario.truth().keys().controller;
-    let speed = controller.speed_deg_per_s * DEG;
-    let travel = |from: &[f64], to: &[f64]| from.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / speed;
-    let poses: Vec<&PlannedPose> = poses.iter().filter(|p| !p.reserve).collect();
-    let ways: f64 = poses.windows(2).map(|pair| travel(&pair[0].approach, &pair[1].approach)).sum();
-    let onto: f64 = poses.iter().map(|p| 2.0 * travel(&p.approach, &p.contact)).sum();
-    let probings = STOPS * (controller.settle_s + 3.0 * READING_S) * poses.len() as f64;
-    // A random way of one of six joints is a third of its range on average, the longest of them about the half.
-    let range = scenario.robot().links.iter().map(|l| l.limits[1] - l.limits[0]).fold(0.0, f64::max);
-    let payloads: BTreeSet<usize> = poses.iter().map(|p| p.payload).collect();
-    // The first payload comes back for the tracker, which wants the artifact away.
-    let changes = if payloads.len() > 1 { payloads.len() - usize::from(points == 0) } else { 0 };
-    let rebuilding = REBUILDING_S * (changes + usize::from(points > 0)) as f64;
-    let tracked = points as f64 * (0.3 * range / speed + controller.settle_s);
-    2.0 * HANDLING_S + ways + onto + probings + rebuilding + tracked
 }

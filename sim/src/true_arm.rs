@@ -1,4 +1,4 @@
-//! Where the true arm stood, by the cell's clock: for the eye, never for a calibration.
+//! Postures of the true arm over the cell's time: for display, never for a calibration.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -17,19 +17,19 @@ pub struct TruePosture {
     pub tool: Pose,
 }
 
-/// Every rest of the true arm, in order.
+/// All rest postures of the true arm, in order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TrueArm {
     rests: Vec<(f64, TruePosture)>,
 }
 
 impl TrueArm {
-    /// Notes that the arm rests so from `time_s` on; times do not decrease.
+    /// Records that the arm rests in this posture from `time_s` on; times do not decrease.
     pub fn rests(&mut self, time_s: f64, posture: TruePosture) {
         self.rests.push((time_s, posture));
     }
 
-    /// How it stood at that moment; `None` before the first rest.
+    /// Its posture at this time; `None` before the first rest.
     pub fn at(&self, time_s: f64) -> Option<&TruePosture> {
         let begun = self.rests.partition_point(|(since, _)| *since <= time_s);
         begun.checked_sub(1).map(|last| &self.rests[last].1)
@@ -42,7 +42,7 @@ impl TrueArm {
     /// | `stop` | row of `iterations.csv`, counted from 1 |
     /// | `frame` | `0` is the base, `1` to `N` are the links, `tool` is the TCP with the axes of the gauge |
     /// | `x_mm` `y_mm` `z_mm` | origin, world |
-    /// | `rx_deg` `ry_deg` `rz_deg` | orientation, world: axis of the turn times its angle |
+    /// | `rx_deg` `ry_deg` `rz_deg` | orientation, world: rotation axis times angle |
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -55,7 +55,7 @@ impl TrueArm {
             for (name, pose) in links.chain([("tool".into(), &posture.tool)]) {
                 let [x, y, z] = (pose.translation.vector / MM).into();
                 let [rx, ry, rz]: [f64; 3] = (pose.rotation.scaled_axis() / DEG).into();
-                // A nanometre, and less than that at the end of an arm of a metre.
+                // Resolves a nanometre, and the angles less than that at the end of an arm of a metre.
                 _ = writeln!(table, "{},{name},{x:.6},{y:.6},{z:.6},{rx:.8},{ry:.8},{rz:.8}", k + 1);
             }
         }

@@ -1,4 +1,4 @@
-//! The simulated cell at one moment: the true arm, its controller, the TriCal, the balls. Robot and indicators are views of it.
+//! The state of the simulated cell: the true arm, its controller, the TriCal, the balls. Robot and indicators are views of it.
 
 mod served;
 mod views;
@@ -22,19 +22,19 @@ use crate::true_arm::{TrueArm, TruePosture};
 
 pub use views::{SharedWorld, SimulatedAttendant, SimulatedIndicator, SimulatedRobot};
 
-/// A wireless indicator answers about eight times a second.
+/// Time per reading, s: a wireless indicator answers about eight times a second.
 pub const READING_S: f64 = 0.125;
 
-/// It takes a person about so long to place or remove the master ball, s.
+/// Approximate time for a person to place or remove the master ball, s.
 pub const HANDLING_S: f64 = 20.0;
 
-/// To screw weight disks on or off, or to take the artifact off the table, s.
+/// Time to mount or remove weight disks, or to take the artifact off the table, s.
 pub const REBUILDING_S: f64 = 120.0;
 
 /// The simulated cell.
 pub struct World {
     plant: Box<dyn Plant>,
-    /// What the plant is at a loss about; nothing more can be measured then.
+    /// Failure of the plant; nothing more can be measured then.
     lost: Option<String>,
     joints: Joints,
     controller: ControllerSpec,
@@ -50,35 +50,35 @@ pub struct World {
     plunger_motion: LastMotion,
     sample: Option<String>,
     time_s: f64,
-    /// Whether the time is told from outside; else it passes by what is done.
+    /// True if the clock is set from outside; otherwise the actions advance it.
     clock_outside: bool,
     pose: Pose,
     target_moved: Vector3<f64>,
-    /// Noted from when somebody wants to know.
+    /// Recorded postures, once recording was requested.
     true_arm: Option<TrueArm>,
     motion: ChaCha8Rng,
     master: ChaCha8Rng,
-    /// `None` where nobody judges its motions.
+    /// `None` if motions are not checked.
     collisions: Option<CollisionCheck>,
     without_artifact: Surroundings,
-    /// What the arm has touched; it does not move before somebody has seen to it.
+    /// Bodies in collision; the arm does not move until this has been dealt with.
     touched: Option<[String; 2]>,
     has_moved: bool,
 }
 
 impl World {
-    /// The cell of a scenario, its errors drawn from the streams of a trial; the session will take about so many seconds.
+    /// The cell of a scenario with errors drawn from the streams of a trial, for a session of about `session_s` seconds.
     ///
     /// # Errors
-    /// When the scenario's plant cannot play it.
+    /// When the scenario's plant cannot simulate it.
     pub fn new(scenario: &Scenario, streams: &Streams, session_s: f64) -> Result<Self, PlantError> {
         World::altered(scenario, streams, session_s, |_| ())
     }
 
-    /// The same, with something in it put elsewhere that no scenario would.
+    /// The same with some part displaced in a way that no scenario provides for.
     ///
     /// # Errors
-    /// When the scenario's plant cannot play it.
+    /// When the scenario's plant cannot simulate it.
     pub fn altered(
         scenario: &Scenario,
         streams: &Streams,
@@ -115,7 +115,8 @@ impl World {
             true_arm: None,
             motion: streams.stream("motion"),
             master: streams.stream("master ball"),
-            // The trials of a study go by the same ways, with arms that differ by a millimetre: the first is judged for all.
+            // The trials of a study use the same paths, with arms that differ by a millimetre: the first is checked on
+            // behalf of all.
             collisions: (streams.trial == 0)
                 .then(|| CollisionCheck::new(scenario.robot(), &scenario.surroundings(), -retreat())),
             without_artifact: scenario.surroundings_without_artifact(),
@@ -136,7 +137,7 @@ impl World {
         &self.pose
     }
 
-    /// Lets the arm come to rest against gravity and the plungers' springs, and the plungers on the ball.
+    /// Lets the arm settle into equilibrium with gravity and the plungers' springs, and the plungers on the ball.
     fn settle(&mut self, came_far: bool) {
         let stand = Stand {
             motors: &self.joints.links(),
@@ -166,7 +167,7 @@ impl World {
         }
     }
 
-    /// Whether there is still an arm to move.
+    /// Returns an error if the plant has failed.
     fn is_there(&self) -> Result<(), ManipulatorError> {
         self.lost.clone().map_or(Ok(()), |detail| Err(ManipulatorError::Lost { detail }))
     }
@@ -184,7 +185,7 @@ impl World {
         outside.map_or(Ok(()), |joint| Err(ManipulatorError::JointLimit { joint: joint + 1 }))
     }
 
-    /// Whether the arm gets to these joints (rad) without touching anything; where it does not, it stops at what it touched.
+    /// Checks that the arm reaches these joints (rad) without touching anything; otherwise it stops at the collision.
     fn get_clear(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
         self.within_limits(target)?;
         self.has_moved = true;
@@ -208,7 +209,7 @@ impl World {
         self.touched.clone().map_or(Ok(()), |between| Err(ManipulatorError::Collision { between }))
     }
 
-    /// Passes all joints of a way (rad) but the last without a stop, and comes to rest there.
+    /// Passes all joints of a path (rad) without stopping, except the last, where it comes to rest.
     fn move_along(&mut self, way: &[Vec<f64>]) -> Result<(), ManipulatorError> {
         let Some((target, via)) = way.split_last() else { return Ok(()) };
         for joints in via {
@@ -234,11 +235,12 @@ impl World {
         self.rel_tool.shift(robot, base, tool, &mut target, offset).map_err(|e| match e {
             RelToolError::JointLimit { joint } => ManipulatorError::JointLimit { joint },
             RelToolError::Singular => ManipulatorError::Unreachable,
+            other => ManipulatorError::Refused { reason: other.to_string() },
         })?;
         self.step_joints(&target)
     }
 
-    /// A small motion to joints that are within their limits.
+    /// Makes a small motion to joints within their limits.
     fn step_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError> {
         let duration_s = self.joints.move_small(target);
         self.pass(duration_s);
@@ -247,14 +249,14 @@ impl World {
         self.is_there()
     }
 
-    /// Lets the time pass that something took.
+    /// Advances the clock by the duration of an action.
     fn pass(&mut self, duration_s: f64) {
         if !self.clock_outside {
             self.time_s += duration_s;
         }
     }
 
-    /// What the tracker would see without any noise, the arm standing as it does: where the world that its nests carry has the TCP.
+    /// Noise-free tracker point in the arm's present posture: the TCP in the world defined by the nests.
     fn point(&self) -> Vector3<f64> {
         self.tcp() - self.target_moved
     }

@@ -58,7 +58,7 @@ impl AtNewPoses {
         }
         let twins: Vec<Option<usize>> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).map(twin).collect();
         let scales = std::iter::repeat_n(1.0, fitted.len()).chain(columns.iter().map(|c| c.plausible)).collect();
-        problem.settle_loads(&at);
+        problem.update_loads(&at);
         let mut wanted: Vec<usize> = twins.iter().flatten().copied().collect();
         wanted.sort_unstable();
         wanted.dedup();

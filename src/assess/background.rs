@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Remainder, Seen, ln_sum_exp};
 use super::examination::Examination;
-use crate::identify::{FitError, linalg};
+use crate::identify::FitError;
+use crate::math::linalg;
 
 /// Sizes of the background, in plausible sizes; zero is none.
 pub(super) const SIZES: [f64; 7] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6];
@@ -33,7 +34,7 @@ impl Background {
     /// When the inner products are not finite.
     pub fn new(examination: &Examination) -> Result<Self, FitError> {
         let Examination { gram, z, remainder, library, spans, .. } = examination;
-        let small = library.candidates.iter().zip(spans).filter(|(c, _)| examination.model.is_ordinary(&c.id));
+        let small = library.candidates.iter().zip(spans).filter(|(c, _)| examination.model.is_background_width(&c.id));
         let columns: Vec<usize> = small.flat_map(|(_, span)| span.range()).collect();
         let (values, vectors) = linalg::symmetric_eigen(&gram.select_columns(&columns).select_rows(&columns))?;
         let lambda = values.map(|l| l.max(0.0));

@@ -4,7 +4,9 @@ mod finding;
 mod lack_of_fit;
 mod layout;
 mod sentences;
+mod significance;
 mod standing;
+mod standout;
 mod suggestions;
 mod views;
 
@@ -20,12 +22,10 @@ use super::residual_views::{
     WorstSample,
 };
 
-pub use self::finding::{Standout, Subject};
 pub use self::lack_of_fit::LackOfFit;
+pub use self::significance::SIGNIFICANCE;
 pub use self::standing::Standing;
-
-/// Findings, lack of fit and views are judged at this level, each kind for itself.
-pub const SIGNIFICANCE: f64 = 0.01;
+pub use self::standout::{Standout, Subject};
 
 /// A calibration held against samples.
 #[derive(Debug, Clone, PartialEq)]

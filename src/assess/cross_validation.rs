@@ -9,7 +9,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::examination::Examination;
-use crate::identify::{Circumstance, ORDINARY_WIDTH, linalg};
+use crate::identify::{BACKGROUND_WIDTH, Circumstance};
+use crate::math::linalg;
 
 /// Folds, where there are samples enough.
 const FOLDS: usize = 10;
@@ -69,7 +70,7 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
         all[(k, k)] += information;
         all[(k, size)] -= information * fit.values[*p];
     }
-    (m..size).for_each(|k| all[(k, k)] += unit / (ORDINARY_WIDTH * ORDINARY_WIDTH));
+    (m..size).for_each(|k| all[(k, k)] += unit / (BACKGROUND_WIDTH * BACKGROUND_WIDTH));
     // Scaled, so that millimetres and microradians weigh alike; a fold that alone knows a parameter leaves it where it is.
     let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
     let step_without = |own: &DMatrix<f64>| {

@@ -1,22 +1,22 @@
 //! Which effect is missing: the verdict, the findings, and what they rest on.
 
+mod diagnose;
 mod findings;
 mod judgement;
 mod scatter;
 
 use super::curve_families::CurveFamily;
-use super::examination::Examination;
 use super::heat_map::HeatMap;
 use super::hypotheses::{Hypothesis, Place};
 use super::library::Untestable;
-use super::noise::{Suspect, suspects_of};
+use super::noise::Suspect;
 use super::relevance::Relevance;
 pub use super::verdict::Verdict;
 use crate::effects::{self, EffectId};
-use crate::identify::{IdentifyError, Model, Outcome};
-use crate::measure::Dataset;
+use crate::identify::Outcome;
 use crate::units::Unit;
 
+pub use self::diagnose::{diagnose, diagnose_examined};
 pub use self::scatter::Scatter;
 
 /// A number of an effect as it would be fitted now, held to an ordinary size.
@@ -164,63 +164,9 @@ impl Finding {
     }
 }
 
-/// Finds which effect is missing in `model`, as the rows of set `fit` see it.
-///
-/// # Errors
-/// When data and model do not go together, or do not determine the unknowns.
-pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosis, IdentifyError> {
-    let examination = Examination::new(datasets, model)?;
-    diagnose_examined(datasets, &examination)
-}
-
-/// The same, of an examination.
-///
-/// Where single samples disagree with all others, the rest of the diagnosis is without them: they are set aside as `outlier` effects.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
-    let diagnosis = judgement::judged(datasets, examination)?;
-    let suspects = suspects_of(datasets, &examination.problem, &examination.fit);
-    if suspects.is_empty() {
-        return Ok(diagnosis);
-    }
-    let aside = all_aside(&suspects).iter().fold(examination.model.clone(), |m, id| m.with(id));
-    // Samples whose loss leaves too little to determine the model cannot be set aside.
-    let Ok(without) = Examination::new(datasets, &aside) else { return Ok(diagnosis) };
-    if explains_as_much(examination, &diagnosis, &without, &suspects) {
-        return Ok(diagnosis);
-    }
-    let mut rest = judgement::judged(datasets, &without)?;
-    // What sets the worst of them aside leads: it is the first step to take.
-    if let Some(worst) = diagnosis.findings.iter().find(|f| f.is_sample()) {
-        rest.findings.insert(0, worst.clone());
-    }
-    Ok(Diagnosis {
-        samples: diagnosis.samples,
-        verdict: Verdict::SuspectSamples,
-        verdict_without_suspects: Some(rest.verdict),
-        fitted: diagnosis.fitted,
-        scatter: Scatter { suspects, ..rest.scatter },
-        ..rest
-    })
-}
-
 /// The effects that set these samples aside.
 fn all_aside(suspects: &[Suspect]) -> Vec<String> {
     suspects.iter().map(|s| effects::setting_aside(&s.sample)).collect()
-}
-
-/// Whether the effect that is named without regard to the suspects explains the data as well as setting them aside does (Bayesian
-/// information criterion): then they are no accidents.
-fn explains_as_much(examination: &Examination, diagnosis: &Diagnosis, without: &Examination, suspects: &[Suspect]) -> bool {
-    let named = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && !f.is_sample());
-    let Some(first) = named else { return false };
-    let n = examination.fit.dof as f64;
-    let cost = |squares: f64, coefficients: usize| n * squares.max(f64::MIN_POSITIVE).ln() + coefficients as f64 * n.ln();
-    let chi2 = examination.fit.chi2;
-    let with_effect = cost(chi2 * (1.0 - first.hypothesis.explains), first.hypothesis.coefficients);
-    with_effect < cost(without.fit.chi2, 3 * suspects.len())
 }
 
 /// Place of a hypothesis in words.

@@ -3,13 +3,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::background::Background;
 use super::evidence::{Remainder, Seen};
 use super::library::{Candidate, Library};
 use super::noise::Yardstick;
 use super::noise_floor::NoiseFloor;
+use super::projection::Projection;
 use crate::effects::EffectId;
-use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Outcome, Problem, Use, fit, linalg};
+use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, Model, Outcome, Problem, Use, fit};
+use crate::math::linalg;
 use crate::measure::Dataset;
 
 /// A noise that is merely stated counts as much as so many degrees of freedom: wrong by a factor of 1.5 is nothing unusual.
@@ -67,41 +68,6 @@ pub struct Examination {
     /// Inner products before projection, on the diagonal: how large a column is in all.
     pub(super) whole: Vec<f64>,
     pub(super) remainder: Remainder,
-}
-
-/// Takes out of any vector what the fitted parameters absorb.
-pub(super) struct Projection {
-    factor: linalg::Cholesky,
-    scale: DVector<f64>,
-    /// `L^-1` times the inner products of the fitted columns with the candidates, and with the residuals.
-    pub of_columns: DMatrix<f64>,
-    pub of_residual: DVector<f64>,
-}
-
-impl Projection {
-    /// `L^-1 S x` of inner products with the fitted columns.
-    pub fn half(&self, mut products: DMatrix<f64>) -> DMatrix<f64> {
-        for (mut row, scale) in products.row_iter_mut().zip(&self.scale) {
-            row *= *scale;
-        }
-        self.factor.whiten(&mut products);
-        products
-    }
-
-    /// `(J^T J)^-1 J^T x` of such a half: how much of each fitted parameter absorbs x, SI.
-    pub fn absorbed(&self, mut half: DMatrix<f64>) -> DMatrix<f64> {
-        self.factor.unwhiten(&mut half);
-        for (mut row, scale) in half.row_iter_mut().zip(&self.scale) {
-            row *= *scale;
-        }
-        half
-    }
-
-    /// `S` with `S S^T = (J^T J)^-1`: turns independent unit normal numbers into fitted parameters' errors, SI.
-    pub fn root_of_covariance(&self) -> DMatrix<f64> {
-        let n = self.scale.len();
-        self.absorbed(DMatrix::identity(n, n))
-    }
 }
 
 impl Examination {
@@ -167,7 +133,7 @@ impl Examination {
                 *value = parameter.spec.prior;
             }
         }
-        problem.settle_loads(&fit.values);
+        problem.update_loads(&fit.values);
         let yardstick = Yardstick::as_stated(problem.noise_stated());
         Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model), yardstick)
     }
@@ -175,7 +141,7 @@ impl Examination {
     /// The same fit with other candidates beside it.
     pub(super) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
-        problem.settle_loads(&self.fit.values);
+        problem.update_loads(&self.fit.values);
         let library = Library { candidates, ..Library::default() };
         Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.yardstick.clone())
     }
@@ -201,7 +167,7 @@ impl Examination {
                 fitted.push(place);
             }
         }
-        wide.settle_loads(&values);
+        wide.update_loads(&values);
 
         let mut columns = Vec::new();
         let spans = library.candidates.iter().map(|candidate| {
@@ -320,11 +286,6 @@ impl Examination {
     /// The candidates.
     pub fn library(&self) -> &Library {
         &self.library
-    }
-
-    /// The ordinary small stuff that the candidates make up.
-    pub(super) fn background(&self) -> Result<Background, FitError> {
-        Background::new(self)
     }
 
     /// A candidate as the data see it.

@@ -253,7 +253,7 @@ impl Curve {
     /// When a matrix cannot be factored.
     pub fn of(examination: &Examination, joint: usize, variable: Variable) -> Result<Option<Self>, FitError> {
         let Some(scaled) = variables(examination).into_iter().find(|s| s.variable == variable) else { return Ok(None) };
-        let background = examination.background()?;
+        let background = Background::new(examination)?;
         Ok(Some(curve(examination, &background, joint, &scaled)))
     }
 

@@ -1,6 +1,8 @@
 //! What may be missing: every candidate of the library, and every family whose place (an order, a moment, a sample) a scan finds.
 
+mod hypothesis;
 mod steps;
+mod trial;
 
 use std::borrow::Cow;
 
@@ -8,50 +10,15 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::background::Background;
-use super::evidence::{SIZES, ln_mean_exp};
+use super::evidence::SIZES;
 use super::examination::Examination;
 use super::library::Untestable;
 use super::sweep::{self, Sweep};
 use crate::effects::{self, EffectId, Scan};
 use crate::identify::FitError;
 
-pub use steps::Moment;
-
-/// Where a scan found its effect.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Place {
-    /// Periods per turn.
-    Order(u32),
-    /// Seconds since the session began.
-    Time(f64),
-    /// Name of a sample.
-    Sample(String),
-}
-
-/// One answer to the question what is missing, with its evidence.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Hypothesis {
-    /// Id of the catalogue.
-    pub effect: String,
-    /// The id under which a model takes it: with its moment or sample, where a scan found one.
-    pub in_model: String,
-    /// Where a scan found it.
-    pub place: Option<Place>,
-    /// Logarithm of the evidence over that of noise alone. Of a scan: averaged over all places.
-    pub ln_evidence: f64,
-    /// Logarithm of the evidence over that of the ordinary small stuff of a robot.
-    pub ln_evidence_against_background: f64,
-    /// Share of the remaining squares that its best coefficients take.
-    pub explains: f64,
-    /// Number of its coefficients that the data see.
-    pub coefficients: usize,
-    /// Share of its energy that the fitted model does not absorb.
-    pub visible: f64,
-    /// Number of places tried.
-    pub places: usize,
-    /// Between which samples it happened, where it is a step.
-    pub moment: Option<Moment>,
-}
+pub use hypothesis::{Hypothesis, Moment, Place};
+use trial::{Trial, Tried, plausible};
 
 /// Whole orders tried on every joint; once and twice per turn are effects of their own.
 const ORDERS: std::ops::RangeInclusive<u32> = 3..=140;
@@ -84,7 +51,7 @@ fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> 
         let (explained, coefficients) = seen.explained();
         let ln_evidence = seen.ln_evidence(&examination.remainder, &SIZES);
         // What belongs to every model is fitted before the small stuff is weighed, which could stand in for it.
-        let ln_evidence_against_background = if examination.model.is_freely_fitted(&candidate.id) {
+        let ln_evidence_against_background = if examination.model.is_unregularised(&candidate.id) {
             ln_evidence
         } else {
             background.ln_evidence_of(&gram, &z, &along, &SIZES)
@@ -103,64 +70,6 @@ fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> 
         }
     };
     (0..examination.library.candidates.len()).into_par_iter().map(of_candidate).collect()
-}
-
-/// A family tried at many places: its evidence is the average, its place the best.
-struct Tried {
-    places: Vec<(Place, String)>,
-    plain: Vec<f64>,
-    aware: Vec<f64>,
-    explained: Vec<(f64, usize)>,
-    visible: Vec<f64>,
-}
-
-/// What one place came to.
-struct Trial {
-    place: (Place, String),
-    ln_evidence: [f64; 2],
-    explained: (f64, usize),
-    visible: f64,
-}
-
-impl Trial {
-    fn new(examination: &Examination, background: &Background, place: (Place, String), block: &sweep::Block) -> Self {
-        Trial {
-            place,
-            ln_evidence: block.ln_evidence(examination, background, &SIZES),
-            explained: super::evidence::Seen::new(block.k.clone(), &block.z).explained(),
-            visible: if block.whole > 0.0 { (block.k.trace() / block.whole).clamp(0.0, 1.0) } else { 0.0 },
-        }
-    }
-}
-
-impl Tried {
-    fn of(trials: Vec<Trial>) -> Self {
-        Tried {
-            plain: trials.iter().map(|t| t.ln_evidence[0]).collect(),
-            aware: trials.iter().map(|t| t.ln_evidence[1]).collect(),
-            explained: trials.iter().map(|t| t.explained).collect(),
-            visible: trials.iter().map(|t| t.visible).collect(),
-            places: trials.into_iter().map(|t| t.place).collect(),
-        }
-    }
-
-    /// The hypothesis, named after its best place by `effect`.
-    fn hypothesis(self, examination: &Examination, effect: impl Fn(&str) -> String) -> Option<Hypothesis> {
-        let best = (0..self.places.len()).max_by(|&a, &b| self.aware[a].total_cmp(&self.aware[b]))?;
-        let (place, in_model) = self.places[best].clone();
-        Some(Hypothesis {
-            effect: effect(&in_model),
-            in_model,
-            place: Some(place),
-            ln_evidence: ln_mean_exp(&self.plain),
-            ln_evidence_against_background: ln_mean_exp(&self.aware),
-            explains: self.explained[best].0 / examination.remainder.squares,
-            coefficients: self.explained[best].1,
-            visible: self.visible[best],
-            places: self.places.len(),
-            moment: None,
-        })
-    }
 }
 
 /// A ripple of unknown order of joint `j`.
@@ -203,12 +112,6 @@ fn waves(angles: &[f64], orders: &[u32]) -> DMatrix<f64> {
     features
 }
 
-/// Plausible size of the first number of an effect.
-fn plausible(examination: &Examination, id: &str) -> Option<f64> {
-    let subject = examination.model.subject(examination.problem.robot(), &examination.library.balls);
-    effects::build(id, &subject).ok()?.parameters().first().map(|p| p.prior)
-}
-
 /// One sample that disagrees with all others.
 fn outlier(examination: &Examination, background: &Background) -> Option<Hypothesis> {
     let ids = examination.problem.sample_ids();
@@ -226,6 +129,7 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
 
 /// Why an effect has no place.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unplaced {
     /// The data cannot tell it.
     #[error("finding its place needs {needs}")]
@@ -253,7 +157,7 @@ pub fn place(examination: &Examination, id: &str) -> Result<String, Unplaced> {
     if !lacks_its_place {
         return Ok(id.to_owned());
     }
-    let background = || examination.background();
+    let background = || Background::new(examination);
     let found = match (family.map(|f| f.scan), EffectId::new(id).number(0)) {
         (Some(Scan::Order), Some(joint)) => harmonic(examination, &background()?, joint - 1),
         (Some(Scan::Sample), _) => outlier(examination, &background()?),

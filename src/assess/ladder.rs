@@ -2,9 +2,10 @@
 
 use super::diagnosis::{Diagnosis, Verdict};
 use super::examination::Examination;
+use super::hold_out::HoldOut;
+use super::ladder_step::{LadderStep, Objection, add, examined_rung, ladder_step};
 use super::library::Library;
 use super::recommend::{Choice, Kind, Recommendation, gains_of_each, recommend};
-use super::rung::{Objection, ProvingGround, Rung, add, examined_rung, rung};
 use super::withdrawal::{Contradiction, contradicted};
 use crate::effects;
 use crate::identify::{IdentifyError, Model, Outcome, Use, missing};
@@ -26,7 +27,8 @@ const READILY: usize = 120;
 
 /// Why a ladder ends.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Top {
+#[non_exhaustive]
+pub enum StopReason {
     /// What remains is noise.
     NothingLeft,
     /// What remains is noise, and more of it than stated.
@@ -39,7 +41,20 @@ pub enum Top {
         tried: Vec<(String, Vec<Objection>)>,
     },
     /// The most rungs were climbed.
-    Tired,
+    StepLimit,
+}
+
+impl StopReason {
+    /// As in files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            StopReason::NothingLeft => "nothing_left",
+            StopReason::NoiseLargerThanStated => "noise_larger_than_stated",
+            StopReason::NotConverged(_) => "not_converged",
+            StopReason::NoStepHelps { .. } => "no_step_helps",
+            StopReason::StepLimit => "most_rungs",
+        }
+    }
 }
 
 /// What a ladder does, as it does it.
@@ -50,7 +65,7 @@ pub enum Climb<'a> {
     /// It does not help.
     Refused(&'a str, &'a [Objection]),
     /// A rung was reached: the first, one more, or, in one step, the model to use.
-    Reached(&'a Rung),
+    Reached(&'a LadderStep),
     /// Error curves, steps and the whole library are held against each other.
     Choosing,
 }
@@ -59,25 +74,25 @@ pub enum Climb<'a> {
 #[derive(Debug, Clone)]
 pub struct Ladder {
     /// From the model to begin with, upwards.
-    pub rungs: Vec<Rung>,
+    pub rungs: Vec<LadderStep>,
     /// Why it ends.
-    pub top: Top,
+    pub top: StopReason,
     /// Every model that was held against the one to begin with.
     pub recommendation: Recommendation,
     /// The recommended model fitted, where it is none of the rungs.
-    pub other: Option<Rung>,
+    pub other: Option<LadderStep>,
     /// Rows of set `validation` that speak against what was chosen without them: the advice is withdrawn.
     pub withdrawn: Option<Contradiction>,
 }
 
 impl Ladder {
     /// The first rung.
-    pub fn first(&self) -> &Rung {
+    pub fn first(&self) -> &LadderStep {
         &self.rungs[0]
     }
 
     /// The last rung.
-    pub fn last(&self) -> &Rung {
+    pub fn last(&self) -> &LadderStep {
         &self.rungs[self.rungs.len() - 1]
     }
 
@@ -87,7 +102,7 @@ impl Ladder {
     }
 
     /// The rung to use.
-    pub fn recommended(&self) -> &Rung {
+    pub fn recommended(&self) -> &LadderStep {
         match (&self.withdrawn, &self.other) {
             (Some(_), _) => self.first(),
             (None, Some(other)) => other,
@@ -100,47 +115,47 @@ impl Ladder {
 /// whole library.
 ///
 /// # Errors
-/// As [`rung`](super::rung), of the first model. A step that cannot be fitted is not taken.
+/// As [`ladder_step`](super::ladder_step), of the first model. A step that cannot be fitted is not taken.
 pub fn ladder(
     datasets: &[(&str, &Dataset)],
     model: &Model,
-    ground: ProvingGround<'_>,
-    witness: &mut dyn FnMut(Climb<'_>),
+    ground: HoldOut<'_>,
+    observer: &mut dyn FnMut(Climb<'_>),
 ) -> Result<Ladder, IdentifyError> {
-    let mut rungs = vec![rung(datasets, model, ground)?];
-    witness(Climb::Reached(&rungs[0]));
+    let mut rungs = vec![ladder_step(datasets, model, ground)?];
+    observer(Climb::Reached(&rungs[0]));
     let top = loop {
         let below = &rungs[rungs.len() - 1];
         if below.diagnosis.verdict.is_noise() {
             break match below.calibration.unconverged() {
-                Some(outcome) => Top::NotConverged(outcome),
-                None if below.diagnosis.verdict == Verdict::NoiseLargerThanStated => Top::NoiseLargerThanStated,
-                None => Top::NothingLeft,
+                Some(outcome) => StopReason::NotConverged(outcome),
+                None if below.diagnosis.verdict == Verdict::NoiseLargerThanStated => StopReason::NoiseLargerThanStated,
+                None => StopReason::NothingLeft,
             };
         }
         if rungs.len() > MOST_RUNGS {
-            break Top::Tired;
+            break StopReason::StepLimit;
         }
-        match best_step(datasets, below, ground, witness)? {
+        match best_step(datasets, below, ground, observer)? {
             Ok(next) => {
-                witness(Climb::Reached(&next));
+                observer(Climb::Reached(&next));
                 rungs.push(*next);
             }
-            Err(tried) => break Top::NoStepHelps { tried },
+            Err(tried) => break StopReason::NoStepHelps { tried },
         }
     };
-    witness(Climb::Choosing);
+    observer(Climb::Choosing);
     let first = &rungs[0];
     let steps: Vec<String> = rungs[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
     let sets_suspects_aside =
-        |r: &&Rung| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
-    let bad = rungs.get(1).filter(sets_suspects_aside).map_or(&[][..], |rung| &rung.added);
+        |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
+    let bad = rungs.get(1).filter(sets_suspects_aside).map_or(&[][..], |ladder_step| &ladder_step.added);
     let mut recommendation = recommend(datasets, &examination, [&steps, bad], &library(datasets, first, ground))?;
     let (chosen, other) = choose(datasets, &rungs, &recommendation, ground)?;
     recommendation.chosen = chosen;
-    if let Some(rung) = &other {
-        witness(Climb::Reached(rung));
+    if let Some(ladder_step) = &other {
+        observer(Climb::Reached(ladder_step));
     }
     let first = &rungs[0];
     let taken = other.as_ref().or_else(|| rung_of(&rungs, recommendation.choice())).unwrap_or(first);
@@ -149,8 +164,8 @@ pub fn ladder(
 }
 
 /// The rung climbed whose model a choice is.
-fn rung_of<'r>(rungs: &'r [Rung], choice: &Choice) -> Option<&'r Rung> {
-    rungs.iter().find(|rung| rung.model.effects == choice.model.effects)
+fn rung_of<'r>(rungs: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderStep> {
+    rungs.iter().find(|ladder_step| ladder_step.model.effects == choice.model.effects)
 }
 
 /// Fits the choices that are about as good at postures left out, and takes the one of the lowest error, there and where the robot is to
@@ -159,15 +174,15 @@ fn rung_of<'r>(rungs: &'r [Rung], choice: &Choice) -> Option<&'r Rung> {
 /// A choice that cannot be fitted readily, or that a campaign left out speaks against, is none.
 fn choose(
     datasets: &[(&str, &Dataset)],
-    rungs: &[Rung],
+    rungs: &[LadderStep],
     recommendation: &Recommendation,
-    ground: ProvingGround<'_>,
-) -> Result<(usize, Option<Rung>), IdentifyError> {
+    ground: HoldOut<'_>,
+) -> Result<(usize, Option<LadderStep>), IdentifyError> {
     let first = &rungs[0];
     let begun_well = first.calibration.unconverged().is_none();
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
-    let (mut lowest_left, mut best) = (None, None::<(usize, Option<Rung>, f64)>);
+    let (mut lowest_left, mut best) = (None, None::<(usize, Option<LadderStep>, f64)>);
     for &place in &ranked {
         let choice = &recommendation.choices[place];
         if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
@@ -177,7 +192,9 @@ fn choose(
         let reached = match climbed {
             Some(_) => None,
             None => match readily_fitted(datasets, &choice.model, ground) {
-                Some(rung) => Some(Rung { added: choice.added.clone(), gains: choice.gains.clone(), ..rung }),
+                Some(ladder_step) => {
+                    Some(LadderStep { added: choice.added.clone(), gains: choice.gains.clone(), ..ladder_step })
+                }
                 None => continue,
             },
         };
@@ -198,23 +215,23 @@ fn choose(
             best = Some((place, reached, score));
         }
     }
-    if let Some((place, rung, _)) = best {
-        return Ok((place, rung));
+    if let Some((place, ladder_step, _)) = best {
+        return Ok((place, ladder_step));
     }
     // Samples that disagree with all others are set aside whatever else is done.
     let begin = &recommendation.choices[0];
-    let without = if rung_of(rungs, begin).is_some() { None } else { rung(datasets, &begin.model, ground).ok() };
-    Ok((0, without.filter(|rung| rung.calibration.unconverged().is_none())))
+    let without = if rung_of(rungs, begin).is_some() { None } else { ladder_step(datasets, &begin.model, ground).ok() };
+    Ok((0, without.filter(|ladder_step| ladder_step.calibration.unconverged().is_none())))
 }
 
 /// A model as a rung, where its fit converges readily.
-fn readily_fitted(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<'_>) -> Option<Rung> {
+fn readily_fitted(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
     let examination = Examination::within_steps(datasets, model, READILY).ok()??;
     examined_rung(datasets, model, &examination, ground).ok()
 }
 
 /// One rung up, or what was tried and what speaks against it.
-pub type Next = Result<Box<Rung>, Vec<(String, Vec<Objection>)>>;
+pub type Next = Result<Box<LadderStep>, Vec<(String, Vec<Objection>)>>;
 
 /// The step that a ladder takes from a rung.
 ///
@@ -222,16 +239,16 @@ pub type Next = Result<Box<Rung>, Vec<(String, Vec<Objection>)>>;
 /// When what the effects gain cannot be computed. A step that cannot be fitted is not taken.
 pub fn best_step(
     datasets: &[(&str, &Dataset)],
-    below: &Rung,
-    ground: ProvingGround<'_>,
-    witness: &mut dyn FnMut(Climb<'_>),
+    below: &LadderStep,
+    ground: HoldOut<'_>,
+    observer: &mut dyn FnMut(Climb<'_>),
 ) -> Result<Next, IdentifyError> {
     let mut tried = Vec::new();
     let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
         // One beside another that stays may seem to help: they are set aside together.
         let together = suspects.join(" and ");
-        witness(Climb::Trying(&together));
+        observer(Climb::Trying(&together));
         let objections = match add(datasets, below, &suspects, ground) {
             Ok(next) => {
                 let mut objections = next.objections(below);
@@ -243,7 +260,7 @@ pub fn best_step(
             }
             Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
         };
-        witness(Climb::Refused(&together, &objections));
+        observer(Climb::Refused(&together, &objections));
         tried.push((together, objections));
     }
     let mut effects = candidates(&below.diagnosis);
@@ -259,7 +276,7 @@ pub fn best_step(
     }
     for k in order {
         let effect = &effects[k];
-        witness(Climb::Trying(effect));
+        observer(Climb::Trying(effect));
         let objections = match gains[k].iter().find(|gain| !gain.convinces()) {
             Some(gain) => vec![Objection::Gain(*gain)],
             None => match add(datasets, below, std::slice::from_ref(effect), ground) {
@@ -273,7 +290,7 @@ pub fn best_step(
                 Err(e) => vec![Objection::NotFitted { because: e.to_string() }],
             },
         };
-        witness(Climb::Refused(effect, &objections));
+        observer(Climb::Refused(effect, &objections));
         tried.push((effect.clone(), objections));
     }
     Ok(Err(tried))
@@ -294,7 +311,7 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
 
 /// Every effect of the library, with the width that the data give it, in units of the noise that it leaves: what holds it in a fit whose
 /// residuals are weighted by the noise as stated.
-fn library(datasets: &[(&str, &Dataset)], first: &Rung, ground: ProvingGround<'_>) -> Vec<(String, f64)> {
+fn library(datasets: &[(&str, &Dataset)], first: &LadderStep, ground: HoldOut<'_>) -> Vec<(String, f64)> {
     if first.diagnosis.verdict.is_noise() {
         return Vec::new();
     }
@@ -310,7 +327,7 @@ fn library(datasets: &[(&str, &Dataset)], first: &Rung, ground: ProvingGround<'_
 }
 
 /// Whether every check holds what an effect needs.
-fn is_judged(id: &str, model: &Model, ground: ProvingGround<'_>) -> bool {
+fn is_judged(id: &str, model: &Model, ground: HoldOut<'_>) -> bool {
     ground.checks.iter().all(|(_, check)| {
         let balls = check.ball_ids();
         let subject = model.subject(&check.robot, &balls);

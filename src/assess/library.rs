@@ -63,7 +63,7 @@ impl Library {
             }
             match missing_somewhere(effect.as_ref(), datasets, model) {
                 // What its members lack is said of them.
-                Some(_) if wholes.contains(&candidate.id) && !model.is_freely_fitted(&candidate.id) => {}
+                Some(_) if wholes.contains(&candidate.id) && !model.is_unregularised(&candidate.id) => {}
                 Some(needs) => library.untestable.push(Untestable { effect: candidate.id, needs }),
                 None => library.candidates.push(candidate),
             }

@@ -12,8 +12,10 @@ mod exact_alias;
 mod examination;
 mod explanation;
 mod heat_map;
+mod hold_out;
 mod hypotheses;
 mod ladder;
+mod ladder_step;
 mod level;
 mod library;
 mod lost_motion;
@@ -23,11 +25,11 @@ mod noise;
 mod noise_floor;
 mod outside_range;
 mod posterior;
+mod projection;
 mod recommend;
 mod relevance;
 mod repeatability;
 mod residual_views;
-mod rung;
 mod shifts;
 mod sweep;
 mod symptoms;
@@ -44,14 +46,16 @@ pub use diagnosis::{Contribution, Diagnosis, Explained, Finding, FoundParameter,
 pub use exact_alias::exact_aliases;
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
+pub use hold_out::{Check, HoldOut};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
-pub use ladder::{Climb, Ladder, Next, Top, best_step, ladder};
+pub use ladder::{Climb, Ladder, Next, StopReason, best_step, ladder};
+pub use ladder_step::{LadderStep, Objection, SessionError, add, ladder_step, step};
 pub use library::{Candidate, Library, Untestable};
 pub use lost_motion::{Arrivals, LostMotion};
 pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{
-    Action, CellLayout, Criterion, Designer, Kind, NotOffered, Offer, Outlook, Planned, Pool, Proposal, Prospect, Rival, STEPS,
-    Step, actions, planned_for, propose,
+    Action, CellLayout, Criterion, Designer, Forecast, Kind, NotOffered, Offer, Planned, Pool, Proposal, Prospect, Rival,
+    STEPS, Step, actions, planned_for, propose,
 };
 pub use noise::{
     JointScatter, JointSteps, LagCorrelation, REPEATS_ALARM, RepeatScatter, SERIAL_LEVEL, SUSPECT_DEVIATION, SerialCorrelation,
@@ -62,12 +66,11 @@ pub use outside_range::{Extrapolation, OutsideRange};
 pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
 pub use relevance::Relevance;
 pub use repeatability::{PoseRepeatability, Repeatability, StationRepeatability};
-pub(crate) use residual_views::SeenSample;
+pub use residual_views::SeenSample;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,
 };
-pub use rung::{Check, Objection, ProvingGround, Rung, SessionError, add, rung, step};
 pub use shifts::{Shift, Shifted, Shifts, shift_of};
 pub use symptoms::Symptom;
 pub use validation::{HistogramBin, Validation};

@@ -6,21 +6,23 @@
 //! Bhattacharyya). To determine a model better is another thing, and tells rivals apart no better than chance does.
 
 mod action;
+mod candidate_covariances;
+mod criterion;
 mod designer;
+mod forecast;
 mod layout;
 mod length;
-mod outlook;
 mod planned;
 mod pool;
 mod prospect;
 mod rival;
 mod rivalry;
-mod sighting;
 
 pub use action::{Action, Kind, NotOffered, actions};
-pub use designer::{Criterion, Designer};
+pub use criterion::Criterion;
+pub use designer::Designer;
+pub use forecast::Forecast;
 pub use layout::CellLayout;
-pub use outlook::Outlook;
 pub use planned::{Planned, planned_for};
 pub use pool::Pool;
 pub use prospect::Prospect;
@@ -50,7 +52,7 @@ pub struct Step {
     /// Number of measurements.
     pub count: usize,
     /// How well the effect will be named; `None` without two rivals.
-    pub outlook: Option<Outlook>,
+    pub outlook: Option<Forecast>,
     /// Error expected over the workspace, the whole library fitted, mean, m; `None` when no workspace was named.
     pub error: Option<f64>,
 }

@@ -7,7 +7,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::background::Background;
 use super::examination::{Examination, Span};
-use crate::identify::{FitError, linalg};
+use crate::identify::FitError;
+use crate::math::linalg;
 
 /// Weight of the inverse-gamma prior of a variance, in coefficients. Its centre is the size of the ordinary small stuff of this robot:
 /// what the data do not see is taken to be about as large as what they see.
@@ -40,7 +41,7 @@ impl Relevance {
     /// # Errors
     /// When a matrix cannot be factored.
     pub fn new(examination: &Examination) -> Result<Self, FitError> {
-        Relevance::beside(examination, &examination.background()?)
+        Relevance::beside(examination, &Background::new(examination)?)
     }
 
     /// The same, where the background is known.

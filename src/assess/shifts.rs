@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::examination::Examination;
 use super::library::{Candidate, Library, Untestable, scanned_at};
-use crate::identify::{IdentifyError, Knowledge, Model, Use};
+use crate::identify::{IdentifyError, Model, Prior, Use};
 use crate::measure::{Dataset, Sample};
 use crate::units::Unit;
 
@@ -72,7 +72,7 @@ impl Shifts {
     fn beside(examination: &Examination) -> Self {
         let Examination { wide, fitted, columns, spans, library, projection, .. } = examination;
         let flat: Vec<usize> =
-            (0..fitted.len()).filter(|&k| wide.parameters()[fitted[k]].knowledge == Knowledge::Flat).collect();
+            (0..fitted.len()).filter(|&k| wide.parameters()[fitted[k]].knowledge == Prior::Uninformative).collect();
         let parameter = |&k: &usize| {
             let parameter = &wide.parameters()[fitted[k]];
             Shifted { name: parameter.name.clone(), unit: parameter.spec.unit }

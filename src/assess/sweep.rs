@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::background::Background;
 use super::evidence::Seen;
 use super::examination::Examination;
-use crate::identify::{Circumstance, linalg};
+use crate::identify::Circumstance;
+use crate::math::linalg;
 
 /// Projected columns `carrier_c(i) feature_b(i)`; column `b * carriers + c`.
 pub(super) struct Sweep<'a> {

@@ -2,6 +2,7 @@
 
 /// What a diagnosis comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Verdict {
     /// The data are not of this robot, or not of this kind: nothing is diagnosed.
     DataDoNotFit,

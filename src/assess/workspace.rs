@@ -195,7 +195,7 @@ impl WorkspaceError {
 /// error there cannot be predicted. Where no place is known, the base itself defines the world, and nothing is open.
 pub fn undetermined(examination: &Examination) -> Vec<String> {
     let problem = examination.problem();
-    let by_definition = problem.setups()[0].worlds_own.len() == Axis6::ALL.len();
+    let by_definition = problem.setups()[0].datum_freedoms.len() == Axis6::ALL.len();
     let frame = |p: &Parameter| matches!(EffectId::new(&p.effect).family(), "base_frame" | "tool_frame") && p.setup == Some(0);
     let left_out = examination.fit().unresolved.iter().map(|u| &problem.parameters()[u.parameter]);
     left_out.filter(|p| frame(p) && !(p.defines_world && by_definition)).map(|p| p.name.clone()).collect()

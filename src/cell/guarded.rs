@@ -1,10 +1,10 @@
-//! A robot that is not told what it must not do.
+//! A robot that is never sent a forbidden motion.
 
 use nalgebra::Vector3;
 
 use super::{Guards, Manipulator, ManipulatorError, StopRequest};
 
-/// A motion that was asked for.
+/// A requested motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
     /// To these joints, rad.
@@ -13,20 +13,20 @@ pub enum Motion {
     Tool(Vector3<f64>),
 }
 
-/// A motion and what became of it.
+/// A motion and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionRecord {
-    /// What was asked for.
+    /// The requested motion.
     pub motion: Motion,
-    /// When, on the cell's clock, s.
+    /// Time on the cell's clock, s.
     pub time_s: f64,
-    /// How long it took, s.
+    /// Duration, s.
     pub duration_s: f64,
-    /// Why it was not done, if it was not.
+    /// Reason why it was not done, if any.
     pub error: Option<ManipulatorError>,
 }
 
-/// A manipulator behind [`Guards`]; a motion that they forbid is never sent, and every one that is asked for is told to a log.
+/// A manipulator behind [`Guards`]: forbidden motions are never sent, and every requested one is logged.
 pub struct Guarded<M> {
     robot: M,
     guards: Guards,
@@ -35,7 +35,7 @@ pub struct Guarded<M> {
 }
 
 impl<M: Manipulator> Guarded<M> {
-    /// Guards this robot; `log` hears of every motion, also of those not sent.
+    /// Guards this robot; `log` receives every motion, including those not sent.
     pub fn new(robot: M, guards: Guards, stop: StopRequest, log: Box<dyn FnMut(&MotionRecord)>) -> Self {
         Guarded { robot, guards, stop, log }
     }

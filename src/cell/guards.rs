@@ -1,4 +1,4 @@
-//! What a robot may be told at all, whatever the plan or the indicators say.
+//! Limits on the commands to a robot, whatever the plan or the indicators require.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::ManipulatorError;
 use crate::robot::{FramePose, RelToolError, Robot, rel_tool, world_from_tool};
 use crate::units::{DEG, MM};
 
-/// Limits of every motion, by the nominal model.
+/// Limits on every motion, by the nominal model.
 #[derive(Debug, Clone)]
 pub struct Guards {
     /// The arm.
@@ -18,29 +18,30 @@ pub struct Guards {
     pub base: FramePose,
     /// Its TCP frame in the last frame.
     pub tool: FramePose,
-    /// How far every joint stays from its limits, rad.
+    /// Minimum distance of every joint from its limits, rad.
     pub joint_margin: f64,
     /// Longest step along one axis of the tool, m.
     pub max_step: f64,
-    /// The box that the TCP does not leave, world, m: lower and upper corner.
+    /// Box that the TCP must not leave, world, m: lower and upper corner.
     pub workspace: Option<[Vector3<f64>; 2]>,
 }
 
-/// Why a motion is not even tried.
+/// Reason why a motion is not attempted.
 #[derive(Debug, Error, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Forbidden {
-    /// Not as many joints as the arm has.
+    /// The number of joints differs from that of the arm.
     #[error("a target of {given} joints is not for an arm of {joints}")]
     WrongArm {
-        /// Given.
+        /// Number given.
         given: usize,
-        /// The arm's.
+        /// Number of the arm.
         joints: usize,
     },
-    /// A joint would come too near to its limit.
+    /// A joint would come too close to its limit.
     #[error("joint {joint} would come within {:.1} degrees of its limit", margin / DEG)]
     JointLimit {
-        /// Counted from 1.
+        /// Joint, counted from 1.
         joint: usize,
         /// The margin, rad.
         margin: f64,
@@ -48,7 +49,7 @@ pub enum Forbidden {
     /// The TCP would leave its box.
     #[error("the TCP would leave the workspace, at ({:.0}, {:.0}, {:.0}) mm", at.x / MM, at.y / MM, at.z / MM)]
     OutsideWorkspace {
-        /// Where, world, m.
+        /// TCP position, world, m.
         at: Vector3<f64>,
     },
     /// A step along the tool is too long.
@@ -74,7 +75,7 @@ impl From<Forbidden> for ManipulatorError {
     }
 }
 
-/// Where the way of a joint motion is looked at: a way of a metre every 50 mm.
+/// Number of points at which the path of a joint motion is checked: every 50 mm on a path of a metre.
 const LOOKS: usize = 20;
 
 impl Guards {
@@ -83,17 +84,17 @@ impl Guards {
         world_from_tool(&self.robot, &self.base, &self.tool, q).translation.vector
     }
 
-    /// Whether the joints may move from `from` to `target` (rad), each at its constant pace, as in a synchronous PTP.
+    /// Checks a motion of the joints from `from` to `target` (rad), each at constant speed, as in a synchronous PTP.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why it is forbidden.
     pub fn joint_motion(&self, from: &[f64], target: &[f64]) -> Result<(), Forbidden> {
         let joints = self.robot.joints();
         if let Some(given) = [from.len(), target.len()].into_iter().find(|&given| given != joints) {
             return Err(Forbidden::WrongArm { given, joints });
         }
         self.joints(target)?;
-        // The arm may stand outside where it was left: then it may come in, and is not held against it on the way.
+        // The arm may start outside its box: then it may enter, and being outside on the path is not an error.
         let began_inside = self.inside(&self.tcp(from));
         for k in 1..=LOOKS {
             let share = k as f64 / LOOKS as f64;
@@ -106,13 +107,13 @@ impl Guards {
         Ok(())
     }
 
-    /// Whether the TCP may move by `offset` (m, tool axes) from joints `from` (rad).
+    /// Checks a motion of the TCP by `offset` (m, tool axes) from joints `from` (rad).
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why it is forbidden.
     pub fn step(&self, from: &[f64], offset: &Vector3<f64>) -> Result<(), Forbidden> {
         let step = offset.amax();
-        // A clamped step is as long as the limit, to rounding; not a number is longer.
+        // A clamped step equals the limit up to rounding; NaN counts as longer.
         if !step.is_finite() || step > self.max_step * (1.0 + 1e-9) {
             return Err(Forbidden::StepTooLong { step, max: self.max_step });
         }

@@ -2,8 +2,9 @@
 
 use thiserror::Error;
 
-/// Why an indicator gave no reading.
+/// Reason why an indicator gave no reading.
 #[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum IndicatorError {
     /// No answer within its time.
     #[error("the indicator does not answer")]
@@ -14,20 +15,20 @@ pub enum IndicatorError {
     /// The indicator reports a fault of its own.
     #[error("the indicator reports a fault: {detail}")]
     Fault {
-        /// As it says.
+        /// The fault as the indicator reports it.
         detail: String,
     },
-    /// The answer cannot be understood.
+    /// The answer cannot be parsed.
     #[error("the indicator's answer cannot be understood: {frame:?}")]
     Garbled {
-        /// What came.
+        /// The bytes received.
         frame: String,
     },
 }
 
 /// A plunger indicator, mastered so that a centred datum ball reads zero.
 pub trait Indicator {
-    /// The reading in metres, positive when the plunger is pushed in: the coordinate of the ball's centre along the tool's axis.
+    /// The reading in metres, positive when the plunger is pushed in: the coordinate of the ball's centre along the tool axis.
     ///
     /// # Errors
     /// When there is no reading.

@@ -1,30 +1,31 @@
-//! The robot, as far as the procedure needs it.
+//! The robot as required by the procedure.
 
 use nalgebra::Vector3;
 use thiserror::Error;
 
-/// Why the robot did not do as told.
+/// Reason why the robot did not carry out a command.
 #[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum ManipulatorError {
-    /// The connection is gone; nothing can be said about the arm.
+    /// The connection is lost; nothing is known about the arm.
     #[error("the robot is lost: {detail}")]
     Lost {
-        /// What was seen.
+        /// The symptom.
         detail: String,
     },
     /// The controller refused the motion.
     #[error("the robot refuses the motion: {reason}")]
     Refused {
-        /// As it says.
+        /// The reason as the controller reports it.
         reason: String,
     },
     /// The target is outside a joint's limits.
     #[error("joint {joint} would leave its limits")]
     JointLimit {
-        /// Counted from 1.
+        /// Joint, counted from 1.
         joint: usize,
     },
-    /// The arm touched what it must not, and stands still.
+    /// The arm touched a body that it must not, and has stopped.
     #[error("collision: {} touched {}", between[0], between[1])]
     Collision {
         /// The two bodies.
@@ -36,12 +37,12 @@ pub enum ManipulatorError {
     /// The emergency stop is pressed or the operating mode is wrong.
     #[error("the robot is stopped: {reason}")]
     Stopped {
-        /// As it says.
+        /// The reason as the controller reports it.
         reason: String,
     },
 }
 
-/// A robot that moves when told and says where its joints are.
+/// A robot that moves on command and reports its joint angles.
 pub trait Manipulator {
     /// Joint angles as the encoders report them, rad (N).
     ///
@@ -55,16 +56,18 @@ pub trait Manipulator {
     /// When the motion is refused, or the robot is lost.
     fn move_joints(&mut self, target: &[f64]) -> Result<(), ManipulatorError>;
 
-    /// Moves through these joints (rad, N), each motion a straight line in joint space as in a synchronous point-to-point motion, and waits
-    /// at the last until the arm is at rest. It need not come to rest at the others, but must not cut their corners.
+    /// Moves through these joints (rad, N), each motion a straight line in joint space as in a synchronous point-to-point
+    /// motion, and waits at the last until the arm is at rest. It need not come to rest at the others, but must not cut their
+    /// corners.
     ///
     /// # Errors
-    /// When a motion is refused, or the robot is lost; the arm may then stand anywhere on the way.
+    /// When a motion is refused, or the robot is lost; the arm may then be anywhere on the path.
     fn move_along(&mut self, way: &[Vec<f64>]) -> Result<(), ManipulatorError> {
         way.iter().try_for_each(|target| self.move_joints(target))
     }
 
-    /// Moves the TCP by `offset` (m) along the axes of the tool frame, keeping its orientation, by the controller's own model (RelTool).
+    /// Moves the TCP by `offset` (m) along the axes of the tool frame, keeping its orientation, by the controller's model
+    /// (RelTool).
     ///
     /// # Errors
     /// When the motion is refused, or the robot is lost.
@@ -73,12 +76,12 @@ pub trait Manipulator {
     /// Seconds on the cell's clock since the session began.
     fn clock_s(&mut self) -> f64;
 
-    /// Joint angles that the controller commands at rest, rad (N), where it tells them apart from those read back.
+    /// Joint angles commanded by the controller at rest, rad (N), if it distinguishes them from those read back.
     fn commanded(&mut self) -> Option<Vec<f64>> {
         None
     }
 
-    /// Temperature of the robot, °C, where it says.
+    /// Temperature of the robot, °C, if it reports one.
     fn temperature_c(&mut self) -> Option<f64> {
         None
     }

@@ -1,27 +1,36 @@
-//! What stands in the cell, behind traits: the robot, the indicators, the artifact, the TriCal.
+//! The devices of the cell behind traits: the robot, the indicators, the artifact, the TriCal.
 //!
-//! Goal: the controller that centres a real robot is the one that centres the simulated one. The traits know nothing of opening,
+//! Goal: the code that centres a real robot is the same that centres the simulated one. The traits do not cover opening,
 //! addressing and configuring devices; their drivers ([`gauge`], [`kuka`]) do.
 
+mod cell_reading;
+mod driver;
 pub mod gauge;
 mod guarded;
 mod guards;
+mod guards_keys;
 mod indicator;
 pub mod kuka;
-mod later_clock;
 mod manipulator;
+mod offset_clock;
 mod recorded_stops;
 mod replay;
+mod robot_settings;
 pub mod scripted;
 mod socket;
 mod stop_request;
 mod trical;
 
+pub(crate) use cell_reading::CellReading;
+pub use driver::{ControllerFrames, ControllerState, Driver, DriverError};
 pub use guarded::{Guarded, Motion, MotionRecord};
 pub use guards::{Forbidden, Guards};
+pub(crate) use guards_keys::{GuardsKeys, TriCalKeys};
 pub use indicator::{Indicator, IndicatorError};
-pub use later_clock::LaterClock;
 pub use manipulator::{Manipulator, ManipulatorError};
-pub use replay::{Recording, ReplayDeparture, ReplayedIndicator, ReplayedRobot};
+pub use offset_clock::OffsetClock;
+pub use replay::{Recording, ReplayMismatch, ReplayedIndicator, ReplayedRobot};
+pub(crate) use robot_settings::RobotKeys;
+pub use robot_settings::{RobotKind, RobotSettings};
 pub use stop_request::StopRequest;
 pub use trical::TriCal;

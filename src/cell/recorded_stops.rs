@@ -1,4 +1,4 @@
-//! The rows of a campaign's `iterations.csv`, read back for the replay.
+//! The rows of a campaign's `iterations.csv`, read for replay.
 
 use std::path::Path;
 
@@ -18,12 +18,12 @@ pub(super) struct Stop {
     pub(super) fault: Option<Fault>,
 }
 
-/// What a device answered in the place of a result.
+/// A device's answer in place of a result.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Fault {
     Indicator(usize, IndicatorError),
     Robot(ManipulatorError),
-    /// It said it moved, and its joints were elsewhere.
+    /// It reported a motion, but its joints were elsewhere.
     StoodStill,
 }
 
@@ -60,7 +60,8 @@ fn a_number_or_nothing(error: FileError) -> FileError {
     FileError { remedy: "write a number, or leave the field empty".into(), ..error }
 }
 
-/// The device's answer behind a recorded failure; what the controller concluded from readings it will conclude again.
+/// The device's answer behind a recorded failure; conclusions that the controller drew from readings are drawn again in the
+/// replay.
 fn fault(row: CsvRow<'_>, joints: usize) -> Result<Option<Fault>, FileError> {
     let text = row.text("fault");
     let (name, place) = text.split_once(':').unwrap_or((text, ""));

@@ -1,7 +1,7 @@
-//! A recorded campaign played back through the cell's traits: the same readings and joints, for whoever gives the same commands.
+//! A recorded campaign played back through the cell's traits: the same readings and joints for the same commands.
 //!
-//! With it a day at a real cell can be looked at again, and the controller that took the data checked against it. Only commands
-//! move the recording on; reading it does not, so that averaging or asking again changes nothing.
+//! It allows a session at a real cell to be reviewed, and the controller that took the data to be checked. Only commands
+//! advance the recording; reading does not, so that averaging or repeated queries change nothing.
 
 use std::cell::RefCell;
 use std::path::Path;
@@ -15,23 +15,25 @@ use super::{Indicator, IndicatorError, Manipulator, ManipulatorError};
 use crate::files::FileError;
 use crate::units::UM;
 
-/// Where a command differs from the recorded one. Steps are counted from 1, the first row after the header of `iterations.csv`.
+/// Point at which a command differs from the recorded one. Steps are counted from 1, the first row after the header of
+/// `iterations.csv`.
 #[derive(Debug, Error, Clone, PartialEq)]
-pub enum ReplayDeparture {
-    /// The recording stepped along the tool here, by something else.
+#[non_exhaustive]
+pub enum ReplayMismatch {
+    /// The recording has a different step along the tool, or none, here.
     #[error("the replay departs at step {at}: commanded ({:.4}, {:.4}, {:.4}) um, recorded {}", commanded.x / UM, commanded.y / UM, commanded.z / UM, in_um(recorded))]
     Step {
-        /// Where.
+        /// Step.
         at: usize,
         /// Step commanded now, m.
         commanded: Vector3<f64>,
         /// Step recorded, m, if there was one.
         recorded: Option<Vector3<f64>>,
     },
-    /// The recording moved its joints elsewhere, or not at all.
+    /// The recording has a motion to other joints, or none, here.
     #[error("the replay departs at step {at}: joints were commanded that the recording did not move to")]
     Joints {
-        /// Where.
+        /// Step.
         at: usize,
         /// Joints commanded now, rad.
         commanded: Vec<f64>,
@@ -39,24 +41,25 @@ pub enum ReplayDeparture {
     /// Nothing was recorded after this.
     #[error("the replay departs at step {at}: the recording ends here")]
     End {
-        /// Where.
+        /// Step.
         at: usize,
     },
 }
 
-/// A step is the recorded one within this, m: a nanometre is far below any reading's last digit, far above the rounding of text.
+/// Tolerance on a recorded step, m: a nanometre is far below any reading's last digit, far above the rounding of text.
 const SAME_STEP: f64 = 1e-9;
-/// Joints commanded are the recorded read-back within this, rad: 0.06 degrees is more than a servo leaves, less than poses differ.
+/// Tolerance of the commanded joints on the recorded read-back, rad: 0.06 degrees is more than the residual servo error, less
+/// than the difference between poses.
 const SAME_JOINTS: f64 = 1e-3;
 
 struct State {
     stops: Vec<Stop>,
-    /// The stop the arm is at; none before the first motion.
+    /// The present stop of the arm; `None` before the first motion.
     at: Option<usize>,
-    departure: Option<ReplayDeparture>,
+    departure: Option<ReplayMismatch>,
 }
 
-/// A recorded campaign; hands out its devices.
+/// A recorded campaign; provides its devices.
 #[derive(Clone)]
 pub struct Recording(Rc<RefCell<State>>);
 
@@ -70,7 +73,7 @@ impl Recording {
     /// Reads the `iterations.csv` of a campaign (columns: [`crate::measure::CampaignRecord::write`]).
     ///
     /// # Errors
-    /// When the file cannot be read, a column is missing, or a value is no number.
+    /// When the file cannot be read, a column is missing, or a value is not a number.
     pub fn read(path: &Path) -> Result<Recording, FileError> {
         let stops = read_stops(path)?;
         Ok(Recording(Rc::new(RefCell::new(State { stops, at: None, departure: None }))))
@@ -86,12 +89,12 @@ impl Recording {
         std::array::from_fn(|axis| ReplayedIndicator(Rc::clone(&self.0), axis))
     }
 
-    /// Where the commands left the recording, if they did. From there on the robot answers that it is lost.
-    pub fn departure(&self) -> Option<ReplayDeparture> {
+    /// Departure of the commands from the recording, if any. After it the robot answers that it is lost.
+    pub fn departure(&self) -> Option<ReplayMismatch> {
         self.0.borrow().departure.clone()
     }
 
-    /// Whether every recorded stop was visited.
+    /// True if every recorded stop was visited.
     pub fn is_finished(&self) -> bool {
         let state = self.0.borrow();
         state.at.map_or(0, |at| at + 1) == state.stops.len()
@@ -107,12 +110,12 @@ impl State {
         self.at.map_or(0, |at| at + 1)
     }
 
-    fn depart<T>(&mut self, departure: ReplayDeparture) -> Result<T, ManipulatorError> {
+    fn depart<T>(&mut self, departure: ReplayMismatch) -> Result<T, ManipulatorError> {
         let departure = self.departure.get_or_insert(departure);
         Err(ManipulatorError::Lost { detail: departure.to_string() })
     }
 
-    /// That the commands have followed the recording so far.
+    /// Checks that the commands have followed the recording so far.
     fn on_track(&self) -> Result<(), ManipulatorError> {
         match &self.departure {
             Some(departure) => Err(ManipulatorError::Lost { detail: departure.to_string() }),
@@ -120,7 +123,7 @@ impl State {
         }
     }
 
-    /// Goes to the next stop, where the recorded robot may have failed.
+    /// Advances to the next stop, where the recorded robot may have failed.
     fn arrive(&mut self) -> Result<(), ManipulatorError> {
         self.at = Some(self.next());
         match self.here() {
@@ -142,7 +145,7 @@ impl Manipulator for ReplayedRobot {
         state.on_track()?;
         let at = state.next() + 1;
         let Some(next) = state.stops.get(state.next()) else {
-            return state.depart(ReplayDeparture::End { at: at - 1 });
+            return state.depart(ReplayMismatch::End { at: at - 1 });
         };
         let stood_still = next.fault == Some(Fault::StoodStill);
         let same =
@@ -151,7 +154,7 @@ impl Manipulator for ReplayedRobot {
         let stepped =
             state.at.and_then(|at| state.stops.get(at)).is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
         if stepped || !(same || stood_still) {
-            return state.depart(ReplayDeparture::Joints { at, commanded: target.to_vec() });
+            return state.depart(ReplayMismatch::Joints { at, commanded: target.to_vec() });
         }
         state.arrive()
     }
@@ -162,13 +165,13 @@ impl Manipulator for ReplayedRobot {
         let at = state.at.map_or(1, |at| at + 1);
         let recorded = state.at.and_then(|at| state.stops.get(at)).and_then(|stop| stop.step);
         if !recorded.is_some_and(|step| (step - offset).amax() < SAME_STEP) {
-            return state.depart(ReplayDeparture::Step { at, commanded: *offset, recorded });
+            return state.depart(ReplayMismatch::Step { at, commanded: *offset, recorded });
         }
         if let Some(Stop { fault: Some(Fault::Robot(error)), .. }) = state.here() {
             return Err(error.clone());
         }
         if state.next() == state.stops.len() {
-            return state.depart(ReplayDeparture::End { at });
+            return state.depart(ReplayMismatch::End { at });
         }
         state.arrive()
     }
@@ -185,7 +188,7 @@ impl Indicator for ReplayedIndicator {
                 Err(error.clone())
             }
             Some(Stop { reading: Some(reading), .. }) => Ok(reading[self.1]),
-            // The other two answered when one failed; what they said was of no use and is not recorded.
+            // The other two answered when one failed; their readings were of no use and are not recorded.
             Some(Stop { fault: Some(Fault::Indicator(..)), .. }) => Ok(0.0),
             _ => Err(IndicatorError::Silent),
         }

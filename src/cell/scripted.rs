@@ -1,7 +1,7 @@
-//! A cell made of arithmetic, whose faults follow a script: for testing what drives real cells.
+//! A cell computed arithmetically, with scripted faults: for testing code that drives real cells.
 //!
-//! The robot is a three-axis stage whose joints are its coordinates (m in the place of rad), the gauge rides on it with the tool axes
-//! along the stage's, and flat tips meet balls exactly. All handles share one state, as the devices of a cell share one world.
+//! The robot is a three-axis stage whose joints are its coordinates (m instead of rad), the gauge rides on it with the tool
+//! axes along the stage's, and flat tips meet balls exactly. All handles share one state, as the devices of a real cell do.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -11,23 +11,23 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Indicator, IndicatorError, Manipulator, ManipulatorError, TriCal};
 use crate::units::MM;
 
-/// One thing that goes wrong. Axes are counted from 0; readings of an indicator and motions of the robot are counted from 0 too.
+/// A single fault. Axes are counted from 0; readings of an indicator and motions of the robot are counted from 0 too.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ScriptedFault {
-    /// An indicator fails so many times, from a reading on.
+    /// An indicator fails a number of times, starting at a given reading.
     Answer {
-        /// Which.
+        /// Axis.
         axis: usize,
         /// First reading that fails.
         from: usize,
-        /// How many do.
+        /// Number of readings that fail.
         times: usize,
-        /// How.
+        /// The error.
         error: IndicatorError,
     },
-    /// A plunger stays where it is from a reading on.
+    /// A plunger does not move from a given reading on.
     Stuck {
-        /// Which.
+        /// Axis.
         axis: usize,
         /// First reading.
         from: usize,
@@ -39,47 +39,48 @@ pub enum ScriptedFault {
         /// The other.
         b: usize,
     },
-    /// An indicator's reading creeps.
+    /// An indicator's reading drifts.
     Drifts {
-        /// Which.
+        /// Axis.
         axis: usize,
-        /// By how much from one reading to the next, m.
+        /// Drift from one reading to the next, m.
         per_reading: f64,
     },
     /// An indicator counts backwards.
     CountsBackwards {
-        /// Which.
+        /// Axis.
         axis: usize,
     },
-    /// An indicator accepts a preset and does not take it.
+    /// An indicator accepts a preset but does not apply it.
     PresetIgnored {
-        /// Which.
+        /// Axis.
         axis: usize,
     },
-    /// The robot answers a motion with an error and stays where it is; a lost or stopped one does so ever after.
+    /// The robot answers a motion with an error and does not move; if lost, stopped or in collision, it does so for all later
+    /// motions too.
     Motion {
-        /// Which motion.
+        /// Number of the motion.
         number: usize,
         /// The answer.
         error: ManipulatorError,
     },
-    /// The robot says it moved, and did not, from a motion on.
+    /// From a given motion on, the robot reports motions that it did not make.
     StandsStill {
         /// First motion.
         from: usize,
     },
 }
 
-/// What the cell is and what goes wrong in it.
+/// Properties of the cell and its faults.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
     /// The gauge.
     pub trical: TriCal,
-    /// How far each indicator stands from its ideal place, m.
+    /// Offset of each indicator from its ideal place, m.
     pub placement: [f64; 3],
     /// Centre of the datum ball on the stage, m; `None` when it is missing.
     pub ball: Option<Vector3<f64>>,
-    /// Where the TCP is when the joints are zero, m: the stage's constant error.
+    /// Position of the TCP at zero joints, m: the stage's constant error.
     pub error: Vector3<f64>,
     /// Motion of the TCP per motion commanded along the tool axes; the identity for a perfect tool frame.
     pub tool_response: Matrix3<f64>,
@@ -87,12 +88,13 @@ pub struct Script {
     pub motion_s: f64,
     /// Duration of a reading, s.
     pub reading_s: f64,
-    /// What goes wrong.
+    /// Faults.
     pub faults: Vec<ScriptedFault>,
 }
 
 impl Default for Script {
-    /// A sound cell: the ball at the origin, the stage off by 1 to 2 mm and by 2 % in its steps, the indicators placed by hand.
+    /// A cell without faults: the ball at the origin, the stage off by 1 to 2 mm and by 2 % in its steps, the indicators placed
+    /// by hand.
     fn default() -> Self {
         Script {
             trical: TriCal::default(),
@@ -107,7 +109,7 @@ impl Default for Script {
     }
 }
 
-/// A motion that was commanded.
+/// A commanded motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
     /// To these joints.
@@ -128,7 +130,7 @@ struct State {
     time_s: f64,
 }
 
-/// A scripted cell; hands out its devices.
+/// A scripted cell; provides its devices.
 #[derive(Clone)]
 pub struct ScriptedCell(Rc<RefCell<State>>);
 
@@ -139,7 +141,7 @@ pub struct ScriptedRobot(Rc<RefCell<State>>);
 pub struct ScriptedIndicator(Rc<RefCell<State>>, usize);
 
 impl ScriptedCell {
-    /// A cell that follows this script, mastered, the stage at zero.
+    /// Creates a mastered cell that follows this script, with the stage at zero.
     pub fn new(script: Script) -> Self {
         let ideal = script.trical.free_reading();
         let zero = script.placement.map(|off| ideal + off);
@@ -159,39 +161,39 @@ impl ScriptedCell {
         std::array::from_fn(|axis| ScriptedIndicator(Rc::clone(&self.0), axis))
     }
 
-    /// What a mastering finds as free readings, m.
+    /// Free readings as found by a mastering, m.
     pub fn free_reading(&self) -> [f64; 3] {
         let state = self.0.borrow();
         std::array::from_fn(|axis| state.script.trical.free_reading() + state.script.placement[state.plunger_of(axis)])
     }
 
-    /// Every motion commanded so far, also those that failed.
+    /// Every motion commanded so far, including those that failed.
     pub fn motions(&self) -> Vec<Motion> {
         self.0.borrow().motions.clone()
     }
 
-    /// Where the TCP is, m.
+    /// Position of the TCP, m.
     pub fn tcp(&self) -> Vector3<f64> {
         let state = self.0.borrow();
         state.joints + state.script.error
     }
 
-    /// Puts a ball of this radius (m) into the socket, or takes away the one that is there.
+    /// Puts a ball of this radius (m) into the socket, or removes the present one.
     pub fn seat(&self, radius: Option<f64>) {
         self.0.borrow_mut().seated = radius;
     }
 
-    /// Puts the datum ball elsewhere, or takes it away.
+    /// Moves the datum ball, or removes it.
     pub fn move_ball(&self, ball: Option<Vector3<f64>>) {
         self.0.borrow_mut().script.ball = ball;
     }
 
-    /// Shifts what an indicator reads, as one does that was not mastered, m.
+    /// Shifts the readings of an indicator, as if it had not been mastered, m.
     pub fn shift_zero(&self, axis: usize, by: f64) {
         self.0.borrow_mut().zero[axis] += by;
     }
 
-    /// Lets one more thing go wrong.
+    /// Adds a fault.
     pub fn add_fault(&self, fault: ScriptedFault) {
         self.0.borrow_mut().script.faults.push(fault);
     }
@@ -207,10 +209,11 @@ impl State {
         })
     }
 
-    /// How far the plunger of `axis` is pushed in, m.
+    /// Distance by which the plunger of `axis` is pushed in, m.
     fn pushed_in(&self, axis: usize) -> f64 {
         let trical = &self.script.trical;
-        // The tip of a free plunger, from the TCP along the axis: the master ball would push it in by the travel less the misplacement.
+        // Tip of a free plunger, from the TCP along the axis: the master ball would push it in by the travel less the
+        // misplacement.
         let tip = trical.master_radius - trical.travel + self.script.placement[axis];
         let (centre, radius) = match (self.seated, self.script.ball) {
             (Some(radius), _) => (Vector3::zeros(), radius),
@@ -220,14 +223,14 @@ impl State {
         let mut lateral = centre;
         lateral[axis] = 0.0;
         let beyond = (lateral.norm() - trical.tip_radius).max(0.0);
-        // Beyond the flat the rim touches, lower on the ball; beyond its radius nothing does.
+        // Beyond the flat, the rim touches the ball lower down; beyond its radius there is no contact.
         if beyond >= radius {
             return 0.0;
         }
         (centre[axis] + (radius.powi(2) - beyond.powi(2)).sqrt() - tip).clamp(0.0, trical.travel)
     }
 
-    /// The number of this motion, or why it fails.
+    /// Records a motion. True if the robot makes it, false if it stands still; the error if the motion fails.
     fn begin_motion(&mut self, motion: Motion) -> Result<bool, ManipulatorError> {
         let number = self.motions.len();
         self.motions.push(motion);

@@ -6,8 +6,8 @@ use crate::units::MM;
 
 /// Dimensions of a TriCal and of the balls it is used with, m.
 ///
-/// The TCP is the centre of the master ball in the trihedral socket; the tool axes are the channels, pointing into the indicators,
-/// so a ball that moves along +x pushes the first plunger in.
+/// The TCP is the centre of the master ball in the trihedral socket; the tool axes are the channels, pointing into the
+/// indicators, so a ball that moves along +x pushes the first plunger in.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TriCal {
     /// Radius of the datum balls of the artifact.
@@ -16,7 +16,7 @@ pub struct TriCal {
     pub master_radius: f64,
     /// Travel of each plunger.
     pub travel: f64,
-    /// Radius of the flat tips: further off a plunger's axis the ball meets the rim, not the flat.
+    /// Radius of the flat tips: at a greater distance from a plunger's axis the ball meets the rim, not the flat.
     pub tip_radius: f64,
     /// Largest distance between a ball and the TCP at first contact.
     pub safe_range: f64,
@@ -39,12 +39,12 @@ impl TriCal {
         safe_range: 5.0 * MM,
     };
 
-    /// What each indicator is set to on the master ball, so that a centred datum ball reads zero: 6.350 mm.
+    /// Reading set on the master ball, so that a centred datum ball reads zero: 6.350 mm.
     pub fn master_reading(&self) -> f64 {
         self.master_radius - self.datum_radius
     }
 
-    /// What an ideally placed indicator reads when nothing touches it: -6.150 mm. Real ones differ and are measured at mastering.
+    /// Reading of an ideally placed indicator without contact: -6.150 mm. Real ones differ and are measured at mastering.
     pub fn free_reading(&self) -> f64 {
         self.master_reading() - self.travel
     }

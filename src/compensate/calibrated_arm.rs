@@ -1,4 +1,4 @@
-//! The arm as identified: where its tool stands at given joints, with every effect of the calibration, at rest under its load.
+//! The identified arm: pose of its tool at given joints, with every effect of the calibration, at rest under its load.
 
 use nalgebra::{Matrix3xX, Matrix6xX, Vector3};
 
@@ -9,20 +9,20 @@ use crate::robot::{FramePose, Kinematics, Loads, Payload, Pose, Posture, Robot, 
 
 use super::task::{Setup, TaskError};
 
-/// The arm is at rest when no deviation changes by more than this between two weighings, m and rad.
+/// The arm is at rest if no deviation changes by more than this between two load updates, m and rad.
 const AT_REST: f64 = 1e-12;
 
-/// Weighings in which that is sought; each shrinks the change to a thousandth, so four are enough from nothing.
+/// Largest number of load updates; each reduces the change to a thousandth, so four suffice from an unloaded start.
 const MOST_WEIGHINGS: usize = 20;
 
-/// An effect with what was identified of it.
+/// An effect with its identified parameters.
 struct Identified {
     effect: Box<dyn Effect>,
-    /// Place of its first number in [`CalibratedArm::values`].
+    /// Index of its first parameter in [`CalibratedArm::values`].
     first: usize,
 }
 
-/// How much of a number moves a site.
+/// The weight with which one parameter moves a site.
 struct Moves {
     number: usize,
     site: Site,
@@ -37,14 +37,14 @@ pub struct CalibratedArm<'a> {
     tool: FramePose,
     gravity: Vector3<f64>,
     duration_s: Option<f64>,
-    /// What the flange carries.
+    /// The payload on the flange.
     pub payload: Payload,
-    /// How the target is reached.
+    /// The conditions at the target.
     pub conditions: Conditions,
     effects: Vec<Identified>,
-    /// Every number of every effect, as deviation from the drawing, SI.
+    /// Every parameter of every effect, as deviation from nominal, SI.
     values: Vec<f64>,
-    /// The estimate of each, by place; `None` where the calibration has none, or where its error does not matter here.
+    /// Index of the estimate of each parameter; `None` if the calibration has none, or if its error is irrelevant here.
     estimates: Vec<Option<usize>>,
     compliance: Vec<f64>,
     posture: Posture,
@@ -52,7 +52,7 @@ pub struct CalibratedArm<'a> {
     deviations: Vec<f64>,
     next: Vec<f64>,
     moves: Vec<Moves>,
-    /// An effect that had no value, by place.
+    /// Index of an effect that had no value.
     undefined: Option<usize>,
 }
 
@@ -60,7 +60,7 @@ impl<'a> CalibratedArm<'a> {
     /// The arm of a calibration in one of its set-ups.
     ///
     /// # Errors
-    /// When an effect cannot be built, or needs torques that nobody will measure.
+    /// When an effect cannot be built, or needs torques that will not be measured.
     pub(super) fn new(calibration: &'a Calibration, setup: &Setup<'_>) -> Result<Self, TaskError> {
         let robot: &Robot = &calibration.robot;
         let n = robot.joints();
@@ -93,7 +93,7 @@ impl<'a> CalibratedArm<'a> {
         }
         for id in ids {
             let effect = build(id, &subject)?;
-            // Of balls there are none here, and what was wrong with another tool is not wrong with this one.
+            // There are no balls here, and errors of another tool do not apply to this one.
             let elsewhere = effect.owner() == Owner::Artifact || (setup.own_tool && TOOL.contains(&family(id)));
             if elsewhere {
                 continue;
@@ -113,7 +113,7 @@ impl<'a> CalibratedArm<'a> {
                     None => calibration.estimates[e].nominal,
                 };
                 arm.values.push(place.map_or(0.0, |e| calibration.estimates[e].value - start(e)));
-                // Where the base stands in the world is of no account to targets that are given from the base.
+                // The pose of the base in the world is irrelevant to targets given relative to the base.
                 arm.estimates.push(place.filter(|_| setup.in_world || id != BASE));
             }
             if family(id) == COMPLIANCE {
@@ -127,13 +127,13 @@ impl<'a> CalibratedArm<'a> {
         Ok(arm)
     }
 
-    /// The robot as drawn.
+    /// The nominal robot.
     pub fn robot(&self) -> &'a Robot {
         self.robot
     }
 
-    /// `world_from_root`: where the calibration found the base. What moves the base after that (drift, steps, tipping) is the arm's
-    /// error, not its place.
+    /// `world_from_root`: the base as found by the calibration. Later motions of the base (drift, steps, tilting) count as
+    /// errors of the arm, not as its pose.
     pub fn world_from_root(&self) -> Pose {
         let mut base = self.base.to_array();
         if let Some(found) = self.effects.iter().find(|i| i.effect.id() == BASE) {
@@ -149,22 +149,22 @@ impl<'a> CalibratedArm<'a> {
         &self.tool
     }
 
-    /// The arm as it came to rest last.
+    /// The arm as it last came to rest.
     pub fn posture(&self) -> &Posture {
         &self.posture
     }
 
-    /// What had no value at the last posture, if anything.
+    /// The effect without a value at the last posture, if any.
     pub fn undefined(&self) -> Option<&str> {
         self.undefined.map(|k| self.effects[k].effect.id())
     }
 
-    /// Effects with what they need: what must be assumed where a target does not say it.
+    /// Effects with their requirements: the quantities to be assumed if a target does not state them.
     pub fn needs(&self) -> impl Iterator<Item = (&str, &[Needs])> {
         self.effects.iter().map(|i| (i.effect.id(), i.effect.needs()))
     }
 
-    /// Deviations of all sites from those effects alone that `takes` names, the arm standing as it came to rest last.
+    /// Deviations of all sites due to only those effects that `takes` accepts, with the arm as it last came to rest.
     pub(super) fn deviations_of(&self, takes: impl Fn(&str) -> bool) -> Vec<f64> {
         let mut deviations = vec![0.0; self.deviations.len()];
         for (k, identified) in self.effects.iter().enumerate() {
@@ -177,22 +177,22 @@ impl<'a> CalibratedArm<'a> {
         deviations
     }
 
-    /// Lets the arm come to rest at joints `q` (rad, N) under its load.
+    /// Brings the arm to rest at joints `q` (rad, N) under its load.
     pub fn settle(&mut self, q: &[f64]) {
         for _ in 0..MOST_WEIGHINGS {
-            if self.weigh(q) < AT_REST {
+            if self.compute(q) < AT_REST {
                 return;
             }
         }
         self.posture.set(self.robot, &self.base, &self.tool, q, &self.deviations);
     }
 
-    /// Weighs the arm as it stands, and bends it accordingly; by how much the deviations changed.
-    fn weigh(&mut self, q: &[f64]) -> f64 {
+    /// Updates the loads of the arm as posed, and its deviations accordingly; returns the change of the deviations.
+    fn compute(&mut self, q: &[f64]) -> f64 {
         let CalibratedArm { robot, base, tool, gravity, payload, conditions, effects, values, .. } = self;
         let CalibratedArm { compliance, posture, loads, deviations, next, moves, undefined, .. } = self;
         posture.set(robot, base, tool, q, deviations);
-        loads.weigh(robot, posture, payload, gravity, &Vector3::zeros());
+        loads.compute(robot, posture, payload, gravity, &Vector3::zeros());
         let situation = Situation {
             gravity: *gravity,
             tool: *tool,
@@ -222,7 +222,8 @@ impl<'a> CalibratedArm<'a> {
         deviations.iter().zip(next.iter()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     }
 
-    /// How the TCP moves with every estimate of the calibration (3 x estimates, m per SI unit), the arm standing as it came to rest last.
+    /// Derivatives of the TCP with respect to every estimate of the calibration (3 x estimates, m per SI unit), with the
+    /// arm as it last came to rest.
     pub(super) fn columns(&self, columns: &mut Matrix3xX<f64>) {
         columns.fill(0.0);
         for moves in &self.moves {
@@ -250,23 +251,23 @@ impl Kinematics for CalibratedArm<'_> {
     }
 }
 
-/// The effect that says where the base stands.
+/// The effect that defines the pose of the base.
 pub(super) const BASE: &str = "base_frame";
-/// The family whose numbers are the compliances of the joints.
+/// The family whose parameters are the compliances of the joints.
 const COMPLIANCE: &str = "joint_compliance";
-/// What belongs to the tool that was calibrated.
+/// Effects of the calibrated tool.
 const TOOL: [&str; 2] = ["tool_frame", "tool_step"];
 
 fn family(id: &str) -> &str {
     EffectId::new(id).family()
 }
 
-/// Which of x, y, z, rz, ry, rx a number of the base is, by its name.
+/// Index among x, y, z, rz, ry, rx of a base parameter, by its name.
 fn base_axis(name: &str) -> Option<usize> {
     crate::robot::Axis6::ALL.iter().position(|axis| name == format!("base_{}", axis.name()))
 }
 
-/// Names of the balls that effects speak of: they must be known for those to be built.
+/// Names of the balls to which effects refer: they must be known to build those effects.
 fn balls(calibration: &Calibration) -> Vec<String> {
     let mut balls: Vec<String> = Vec::new();
     let effects = calibration.estimates.iter().filter_map(|e| e.effect.strip_prefix("ball:"));

@@ -1,45 +1,46 @@
-//! From wanted targets to the joints that reach them, and to what the controller must be told.
+//! From desired targets to the joints that reach them, and to the targets to be commanded.
 
 use nalgebra::Vector3;
 
 use super::own_bodies::OwnBodies;
 use super::task::Setup;
 use super::uncertainty::Spread;
-use super::{CalibratedArm, Conditions, NominalInverse, RigidRobot, Task, TaskError, Uncertainty, WorkFrame};
+use super::{CalibratedArm, Conditions, NominalInverse, Refusal, RigidRobot, Task, TaskError, Uncertainty, WorkFrame};
 use crate::assess::Extrapolation;
 use crate::effects::Needs;
 use crate::identify::Calibration;
 use crate::robot::{FramePose, InverseKinematics, Outcome, Payload, Pose, StatusTurn, dexterity, world_from_tool};
 use crate::units::DEG;
 
-/// Targets are met by the identified arm to this, m and rad: a thousandth of what an encoder's step is worth.
+/// Tolerance for meeting a target with the identified arm, m and rad: a thousandth of an encoder step.
 const MET: [f64; 2] = [1e-9; 2];
 
-/// Below this smallest singular value (m/rad, see [`dexterity`]) a target is near a singularity: on a KR 6 R700 |A5| of some 6 deg.
+/// Below this smallest singular value (m/rad, see [`dexterity`]) a target is near a singularity: for a KR 6 R700 |A5| of
+/// some 6 deg.
 pub const NEAR_SINGULAR: f64 = 0.02;
 
-/// No identified deviation turns a joint farther than this from the drawing's solution, rad: what does has changed its configuration, or
-/// lies in a singularity.
+/// Largest rotation of a joint from the nominal solution, rad, that identified deviations can cause; a larger one means a
+/// change of configuration or a singularity.
 const LARGEST_TURN: f64 = 30.0 * DEG;
 
-/// So near to the root of the robot no TCP comes, as a share of the sum of its lengths.
+/// Smallest distance of a reachable TCP from the robot's root, as a share of the sum of its lengths.
 const FOOT: f64 = 0.02;
 
-/// Where the TCP is wanted.
+/// The desired position of the TCP.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wanted {
     /// Pose of the TCP in the frame of the targets.
     Pose {
         /// `work_from_tcp`.
         pose: Pose,
-        /// Joints to be near to, rad (N); without them, near to those of the target before.
+        /// Joints near which the solution is sought, rad (N); by default those of the previous target.
         near: Option<Vec<f64>>,
-        /// KUKA's status, where it is prescribed.
+        /// KUKA's status, if prescribed.
         status: Option<u8>,
-        /// KUKA's turn, where it is prescribed.
+        /// KUKA's turn, if prescribed.
         turn: Option<u8>,
     },
-    /// Where a robot made to the drawing would put the TCP at these joints, rad (N).
+    /// The TCP of the nominal robot at these joints, rad (N).
     Joints(Vec<f64>),
 }
 
@@ -48,108 +49,95 @@ pub enum Wanted {
 pub struct Target {
     /// Unique name.
     pub id: String,
-    /// Where the TCP is wanted.
+    /// The desired position of the TCP.
     pub wanted: Wanted,
-    /// What the flange carries; `None` for what the task says.
+    /// The payload on the flange; `None` for the one of the task.
     pub payload: Option<Payload>,
-    /// How it is reached.
+    /// The conditions at the target.
     pub conditions: Conditions,
 }
 
-/// Why a target was not compensated.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Refusal {
-    /// No posture of the arm reaches it.
-    #[error("no posture of the arm reaches it")]
-    Unreachable,
-    /// Postures that reach it do so beyond a joint's limit.
-    #[error("it is reached only beyond the limit of {}", .joint.map_or("a joint".into(), |j| format!("joint {}", j + 1)))]
-    JointLimit {
-        /// The joint, counted from 0, where it is one.
-        joint: Option<usize>,
-    },
-    /// It is reached, but not with the status and turn asked for.
-    #[error("no posture inside the limits has the status and turn asked for")]
-    NoSuchConfiguration,
-    /// Compensated, the arm would be bent the other way, or a joint turned far round.
-    #[error("compensated, the arm would stand in another configuration")]
-    ConfigurationFlip,
-    /// The search did not end.
-    #[error("the search did not end")]
-    NotConverged,
-    /// It lies in the arm that would reach it.
-    #[error("it lies in the robot's own body: {body}")]
-    OwnBody {
-        /// Which body.
-        body: String,
-    },
-    /// An effect has no value there.
-    #[error("effect '{effect}' has no value there")]
-    NoValue {
-        /// The effect.
-        effect: String,
-    },
-}
-
-impl Refusal {
-    /// As in files.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Refusal::Unreachable => "unreachable",
-            Refusal::JointLimit { .. } => "joint_limit",
-            Refusal::NoSuchConfiguration => "no_such_configuration",
-            Refusal::ConfigurationFlip => "configuration_flip",
-            Refusal::NotConverged => "not_converged",
-            Refusal::OwnBody { .. } => "own_body",
-            Refusal::NoValue { .. } => "no_value",
-        }
-    }
-}
-
-/// What is to be minded at a target that was compensated.
+/// Warnings about a compensated target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Warnings {
-    /// A joint stands where the calibration has not seen it.
+    /// A joint is outside the range covered by the calibration.
     pub out_of_range: bool,
-    /// Small motions of the tool are large ones of the joints; the threshold is [`NEAR_SINGULAR`].
+    /// Small motions of the tool require large ones of the joints; the threshold is [`NEAR_SINGULAR`].
     pub near_singular: bool,
 }
 
 impl Warnings {
-    /// As in files.
+    /// The names in files.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         let named = [(self.out_of_range, "out_of_range"), (self.near_singular, "near_singular")];
         named.into_iter().filter_map(|(is, name)| is.then_some(name))
     }
 }
 
-/// What the controller is told.
+/// The target to be commanded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fake {
-    /// `work_from_tcp` of the drawing at the joints below.
+    /// `work_from_tcp` of the nominal model at the joints below.
     pub pose: Pose,
-    /// Joints at which the identified arm stands where it is wanted, rad (N).
+    /// Joints that bring the identified arm to the desired pose, rad (N).
     pub q: Vec<f64>,
-    /// Status and turn of those, for arms that have them.
+    /// Status and turn of these joints, for arms that have them.
     pub status_turn: Option<StatusTurn>,
-    /// How well the target is known to be met.
+    /// Uncertainty of the compensated target.
     pub uncertainty: Uncertainty,
-    /// From the wanted TCP to the fake one, m.
+    /// Distance from the desired TCP to the fake one, m.
     pub shift: f64,
 }
 
-/// A target and what became of it.
+/// A target and the result of its compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensated {
-    /// `work_from_tcp` as wanted.
+    /// Desired `work_from_tcp`.
     pub wanted: Pose,
-    /// What to tell the controller, or why there is nothing to tell.
+    /// The target to be commanded, or the reason for refusal.
     pub outcome: Result<Fake, Refusal>,
-    /// What is to be minded.
+    /// Warnings.
     pub warnings: Warnings,
 }
 
-/// Compensates targets, one after the other.
+/// Compensates targets one by one.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use calibench::compensate::{Compensator, Conditions, Target, Task, Wanted};
+/// use calibench::identify::{Model, identify};
+/// use calibench::measure::{Dataset, Measured, Noise, Sample};
+/// use calibench::robot::{FramePose, built_in, world_from_tool};
+/// use calibench::units::{MM, UM};
+///
+/// // An arm whose link 2 is half a millimetre too long, and its calibration.
+/// let nominal = built_in("kr6_r700").ok_or("built in")?;
+/// let mut arm = nominal.clone();
+/// arm.links[2].mdh.a += 0.5 * MM;
+/// let (base, tool) = (FramePose::default(), FramePose { xyz: [0.06, 0.01, -0.125], rz_ry_rx: [0.0; 3] });
+/// let sample = |k: usize| {
+///     let q: Vec<f64> = (1..=6).map(|i| 3.0 * ((k * i) as f64 * 0.618).fract() - 1.5).collect();
+///     let seen = world_from_tool(&arm, &base, &tool, &q).translation.vector;
+///     Sample::new(format!("p{k}"), q, Measured::Point(seen))
+/// };
+/// let noise = Noise { point: Some(20.0 * UM), ..Noise::default() };
+/// let (robot, samples) = (Arc::new(nominal), (0..80).map(sample).collect());
+/// let data = Dataset { robot, base, tool, noise, samples, ..Dataset::default() };
+/// let calibration = identify(&[("campaign", &data)], &Model::of(&["base_frame", "mdh"]))?;
+///
+/// // At the compensated joints the arm reaches the nominal pose of the target.
+/// let mut compensator = Compensator::new(&calibration, &Task::default())?;
+/// let joints = vec![0.3, -1.2, 1.6, 0.3, 0.8, 0.5];
+/// let wanted = Wanted::Joints(joints);
+/// let target = Target { id: "t1".into(), wanted, payload: None, conditions: Conditions::default() };
+/// let compensated = compensator.compensate(&target);
+/// let fake = compensated.outcome?;
+/// let stands = world_from_tool(&arm, &base, &tool, &fake.q).translation.vector;
+/// assert!((stands - compensated.wanted.translation.vector).norm() < fake.uncertainty.three_d);
+/// assert!(fake.shift > 0.3 * MM);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Compensator<'a> {
     calibration: &'a Calibration,
     arm: CalibratedArm<'a>,
@@ -162,15 +150,15 @@ pub struct Compensator<'a> {
     /// KUKA's `$BASE`.
     root_from_work: Pose,
     world_from_root: Pose,
-    /// Joints of the target before.
+    /// Joints of the previous target.
     near: Vec<f64>,
 }
 
 impl<'a> Compensator<'a> {
-    /// For a task.
+    /// Creates a compensator for a task.
     ///
     /// # Errors
-    /// When the calibration does not serve it.
+    /// When the calibration is not suitable for it.
     pub fn new(calibration: &'a Calibration, task: &Task) -> Result<Self, TaskError> {
         let setup = Setup::of(calibration, task)?;
         let arm = CalibratedArm::new(calibration, &setup)?;
@@ -207,7 +195,7 @@ impl<'a> Compensator<'a> {
         &self.arm
     }
 
-    /// What the flange carries where a target does not say otherwise.
+    /// The payload on the flange unless a target states another.
     pub fn payload(&self) -> &Payload {
         &self.payload
     }
@@ -217,25 +205,25 @@ impl<'a> Compensator<'a> {
         self.payloads
     }
 
-    /// KUKA's `$BASE`: the frame of the targets on the robot's root, as the controller must have it.
+    /// KUKA's `$BASE`: the frame of the targets relative to the robot's root, as to be set in the controller.
     pub fn root_from_work(&self) -> &Pose {
         &self.root_from_work
     }
 
-    /// KUKA's `$TOOL`: the TCP on the maker's flange, as the controller must have it.
+    /// KUKA's `$TOOL`: the TCP on the manufacturer's flange, as to be set in the controller.
     pub fn flange_from_tool(&self) -> Pose {
         super::flange_frame(&self.calibration.robot).pose().inverse() * self.arm.tool().pose()
     }
 
-    /// Where the drawing puts the TCP at joints `q` (rad, N), in the frame of the targets: what the controller believes.
+    /// Nominal TCP at joints `q` (rad, N), in the frame of the targets: the pose the controller assumes.
     pub fn drawn(&self, q: &[f64]) -> Pose {
         self.root_from_work.inverse() * world_from_tool(&self.calibration.robot, &FramePose::default(), self.arm.tool(), q)
     }
 
-    /// The joints that the controller takes for a pose in the frame of the targets.
+    /// The joints that the controller computes for a pose in the frame of the targets.
     ///
     /// # Errors
-    /// When it has none.
+    /// When there are none.
     pub fn controller_joints(
         &mut self,
         pose: &Pose,
@@ -247,14 +235,14 @@ impl<'a> Compensator<'a> {
         self.inverse.joints(&root_from_last, status, turn, near)
     }
 
-    /// The part of the identified arm that is a plain chain of links, and the size of the rest under the task's payload.
+    /// The part of the identified arm that is a rigid chain of links, and the size of the rest under the task's payload.
     pub fn rigid(&mut self) -> RigidRobot {
         self.arm.payload.clone_from(&self.payload);
         self.arm.conditions = Conditions::default();
         RigidRobot::of(&mut self.arm)
     }
 
-    /// What is taken for granted where these targets do not say it, a sentence each.
+    /// Assumptions made if these targets do not state the conditions, one sentence each.
     pub fn assumptions(&self, targets: &[Target]) -> Vec<String> {
         let mut sentences = Vec::new();
         let carried = |p: &Payload| format!("'{}' ({:.2} kg)", p.name, p.mass);
@@ -273,7 +261,7 @@ impl<'a> Compensator<'a> {
             sentences.push(format!("every joint stands midway between what it does coming from either side ({ids})"));
         }
         if let Some(ids) = needing(Needs::Commanded) {
-            sentences.push(format!("the joints go where they are told ({ids})"));
+            sentences.push(format!("the joints are at the commanded angles ({ids})"));
         }
         if let Some(ids) = needing(Needs::Torques).filter(|_| self.calibration.model.measured_torques) {
             sentences.push(format!("torques are those of the link masses, not measured ones ({ids})"));
@@ -281,7 +269,7 @@ impl<'a> Compensator<'a> {
         sentences
     }
 
-    /// Whether every target is a pose within the robot's foot, where no arm works: what lies there has another unit.
+    /// True if every target is a pose within the robot's foot, where no arm can work: probably a wrong unit.
     pub fn all_in_the_foot(&self, targets: &[Target]) -> bool {
         let links = self.calibration.robot.links.iter();
         let foot = FOOT * links.map(|l| l.mdh.a.abs() + l.mdh.d.abs()).sum::<f64>();
@@ -321,8 +309,8 @@ impl<'a> Compensator<'a> {
         Compensated { wanted, outcome, warnings }
     }
 
-    /// The joints at which the identified arm meets `wanted` (in the frame of the targets), sought from those of the drawing; the arm is
-    /// left standing there.
+    /// The joints at which the identified arm meets `wanted` (in the frame of the targets), sought from the nominal ones;
+    /// the arm is left posed there.
     fn reach(&mut self, wanted: &Pose, drawn: &[f64]) -> Result<Vec<f64>, Refusal> {
         let robot = self.arm.robot();
         let world_from_wanted = self.world_from_root * self.root_from_work * wanted;

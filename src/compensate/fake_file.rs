@@ -1,11 +1,11 @@
-//! `FAKE.csv`: every target with its status, what to tell the controller for it, and how well it will be met.
+//! `FAKE.csv`: every target with its status, the target to be commanded, and its uncertainty.
 
 use super::targets_file::POSE;
 use super::{Compensated, Target};
 use crate::robot::{FramePose, Pose};
 use crate::units::{DEG, MM};
 
-/// Targets and what became of them as the text of a CSV file, in their order; nothing is left out.
+/// Targets and their results as the text of a CSV file, in order and complete.
 ///
 /// | column | meaning |
 /// |---|---|
@@ -13,12 +13,12 @@ use crate::units::{DEG, MM};
 /// | `status` | `ok`, or why it was not compensated (see [`super::Refusal`]): the columns of the fake target are then empty |
 /// | `warnings` | `out_of_range`, `near_singular`, or both, or nothing |
 /// | `x_mm` ... `c_deg` | the fake target, in the frame in which targets are given |
-/// | `q1_deg` ... | the joints that it stands for |
+/// | `q1_deg` ... | the corresponding joints |
 /// | `s` `t` | their status and turn, for arms that have them |
 /// | `sigma_worst_mm` `sigma_3d_mm` | predicted one-sigma of the TCP along its worst direction, and of all three together |
-/// | `shift_mm` | how far the fake TCP stands from the wanted one |
-/// | `payload` | that the row named |
-/// | `target_x_mm` ... `target_c_deg` | the target as wanted |
+/// | `shift_mm` | distance of the fake TCP from the desired one |
+/// | `payload` | as named in the row |
+/// | `target_x_mm` ... `target_c_deg` | the desired target |
 pub fn fake_csv(joints: usize, targets: &[Target], results: &[Compensated]) -> String {
     let pose = POSE.map(str::to_owned).to_vec();
     let of_target = POSE.map(|name| format!("target_{name}")).to_vec();
@@ -68,17 +68,17 @@ fn pose_fields(pose: &Pose) -> [String; 6] {
     [x, y, z, a, b, c]
 }
 
-/// To a nanometre.
+/// Six decimals: a nanometre.
 fn millimetres(si: f64) -> String {
     written(si / MM, 6)
 }
 
-/// To 2e-10 rad: less than a nanometre at the end of an arm of a metre.
+/// Eight decimals: 2e-10 rad, less than a nanometre at the end of an arm of a metre.
 fn degrees(si: f64) -> String {
     written(si / DEG, 8)
 }
 
-/// With so many decimals, zero without a sign.
+/// Formats with this number of decimals, zero without a sign.
 pub(super) fn written(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     if text.trim_start_matches('-').trim_matches(['0', '.']).is_empty() { text.trim_start_matches('-').into() } else { text }

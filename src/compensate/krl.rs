@@ -1,6 +1,7 @@
 //! The fake targets as a KRL program: `NAME.src` moves to them, `NAME.dat` holds them as taught points.
 //!
-//! Motion is by joints, which needs neither tool nor base nor status and turn; or in straight lines from one fake pose to the next.
+//! Motion is by joints, which needs neither tool nor base nor status and turn, or in straight lines from one fake pose to
+//! the next.
 
 use std::fmt::Write;
 
@@ -11,19 +12,21 @@ use super::fake_file::written;
 use crate::robot::{FramePose, Pose};
 use crate::units::{DEG, MM};
 
-/// How the program goes to a target.
+/// Type of motion to a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
     /// Point to point, by joints.
     Ptp,
-    /// In a straight line, by pose; by joints to the first target and wherever the status changes, which no straight line does.
+    /// In a straight line, by pose; by joints to the first target and wherever the status changes, which no straight line
+    /// can do.
     Lin,
 }
 
-/// Why there is no program.
+/// The reason why no program can be written.
 #[derive(Debug, Error, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum KrlError {
-    /// The name is not one that KRL takes.
+    /// The name is not valid in KRL.
     #[error("'{name}' is no name of a KRL module: {problem}; use a letter, then letters, digits and `_`, 24 at most")]
     Name {
         /// As given.
@@ -31,7 +34,7 @@ pub enum KrlError {
         /// What is wrong with it.
         problem: &'static str,
     },
-    /// The arm is not one of six joints with a spherical wrist.
+    /// The arm does not have six joints with a spherical wrist.
     #[error("KRL's E6AXIS and status are of six joints with a spherical wrist, and this arm has another build")]
     Arm,
 }
@@ -54,10 +57,10 @@ pub struct KrlProgram<'a> {
 }
 
 impl<'a> KrlProgram<'a> {
-    /// Of targets with their ids, in that order, with the controller's base frame and tool.
+    /// Creates a program from targets with their ids, in that order, with the controller's base frame and tool.
     ///
     /// # Errors
-    /// When the name does not serve, or the arm has no status and turn.
+    /// When the name is not valid, or the arm has no status and turn.
     pub fn new(
         name: &'a str,
         motion: Motion,
@@ -74,7 +77,7 @@ impl<'a> KrlProgram<'a> {
         Ok(KrlProgram { name, motion, base, tool, targets })
     }
 
-    /// `NAME.src`.
+    /// The text of `NAME.src`.
     pub fn src(&self) -> String {
         let mut lines: Vec<String> = HEAD.iter().map(|line| (*line).to_owned()).collect();
         lines.push(format!("DEF {} ( )", self.name));
@@ -96,7 +99,7 @@ impl<'a> KrlProgram<'a> {
         text(&lines)
     }
 
-    /// `NAME.dat`.
+    /// The text of `NAME.dat`.
     pub fn dat(&self) -> String {
         let mut lines: Vec<String> = HEAD.iter().map(|line| (*line).to_owned()).collect();
         lines.push(format!("DEFDAT {} PUBLIC", self.name));
@@ -115,11 +118,11 @@ impl<'a> KrlProgram<'a> {
     }
 }
 
-/// What every module begins with.
+/// Header of every module.
 const HEAD: [&str; 4] =
     ["&ACCESS RVP", "&REL 1", "&PARAM TEMPLATE = C:\\KRC\\Roboter\\Template\\vorgabe", "&PARAM EDITMASK = *"];
 
-/// Slow, exact stops: what is to be accurate is not rounded. Without the initialisation a PTP motion faults.
+/// Slow, exact stops: accurate points must not be approximated. Without the initialisation a PTP motion faults.
 const INITIALISED: [&str; 12] = [
     ";FOLD INI",
     "BAS (#INITMOV,0 )",
@@ -151,17 +154,17 @@ fn check_name(name: &str) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// An id as a comment: on its line, and in letters that a controller shows.
+/// An id as a comment: on one line, in characters that a controller displays.
 fn comment(id: &str) -> String {
     id.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '_' }).collect()
 }
 
-/// Lines as KUKA's editor ends them.
+/// Joins lines with the line endings of KUKA's editor.
 fn text(lines: &[String]) -> String {
     lines.iter().map(|line| format!("{line}\r\n")).collect()
 }
 
-/// A KRL real has 24 bits: of a metre, 0.06 um; more decimals would be dropped.
+/// A KRL real has 24 bits: 0.06 um in a metre; more decimals would be dropped.
 fn pose_text(frame: &FramePose) -> String {
     let ([x, y, z], [a, b, c]) = (frame.xyz.map(|v| written(v / MM, 4)), frame.rz_ry_rx.map(|v| written(v / DEG, 5)));
     format!("X {x},Y {y},Z {z},A {a},B {b},C {c}")

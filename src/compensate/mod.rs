@@ -1,7 +1,8 @@
-//! Using a calibration: which joints put the tool where it is wanted, and what the robot's own controller must be told for that.
+//! Application of a calibration: the joints that bring the tool to a desired pose, and the target to be commanded to the
+//! robot's own controller.
 //!
-//! The controller computes with the drawing. It is therefore told a *fake* target: the pose that the drawing gives for the joints at
-//! which the identified robot stands where it should,
+//! The controller computes with the nominal model. It is therefore commanded to a *fake* target: the nominal pose at the
+//! joints that bring the identified robot to the desired pose,
 //!
 //! ```text
 //! identified(joints) = wanted,    fake = drawn(joints)
@@ -17,6 +18,7 @@ mod flange;
 mod krl;
 mod nominal_inverse;
 mod own_bodies;
+mod refusal;
 mod rigid;
 mod targets_file;
 mod task;
@@ -24,12 +26,13 @@ mod uncertainty;
 mod urdf;
 
 pub use calibrated_arm::CalibratedArm;
-pub use compensator::{Compensated, Compensator, Fake, NEAR_SINGULAR, Refusal, Target, Wanted, Warnings};
+pub use compensator::{Compensated, Compensator, Fake, NEAR_SINGULAR, Target, Wanted, Warnings};
 pub use conditions::Conditions;
 pub use fake_file::fake_csv;
 pub use flange::flange_frame;
 pub use krl::{KrlError, KrlProgram, Motion};
 pub use nominal_inverse::NominalInverse;
+pub use refusal::Refusal;
 pub use rigid::{LeftOut, RigidRobot};
 pub use targets_file::{Expected, read_targets};
 pub use task::{Task, TaskError, WorkFrame};

@@ -1,4 +1,4 @@
-//! The joints that the robot's own controller would take for a pose: inverse kinematics of the drawing.
+//! The joints that the robot's own controller computes for a pose: inverse kinematics of the nominal model.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,13 +6,13 @@ use rand_chacha::ChaCha8Rng;
 use super::Refusal;
 use crate::robot::{Chain, FramePose, InverseKinematics, Outcome, Pose, Robot, SphericalWrist};
 
-/// Starts of a search where there is no closed form; four of five find a pose within reach of a six-axis arm.
+/// Number of starts of a search if there is no closed form; four of five find a pose within reach of a six-axis arm.
 const STARTS: usize = 40;
 
-/// Nothing else is random here; the same pose gives the same joints.
+/// Fixed seed, so that the same pose gives the same joints.
 const SEED: u64 = 0x0fa4_e1a6;
 
-/// The drawn arm's inverse: in closed form where the wrist is spherical, else by a search.
+/// Inverse kinematics of the nominal arm: in closed form if the wrist is spherical, otherwise by a search.
 pub struct NominalInverse<'a> {
     robot: &'a Robot,
     wrist: Option<SphericalWrist>,
@@ -21,7 +21,7 @@ pub struct NominalInverse<'a> {
 }
 
 impl<'a> NominalInverse<'a> {
-    /// Of a robot as drawn.
+    /// Creates the inverse of a nominal robot.
     pub fn new(robot: &'a Robot) -> Self {
         NominalInverse {
             robot,
@@ -31,16 +31,16 @@ impl<'a> NominalInverse<'a> {
         }
     }
 
-    /// The closed form, where there is one: such arms have a status and a turn.
+    /// The closed form, if there is one: such arms have a status and a turn.
     pub fn wrist(&self) -> Option<&SphericalWrist> {
         self.wrist.as_ref()
     }
 
-    /// Joints inside the limits (rad, N) that put the last frame at `root_from_last`: of those with that status and turn, where they are
-    /// given, the nearest to `near` (rad, N).
+    /// Joints within the limits (rad, N) that put the last frame at `root_from_last`: among those with the given status and
+    /// turn, if any, the nearest to `near` (rad, N).
     ///
     /// # Errors
-    /// When there are none: why.
+    /// The reason, when there are none.
     pub fn joints(
         &mut self,
         root_from_last: &Pose,

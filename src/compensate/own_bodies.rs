@@ -1,20 +1,21 @@
-//! Whether a target lies in the arm that is to reach it.
+//! Test for targets that lie inside the arm.
 
 use nalgebra::Vector3;
 
 use crate::robot::{ClearanceCheck, FramePose, Posture, Robot, Solid, Surroundings};
 
-/// Bodies are drawn by hand and a little too large: a TCP has to lie deeper in one than this, m.
+/// Bodies are modelled by hand and slightly too large: a TCP has to lie deeper in one than this, m.
 const DEEP: f64 = 0.01;
 
-/// The wrist begins so many joints before the last; a TCP may lie in it where the tool is short, or its length is not known.
+/// Number of joints from the wrist's beginning to the last; a TCP may lie in the wrist if the tool is short, or its length
+/// unknown.
 const WRIST: usize = 4;
 
-/// The TCP as a point against each body of the arm before the wrist.
+/// The TCP as a point, checked against each body of the arm before the wrist.
 pub(super) struct OwnBodies(Vec<ClearanceCheck>);
 
 impl OwnBodies {
-    /// Of an arm with a tool.
+    /// Creates the check for an arm with a tool.
     pub fn of(robot: &Robot, tool: &FramePose) -> Self {
         let most = robot.joints().saturating_sub(WRIST);
         let tip = Solid::capsule("the TCP", robot.joints(), [Vector3::from(tool.xyz); 2], 0.0);
@@ -24,7 +25,7 @@ impl OwnBodies {
         OwnBodies(low.map(|solid| ClearanceCheck::new(&alone(solid), &carried)).collect())
     }
 
-    /// The body in which the TCP lies in a posture.
+    /// The body that contains the TCP in a posture.
     pub fn holds_tcp(&mut self, posture: &Posture) -> Option<String> {
         let gaps = self.0.iter_mut().filter_map(|check| check.clearance(posture));
         gaps.into_iter().find(|gap| gap.distance < -DEEP).map(|gap| {

@@ -1,4 +1,4 @@
-//! What of an identified arm can be written as a plain chain of links, and how much cannot.
+//! The part of an identified arm that can be written as a rigid chain of links, and the size of the remainder.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,23 +7,23 @@ use super::CalibratedArm;
 use super::calibrated_arm::BASE;
 use crate::robot::{FramePose, Posture, Robot, SiteIndex};
 
-/// What stands still whatever the arm does: base, links, TCP.
+/// Effects that do not depend on the posture: base, links, TCP.
 const RIGID: [&str; 3] = [BASE, "mdh", "tool_frame"];
 
-/// Postures over which the rest is looked at.
+/// Number of postures at which the remainder is evaluated.
 const POSTURES: usize = 1000;
 
-/// Nothing else is random here.
+/// Fixed seed.
 const SEED: u64 = 0x0019_1d0a;
 
-/// How far the TCP of the whole model stands from that of its rigid part, m, over postures uniform in the joint limits.
+/// Distance of the TCP of the whole model from that of its rigid part, m, over postures uniform in the joint limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
     /// Mean.
     pub mean: f64,
     /// Largest.
     pub max: f64,
-    /// Postures drawn.
+    /// Number of postures.
     pub postures: usize,
 }
 
@@ -32,18 +32,18 @@ pub struct LeftOut {
 pub struct RigidRobot {
     /// The arm with its identified links.
     pub robot: Robot,
-    /// Where its root stands in the world.
+    /// Pose of its root in the world.
     pub base: FramePose,
     /// TCP in the last frame.
     pub tool: FramePose,
-    /// Effects that a chain of links does not hold: compliance before all.
+    /// Effects that a chain of links cannot represent, above all compliance.
     pub effects: Vec<String>,
     /// Their size.
     pub left_out: LeftOut,
 }
 
 impl RigidRobot {
-    /// Of an arm with its payload, under its conditions.
+    /// The rigid part of an arm with its payload, under its conditions.
     pub fn of(arm: &mut CalibratedArm<'_>) -> Self {
         let drawn = arm.robot();
         let middle: Vec<f64> = drawn.links.iter().map(|l| 0.5 * (l.limits[0] + l.limits[1])).collect();

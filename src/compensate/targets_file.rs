@@ -1,11 +1,12 @@
-//! `TARGETS.csv`: where the TCP is wanted, one row a target. Every mistake is one error that names line, column and remedy.
+//! `TARGETS.csv`: desired poses of the TCP, one row per target. Every mistake is reported as one error that names line,
+//! column and remedy.
 
 use std::collections::{HashMap, HashSet};
 use std::io::BufReader;
 use std::path::Path;
 
 use super::{Conditions, Target, Wanted};
-use crate::files::{FileError, Record, Rows, name_remedy, nearest_name, open_file};
+use crate::files::{FileError, Record, Rows, cannot_be_read, name_remedy, nearest_name, open_file};
 use crate::measure::{TEMPERATURE_C, TIME_S, out_of_range};
 use crate::robot::{FramePose, Payload, Robot, SphericalWrist};
 use crate::units::{DEG, MM};
@@ -13,33 +14,32 @@ use crate::units::{DEG, MM};
 /// Columns of a pose: position, mm, and KUKA's A, B, C, deg.
 pub(super) const POSE: [&str; 6] = ["x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"];
 
-/// No target is farther from its frame than this, m: what is has another unit.
+/// Largest distance of a target from its frame, m: beyond it the unit is wrong.
 const FARTHEST: f64 = 1e3;
 
-/// Most rows: a program of a robot has thousands of points at most.
+/// Largest number of rows: a robot program has thousands of points at most.
 const MOST_ROWS: usize = 1_000_000;
 
-/// What a file of targets is read for.
+/// The context in which a file of targets is read.
 #[derive(Debug, Clone, Copy)]
 pub struct Expected<'a> {
     /// The arm.
     pub robot: &'a Robot,
     /// The payloads that a row may name.
     pub payloads: &'a [Payload],
-    /// An effect of the calibration that depends on the robot's temperature, so that every row must tell it.
+    /// An effect of the calibration that depends on the robot's temperature, so that every row must state it.
     pub by_temperature: Option<&'a str>,
 }
 
 /// Reads targets.
 ///
 /// # Errors
-/// One error that names file, line, column and remedy.
+/// A single error that names file, line, column and remedy.
 pub fn read_targets(path: &Path, expected: &Expected<'_>) -> Result<Vec<Target>, FileError> {
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "name a CSV file of targets"));
     }
-    let file = open_file(path)
-        .map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions"))?;
+    let file = open_file(path).map_err(|e| cannot_be_read(path, e))?;
     let mut rows = Rows::new(BufReader::new(file), path, b',');
     let Some(titles) = rows.next()? else {
         return Err(FileError::whole(path, "is empty", "give a header line and one row a target"));
@@ -68,7 +68,7 @@ pub fn read_targets(path: &Path, expected: &Expected<'_>) -> Result<Vec<Target>,
     Ok(targets)
 }
 
-/// Which column stands where.
+/// Index of every column.
 struct Header {
     names: Vec<String>,
     place: HashMap<String, usize>,
@@ -126,7 +126,7 @@ fn approaches(n: usize) -> Vec<String> {
     (1..=n).map(|i| format!("approach{i}")).collect()
 }
 
-/// Every column of an arm of `n` joints.
+/// All columns for an arm with `n` joints.
 fn columns(n: usize) -> Vec<String> {
     let names = ["id"].into_iter().chain(POSE).chain(["s", "t", "payload", "time_s", "temp_c"]).map(str::to_owned);
     names.chain(joints(n)).chain(approaches(n)).collect()
@@ -148,7 +148,7 @@ impl<'a> Row<'a> {
         self.record.fields.get(*place).map(str::trim).filter(|text| !text.is_empty())
     }
 
-    /// A finite number in SI, where there is one.
+    /// A finite number in SI, if there is one.
     fn number(&self, column: &str, unit: f64) -> Result<Option<f64>, FileError> {
         let Some(text) = self.text(column) else { return Ok(None) };
         match text.parse::<f64>() {
@@ -161,7 +161,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// A number that a cell can have, where there is one.
+    /// A number within the limits of its column, if there is one.
     fn possible(&self, column: &str, limits: [f64; 2]) -> Result<Option<f64>, FileError> {
         let value = self.number(column, 1.0)?;
         match value.and_then(|v| out_of_range(v, limits)) {
@@ -174,7 +174,7 @@ impl<'a> Row<'a> {
         self.number(column, unit)?.ok_or_else(|| self.error(column, "is empty".into(), "fill it"))
     }
 
-    /// All numbers of these columns, or none.
+    /// All numbers of these columns, or `None` if all are empty.
     fn numbers(&self, columns: &[String], unit: f64) -> Result<Option<Vec<f64>>, FileError> {
         if columns.iter().all(|c| self.text(c).is_none()) {
             return Ok(None);
@@ -182,7 +182,7 @@ impl<'a> Row<'a> {
         columns.iter().map(|c| self.required(c, unit)).collect::<Result<_, _>>().map(Some)
     }
 
-    /// A whole number from 0 to `most`, where there is one.
+    /// A whole number from 0 to `most`, if there is one.
     fn bits(&self, column: &str, most: u8) -> Result<Option<u8>, FileError> {
         let Some(text) = self.text(column) else { return Ok(None) };
         match text.parse::<u8>() {
@@ -248,9 +248,9 @@ impl<'a> Row<'a> {
             expected.payloads.iter().find(|p| p.name == name).cloned().ok_or_else(|| {
                 let known: Vec<&str> = expected.payloads.iter().take(12).map(|p| p.name.as_str()).collect();
                 let remedy = if known.is_empty() {
-                    "the set-up of the calibration has none; give one by --load".into()
+                    "the set-up of the calibration has none; describe the load instead".into()
                 } else {
-                    format!("the set-up of the calibration has {}; any other is given by --load", known.join(", "))
+                    format!("the set-up of the calibration has {}; describe any other load instead", known.join(", "))
                 };
                 self.error("payload", format!("there is no payload `{name}`"), &remedy)
             })

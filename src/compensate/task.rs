@@ -1,4 +1,4 @@
-//! What is compensated for: the set-up, the frame in which targets are given, the tool and the load.
+//! The task of a compensation: the set-up, the frame of the targets, the tool and the load.
 
 use thiserror::Error;
 
@@ -7,43 +7,47 @@ use crate::effects::EffectError;
 use crate::identify::{Calibration, MeasuredSetup};
 use crate::robot::{FramePose, Payload, Robot};
 
-/// The frame in which targets are given and fake ones are told.
+/// The frame of the targets, desired and fake.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WorkFrame {
-    /// The world of the set-up, as its artifact defines it; the controller's base frame is that world as the identified base sees it.
+    /// The world of the set-up, as defined by its artifact; the controller's base frame is that world relative to the
+    /// identified base.
     World,
-    /// A frame on the robot's base: what KUKA calls `$BASE`. The null frame is the robot's root.
+    /// A frame relative to the robot's base: KUKA's `$BASE`. The null frame is the robot's root.
     Base(FramePose),
 }
 
-/// What is to be compensated for.
+/// The task of a compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task {
-    /// Label, session or dataset of the set-up; `None` where there is only one.
+    /// Label, session or dataset of the set-up; `None` if there is only one.
     pub setup: Option<String>,
     /// Frame of the targets.
     pub frame: WorkFrame,
-    /// TCP frame on the maker's flange (see [`flange_frame`]), KUKA's `$TOOL`; `None` for the tool of the set-up.
+    /// TCP frame on the manufacturer's flange (see [`flange_frame`]), KUKA's `$TOOL`; `None` for the tool of the set-up.
     pub tool: Option<FramePose>,
-    /// What the flange carries, centre in the last MDH frame; `None` for the first payload of the set-up.
+    /// The payload on the flange, centre in the last MDH frame; `None` for the first payload of the set-up.
     pub payload: Option<Payload>,
 }
 
 impl Default for Task {
-    /// The only set-up with its tool and first payload, targets from the robot's root.
+    /// The only set-up with its tool and first payload, targets relative to the robot's root.
     fn default() -> Self {
         Task { setup: None, frame: WorkFrame::Base(FramePose::default()), tool: None, payload: None }
     }
 }
 
-/// Why a calibration does not serve a task.
+/// The reason why a calibration is not suitable for a task.
 #[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum TaskError {
-    /// It was of the robot alone.
-    #[error("the calibration names no set-up, so neither a tool nor a load is known; write it anew with `calibench identify`")]
+    /// It contains the robot alone.
+    #[error(
+        "the calibration names no set-up, so neither a tool nor a load is known; identify the robot again, and write the calibration anew"
+    )]
     NoSetup,
     /// Several set-ups, none chosen.
-    #[error("the calibration is of several set-ups ({known}); choose one by --session")]
+    #[error("the calibration is of several set-ups ({known}); choose one")]
     SeveralSetups {
         /// Their names.
         known: String,
@@ -53,10 +57,10 @@ pub enum TaskError {
     NoSuchSetup {
         /// As given.
         given: String,
-        /// Those that it has.
+        /// The existing ones.
         known: String,
     },
-    /// The robot bends under torques that nobody can compute.
+    /// The robot deflects under torques that cannot be computed.
     #[error(
         "effect '{effect}' needs joint torques, and the robot's description has no link masses; add mass_kg and com_mm to it"
     )]
@@ -75,7 +79,7 @@ pub(super) struct Setup<'a> {
     pub in_world: bool,
     /// TCP in the last MDH frame.
     pub tool: FramePose,
-    /// Whether that is another tool than the one that was calibrated.
+    /// True if that is another tool than the calibrated one.
     pub own_tool: bool,
     pub payload: Payload,
 }
@@ -110,7 +114,7 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// A tool on the maker's flange, in the last MDH frame.
+/// A tool on the manufacturer's flange, in the last MDH frame.
 fn last_from_tool(robot: &Robot, tool: &FramePose) -> FramePose {
     FramePose::from_pose(&(flange_frame(robot).pose() * tool.pose()))
 }

@@ -1,12 +1,12 @@
-//! How well a compensated target is known to be met.
+//! Uncertainty of compensated targets.
 
 use nalgebra::{DMatrix, Matrix3xX, SymmetricEigen};
 
 use super::CalibratedArm;
 use crate::identify::Calibration;
 
-/// Predicted uncertainty of the TCP's position, one-sigma, m: that of the identified parameters, and what the model could not explain of
-/// its own data. Where the model was never held against data, its error may be larger.
+/// Predicted standard uncertainty of the TCP's position, m: that of the identified parameters, combined with the residual
+/// error of the model on its own data. Where the model was not tested against data, its error may be larger.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Uncertainty {
     /// Along the worst direction.
@@ -15,11 +15,11 @@ pub struct Uncertainty {
     pub three_d: f64,
 }
 
-/// The covariance of a calibration, ready to be carried to many postures.
+/// The covariance of a calibration, in a form that is quickly propagated to many postures.
 pub(super) struct Spread {
     /// R with R R^T = covariance of the estimates, SI.
     root: DMatrix<f64>,
-    /// Mean square, m², of what the model left of its data beyond their noise, all three axes together.
+    /// Mean square, m², of the model's residuals beyond their noise, all three axes together.
     unexplained: f64,
     columns: Matrix3xX<f64>,
     carried: Matrix3xX<f64>,
@@ -32,7 +32,7 @@ impl Spread {
         let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(calibration.correlation.clone());
         let mut root = eigenvectors;
         for (k, mut column) in root.column_iter_mut().enumerate() {
-            // A file's rounding may take a vanishing eigenvalue below zero.
+            // Rounding in a file may make a vanishing eigenvalue negative.
             column *= eigenvalues[k].max(0.0).sqrt();
         }
         for (k, mut row) in root.row_iter_mut().enumerate() {
@@ -41,7 +41,7 @@ impl Spread {
         Spread { root, unexplained: unexplained(calibration), columns: Matrix3xX::zeros(m), carried: Matrix3xX::zeros(m) }
     }
 
-    /// At the posture in which the arm came to rest last.
+    /// The uncertainty at the posture in which the arm last came to rest.
     pub fn at(&mut self, arm: &CalibratedArm<'_>) -> Uncertainty {
         arm.columns(&mut self.columns);
         self.columns.mul_to(&self.root, &mut self.carried);
@@ -54,8 +54,8 @@ impl Spread {
     }
 }
 
-/// Mean square, m², of the residuals that their noise does not explain: with stated noise the share `1 - 1 / chi²` of them, chi² per
-/// degree of freedom; without, all of them, since nothing says otherwise.
+/// Mean square, m², of the residuals that noise does not explain: with stated noise their share `1 - 1 / chi²`, chi² per
+/// degree of freedom; without it all of them, for lack of other evidence.
 fn unexplained(calibration: &Calibration) -> f64 {
     let share = if !calibration.noise_stated {
         1.0

@@ -1,7 +1,7 @@
 //! The rigid part of an identified arm as a URDF: one static transform before every joint, exact.
 //!
-//! A line of the MDH table is `Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d)`, and a turn and a shift along one axis change places, so
-//! the joint's origin is the line at q = 0 and its axis is z (paper Eq. 1).
+//! A row of the MDH table is `Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d)`, and rotation and translation along one axis
+//! commute, so the joint's origin is the row at q = 0 and its axis is z (paper Eq. 1).
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::{RigidRobot, flange_frame};
 use crate::robot::{FramePose, Pose};
 use crate::units::MM;
 
-/// The text of the URDF: links `world`, `base_link`, `link_1` ... `link_N`, `flange` (the maker's) and `tcp`.
+/// The text of the URDF: links `world`, `base_link`, `link_1` ... `link_N`, `flange` (the manufacturer's) and `tcp`.
 pub fn urdf(rigid: &RigidRobot) -> String {
     let RigidRobot { robot, base, tool, effects, left_out } = rigid;
     let mut text = String::from("<?xml version=\"1.0\"?>\n<!--\n");
@@ -66,7 +66,7 @@ fn origin(text: &mut String, pose: &Pose) {
     _ = writeln!(text, "    <origin xyz=\"{x:?} {y:?} {z:?}\" rpy=\"{roll:?} {pitch:?} {yaw:?}\"/>");
 }
 
-/// A name of letters, digits and `_`.
+/// The name with all characters except letters, digits and `_` replaced.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }

@@ -1,5 +1,5 @@
-//! `artifact_sag`: the artifact leans the more the higher, `ball += (x, y) h²`, h being the height over the lowest ball as a share of that
-//! of the highest: a stem that bends under its own weight.
+//! `artifact_sag`: the artifact leans progressively with height, `ball += (x, y) h²`, h being the height above the lowest
+//! ball as a share of that of the highest: a stem that bends under its own weight.
 
 use super::family::alone;
 use super::shape::Shape;

@@ -1,4 +1,5 @@
-//! `artifact_scale`: the artifact is warmer than on the CMM, `ball += s (ball - centroid)`. Shifting it as a whole is the base's business.
+//! `artifact_scale`: the artifact is warmer than on the CMM, `ball += s (ball - centroid)`. A shift of the whole artifact
+//! belongs to the base.
 
 use super::family::alone;
 use super::shape::Shape;

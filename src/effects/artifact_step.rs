@@ -1,7 +1,8 @@
-//! `artifact_step:T`: the artifact moved once, T seconds into the session: every ball is shifted by (x, y, z) after T, in the world.
+//! `artifact_step:T`: the artifact moved once, T seconds into the session: every ball is shifted by (x, y, z) after T, in
+//! the world.
 //!
-//! Where nothing but balls is measured, this is [`base_step`](super::base_step) with the opposite sign, exactly: only other targets, or a
-//! look at the clamps, can tell the two apart.
+//! If only balls are measured, this is exactly [`base_step`](super::base_step) with the opposite sign: only other targets,
+//! or an inspection of the clamps, can distinguish the two.
 
 use super::family::alone;
 use super::shape::Shape;

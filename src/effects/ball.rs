@@ -1,4 +1,4 @@
-//! `ball:B`: a ball of the artifact moved or was mis-measured. Three numbers, in the world.
+//! `ball:B`: a ball of the artifact moved or was mis-measured. Three parameters, in the world.
 
 use super::family::each_ball;
 use super::shape::Shape;

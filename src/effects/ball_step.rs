@@ -29,7 +29,7 @@ pub(super) const FAMILY: Family = Family {
     stray: Stray::Moment,
     members: each_ball,
     build: |id, subject| {
-        // A ball's name may hold colons: the moment is what follows the last one.
+        // A ball's name may contain colons: the time is the part after the last one.
         let (ball, time) = id.rest().and_then(|rest| rest.rsplit_once(':')).ok_or_else(|| id.wrong(FORM))?;
         let unknown = || id.wrong(format!("{FORM}, the ball being one of: {}", subject.balls.join(", ")));
         let ball = subject.balls.iter().position(|b| b == ball).ok_or_else(unknown)?;

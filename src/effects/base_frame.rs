@@ -1,4 +1,4 @@
-//! `base_frame`: where the robot stands in the world. `T_W0(chi) = Tr(x, y, z) Rz Ry Rx` (paper Eq. 2), six numbers.
+//! `base_frame`: the pose of the robot in the world. `T_W0(chi) = Tr(x, y, z) Rz Ry Rx` (paper Eq. 2), six parameters.
 
 use super::family::alone;
 use super::shape::constant;
@@ -11,7 +11,7 @@ use crate::units::{DEG, MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "base_frame",
     arguments: "",
-    what: "the robot stands elsewhere than drawn",
+    what: "the base is displaced from its nominal pose",
     equation: "chi_B += (x, y, z, rz, ry, rx)",
     origin: Origin::SetUp,
     scan: Scan::None,

@@ -1,4 +1,5 @@
-//! `base_step:T`: base and artifact moved against each other once, T seconds into the session: `base += (x, y, z)` after T, in the world.
+//! `base_step:T`: base and artifact moved relative to each other once, T seconds into the session: `base += (x, y, z)`
+//! after T, in the world.
 
 use super::family::alone;
 use super::shape::Shape;

@@ -1,4 +1,5 @@
-//! `bearing_tilt:J`: the axis tips under the moment across it, `phi = k (M_J - z_J (z_J . M_J))`, about the origin of frame J.
+//! `bearing_tilt:J`: the axis tilts under the moment across it, `phi = k (M_J - z_J (z_J . M_J))`, about the origin of
+//! frame J.
 
 use super::family::each_joint;
 use super::shape::per_joint;

@@ -1,4 +1,5 @@
-//! `cross_compliance:J:K`: the torque of joint K turns joint J, `theta_J += c tau_K`, as where two gears share a housing.
+//! `cross_compliance:J:K`: the torque of joint K turns joint J, `theta_J += c tau_K`, for instance if two gears share a
+//! housing.
 
 use super::reference_torque::reference_torque;
 use super::shape::{Shape, theta};
@@ -40,5 +41,6 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Plausible: the other joint turns by this when joint K carries its reference torque, about as much as by its other flaws (assumed).
+/// Plausible size: rotation of the other joint when joint K carries its reference torque, about as large as its other
+/// errors (assumed).
 const AT_REFERENCE_TORQUE: f64 = 60.0 * URAD;

@@ -1,8 +1,8 @@
-//! `error_curve:J`: any smooth error of a joint that repeats with its turn, `theta_J += sum_k s_k sin(k q_J) + c_k cos(k q_J)`, k = 1 to 40;
+//! `error_curve:J`: any smooth periodic error of a joint, `theta_J += sum_k s_k sin(k q_J) + c_k cos(k q_J)`, k = 1 to 40;
 //! `error_curve:J:LO:HI`: a band of it, k = LO to HI.
 //!
-//! So many numbers say little without a prior: they are to be fitted with their plausible sizes. Those of the whole curve fall with the
-//! order; those of a band are alike, and how large a band is, the data tell.
+//! So many parameters are poorly determined without a prior and are to be fitted with one. The plausible sizes of the whole
+//! curve fall with the order; those of a band are equal, and the size of the band is determined from the data.
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
@@ -73,14 +73,15 @@ fn curve(
         for (place, _) in terms.clone().enumerate() {
             emit(2 * place, theta(j), sin);
             emit(2 * place + 1, theta(j), cos);
-            // One order on: the errors of some hundred turns stay below 1e-13.
+            // Next order by recurrence: the errors of some hundred steps stay below 1e-13.
             (sin, cos) = (sin * cos_once + cos * sin_once, cos * cos_once - sin * sin_once);
         }
     })
     .built()
 }
 
-/// One-sigma of a coefficient of order `k`, rad: falls as the root of the order, so that the curve's standard deviation is 100 urad.
+/// Plausible size (1 sigma) of a coefficient of order `k`, rad: falls as the root of the order, so that the curve's
+/// standard deviation is 100 urad.
 fn plausible(k: usize) -> f64 {
     let sum: f64 = (1..=ORDERS).map(|k| 1.0 / k as f64).sum();
     100.0 * URAD / (sum * k as f64).sqrt()

@@ -1,6 +1,7 @@
-//! A user's expression in what an effect may depend on, such as `sin(17*q3)` or `approach2*abs(tau2)`.
+//! A user's expression in the variables of an effect, such as `sin(17*q3)` or `approach2*abs(tau2)`.
 //!
-//! The text is read here, so that a mistake is named with its place and no text can do harm; arithmetic is exmex's.
+//! The text is parsed here, so that errors are reported with their position and no input can do harm; exmex does the
+//! arithmetic.
 
 use exmex::{BinOp, Express, FlatEx, MakeOperators, Operator};
 use thiserror::Error;
@@ -8,32 +9,32 @@ use thiserror::Error;
 use super::{Needs, Situation};
 use crate::files::nearest_name;
 
-/// Longest expression, characters. A Fourier series is written as many terms, not as one.
+/// Longest expression, characters. A Fourier series is to be written as several terms.
 const LONGEST: usize = 500;
 /// Deepest nesting of parentheses.
 const DEEPEST: usize = 30;
-/// Most different variables in one expression.
+/// Largest number of different variables in one expression.
 const MOST_VARIABLES: usize = 32;
-/// Numbers are zero, or of a size between these.
+/// Range of the absolute value of a non-zero number.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
 
-/// What an expression may hold besides numbers and variables.
+/// Functions and operators allowed in an expression.
 const FUNCTIONS: [&str; 15] =
     ["abs", "acos", "asin", "atan", "cos", "cosh", "exp", "ln", "sign", "signum", "sin", "sinh", "sqrt", "tan", "tanh"];
 
-/// What is wrong with an expression, where, and what to do about it.
+/// An error in an expression: what is wrong, where, and how to correct it.
 #[derive(Debug, Error, Clone, PartialEq)]
 #[error("at character {position}: {problem}; {remedy}")]
 pub struct ExpressionError {
-    /// Character, counted from 1.
+    /// Position of the character, counted from 1.
     pub position: usize,
     /// What is wrong.
     pub problem: String,
-    /// What to do.
+    /// How to correct it.
     pub remedy: String,
 }
 
-/// What a name stands for; joints counted from 0.
+/// The meaning of a name; joints counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Variable {
     Angle(usize),
@@ -76,7 +77,7 @@ impl Variable {
     }
 }
 
-/// An expression ready to be evaluated.
+/// An expression ready for evaluation.
 #[derive(Debug)]
 pub(super) struct Expression {
     pub text: String,
@@ -85,7 +86,7 @@ pub(super) struct Expression {
 }
 
 impl Expression {
-    /// Reads an expression about an arm of that many joints.
+    /// Parses an expression for an arm with `joints` joints.
     pub fn parse(text: &str, joints: usize) -> Result<Self, ExpressionError> {
         let mut reader = Reader { joints, written: String::new(), variables: Vec::new() };
         reader.read(text)?;
@@ -97,32 +98,32 @@ impl Expression {
         Ok(Expression { text: text.into(), compiled, variables: reader.variables })
     }
 
-    /// Its value at a sample; `None` where a variable is not known there, not a number where it has no value.
+    /// Returns the value at a sample: `None` if a variable is unknown there, NaN if the expression has no value.
     pub fn at(&self, at: &Situation<'_>) -> Option<f64> {
         let mut values = [0.0; MOST_VARIABLES];
         for (value, variable) in values.iter_mut().zip(&self.variables) {
             *value = variable.value(at)?;
         }
-        // Constant subexpressions were worked out on reading, so that a variable may have dropped out of none: all are still named.
+        // exmex folds constant subexpressions when parsing but drops no variable: values are passed for all of them.
         Some(self.compiled.eval(&values[..self.variables.len()]).unwrap_or(f64::NAN))
     }
 
-    /// What it depends on.
+    /// The requirements of its variables.
     pub fn needs(&self) -> impl Iterator<Item = Needs> {
         self.variables.iter().filter_map(|v| v.needs())
     }
 }
 
-/// A factor or a parenthesis that has been begun.
+/// A factor or a parenthesis not yet complete.
 #[derive(Debug, Clone, Copy, Default)]
 struct Factor {
-    /// Has a sign of its own, at this character.
+    /// Position of its own sign, if it has one.
     sign: Option<usize>,
-    /// Stands after `^`.
+    /// True if it follows `^`.
     is_exponent: bool,
 }
 
-/// Reads an expression and writes it anew, in the little that exmex is asked to understand: variables are `v00` ...
+/// Parses an expression and rewrites it in the small subset passed to exmex: variables are `v00` ...
 struct Reader {
     joints: usize,
     written: String,
@@ -138,7 +139,7 @@ impl Reader {
         if chars.len() > LONGEST {
             return wrong(LONGEST, format!("is longer than {LONGEST} characters"), "split it into several terms");
         }
-        // Factors around parentheses that are open; the one at hand; and the last one that is complete, when an operator must follow.
+        // Factors around the open parentheses; the current one; and the last complete one, if an operator must follow.
         let mut open: Vec<Factor> = Vec::new();
         let mut factor = Factor::default();
         let mut complete: Option<Factor> = None;
@@ -233,7 +234,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Writes a variable or a constant, and says that it is complete, or a function, and says that it is not.
+    /// Writes a name and returns true if it completes a factor (variable or constant), false if not (function).
     fn write_name(&mut self, name: &str, called: bool) -> Result<bool, (String, String)> {
         if name == "pi" {
             self.written.push_str(&decimal(std::f64::consts::PI));
@@ -273,12 +274,12 @@ impl Reader {
     }
 }
 
-/// A number in the digits that exmex reads: no exponent, and a digit on either side of the point.
+/// A number in digits that exmex reads: no exponent, and a digit on either side of the point.
 fn decimal(v: f64) -> String {
     format!("{v}")
 }
 
-/// Where the number that begins at `start` ends: digits, a point, an exponent.
+/// End of the number that begins at `start`: digits, a point, an exponent.
 fn end_of_number(chars: &[char], start: usize) -> usize {
     let digits = |from: usize| from + chars[from..].iter().take_while(|c| c.is_ascii_digit() || **c == '.').count();
     let end = digits(start);

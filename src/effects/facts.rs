@@ -1,28 +1,28 @@
-//! What is known about a family of effects beside its equation: data of its own file, from which warnings, sentences, suggestions and the
-//! simulator's shape errors are made.
+//! Properties of a family of effects beside its equation: data of the family's own file, used for warnings, sentences,
+//! suggestions and the simulator's shape errors.
 
 use super::{EffectId, ParameterSpec};
 
-/// What the error at a sample follows.
+/// The quantity on which the error at a sample depends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Follows {
-    /// The joint's own angle, by a shape that is known only where it was seen.
+    /// The joint's own angle, by a shape known only within the observed range.
     JointAngle,
-    /// The joint's own angle, as a straight line.
+    /// The joint's own angle, linearly.
     JointAngleInProportion,
-    /// Angles of other joints, as straight lines.
+    /// Angles of other joints, linearly.
     OtherAngles,
     /// The joint's own torque.
     JointTorque,
     /// The torque of another joint.
     OtherTorque,
-    /// Moments and forces of gravity, of whatever direction.
+    /// Moments and forces of gravity, in any direction.
     Load,
-    /// Which payload is carried.
+    /// The payload carried.
     Payload,
-    /// The side from which the joint came.
+    /// The direction from which the joint approached.
     Approach,
-    /// What the joint was commanded beyond what was read.
+    /// The difference between the commanded and the reported joint angle.
     Commanded,
     /// The joint's last move.
     LastMove,
@@ -34,30 +34,31 @@ pub enum Follows {
     World,
     /// Nothing: the same in the tool's axes at every sample.
     Tool,
-    /// Indicator readings left over.
+    /// Residual indicator readings.
     Reading,
-    /// The side from which a plunger came.
+    /// The direction from which a plunger approached.
     Plunger,
-    /// Which ball is probed.
+    /// The ball being probed.
     Ball,
-    /// Where in the artifact the ball is.
+    /// The position of the ball in the artifact.
     PlaceInArtifact,
-    /// Where the measured point is.
+    /// The position of the measured point.
     Point,
     /// One sample.
     Sample,
 }
 
-/// What a family is to a model.
+/// The role of a family in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Part of every model: the description of a robot is no better than its maker, so nothing holds the sizes.
+    /// Part of every model: a robot's description is no better than its manufacturer, so no prior holds the sizes.
     Baseline,
-    /// A cause of which every robot has a little, held to plausible sizes when it is fitted.
+    /// A cause present to some extent in every robot, held to plausible sizes when fitted.
     Cause,
-    /// A cause that is there or is not: held to plausible sizes, and no part of what an ordinary robot is expected to have.
+    /// A cause that is either present or absent: held to plausible sizes, and not part of what is expected of an ordinary
+    /// robot.
     Event,
-    /// No cause, but a way to draw any curve: never named by a diagnosis.
+    /// Not a cause, but a basis for arbitrary curves: never named by a diagnosis.
     AnyShape,
 }
 
@@ -66,48 +67,49 @@ pub enum Role {
 pub enum Offered {
     /// Always.
     Always,
-    /// Always, and all members at once as one candidate.
+    /// Always, and also all members together as one candidate.
     AsWholeToo,
-    /// Where balls are not all that is measured: it is exactly another effect where they are.
+    /// If not only balls are measured: with balls alone it is exactly aliased with another effect.
     BesideOtherTargets,
-    /// Where no payload was entered.
+    /// If no payload was entered.
     WithoutPayload,
-    /// Where the robot's description holds no link masses.
+    /// If the robot's description holds no link masses.
     WithoutMasses,
-    /// Where the samples are a log of moves: with times, sides of approach or commanded joints.
+    /// If the samples are a log of moves: with times, approach directions or commanded joints.
     ToLogs,
-    /// Never by itself.
+    /// Only by name.
     ByName,
 }
 
-/// What is impossible about a number.
+/// The reason why a value is physically impossible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unphysical {
-    /// A joint, a bearing, a link or a pedestal that gives way against its load.
+    /// A joint, a bearing, a link or a pedestal that deflects against its load.
     NegativeCompliance,
-    /// A gearbox that gets softer under load.
+    /// A gearbox that softens under load.
     Softening,
-    /// Lost motion that the load closes on the other side.
+    /// Lost motion that the load closes in the wrong direction.
     LostMotionAgainstLoad,
     /// A mass below zero.
     NegativeMass,
 }
 
-/// Which values a parameter of the family can have, SI.
+/// The values that a parameter of the family can have, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Physical {
-    /// Of either sign.
+    /// Either sign.
     Any,
-    /// Not below this.
+    /// No less than this.
     AtLeast(f64, Unphysical),
-    /// Not above this.
+    /// No more than this.
     AtMost(f64, Unphysical),
-    /// No further below zero than the payload that was entered weighs, kg.
+    /// No further below zero than the mass of the payload entered, kg.
     AtLeastMinusPayload(Unphysical),
 }
 
 impl Physical {
-    /// What is impossible about `value` (SI) by more than `margin`; `heaviest` is the mass of the heaviest payload entered, kg.
+    /// The reason why `value` (SI) is impossible by more than `margin`, if it is; `heaviest` is the mass of the heaviest
+    /// payload entered, kg.
     pub fn violated(&self, value: f64, margin: f64, heaviest: f64) -> Option<Unphysical> {
         match *self {
             Physical::AtLeast(limit, why) if value < limit - margin => Some(why),
@@ -118,19 +120,19 @@ impl Physical {
     }
 }
 
-/// How large a parameter may be before neither its equation nor its cause is to be believed.
+/// The size of a parameter beyond which neither its equation nor its cause is credible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LinearRange {
     /// Any size: fits iterate over it.
     Unlimited,
-    /// So many plausible sizes.
+    /// This multiple of the plausible size.
     Sizes(f64),
     /// This amount, SI, the same for all parameters of the family.
     Si(f64),
 }
 
 impl LinearRange {
-    /// Whether a parameter is believable when it deviates from its nominal value by `deviation` (SI).
+    /// True if a parameter is credible when it deviates from its nominal value by `deviation` (SI).
     pub fn holds(&self, spec: &ParameterSpec, deviation: f64) -> bool {
         match *self {
             LinearRange::Unlimited => true,
@@ -140,19 +142,19 @@ impl LinearRange {
     }
 }
 
-/// How often the error repeats in a turn of its joint.
+/// Number of periods of the error in one revolution of its joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Period {
-    /// Not at all, or with many orders at once.
+    /// Not periodic, or with many orders at once.
     None,
-    /// So many times.
+    /// This number.
     PerTurn(u32),
-    /// As many times as the last argument of the id says.
+    /// The last argument of the id.
     LastArgument,
 }
 
 impl Period {
-    /// Periods per turn of the effect of that id.
+    /// Periods per revolution of the effect with this id.
     pub fn per_turn(&self, id: &EffectId<'_>) -> Option<u32> {
         match *self {
             Period::None => None,
@@ -162,33 +164,33 @@ impl Period {
     }
 }
 
-/// What stands behind a family, in the words of the shop floor.
+/// The meaning of a family, in shop-floor terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Meaning {
     /// The physics, in a clause.
     pub physics: &'static str,
-    /// Where to look before it is added to the model; empty where the model is the place to mend it.
+    /// What to inspect before adding it to the model; empty if it is to be corrected in the model.
     pub look: &'static str,
 }
 
-/// How the true shape of an effect may differ from the equation of the catalogue, at full mismatch.
+/// How the true shape of an effect may differ from the catalogue's equation, at full mismatch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stray {
-    /// The equation has no constant that a robot need not keep to.
+    /// The equation has no constant from which a robot might differ.
     None,
-    /// A power of the load: `nominal` in the equation, truly up to `spread` more or less.
+    /// A power of the load: `nominal` in the equation, in truth up to `spread` more or less.
     Power {
         /// As in the equation.
         nominal: f64,
-        /// Up to so much more or less.
+        /// Largest deviation, more or less.
         spread: f64,
     },
     /// `tanh` closes at up to this factor more or less of the torque.
     Closing(f64),
-    /// Up to so much of the size appears at three times the order, `sin` and `cos` alternating.
+    /// Up to this share of the size appears at three times the order, `sin` and `cos` alternating.
     Overtone(f64),
     /// Time constants are up to this factor longer or shorter.
     Slower(f64),
-    /// The moment, the last argument of the id (s), lies anywhere in the session.
+    /// The time, the last argument of the id (s), lies anywhere in the session.
     Moment,
 }

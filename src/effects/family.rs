@@ -1,20 +1,20 @@
-//! The catalogue: families of effects, where each comes from, and which members it has for a robot and an artifact.
+//! The catalogue: families of effects, their origins, and their members for a robot and an artifact.
 
 use super::*;
 
 /// Builds an effect from its id, for a robot and an artifact.
 pub type Build = fn(&EffectId<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
 
-/// Where an effect comes from: tables keep them apart, since the remedy differs.
+/// Origin of an effect: tables separate them, since the remedy differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// The arm itself: what a calibration is for.
+    /// The arm itself: the object of a calibration.
     Arm,
-    /// The TriCal and its place on the flange.
+    /// The TriCal and its mounting on the flange.
     Gauge,
-    /// The balls and what carries them.
+    /// The balls and their supports.
     Artifact,
-    /// How arm, load and instruments were set up that day.
+    /// The set-up of arm, load and instruments on the day.
     SetUp,
 }
 
@@ -28,16 +28,16 @@ impl Origin {
     }
 }
 
-/// What has to be tried out before a member of the family is known: its last argument.
+/// The argument of a member that has to be found by a scan: its last one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scan {
     /// Nothing.
     None,
-    /// How often per turn: a whole number.
+    /// Order, per revolution: a whole number.
     Order,
-    /// When: seconds since the session began.
+    /// Time: seconds since the session began.
     Time,
-    /// At which sample: its id.
+    /// Sample: its id.
     Sample,
 }
 
@@ -45,40 +45,40 @@ pub enum Scan {
 pub struct Family {
     /// The id before the first colon.
     pub id: &'static str,
-    /// What may follow: `""`, `":J"` (a joint), `":J:K"`, `":B"` (a ball), `":I"` (an indicator), `":T"` (a time).
+    /// Its arguments: `""`, `":J"` (a joint), `":J:K"`, `":B"` (a ball), `":I"` (an indicator), `":T"` (a time).
     pub arguments: &'static str,
-    /// What it is, in a sentence.
+    /// Description, in a sentence.
     pub what: &'static str,
-    /// What it adds, per unit of its parameters.
+    /// The equation, per unit of its parameters.
     pub equation: &'static str,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
-    /// What has to be tried out.
+    /// The argument to be scanned.
     pub scan: Scan,
-    /// What the error follows, the main thing first; empty where it is always there.
+    /// The quantities on which the error depends, the main one first; empty if it is always present.
     pub follows: &'static [Follows],
-    /// What it is to a model.
+    /// Its role in a model.
     pub role: Role,
     /// When a diagnosis offers it.
     pub offered: Offered,
-    /// Which values its parameters can have.
+    /// The values that its parameters can have.
     pub physical: Physical,
-    /// How large its parameters may be before they are not believable.
+    /// The size beyond which its parameters are not credible.
     pub linear_range: LinearRange,
-    /// How often it repeats in a turn of its joint.
+    /// Its periods per revolution of its joint.
     pub period: Period,
-    /// What it means, and where to look.
+    /// Its meaning, and what to inspect.
     pub meaning: Meaning,
     /// How its true shape may differ from the equation.
     pub stray: Stray,
-    /// Arguments of its members (`""`, `":2"`), but for the one that is scanned.
+    /// Arguments of its members (`""`, `":2"`), except the scanned one.
     pub members: fn(&Subject<'_>) -> Vec<String>,
     /// Builds the effect from its whole id, split at the colons.
     pub build: Build,
 }
 
 impl Family {
-    /// Ids of all members for that robot and artifact; none of a family that has to be scanned.
+    /// Ids of all members for that robot and artifact; empty for a family that has to be scanned.
     pub fn ids(&self, subject: &Subject<'_>) -> Vec<String> {
         if self.scan == Scan::None { self.with(subject, "") } else { Vec::new() }
     }
@@ -88,17 +88,18 @@ impl Family {
         if self.scan == Scan::None { Vec::new() } else { self.with(subject, &format!(":{value}")) }
     }
 
-    /// The joint that an id of this family names first, counted from 1; `None` when its members are not of a joint, or it names none.
+    /// The first joint named by an id of this family, counted from 1; `None` if its members do not belong to a joint, or if
+    /// the id names none.
     pub fn joint(&self, id: &EffectId<'_>) -> Option<usize> {
         if self.is_of_joint() { id.number(0) } else { None }
     }
 
-    /// Whether its ids name a joint first.
+    /// True if its ids begin with a joint.
     pub fn is_of_joint(&self) -> bool {
         self.arguments.starts_with(":J")
     }
 
-    /// Whether its members are one a joint, with nothing to be tried out.
+    /// True if it has one member per joint and nothing to scan.
     pub fn is_per_joint(&self) -> bool {
         self.arguments == ":J" && self.scan == Scan::None
     }
@@ -108,27 +109,27 @@ impl Family {
     }
 }
 
-/// Members: one, without arguments.
+/// Members: a single one, without arguments.
 pub(super) fn alone(_: &Subject<'_>) -> Vec<String> {
     vec![String::new()]
 }
 
-/// Members: one a joint.
+/// Members: one per joint.
 pub(super) fn each_joint(subject: &Subject<'_>) -> Vec<String> {
     (1..=subject.robot.joints()).map(|j| format!(":{j}")).collect()
 }
 
-/// Members: one an indicator.
+/// Members: one per indicator.
 pub(super) fn each_indicator(_: &Subject<'_>) -> Vec<String> {
     (1..=3).map(|i| format!(":{i}")).collect()
 }
 
-/// Members: one a ball.
+/// Members: one per ball.
 pub(super) fn each_ball(subject: &Subject<'_>) -> Vec<String> {
     subject.balls.iter().map(|b| format!(":{b}")).collect()
 }
 
-/// Every effect that plant, model and diagnosis know.
+/// All effects known to plant, model and diagnosis.
 pub const CATALOGUE: &[Family] = &[
     base_frame::FAMILY,
     mdh::FAMILY,

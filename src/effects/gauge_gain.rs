@@ -1,4 +1,4 @@
-//! `gauge_gain:I`: an indicator shows a share too little, `tool += g r_I e_I`; seen where readings were left over.
+//! `gauge_gain:I`: an indicator reads low by a share, `tool += g r_I e_I`; visible if residual readings remain.
 
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};

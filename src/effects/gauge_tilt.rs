@@ -1,5 +1,5 @@
-//! `gauge_tilt:I`: a plunger's flat is tilted, and shows some of the ball's offset across it: `tool += k (r_J + r_K) e_I`, J and K being
-//! the other two indicators; a tilt the other way across shows in the difference, and is left out.
+//! `gauge_tilt:I`: a plunger's flat is tilted and responds to the ball's offset across it: `tool += k (r_J + r_K) e_I`, J
+//! and K being the other two indicators. The tilt about the other direction appears in their difference and is omitted.
 
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};

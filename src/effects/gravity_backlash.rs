@@ -1,4 +1,4 @@
-//! `gravity_backlash:J`: lost motion that the load takes up on its side, `theta_J += b tanh(tau_J / tau_0)`.
+//! `gravity_backlash:J`: lost motion taken up by the load in its own direction, `theta_J += b tanh(tau_J / tau_0)`.
 
 use super::family::each_joint;
 use super::reference_torque::reference_torque;
@@ -41,5 +41,5 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// tau_0 as a share of the largest torque: how much load it takes to close the play.
+/// tau_0 as a share of the largest torque: the load needed to close the play.
 const CLOSING_SHARE: f64 = 0.05;

@@ -1,4 +1,4 @@
-//! `gravity_direction`: the world's z axis is not plumb, gravity being turned by (x, y) about its x and y axes:
+//! `gravity_direction`: the world's z axis is not plumb, gravity being rotated by (x, y) about the world's x and y axes:
 //! `theta_J += c_J z_J . sum_{k >= J} m_k (c_k - o_J) x (phi x g)`.
 
 use nalgebra::Vector3;
@@ -43,7 +43,7 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Of all that hangs on joint `j` (counted from 0), about a point, kg·m.
+/// First moment of everything carried by joint `j` (counted from 0), about a point, kg·m.
 fn first_moment(at: &Situation<'_>, j: usize, about: &Vector3<f64>) -> Vector3<f64> {
     let payload = (at.posture.flange().point(&at.payload.com) - about) * at.payload.mass;
     let links = at.robot.links.iter().enumerate().skip(j);

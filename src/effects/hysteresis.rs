@@ -1,7 +1,8 @@
-//! `hysteresis:J`: lost motion by the side from which a joint came, `theta_J += h approach_J`.
+//! `hysteresis:J`: lost motion by the direction from which a joint approached, `theta_J += h approach_J`.
 //!
-//! Plausible: 30 urad, half the width of a strain-wave gear's loop at the torque of a small arm; the unidirectional repeatability of an
-//! IRB 1600 leaves no room for more (Slamani, Nubiola, Bonev, Robotics and Computer-Integrated Manufacturing 28 (2012)).
+//! Plausible: 30 urad, half the width of a strain-wave gear's loop at the torque of a small arm; the unidirectional
+//! repeatability of an IRB 1600 leaves no room for more (Slamani, Nubiola, Bonev, Robotics and Computer-Integrated
+//! Manufacturing 28 (2012)).
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};

@@ -1,10 +1,10 @@
-//! Effect ids: the family's name and its arguments, taken apart in one place.
+//! Effect ids, parsed in one place into the family's name and its arguments.
 
 use super::{EffectError, Subject};
 
-/// An effect id, `FAMILY`, `FAMILY:ARGUMENT` or `FAMILY:ARGUMENT:...`, taken apart at its colons.
+/// An effect id, `FAMILY`, `FAMILY:ARGUMENT` or `FAMILY:ARGUMENT:...`, split at its colons.
 ///
-/// The arguments are not checked: that is done where the effect is built for a robot and an artifact.
+/// The arguments are not checked here but when the effect is built for a robot and an artifact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct EffectId<'a> {
     whole: &'a str,
@@ -13,7 +13,7 @@ pub struct EffectId<'a> {
 }
 
 impl<'a> EffectId<'a> {
-    /// Takes an id apart.
+    /// Splits an id.
     pub fn new(whole: &'a str) -> Self {
         match whole.split_once(':') {
             Some((family, rest)) => EffectId { whole, family, rest: Some(rest) },
@@ -21,17 +21,17 @@ impl<'a> EffectId<'a> {
         }
     }
 
-    /// As given.
+    /// The whole id, as given.
     pub fn whole(&self) -> &'a str {
         self.whole
     }
 
-    /// Before the first colon.
+    /// The part before the first colon.
     pub fn family(&self) -> &'a str {
         self.family
     }
 
-    /// After the first colon. Names of balls and samples may hold colons of their own.
+    /// The part after the first colon. Names of balls and samples may contain colons.
     pub fn rest(&self) -> Option<&'a str> {
         self.rest
     }
@@ -41,7 +41,7 @@ impl<'a> EffectId<'a> {
         self.rest?.split(':').nth(k)
     }
 
-    /// After the last colon: what a scan varies.
+    /// The part after the last colon: the argument varied by a scan.
     pub fn last_argument(&self) -> Option<&'a str> {
         self.rest?.rsplit(':').next()
     }
@@ -51,15 +51,15 @@ impl<'a> EffectId<'a> {
         self.argument(k)?.parse().ok().filter(|n| *n > 0)
     }
 
-    /// An error about its arguments.
+    /// An error about the arguments.
     pub fn wrong(&self, problem: impl Into<String>) -> EffectError {
         EffectError::Argument { id: self.whole.into(), problem: problem.into() }
     }
 
-    /// Requires at most `most` arguments.
+    /// Requires no more than `most` arguments.
     ///
     /// # Errors
-    /// When there are more.
+    /// If there are more.
     pub fn at_most(&self, most: usize) -> Result<(), EffectError> {
         if self.rest.map_or(0, |rest| rest.split(':').count()) > most {
             return Err(self.wrong(format!("takes at most {most} argument(s)")));
@@ -67,10 +67,10 @@ impl<'a> EffectId<'a> {
         Ok(())
     }
 
-    /// The joints meant: the one named by the only argument, or all of them. Counted from 0.
+    /// The joints named: the one of the only argument, or all of them if there is none. Counted from 0.
     ///
     /// # Errors
-    /// When the robot has no such joint, or there is more than one argument.
+    /// If the robot has no such joint, or if there is more than one argument.
     pub fn joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
         self.at_most(1)?;
         if self.rest.is_none() { Ok((0..subject.robot.joints()).collect()) } else { Ok(vec![self.joint(0, subject)?]) }
@@ -79,7 +79,7 @@ impl<'a> EffectId<'a> {
     /// The joint named by argument `k`. Counted from 0.
     ///
     /// # Errors
-    /// When the robot has no such joint.
+    /// If the robot has no such joint.
     pub fn joint(&self, k: usize, subject: &Subject<'_>) -> Result<usize, EffectError> {
         let n = subject.robot.joints();
         match self.number(k) {
@@ -91,7 +91,7 @@ impl<'a> EffectId<'a> {
     /// The indicator named by the only argument. Counted from 0.
     ///
     /// # Errors
-    /// When it is not 1, 2 or 3.
+    /// If it is not 1, 2 or 3.
     pub fn indicator(&self) -> Result<usize, EffectError> {
         match self.rest {
             Some("1") => Ok(0),
@@ -104,7 +104,7 @@ impl<'a> EffectId<'a> {
     /// The time named by argument `k`, the last, s.
     ///
     /// # Errors
-    /// When it is no time, or not the last.
+    /// If it is not a time, or not the last argument.
     pub fn time(&self, k: usize) -> Result<f64, EffectError> {
         self.at_most(k + 1)?;
         match self.argument(k).and_then(|a| a.parse::<f64>().ok()) {
@@ -113,20 +113,20 @@ impl<'a> EffectId<'a> {
         }
     }
 
-    /// The ball named by the whole rest, by its place in the artifact.
+    /// Index in the artifact of the ball named by everything after the first colon.
     ///
     /// # Errors
-    /// When the artifact has no such ball.
+    /// If the artifact has no such ball.
     pub fn ball(&self, subject: &Subject<'_>) -> Result<usize, EffectError> {
         let name = self.rest.unwrap_or_default();
         let unknown = || self.wrong(format!("names a ball after the colon, one of: {}", subject.balls.join(", ")));
         subject.balls.iter().position(|b| b == name).ok_or_else(unknown)
     }
 
-    /// The sample named by the whole rest.
+    /// The sample named by everything after the first colon.
     ///
     /// # Errors
-    /// When none is named, or the samples are known and this is none of them.
+    /// If none is named, or if the samples are known and this is not one of them.
     pub fn sample(&self, subject: &Subject<'_>) -> Result<&'a str, EffectError> {
         let sample = self.rest.filter(|s| !s.is_empty()).ok_or_else(|| self.wrong("names a sample after the colon"))?;
         if subject.samples.is_some_and(|known| !known.iter().any(|s| s == sample)) {

@@ -1,6 +1,6 @@
 //! `joint_compliance`, `joint_compliance:J`: the gearbox twists under gravity, `theta_J += c_J tau_J` (paper section 5).
 //!
-//! tau_J is the moment of the load about +z_J, so a gearbox that gives way has c_J > 0; a negative estimate is not physical.
+//! tau_J is the moment of the load about +z_J, so a compliant gearbox has c_J > 0; a negative estimate is not physical.
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};

@@ -1,4 +1,5 @@
-//! `joint_scale:J`: the encoder or the gear ratio is off by a factor, `theta_J += s q_J`. Springs of cables and hoses look the same.
+//! `joint_scale:J`: the encoder or the gear ratio is off by a factor, `theta_J += s q_J`. The stiffness of cables and hoses
+//! looks the same.
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};

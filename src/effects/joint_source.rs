@@ -1,5 +1,5 @@
-//! `joint_source:J`: the arm stands where it was sent, not where it was read, `theta_J += s (q_commanded - q)`. s is 1 where the command
-//! is the truth and 0 where the reading is.
+//! `joint_source:J`: the arm is at the commanded, not the reported, angle, `theta_J += s (q_commanded - q)`. s is 1 if the
+//! command is correct and 0 if the reading is.
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
@@ -11,7 +11,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "joint_source",
     arguments: ":J",
-    what: "a joint stands where it was sent",
+    what: "following error: a joint is at the commanded, not the reported, angle",
     equation: "theta_J += s (q_commanded - q)",
     origin: Origin::Arm,
     scan: Scan::None,

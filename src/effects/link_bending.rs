@@ -1,8 +1,8 @@
 //! `link_bending:J`: the link between joints J and J + 1 bends and twists, as a beam from frame J to frame J + 1.
 //!
-//! What hangs on frame J + 1 loads the beam with a force F and a moment M there, so that at p(s), s from 0 to 1, it carries
-//! `M(s) = M + (p(1) - p(s)) x F`; each piece turns all after it by `(M_across(s)/EI + M_along(s)/GJ) L ds` about p(s)
-//! (Euler-Bernoulli bending, Saint-Venant torsion; the link's own weight is left out).
+//! Everything carried by frame J + 1 loads the beam with a force F and a moment M there, so that at p(s), s from 0 to 1, it
+//! carries `M(s) = M + (p(1) - p(s)) x F`; each element rotates everything after it by `(M_across(s)/EI + M_along(s)/GJ) L
+//! ds` about p(s) (Euler-Bernoulli bending, Saint-Venant torsion; the link's own weight is neglected).
 
 use nalgebra::Vector3;
 
@@ -39,7 +39,7 @@ pub(super) const FAMILY: Family = Family {
         if frame == subject.robot.joints() || length(subject, frame) <= SHORTEST {
             return Err(id.wrong("names a joint whose axis is some way from the next"));
         }
-        // Aluminium castings of a small arm: EI of 1.2 to 2.5e5 N·m² (assumed), the thicker after joint 2.
+        // Aluminium castings of a small arm: EI of 1.2 to 2.5e5 N·m² (assumed), the thicker one after joint 2.
         let plausible = Unit::PER_MN_M2.to_si(if frame == 2 { 4.0 } else { 8.0 });
         let parameters = ["bending", "torsion"]
             .map(|part| ParameterSpec::new(format!("link_bending:{frame}.{part}"), Unit::PER_MN_M2, plausible));
@@ -68,20 +68,20 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// A link shorter than this is no beam, m.
+/// Shortest link treated as a beam, m.
 const SHORTEST: f64 = 10.0 * MM;
 
-/// Gauss's two points on 0..1: exact up to the third power, and the integrand is of the second.
+/// Two-point Gauss quadrature on 0..1: exact up to third order; the integrand is of second order.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
 const GAUSS_WEIGHT: f64 = 0.5;
 
-/// Distance of frame `j` (counted from 1) from the next, m.
+/// Distance from frame `j` (counted from 1) to the next, m.
 fn length(subject: &Subject<'_>, j: usize) -> f64 {
     let next = &subject.robot.links[j].mdh;
     next.a.hypot(next.d)
 }
 
-/// A turn about the origin of frame k and a shift (world), as deviations of its flex sites.
+/// A rotation about the origin of frame k and a translation (world), as deviations of its flex sites.
 fn displace(parameter: usize, k: usize, frame: &Frame, turn: &Vector3<f64>, shift: &Vector3<f64>, emit: &mut Emit<'_>) {
     let (turn, shift) = (frame.components(turn), frame.components(shift));
     for (axis, weight) in Axis6::ALL.into_iter().zip([shift.x, shift.y, shift.z, turn.z, turn.y, turn.x]) {
@@ -95,7 +95,8 @@ mod tests {
     use crate::effects::{Situation, build};
     use crate::robot::{FramePose, Link, Loads, MdhLink, Payload, Posture, Robot, SiteIndex};
 
-    /// What a beam of 0.6 m along x from joint 1 does to a TCP at its end, or beside it, where a weight of 5 kg hangs.
+    /// Displacement of a TCP at the end of a beam of 0.6 m along x from joint 1, or beside it, with a weight of 5 kg at the
+    /// TCP.
     fn deflection(beside: f64) -> [Vector3<f64>; 2] {
         let link =
             |a: f64| Link { mdh: MdhLink { a, ..MdhLink::default() }, limits: [-1.0, 1.0], mass: 1e-12, com: Vector3::zeros() };
@@ -110,7 +111,7 @@ mod tests {
         let (mut posture, mut loads) = (Posture::new(&robot), Loads::new(2));
         let tool = FramePose { xyz: [0.0, beside, 0.0], ..FramePose::default() };
         posture.set(&robot, &FramePose::default(), &tool, &[0.0; 2], &vec![0.0; SiteIndex::new(2).len()]);
-        loads.weigh(&robot, &posture, &payload, &crate::robot::DEFAULT_GRAVITY, &Vector3::zeros());
+        loads.compute(&robot, &posture, &payload, &crate::robot::DEFAULT_GRAVITY, &Vector3::zeros());
         let effect = build("link_bending:1", &Subject::new(&robot, &[])).expect("a beam");
         let mut moved = [Vector3::zeros(); 2];
         let at = Situation::at_rest(&robot, &[0.0; 2], &posture, &loads, &payload);
@@ -134,7 +135,7 @@ mod tests {
         let [bent, twisted] = deflection(0.1);
         let textbook = Vector3::new(0.0, 0.0, -WEIGHT * LENGTH.powi(3) / 3.0);
         assert!((bent - textbook).norm() < 1e-9, "{bent} against {textbook}");
-        // The angle is W b L / GJ, and the TCP is as far beside the beam as the weight.
+        // The angle is W b L / GJ, and the TCP is as far from the beam axis as the weight.
         let textbook = Vector3::new(0.0, 0.0, -WEIGHT * 0.1 * LENGTH * 0.1);
         assert!((twisted - textbook).norm() < 1e-9, "{twisted} against {textbook}");
     }

@@ -1,7 +1,8 @@
-//! `link_mass`: links 2, 3 and 4 are heavier than entered, by a share of their mass: `theta_J += c_J m_k z_J . ((c_k - o_J) x g)`.
+//! `link_mass`: links 2, 3 and 4 are heavier than entered, by a share of their mass: `theta_J += c_J m_k z_J . ((c_k - o_J)
+//! x g)`.
 //!
-//! Link 1 turns about the vertical and weighs on no joint; those after link 4 are light, and so near the flange that a wrong payload
-//! says the same.
+//! Link 1 turns about the vertical and loads no joint; the links after 4 are light, and so close to the flange that they
+//! are aliased with a wrong payload.
 
 use super::family::alone;
 use super::shape::Shape;
@@ -34,7 +35,7 @@ pub(super) const FAMILY: Family = Family {
         id.at_most(0)?;
         let links = 1..subject.robot.joints().min(4);
         let name = |link| format!("link_mass.link{}", link + 1);
-        // No maker publishes masses of the KR6; those of its successor differ by such a share.
+        // No manufacturer publishes masses of the KR6; those of its successor differ by about this share.
         let parameters = links.clone().map(|link| ParameterSpec::new(name(link), Unit::RATIO, 0.15)).collect();
         Shape::new(id, parameters, move |at, emit| {
             for (k, i) in links.clone().enumerate() {

@@ -1,8 +1,9 @@
-//! `lumped_gravity:J`: joint J gives way to gravity, the masses of the links being unknown:
-//! `theta_J += sum_{k >= J} z_J . ((a_k x_k + b_k y_k) x g/|g|)`, x_k and y_k being axes of frame k.
+//! `lumped_gravity:J`: joint J deflects under gravity, the masses of the links being unknown: `theta_J += sum_{k >= J} z_J
+//! . ((a_k x_k + b_k y_k) x g/|g|)`, x_k and y_k being axes of frame k.
 //!
-//! The first moment of all that hangs on joint J is a sum of vectors, each constant in the frame of one link from J on. What lies along an
-//! axis z_k is constant in the frame before as well, and counted there: two numbers a link are left, and these are independent on any arm.
+//! The first moment of everything carried by joint J is a sum of vectors, each constant in the frame of one link from J on.
+//! A component along an axis z_k is also constant in the preceding frame, and counted there: two parameters per link
+//! remain, and these are independent on any arm.
 
 use super::family::each_joint;
 use super::shape::{Shape, theta};
@@ -49,7 +50,7 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Plausible: how far a joint of the first half of the arm, and of the wrist, gives way to its own link held out level; each link further
-/// out counts half.
+/// Plausible size: deflection of a joint of the first half of the arm, and of the wrist, under its own link held
+/// horizontally; each link further out counts half.
 const LARGE: f64 = 300.0 * URAD;
 const SMALL: f64 = 80.0 * URAD;

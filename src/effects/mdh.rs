@@ -1,7 +1,7 @@
-//! `mdh`: links not made to the drawing. Every entry of every MDH line is proposed, and Hayati's beta where two axes are
-//! nominally parallel; what the data cannot tell apart is found from the Jacobian's rank, not written here.
+//! `mdh`: link geometry that deviates from nominal. Every entry of every MDH row is proposed, and Hayati's beta if two axes
+//! are nominally parallel; aliased parameters are found from the rank of the Jacobian, not listed here.
 //!
-//! Subscripts are the paper's: alpha_{i-1}, a_{i-1}, beta_{i-1} stand in the line of joint i (Eq. 1).
+//! Subscripts are the paper's: alpha_{i-1}, a_{i-1}, beta_{i-1} are in the row of joint i (Eq. 1).
 
 use super::family::alone;
 use super::shape::constant;
@@ -12,7 +12,7 @@ use crate::units::{DEG, MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "mdh",
     arguments: "",
-    what: "links are not made to the drawing",
+    what: "link geometry differs from the nominal one",
     equation: "alpha, a, d, theta, beta += deviation",
     origin: Origin::Arm,
     scan: Scan::None,
@@ -22,7 +22,7 @@ pub(super) const FAMILY: Family = Family {
     physical: Physical::Any,
     linear_range: LinearRange::Sizes(40.0),
     period: Period::None,
-    meaning: Meaning { physics: "lengths and zeros of the arm are not those of the drawing", look: "" },
+    meaning: Meaning { physics: "lengths and zeros of the arm differ from the nominal ones", look: "" },
     stray: Stray::None,
     members: alone,
     build: |id, subject| {
@@ -34,7 +34,7 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Axes closer to parallel than this get a beta: below it, a common normal is too ill-defined to carry the error in d.
+/// Axes closer to parallel than this get a beta: below it, the common normal is too ill-defined to carry the error in d.
 const PARALLEL: f64 = 1.0 * DEG;
 
 /// Name, nominal value and unit of an MDH entry of link `i` (counted from 0).
@@ -50,7 +50,7 @@ fn describe(robot: &Robot, i: usize, entry: MdhEntry) -> ParameterSpec {
     ParameterSpec { name, unit, nominal, prior }
 }
 
-/// The entries proposed, in Table 8's order: twists, lengths, offsets, joint offsets, skews.
+/// The proposed entries, in the order of Table 8: twists, lengths, offsets, joint offsets, skews.
 fn sites(robot: &Robot) -> Vec<(usize, MdhEntry)> {
     let parallel = |i: usize| i > 0 && robot.links[i].mdh.alpha.sin().abs() < PARALLEL.sin();
     let entries = [MdhEntry::Alpha, MdhEntry::A, MdhEntry::D, MdhEntry::Theta, MdhEntry::Beta];

@@ -1,8 +1,9 @@
-//! What can be wrong with an arm, its gauge, its artifact or its set-up: one file per physical effect, one [`CATALOGUE`].
+//! Possible errors of an arm, its gauge, its artifact or its set-up: one file per physical effect, one [`CATALOGUE`].
 //!
-//! An effect knows its shape, never its size. It says which [`Site`]s it moves, per unit of each of its parameters, in a given
-//! [`Situation`]; it is linear in its parameters and free in everything else. The plant holds one set of sizes (the truth), the
-//! model another (the estimate). A user's own effects ([`OwnEffect`]) are written as expressions and are not told apart from these.
+//! An effect defines its shape, never its size. It lists the [`Site`]s it moves, per unit of each of its parameters, in a
+//! given [`Situation`]; it is linear in its parameters and arbitrary in everything else. The plant holds one set of sizes
+//! (the ground truth), the model another (the estimate). User-defined effects ([`OwnEffect`]) are written as expressions
+//! and treated like all others.
 
 mod artifact_sag;
 mod artifact_scale;
@@ -69,39 +70,39 @@ pub use situation::{ArtifactShape, Kind, Situation};
 use crate::robot::{Robot, Site};
 use crate::units::Unit;
 
-/// One number of an effect: its name, its unit, and how large it usually is.
+/// One parameter of an effect: its name, its unit and its plausible size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterSpec {
     /// Unique among all effects, e.g. `a2`, `c3`, `harmonic1:2.sin`.
     pub name: String,
     /// Unit for people and files.
     pub unit: Unit,
-    /// Value on the drawing, SI; the parameter is the deviation from it.
+    /// Nominal value, SI; the parameter is the deviation from it.
     pub nominal: f64,
-    /// One-sigma of a plausible size, SI.
+    /// Plausible size (1 sigma of the prior), SI.
     pub prior: f64,
 }
 
 impl ParameterSpec {
-    /// A parameter whose drawing value is zero.
+    /// A parameter whose nominal value is zero.
     pub fn new(name: impl Into<String>, unit: Unit, prior: f64) -> Self {
         ParameterSpec { name: name.into(), unit, nominal: 0.0, prior }
     }
 
-    /// Three of them, `NAME.x` to `NAME.z`.
+    /// Three such parameters, `NAME.x` to `NAME.z`.
     fn xyz(name: &str, unit: Unit, prior: f64) -> Vec<Self> {
         ["x", "y", "z"].iter().map(|axis| ParameterSpec::new(format!("{name}.{axis}"), unit, prior)).collect()
     }
 }
 
-/// What an effect cannot do without.
+/// What an effect requires of the model or the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// Joint torques: link masses in the robot's description, or `tau1_nm` ... `tauN_nm`.
     Torques,
     /// Link masses in the robot's description.
     Masses,
-    /// `joint_compliance` in the model, and torques from masses: a load that is not as entered acts through it.
+    /// `joint_compliance` in the model, and torques from masses: a load that differs from the entered one acts through it.
     Compliance,
     /// `approach1` ... `approachN`.
     Approach,
@@ -122,7 +123,7 @@ pub enum Needs {
 }
 
 impl Needs {
-    /// In the words of the files.
+    /// The requirement as named in the files.
     pub fn words(self) -> &'static str {
         match self {
             Needs::Torques => "link masses or tau1_nm ...",
@@ -140,7 +141,7 @@ impl Needs {
     }
 }
 
-/// Whose property a parameter is: one robot may stand in several sessions.
+/// The owner of a parameter: one robot may appear in several sessions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Owner {
     /// The arm: shared by all sessions.
@@ -151,73 +152,77 @@ pub enum Owner {
     Artifact,
 }
 
-/// Takes a parameter (by place among those of its effect), a site, and how far one SI unit of the parameter moves it, SI.
+/// Callback that takes a parameter (its index within the effect), a site, and the site's deviation per SI unit of the
+/// parameter, SI.
 pub type Emit<'e> = dyn FnMut(usize, Site, f64) + 'e;
 
-/// One thing that can be wrong, with its parameters.
+/// A single source of error, with its parameters.
 pub trait Effect: Send + Sync {
-    /// As in the catalogue, with its arguments: `harmonic:2:17`.
+    /// Id as in the catalogue, with its arguments: `harmonic:2:17`.
     fn id(&self) -> &str;
 
     /// Its parameters.
     fn parameters(&self) -> &[ParameterSpec];
 
-    /// Whose property it is.
+    /// The owner of the parameters.
     fn owner(&self) -> Owner {
         Owner::Robot
     }
 
-    /// What the data must hold.
+    /// What the model or the data must provide.
     fn needs(&self) -> &[Needs] {
         &[]
     }
 
-    /// Its terms (parameter, site, weight), none of them zero, where they are the same in every situation: they need not be asked for.
+    /// Its terms (parameter, site, weight), none of them zero, if they are the same in every situation, so that `terms`
+    /// need not be called.
     fn constant(&self) -> Option<&[(usize, Site, f64)]> {
         None
     }
 
-    /// Calls `emit(parameter, site, weight)` for every site moved: the site's deviation is the sum of weight x parameter (SI).
+    /// Calls `emit(parameter, site, weight)` for every site moved: the deviation of the site is the sum of weight ×
+    /// parameter (SI).
     fn terms(&self, at: &Situation<'_>, emit: &mut Emit<'_>);
 
-    /// The user's expression by which a parameter moves a site; `None` for what is not written by a user.
+    /// The user's expression by which a parameter moves a site; `None` for built-in effects.
     fn expression(&self, _parameter: usize, _site: Site) -> Option<&str> {
         None
     }
 }
 
-/// What an effect acts on: enough to build it from its id.
+/// Everything needed to build an effect from its id.
 #[derive(Debug, Clone, Copy)]
 pub struct Subject<'a> {
     /// The robot.
     pub robot: &'a Robot,
     /// Names of the balls, in the order of the artifact.
     pub balls: &'a [String],
-    /// The user's own effects.
+    /// The user-defined effects.
     pub own: &'a [OwnEffect],
-    /// The families that there are.
+    /// The available families.
     pub registry: &'a Registry,
-    /// Names of the samples, where they are known: an effect of one that is not there is then refused.
+    /// Names of the samples, if known: an effect that names another sample is then refused.
     pub samples: Option<&'a [String]>,
 }
 
 impl<'a> Subject<'a> {
-    /// A robot and an artifact, with the families of the catalogue and without effects of the user's own.
+    /// A robot and an artifact, with the families of the catalogue and no user-defined effects.
     pub fn new(robot: &'a Robot, balls: &'a [String]) -> Self {
         Subject { robot, balls, own: &[], registry: Registry::catalogue(), samples: None }
     }
 }
 
-/// Why an id is not an effect.
+/// The reason why an id does not name an effect.
 #[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum EffectError {
     /// No such family.
-    #[error("there is no effect '{id}'; `calibench effects` lists what there is")]
+    #[error("there is no effect '{id}' in the catalogue")]
     Unknown {
         /// As given.
         id: String,
     },
-    /// The part after the colon does not fit.
+    /// The arguments after the colon are not valid.
     #[error("effect '{id}': {problem}")]
     Argument {
         /// As given.
@@ -225,13 +230,13 @@ pub enum EffectError {
         /// What is wrong with it.
         problem: String,
     },
-    /// A family cannot be added under a name that is taken.
+    /// A family cannot be added under an id already in use.
     #[error("there is a family '{id}' already; give the new one another id")]
     Taken {
         /// The id of both.
         id: String,
     },
-    /// An effect of the user's own is not well formed.
+    /// A user-defined effect is not well formed.
     #[error("effect '{id}': {error}")]
     Own {
         /// Its name.
@@ -241,10 +246,10 @@ pub enum EffectError {
     },
 }
 
-/// Builds the effect of that id for that robot and artifact.
+/// Builds the effect with this id for the given robot and artifact.
 ///
 /// # Errors
-/// When no family and no effect of the user's own has the name, or its arguments do not fit the robot or the artifact.
+/// If no family and no user-defined effect has the name, or if its arguments do not fit the robot or the artifact.
 pub fn build(id: &str, subject: &Subject<'_>) -> Result<Box<dyn Effect>, EffectError> {
     if let Some(own) = subject.own.iter().find(|e| e.name == id) {
         return own.build(subject).map_err(|error| EffectError::Own { id: id.into(), error });

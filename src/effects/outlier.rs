@@ -8,12 +8,12 @@ use super::{
 use crate::robot::Site;
 use crate::units::{MM, Unit};
 
-/// The effect that sets a sample aside.
+/// Id of the effect that excludes this sample.
 pub fn setting_aside(sample: &str) -> String {
     format!("outlier:{sample}")
 }
 
-/// The sample that an effect sets aside; `None` of any other effect.
+/// The sample excluded by an effect; `None` for any other effect.
 pub fn set_aside_by(effect: &str) -> Option<&str> {
     effect.strip_prefix("outlier:")
 }
@@ -44,7 +44,7 @@ pub(super) const FAMILY: Family = Family {
                 (0..3).for_each(|k| emit(k, Site::target(k), 1.0));
             }
         })
-        // Samples have names of their own within a dataset.
+        // Sample names are unique within a dataset only.
         .owner(Owner::Artifact)
         .built()
     },

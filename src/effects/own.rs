@@ -1,4 +1,4 @@
-//! An effect of the user's own, linear in its coefficients: `site += coefficient * basis(situation)`, term by term.
+//! User-defined effects, linear in their coefficients: `site += coefficient * basis(situation)`, term by term.
 
 use thiserror::Error;
 
@@ -7,31 +7,31 @@ use super::{Effect, Emit, Needs, Owner, ParameterSpec, Situation, Subject};
 use crate::robot::{Axis6, MOST_JOINTS, MdhEntry, Site};
 use crate::units::{DEG, MM, Unit};
 
-/// One term of a user's effect.
+/// One term of a user-defined effect.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OwnTerm {
-    /// What it moves, as sites are printed (`theta:3`), or one ball (`ball:B:x`).
+    /// The site it moves, as sites are printed (`theta:3`), or one ball (`ball:B:x`).
     pub site: String,
-    /// By how much, per unit of its coefficient: an expression.
+    /// Expression for the deviation per unit of its coefficient.
     pub basis: String,
     /// Terms of the same group share one coefficient.
     pub group: Option<String>,
 }
 
-/// An effect of the user's own.
+/// A user-defined effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnEffect {
     /// Its id.
     pub name: String,
     /// Unit of its coefficients.
     pub unit: Unit,
-    /// One-sigma of a plausible coefficient, SI.
+    /// Plausible size (1 sigma) of a coefficient, SI.
     pub plausible: f64,
     /// Its terms.
     pub terms: Vec<OwnTerm>,
 }
 
-/// What is wrong with an effect of the user's own, and what to do about it.
+/// An error in a user-defined effect: what is wrong, and how to correct it.
 #[derive(Debug, Error, Clone, PartialEq)]
 #[error("{key}: {problem}; {remedy}")]
 pub struct OwnEffectError {
@@ -39,19 +39,20 @@ pub struct OwnEffectError {
     pub key: String,
     /// What is wrong.
     pub problem: String,
-    /// What to do.
+    /// How to correct it.
     pub remedy: String,
 }
 
 /// Longest name, characters.
 const LONGEST_NAME: usize = 64;
-/// Longest quote of a text in an error, characters.
+/// Longest quotation in an error, characters.
 const LONGEST_QUOTE: usize = 60;
-/// Most terms of one effect.
+/// Largest number of terms of one effect.
 const MOST_TERMS: usize = 500;
 
 impl OwnEffect {
-    /// One-sigma of a coefficient of that unit where the user states none, SI: 5 thousandths of a degree, 30 um, else one unit.
+    /// Plausible size (1 sigma) of a coefficient in that unit if the user states none, SI: 5 thousandths of a degree, 30
+    /// um, else one unit.
     pub fn usual_size(unit: Unit) -> f64 {
         match unit {
             Unit::DEG | Unit::MRAD | Unit::URAD => 5e-3 * DEG,
@@ -60,10 +61,10 @@ impl OwnEffect {
         }
     }
 
-    /// Whether its unit measures what its sites do, as far as all of them do the same.
+    /// Checks that the unit has the dimension of the sites, as far as all of them have the same.
     ///
     /// # Errors
-    /// When it does not.
+    /// If it does not.
     pub fn unit_fits(&self) -> Result<(), OwnEffectError> {
         let wrong = |problem: String, remedy: String| Err(OwnEffectError { key: "unit".into(), problem, remedy });
         if matches!(self.unit, Unit::KG | Unit::KG_M) {
@@ -80,10 +81,10 @@ impl OwnEffect {
         wrong(format!("'{}' is no measure of its sites, which {moves}", self.unit.symbol), format!("give {such}"))
     }
 
-    /// Makes it ready for a robot and an artifact.
+    /// Builds the effect for a robot and an artifact.
     ///
     /// # Errors
-    /// The first thing that is wrong with it.
+    /// The first problem found.
     pub fn build(&self, subject: &Subject<'_>) -> Result<Box<dyn Effect>, OwnEffectError> {
         let wrong = |key: String, problem: String, remedy: String| OwnEffectError { key, problem, remedy };
         let name = &self.name;
@@ -166,7 +167,8 @@ impl OwnEffect {
     }
 }
 
-/// Whether a site turns, or shifts; `None` where there is no such site, or it depends on the artifact whether there is.
+/// True for a rotational site, false for a translational one; `None` if there is no such site, or if that depends on the
+/// artifact.
 fn turns(site: &str) -> Option<bool> {
     let turn = |axis: Axis6| matches!(axis, Axis6::Rz | Axis6::Ry | Axis6::Rx);
     match Site::parse(site, MOST_JOINTS)? {
@@ -176,7 +178,7 @@ fn turns(site: &str) -> Option<bool> {
     }
 }
 
-/// Whether a unit measures turns, or shifts; `None` where it may be either.
+/// True for a unit of rotation, false for one of translation; `None` if it may be either.
 fn measures(unit: Unit) -> Option<bool> {
     match unit {
         Unit::DEG | Unit::MRAD | Unit::URAD | Unit::MDEG_PER_NM | Unit::URAD_PER_NM | Unit::URAD_PER_RAD => Some(true),
@@ -185,7 +187,7 @@ fn measures(unit: Unit) -> Option<bool> {
     }
 }
 
-/// A text that is quoted in an error, cut where it is longer than a line.
+/// A text quoted in an error, truncated if longer than a line.
 fn quoted(text: &str) -> String {
     match text.char_indices().nth(LONGEST_QUOTE) {
         Some((end, _)) => format!("{} ...", &text[..end]),
@@ -193,7 +195,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// A site as written: one that is printed so, or a coordinate of one ball.
+/// Parses a site: as printed, or a coordinate of one ball.
 fn place(text: &str, subject: &Subject<'_>) -> Option<(Site, Option<usize>)> {
     if let Some(site) = Site::parse(text, subject.robot.joints()) {
         return Some((site, None));
@@ -205,7 +207,7 @@ fn place(text: &str, subject: &Subject<'_>) -> Option<(Site, Option<usize>)> {
 
 struct Term {
     site: Site,
-    /// The only ball that it moves.
+    /// The only ball moved, if the term is for one ball.
     ball: Option<usize>,
     basis: Expression,
     parameter: usize,

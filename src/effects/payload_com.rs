@@ -1,4 +1,5 @@
-//! `payload_com`: the payload's centre of mass is not where it was entered: `theta_J += c_J m z_J . (r x g)`, r in the last frame.
+//! `payload_com`: the payload's centre of mass is not at the entered position: `theta_J += c_J m z_J . (r x g)`, r in the
+//! last frame.
 
 use super::family::alone;
 use super::shape::Shape;

@@ -1,7 +1,8 @@
-//! `payload_moment`: the flange carries a payload that was not entered: mass m, and first moments s = m (centre of mass) in the last
-//! frame: `theta_J += c_J z_J . ((m (f - o_J) + s) x g)`, f being the origin of the last frame. Linear in all four.
+//! `payload_moment`: the flange carries a payload that was not entered: mass m, and first moments s = m (centre of mass) in
+//! the last frame: `theta_J += c_J z_J . ((m (f - o_J) + s) x g)`, f being the origin of the last frame. Linear in all
+//! four.
 //!
-//! Where a payload was entered, `payload_mass` and `payload_com` say how it differs.
+//! If a payload was entered, `payload_mass` and `payload_com` describe the deviation from it.
 
 use super::family::alone;
 use super::shape::Shape;

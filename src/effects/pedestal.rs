@@ -1,4 +1,4 @@
-//! `pedestal`: the base tips under the overturning moment, `(rx, ry) += (k_x M_x, k_y M_y)` in the base frame.
+//! `pedestal`: the base tilts under the overturning moment, `(rx, ry) += (k_x M_x, k_y M_y)` in the base frame.
 
 use super::family::alone;
 use super::shape::Shape;

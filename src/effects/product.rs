@@ -1,7 +1,7 @@
-//! `product:J:A:B`: the error of joint J follows two joint angles at once, to the first orders:
+//! `product:J:A:B`: the error of joint J depends on two joint angles at once, to first order:
 //! `theta_J += sum of sin q_A sin q_B, sin q_A cos q_B, cos q_A sin q_B, cos q_A cos q_B`, each with a coefficient.
 //!
-//! Any pair can be named; none is offered by itself, since there are more of them than most data can tell apart.
+//! Any pair can be named; none is offered automatically, since most data cannot separate them all.
 
 use super::shape::{Shape, theta};
 use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
@@ -22,7 +22,7 @@ pub(super) const FAMILY: Family = Family {
     period: Period::None,
     meaning: Meaning { physics: "the error of a joint depends on how two joints stand at once", look: "" },
     stray: Stray::None,
-    // With the next joint: the pairs that share a housing or a bearing.
+    // Pairs with the next joint: they share a housing or a bearing.
     members: |subject| (1..subject.robot.joints()).map(|j| format!(":{j}:{j}:{}", j + 1)).collect(),
     build: |id, subject| {
         id.at_most(3)?;

@@ -1,5 +1,5 @@
-//! The torque by which load-dependent effects are scaled: the largest that gravity exerts on each joint of the bare arm with a
-//! load of a tenth of its mass before the flange.
+//! The torque that scales load-dependent effects: the largest that gravity exerts on each joint of the arm with a load of a
+//! tenth of its mass in front of the flange.
 
 use std::cell::RefCell;
 
@@ -7,18 +7,19 @@ use nalgebra::Vector3;
 
 use crate::robot::{DEFAULT_GRAVITY, FramePose, Link, Loads, Payload, Posture, Robot, SiteIndex};
 
-/// Postures tried; the largest of 512 is within a few per cent of the supremum, and only a scale is wanted.
+/// Number of postures tried; the largest torque of 512 is within a few per cent of the supremum, and only a scale is
+/// needed.
 const POSTURES: usize = 512;
 
-/// How far the load's centre stands before the flange, and beside the last axis, m.
+/// Distance of the load's centre in front of the flange, and beside the last axis, m.
 const LOAD_BEFORE: f64 = 0.1;
 const LOAD_BESIDE: f64 = 0.05;
 
-/// No joint is scaled by less than this, N·m: a vertical axis carries no torque at all.
+/// Lower limit of the scale of any joint, N·m: a vertical axis carries no torque at all.
 const LEAST: f64 = 1.0;
 
 thread_local! {
-    /// The links weighed last: a diagnosis builds dozens of effects of one robot.
+    /// The links and torques computed last, cached because a diagnosis builds dozens of effects of one robot.
     static LAST: RefCell<(Vec<Link>, Vec<f64>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
@@ -49,7 +50,7 @@ fn largest_torque(robot: &Robot) -> Vec<f64> {
             q[i] = link.limits[0] + (link.limits[1] - link.limits[0]) * additive_sequence(k, i);
         }
         posture.set(robot, &FramePose::default(), &FramePose::default(), &q, &zero);
-        loads.weigh(robot, &posture, &payload, &DEFAULT_GRAVITY, &Vector3::zeros());
+        loads.compute(robot, &posture, &payload, &DEFAULT_GRAVITY, &Vector3::zeros());
         for (most, tau) in largest.iter_mut().zip(&loads.tau) {
             *most = most.max(tau.abs());
         }

@@ -1,13 +1,13 @@
-//! The families that a program knows: the catalogue, and those that others add.
+//! The families known to a program: the catalogue, and those added by users of the library.
 
 use std::fmt;
 
 use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
 
-/// The families of effects that models, fits and diagnoses draw on: the [catalogue](CATALOGUE) unless others are added.
+/// The families of effects available to models, fits and diagnoses: the [catalogue](CATALOGUE) unless others are added.
 ///
-/// A family that is added is offered, fitted, judged and named like those of the catalogue. A [model](crate::identify::Model) holds the
-/// registry that its effects are built from.
+/// An added family is offered, fitted, judged and named like those of the catalogue. A [model](crate::identify::Model)
+/// holds the registry from which its effects are built.
 ///
 /// ```
 /// use calibench::effects::{
@@ -74,10 +74,10 @@ impl Registry {
         &CATALOGUE_ALONE
     }
 
-    /// With one family more.
+    /// Adds a family.
     ///
     /// # Errors
-    /// When there is a family of that id already.
+    /// If there already is a family with that id.
     pub fn with(mut self, family: &'static Family) -> Result<Self, EffectError> {
         if self.family(family.id).is_some() {
             return Err(EffectError::Taken { id: family.id.into() });
@@ -86,12 +86,12 @@ impl Registry {
         Ok(self)
     }
 
-    /// All families: those of the catalogue in its order, then the others as they were added.
+    /// All families: those of the catalogue in its order, then the others in order of addition.
     pub fn families(&self) -> impl Iterator<Item = &'static Family> + '_ {
         CATALOGUE.iter().chain(self.added.iter().copied())
     }
 
-    /// The family that an id is of.
+    /// The family of an id.
     pub fn family(&self, id: &str) -> Option<&'static Family> {
         let name = EffectId::new(id).family();
         self.families().find(|f| f.id == name)
@@ -104,19 +104,19 @@ impl fmt::Debug for Registry {
     }
 }
 
-/// Of the same ids: a registry cannot hold two families of one id, and families do not change.
+/// Compares ids: a registry cannot hold two families with one id, and families do not change.
 impl PartialEq for Registry {
     fn eq(&self, other: &Self) -> bool {
         self.families().map(|f| f.id).eq(other.families().map(|f| f.id))
     }
 }
 
-/// The family of the catalogue that an id is of.
+/// The family of the catalogue to which an id belongs.
 pub fn family(id: &str) -> Option<&'static Family> {
     Registry::catalogue().family(id)
 }
 
-/// Ids of everything that can be sought without trying out orders, times or samples: the families, then the user's own effects.
+/// Ids of all candidates that need no scan over orders, times or samples: the families, then the user-defined effects.
 pub fn ids(subject: &Subject<'_>) -> Vec<String> {
     let own = subject.own.iter().map(|e| e.name.clone());
     subject.registry.families().flat_map(|f| f.ids(subject)).chain(own).collect()

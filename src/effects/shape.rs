@@ -1,11 +1,11 @@
-//! The scaffolding of an effect: its id, its parameters, what it needs, and a closure that is its equation.
+//! Common implementation of an effect: its id, its parameters, its requirements, and its equation as a closure.
 
 use nalgebra::Vector3;
 
 use super::{Effect, EffectError, EffectId, Emit, Needs, Owner, ParameterSpec, Situation};
 use crate::robot::{MdhEntry, Site};
 
-/// An effect made of a closure.
+/// An effect defined by a closure.
 pub(super) struct Shape<F> {
     id: String,
     parameters: Vec<ParameterSpec>,
@@ -16,22 +16,22 @@ pub(super) struct Shape<F> {
 }
 
 impl<F: Fn(&Situation<'_>, &mut Emit<'_>) + Send + Sync + 'static> Shape<F> {
-    /// A property of the arm, that needs no column.
+    /// An effect of the arm that requires no columns.
     pub fn new(id: &EffectId<'_>, parameters: Vec<ParameterSpec>, terms: F) -> Self {
         Shape { id: id.whole().into(), parameters, owner: Owner::Robot, needs: &[], constant: None, terms }
     }
 
-    /// The same, of another owner.
+    /// Sets the owner.
     pub fn owner(self, owner: Owner) -> Self {
         Shape { owner, ..self }
     }
 
-    /// The same, that cannot do without these columns.
+    /// Sets the required columns.
     pub fn needs(self, needs: &'static [Needs]) -> Self {
         Shape { needs, ..self }
     }
 
-    /// The effect.
+    /// Returns the boxed effect.
     pub fn built(self) -> Result<Box<dyn Effect>, EffectError> {
         Ok(Box::new(self))
     }
@@ -75,8 +75,8 @@ pub(super) fn constant(
     Shape { constant: Some(terms), ..Shape::new(id, parameters, emit_all) }
 }
 
-/// An effect that does the same to each of `joints` (counted from 0): `parameters(j, "family:J")` are those of joint j, the same number
-/// for each; `terms(at, j, emit)` numbers them from 0.
+/// An effect of the same form on each of `joints` (counted from 0): `parameters(j, "family:J")` returns the parameters of
+/// joint j, the same number for each; `terms(at, j, emit)` numbers them from 0.
 pub(super) fn per_joint<F>(
     id: &EffectId<'_>,
     joints: Vec<usize>,
@@ -96,7 +96,7 @@ where
     })
 }
 
-/// Shifts the TCP by a vector of the last frame, m, where a ball or an indicator is to blame.
+/// Shifts the TCP by a vector of the last frame, m, for an error of a ball or an indicator.
 pub(super) fn shift_tool(parameter: usize, by: &Vector3<f64>, emit: &mut Emit<'_>) {
     (0..3).for_each(|k| emit(parameter, Site::tool(k), by[k]));
 }

@@ -1,13 +1,13 @@
-//! What an effect may depend on, at one sample.
+//! The quantities on which an effect may depend, at one sample.
 
 use nalgebra::Vector3;
 
-use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, Robot, Standing};
+use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, PostureView, Robot};
 
-/// What is measured at a sample, as in the column `kind`.
+/// The quantity measured at a sample, as in the column `kind`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The TCP is nulled on a ball, by its place in the artifact.
+    /// The TCP is nulled on a ball, given by its index in the artifact.
     Ball(usize),
     /// The position of the TCP is measured.
     Point,
@@ -25,57 +25,58 @@ pub struct ArtifactShape {
 }
 
 impl ArtifactShape {
-    /// Of balls at those places (world, m).
+    /// The shape of balls at these positions (world, m).
     pub fn of(balls: &[Vector3<f64>]) -> Self {
         let centroid = balls.iter().sum::<Vector3<f64>>() / balls.len().max(1) as f64;
         let widen = |[low, high]: [f64; 2], b: &Vector3<f64>| [low.min(b.z), high.max(b.z)];
         ArtifactShape { centroid, heights: balls.iter().fold([f64::INFINITY, f64::NEG_INFINITY], widen) }
     }
 
-    /// Height over the lowest ball, as a share of that of the highest: 0 to 1, and 0 where all balls are level.
+    /// Height above the lowest ball, as a share of that of the highest: 0 to 1, and 0 if all balls are level.
     pub fn share_of_height(&self, z: f64) -> f64 {
         let [low, high] = self.heights;
         if high > low { (z - low) / (high - low) } else { 0.0 }
     }
 }
 
-/// Everything an effect may depend on, at one sample.
+/// The quantities on which an effect may depend, at one sample.
 ///
-/// In the model the posture and the loads are those of the arm as identified so far; in the plant those of the deflected arm at rest.
-/// What is not known is `None`, and effects that depend on it then move nothing.
+/// In the model the posture and the loads are those of the arm as identified so far; in the plant those of the deflected
+/// arm at rest. Unknown quantities are `None`, and effects that depend on them then move nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<'a> {
-    /// The robot as drawn.
+    /// The nominal robot.
     pub robot: &'a Robot,
     /// Joint angles, rad (N).
     pub q: &'a [f64],
-    /// The arm in this posture.
-    pub posture: &'a dyn Standing,
-    /// Gravity's moments and forces in it.
+    /// The posture of the arm.
+    pub posture: &'a dyn PostureView,
+    /// Moments and forces of gravity in that posture.
     pub loads: &'a Loads,
-    /// What the flange carries.
+    /// The payload on the flange.
     pub payload: &'a Payload,
     /// Gravity in the world, m/s².
     pub gravity: Vector3<f64>,
     /// TCP frame in the last frame, as certified; its axes are those of the indicators.
     pub tool: FramePose,
-    /// Compliance of each joint, rad/(N·m): what the model holds at present, or what the joint truly has; empty where it has none.
+    /// Compliance of each joint, rad/(N·m): the model's present value, or the ground truth in the plant; empty if there is
+    /// none.
     pub compliance: &'a [f64],
     /// Name of the sample.
     pub sample: Option<&'a str>,
-    /// What is measured.
+    /// The quantity measured.
     pub kind: Option<Kind>,
-    /// Certified place of the ball, or the measured point, world, m.
+    /// Certified position of the ball, or the measured point, world, m.
     pub target: Option<Vector3<f64>>,
     /// The artifact.
     pub artifact: Option<ArtifactShape>,
-    /// Indicator readings left, tool axes, m.
+    /// Residual indicator readings, tool axes, m.
     pub reading: Option<Vector3<f64>>,
     /// Sign of each plunger's last motion.
     pub plungers: Option<[i8; 3]>,
-    /// Commanded joint angles, where `q` are read back, rad (N).
+    /// Commanded joint angles, if `q` are reported ones, rad (N).
     pub q_commanded: Option<&'a [f64]>,
-    /// Joint angles of the sample before, in the order of measurement within the session, rad (N).
+    /// Joint angles of the previous sample, in the order of measurement within the session, rad (N).
     pub q_before: Option<&'a [f64]>,
     /// Sign of each joint's last motion (N).
     pub approach: Option<&'a [i8]>,
@@ -88,9 +89,15 @@ pub struct Situation<'a> {
 }
 
 impl<'a> Situation<'a> {
-    /// An arm at rest under standard gravity that measures nothing, of which nothing else is known.
+    /// An arm at rest under standard gravity with no measurement and nothing else known.
     #[inline(always)]
-    pub fn at_rest(robot: &'a Robot, q: &'a [f64], posture: &'a dyn Standing, loads: &'a Loads, payload: &'a Payload) -> Self {
+    pub fn at_rest(
+        robot: &'a Robot,
+        q: &'a [f64],
+        posture: &'a dyn PostureView,
+        loads: &'a Loads,
+        payload: &'a Payload,
+    ) -> Self {
         Situation {
             robot,
             q,
@@ -115,7 +122,7 @@ impl<'a> Situation<'a> {
         }
     }
 
-    /// The ball being probed, by its place in the artifact.
+    /// The ball being probed, by its index in the artifact.
     pub fn ball(&self) -> Option<usize> {
         match self.kind {
             Some(Kind::Ball(ball)) => Some(ball),
@@ -123,13 +130,13 @@ impl<'a> Situation<'a> {
         }
     }
 
-    /// Time as a share of the session, 0 to 1: a coefficient of it is what builds up over the session, and stays at its end.
+    /// Time as a share of the session, 0 to 1: its coefficient is the amount accumulated at the end of the session.
     pub fn share_of_session(&self) -> Option<f64> {
         let (time, duration) = (self.time_s?, self.duration_s?);
         Some(if duration > 0.0 { (time / duration).min(1.0) } else { 0.0 })
     }
 
-    /// Whether the sample was taken later than `time` (s) into the session.
+    /// True if the sample was taken later than `time` (s) into the session.
     pub(super) fn is_after(&self, time: f64) -> bool {
         self.time_s.is_some_and(|t| t > time)
     }

@@ -1,4 +1,5 @@
-//! `stiction`: a plunger hangs up on the side it came from, `tool += s_I plunger_I e_I` where a ball is probed. One number an indicator.
+//! `stiction`: a plunger sticks on the side it came from, `tool += s_I plunger_I e_I` where a ball is probed. One parameter
+//! per indicator.
 
 use super::family::alone;
 use super::shape::{Shape, shift_tool};

@@ -1,6 +1,7 @@
-//! `stiffening:J`: compliance that is not linear, `theta_J += k sign(tau_J) |tau_J / tau_ref|³`.
+//! `stiffening:J`: nonlinear compliance, `theta_J += k sign(tau_J) |tau_J / tau_ref|³`.
 //!
-//! Strain-wave gears are stiffer at high torque than at low (catalogues give three slopes), so k is negative for a physical joint.
+//! Strain-wave gears are stiffer at high torque than at low (catalogues give three slopes), so k is negative for a physical
+//! joint.
 
 use super::family::each_joint;
 use super::reference_torque::reference_torque;
@@ -42,6 +43,6 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Plausible: 0.15 of the linear deflection at the reference torque, for a compliance of 5 mdeg/(N·m).
+/// Plausible size: 0.15 of the linear deflection at the reference torque, for a compliance of 5 mdeg/(N·m).
 const SHARE_OF_LINEAR: f64 = 0.15;
 const TYPICAL_COMPLIANCE: f64 = 5e-3 * DEG;

@@ -1,7 +1,8 @@
-//! `thermal_growth`: all links grow, `a_i += e a_i`, `d_i += e d_i`, with `e = l t + s (1 - exp(-4 t))`, t being time as a share of the
-//! session; `thermal_growth:temp`: with `e = k (T - 20 °C)`. The tool, held at the flange and measured apart, does not grow.
+//! `thermal_growth`: all links grow, `a_i += e a_i`, `d_i += e d_i`, with `e = l t + s (1 - exp(-4 t))`, t being time as a
+//! share of the session; `thermal_growth:temp`: with `e = k (T - 20 °C)`. The tool, mounted on the flange and measured
+//! separately, does not grow.
 //!
-//! Plausible: 1e-4 over a session, about 5 K of aluminium (23e-6 / K), which is how far a small arm warms up.
+//! Plausible size: 1e-4 over a session, about 5 K of aluminium (23e-6 / K), a typical warm-up of a small arm.
 
 use super::shape::Shape;
 use super::{
@@ -54,10 +55,10 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Warm-up settles four times over within the session: half an hour of a two-hour session.
+/// Number of warm-up time constants in a session: each is half an hour of a two-hour session.
 const SETTLING: f64 = 4.0;
 
-/// Temperature at which lengths are stated (ISO 1), °C.
+/// Reference temperature of lengths (ISO 1), °C.
 const REFERENCE_C: f64 = 20.0;
 
 fn grow(at: &Situation<'_>, parameter: usize, share: f64, emit: &mut Emit<'_>) {

@@ -1,16 +1,16 @@
-//! What a load that is not as entered does to the arm: it changes the joint torques, and so acts through the compliance of the joints,
-//! `theta_J += c_J dtau_J`, with the compliance that the model holds at present.
+//! Effect on the arm of a load that differs from the entered one: it changes the joint torques, and so acts through the
+//! compliance of the joints, `theta_J += c_J dtau_J`, with the model's present compliance.
 
 use nalgebra::Vector3;
 
 use super::shape::theta;
 use super::{Emit, Needs, Situation};
 
-/// What all of them need.
+/// Requirements of all these effects.
 pub(super) const NEEDS: &[Needs] = &[Needs::Compliance];
 
-/// Emits `theta_J += c_J z_J . moment(o_J)` for the joints below `end` (counted from 0), where `moment` about a point (world, N·m) is
-/// what one unit of the parameter adds.
+/// Emits `theta_J += c_J z_J . moment(o_J)` for the joints below `end` (counted from 0), where `moment` is the moment about
+/// a point (world, N·m) per unit of the parameter.
 pub(super) fn twist(
     at: &Situation<'_>,
     parameter: usize,
@@ -32,14 +32,14 @@ mod tests {
     use crate::effects::{Subject, build};
     use crate::robot::{DEFAULT_GRAVITY, FramePose, Loads, Payload, Posture, Robot, Site, SiteIndex, built_in};
 
-    /// Torques of an arm whose loads are changed by `change`, weighed anew.
+    /// Torques of an arm whose loads are changed by `change`, computed anew.
     fn torques(change: impl Fn(&mut Robot, &mut Payload, &mut Vector3<f64>), posture: &Posture) -> Vec<f64> {
         let mut robot = built_in("kr6_r700").expect("built in");
         let mut payload = payload();
         let mut gravity = DEFAULT_GRAVITY;
         change(&mut robot, &mut payload, &mut gravity);
         let mut loads = Loads::new(6);
-        loads.weigh(&robot, posture, &payload, &gravity, &Vector3::zeros());
+        loads.compute(&robot, posture, &payload, &gravity, &Vector3::zeros());
         loads.tau
     }
 
@@ -47,7 +47,7 @@ mod tests {
         Payload { name: "heavy".into(), mass: 6.0, com: Vector3::new(0.025, 0.01, -0.07) }
     }
 
-    /// Of torques of up to 100 N·m, over steps of a thousandth.
+    /// For torques of up to 100 N·m, over steps of a thousandth.
     const ROUNDING: f64 = 1e-10;
 
     #[test]
@@ -59,7 +59,7 @@ mod tests {
         posture.set(&robot, &base, &FramePose::default(), &q, &vec![0.0; SiteIndex::new(6).len()]);
         let mut loads = Loads::new(6);
         let payload = payload();
-        loads.weigh(&robot, &posture, &payload, &DEFAULT_GRAVITY, &Vector3::zeros());
+        loads.compute(&robot, &posture, &payload, &DEFAULT_GRAVITY, &Vector3::zeros());
         let compliance = [1e-5, 5e-5, 6e-5, 2e-4, 5e-4, 5e-4];
         let at = Situation { compliance: &compliance, ..Situation::at_rest(&robot, &q, &posture, &loads, &payload) };
         type Change = fn(&mut Robot, &mut Payload, &mut Vector3<f64>, f64);
@@ -87,7 +87,7 @@ mod tests {
             assert!(turned.iter().any(|t| t.abs() > 1e-6), "{id} {parameter} turns nothing");
             for j in 0..6 {
                 let slope = compliance[j] * (more[j] - less[j]) / (2.0 * step);
-                // All but the turn of gravity are linear; a turn by a thousandth is so to a millionth.
+                // All but the rotation of gravity are linear; a rotation by a thousandth is linear to a millionth.
                 let tolerance = compliance[j] * (ROUNDING + 1e-6 * loads.tau[j].abs().max(1.0));
                 assert!(
                     (turned[j] - slope).abs() < tolerance,

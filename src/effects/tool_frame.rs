@@ -1,4 +1,4 @@
-//! `tool_frame`: the TCP is not where the coordinate measuring machine said. Three numbers, in the last frame.
+//! `tool_frame`: the TCP deviates from the position measured by the CMM. Three parameters, in the last frame.
 
 use super::family::alone;
 use super::shape::constant;

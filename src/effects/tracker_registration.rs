@@ -1,6 +1,7 @@
-//! `tracker_registration`: the tracker's world is not that of the artifact, `point += (x, y, z) + (rx, ry, rz) x point`. Six numbers.
+//! `tracker_registration`: the tracker's world differs from that of the artifact, `point += (x, y, z) + (rx, ry, rz) x
+//! point`. Six parameters.
 //!
-//! Plausible: three nests some 0.4 m apart, each found within the tracker's 20 um.
+//! Plausible size: three nests some 0.4 m apart, each located within the tracker's 20 um.
 
 use nalgebra::Vector3;
 

@@ -1,5 +1,5 @@
-//! `unsettled:J`: joint J was read before it had settled, `theta_J += s (q_J - q_J before)`: the error is a part of the last move, that
-//! from the posture of the sample before, in the order of measurement within the session.
+//! `unsettled:J`: joint J was read before it had settled, `theta_J += s (q_J - q_J before)`: the error is a fraction of the
+//! last move, from the posture of the previous sample in the order of measurement within the session.
 
 use super::family::each_joint;
 use super::shape::{per_joint, theta};

@@ -1,5 +1,5 @@
-//! `wrist_coupling`: the last three joints are driven through one another, and the ratios are not those that the controller takes out:
-//! `theta_5 += k q_4`, `theta_6 += k q_4`, `theta_6 += k q_5` on an arm of six.
+//! `wrist_coupling`: the last three joints are driven through one another, and the ratios differ from those compensated by
+//! the controller: `theta_5 += k q_4`, `theta_6 += k q_4`, `theta_6 += k q_5` on an arm with six joints.
 
 use super::family::alone;
 use super::shape::{Shape, theta};

@@ -1,10 +1,11 @@
-//! A small CSV file as this program wrote it, read back by the names of its columns.
+//! A small CSV file written by this program, read by the names of its columns.
 
 use std::path::Path;
 
 use csv::StringRecord;
 
-use super::{FileError, read_text};
+use super::error::FileError;
+use super::text::read_text;
 
 /// A table in memory.
 pub struct CsvTable<'a> {
@@ -14,7 +15,7 @@ pub struct CsvTable<'a> {
     remedy: &'static str,
 }
 
-/// A row of it.
+/// A row of a [`CsvTable`].
 #[derive(Clone, Copy)]
 pub struct CsvRow<'t> {
     table: &'t CsvTable<'t>,
@@ -22,10 +23,10 @@ pub struct CsvRow<'t> {
 }
 
 impl<'a> CsvTable<'a> {
-    /// Reads a file that needs these columns; `remedy` says which file to give where one is missing.
+    /// Reads a file that must have these columns; `remedy` names the file to give if one is missing.
     ///
     /// # Errors
-    /// When the file cannot be read, is no table, or lacks a column.
+    /// When the file cannot be read, is not a table, or lacks a column.
     pub fn read(path: &'a Path, columns: &[&str], remedy: &'static str) -> Result<Self, FileError> {
         let text = read_text(path)?;
         let fail = |e: csv::Error| FileError {
@@ -46,25 +47,25 @@ impl<'a> CsvTable<'a> {
         }
     }
 
-    /// Whether it has such a column.
+    /// True if the table has this column.
     pub fn has(&self, column: &str) -> bool {
         self.header.iter().any(|name| name == column)
     }
 
-    /// Its rows, in order.
+    /// The rows, in order.
     pub fn rows(&self) -> impl Iterator<Item = CsvRow<'_>> {
         self.records.iter().map(|record| CsvRow { table: self, record })
     }
 }
 
 impl<'t> CsvRow<'t> {
-    /// The field in that column; empty where there is no such column.
+    /// The field in this column; empty if there is no such column.
     pub fn text(&self, column: &str) -> &'t str {
         let place = self.table.header.iter().position(|name| name == column);
         place.and_then(|place| self.record.get(place)).unwrap_or_default()
     }
 
-    /// A finite number, or nothing in an empty field.
+    /// A finite number; `None` for an empty field.
     ///
     /// # Errors
     /// When the field holds anything else.
@@ -78,7 +79,7 @@ impl<'t> CsvRow<'t> {
         }
     }
 
-    /// Three numbers, or nothing where one of them is missing.
+    /// Three numbers; `None` if one of them is missing.
     ///
     /// # Errors
     /// As [`CsvRow::number`].
@@ -87,7 +88,7 @@ impl<'t> CsvRow<'t> {
         Ok(x.zip(y).zip(z).map(|((x, y), z)| [x, y, z]))
     }
 
-    /// An error in that field, with the table's remedy.
+    /// Creates an error in this field, with the table's remedy.
     pub fn wrong(&self, column: &str, problem: String) -> FileError {
         let line = self.record.position().map(|p| p.line() as usize);
         FileError { line, field: column.into(), ..FileError::whole(self.table.path, problem, self.table.remedy) }

@@ -4,19 +4,19 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use super::output::target_of;
-use super::{FileError, cannot_be_written};
+use super::error::{FileError, cannot_be_written};
+use super::target::target_of;
 
-/// Fills a new folder beside `folder` and puts it in its place, keeping whatever lies there besides `names`.
+/// Fills a new folder beside `folder` and puts it in its place, keeping its other entries besides `names`.
 ///
-/// A process that is killed meanwhile leaves a hidden folder `.NAME.XXXXXX` beside it, that may be deleted; one killed between the two
-/// renames leaves there, as `old`, what was to be replaced.
+/// If the process is killed meanwhile, a hidden folder `.NAME.XXXXXX` remains beside it, which may be deleted; if it is killed
+/// between the two renames, that folder contains the replaced one as `old`.
 ///
-/// `what` is the kind of folder in words, for messages; a folder that holds something is replaced only when it holds the first of
+/// `what` is the kind of folder in words, for messages; a non-empty folder is replaced only if it contains the first of
 /// `names`.
 ///
 /// # Errors
-/// Those of `fill`, with the name the files were to have; that `folder` holds something else; those of the disk.
+/// Those of `fill`, with the final names of the files; if `folder` has other content; those of the disk.
 pub fn replace_folder(
     folder: &Path,
     what: &str,
@@ -25,9 +25,9 @@ pub fn replace_folder(
 ) -> Result<(), FileError> {
     let fail = |e: io::Error| FileError {
         remedy: "check the folder above, its permissions and free space".into(),
-        ..cannot_be_written(folder, &e)
+        ..cannot_be_written(folder, e)
     };
-    // Through links to the folder itself, which is what is to be replaced.
+    // Links are followed to the folder itself, which is what is replaced.
     let target = if folder.exists() { fs::canonicalize(folder) } else { target_of(folder) }.map_err(fail)?;
     refuse_other_content(folder, &target, what, names)?;
     let (Some(name), Some(parent)) = (target.file_name(), target.parent()) else {
@@ -36,10 +36,10 @@ pub fn replace_folder(
     let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
     fs::create_dir_all(parent).map_err(fail)?;
     let prefix = format!(".{}.", name.to_string_lossy());
-    // A sibling, so that a robot named relative to the folder is found from it too.
+    // A sibling, so that a robot path relative to the folder also resolves from it.
     let beside = |mode: u32| new_folder(&prefix, mode).tempdir_in(parent).map_err(fail);
     let there = mode_of(&target);
-    // Everything for everybody, less what the umask takes; as before, where it is replaced.
+    // Full permissions less the umask; those of the replaced folder, if there is one.
     let new = beside(there.unwrap_or(0o777))?;
     if target.exists() {
         carry_over(&target, new.path(), names).map_err(fail)?;
@@ -69,7 +69,7 @@ pub fn replace_folder(
     Ok(())
 }
 
-/// That `target`, to which `folder` leads, is no file, and no folder that holds something but not the first of `names`.
+/// Checks that `target`, to which `folder` resolves, is not a file, and not a non-empty folder without the first of `names`.
 pub(super) fn refuse_other_content(folder: &Path, target: &Path, what: &str, names: &[&str]) -> Result<(), FileError> {
     if !target.exists() {
         return Ok(());
@@ -77,7 +77,7 @@ pub(super) fn refuse_other_content(folder: &Path, target: &Path, what: &str, nam
     if !target.is_dir() {
         return Err(FileError::whole(folder, "is a file", "name a folder"));
     }
-    let is_empty = fs::read_dir(target).map_err(|e| cannot_be_written(folder, &e))?.next().is_none();
+    let is_empty = fs::read_dir(target).map_err(|e| cannot_be_written(folder, e))?.next().is_none();
     if is_empty || names.iter().take(1).all(|mark| target.join(mark).is_file()) {
         return Ok(());
     }
@@ -96,7 +96,7 @@ fn mode_of(_: &Path) -> Option<u32> {
     None
 }
 
-/// A hidden folder of a name that begins so; with these permissions less the umask's, where there are such.
+/// A hidden folder whose name has this prefix; with these permissions less the umask, where supported.
 fn new_folder(prefix: &str, mode: u32) -> tempfile::Builder<'_, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix);
@@ -110,7 +110,7 @@ fn new_folder(prefix: &str, mode: u32) -> tempfile::Builder<'_, 'static> {
     builder
 }
 
-/// Links (or where that cannot be, copies) everything in a folder into another, but the names of `except`.
+/// Hard-links (or else copies) all entries of a folder into another, except those in `except`.
 fn carry_over(from: &Path, to: &Path, except: &[&str]) -> io::Result<()> {
     for entry in fs::read_dir(from)? {
         let entry = entry?;

@@ -1,33 +1,33 @@
-//! The rows of a CSV file, each with the line it begins on, in bounded memory.
+//! The rows of a CSV file with the numbers of their first lines, in bounded memory.
 
 use std::io::{BufRead, Read};
 use std::path::Path;
 
 use csv::StringRecord;
 
-use super::FileError;
+use super::error::FileError;
 
 /// Longest row, bytes: a row of a seven-joint arm with every column takes about a thousand.
 const LONGEST_ROW: u64 = 1 << 20;
 
 /// A row of the file, split into its fields.
 pub(crate) struct Record {
-    /// Line it begins on, counted from 1.
+    /// First line of the row, counted from 1.
     pub line: usize,
     /// Its fields.
     pub fields: StringRecord,
-    /// The file ended without ending this line.
+    /// True if the file ended without ending this line.
     pub cut: bool,
 }
 
 impl Record {
-    /// An error in this row.
+    /// Creates an error in this row.
     pub fn wrong(&self, path: &Path, field: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
         FileError { line: Some(self.line), field: field.into(), ..FileError::whole(path, problem, remedy) }
     }
 
-    /// The names of columns, if this is the header of a table separated by commas; `otherwise` is the remedy where it is separated by
-    /// something else.
+    /// The column names, if this is the header of a comma-separated table; `otherwise` is the remedy if another separator is
+    /// used.
     pub fn titles(&self, path: &Path, otherwise: &str) -> Result<Vec<String>, FileError> {
         let names: Vec<String> = self.fields.iter().map(|t| t.trim().to_owned()).collect();
         for (mark, what) in [(';', "semicolons"), ('\t', "tabs")] {
@@ -42,7 +42,7 @@ impl Record {
     }
 }
 
-/// The rows of a CSV file with their true line numbers, in bounded memory.
+/// Reads the rows of a CSV file with their physical line numbers, in bounded memory.
 pub(crate) struct Rows<'a, R> {
     input: R,
     path: &'a Path,
@@ -51,7 +51,7 @@ pub(crate) struct Rows<'a, R> {
 }
 
 impl<'a, R: BufRead> Rows<'a, R> {
-    /// The rows of `input`, which is the content of `path`.
+    /// Reads the rows of `input`, the content of `path`.
     pub fn new(input: R, path: &'a Path, delimiter: u8) -> Self {
         Rows { input, path, delimiter, next_line: 1 }
     }
@@ -60,7 +60,7 @@ impl<'a, R: BufRead> Rows<'a, R> {
         FileError { line: Some(line), ..FileError::whole(self.path, problem, remedy) }
     }
 
-    /// The next row that is not blank.
+    /// Returns the next row that is not blank.
     pub fn next(&mut self) -> Result<Option<Record>, FileError> {
         loop {
             let line = self.next_line;
@@ -83,14 +83,14 @@ impl<'a, R: BufRead> Rows<'a, R> {
         }
     }
 
-    /// The bytes of the next row: one line, or more when quotes hold line breaks. Empty at the end of the file.
+    /// Reads the bytes of the next row: one line, or more when quotes contain line breaks. Empty at the end of the file.
     fn next_bytes(&mut self) -> Result<Vec<u8>, FileError> {
         let line = self.next_line;
         let mut bytes = Vec::new();
         let mut quotes = Quotes::FieldStart;
         loop {
             let start = bytes.len();
-            // One more than allowed, so that too long a row is told from one that just fits.
+            // One more than allowed, so that a row that is too long is distinguished from one that just fits.
             let read = Read::take(&mut self.input, LONGEST_ROW + 1 - start as u64)
                 .read_until(b'\n', &mut bytes)
                 .map_err(|e| FileError::whole(self.path, format!("cannot be read: {e}"), "check the disk"))?;
@@ -112,11 +112,11 @@ impl<'a, R: BufRead> Rows<'a, R> {
     }
 }
 
-/// The fields of one row.
+/// Splits one row into fields.
 fn fields(row: &[u8], delimiter: u8) -> Result<StringRecord, csv::Error> {
     let line = row.strip_suffix(b"\n").unwrap_or(row);
     let line = line.strip_suffix(b"\r").unwrap_or(line);
-    // Laying out a reader costs as much as a hundred rows; only quotes need one.
+    // Constructing a reader costs as much as a hundred rows; only quotes need one.
     if let Ok(text) = std::str::from_utf8(line)
         && !line.iter().any(|b| matches!(b, b'"' | b'\r'))
     {
@@ -133,13 +133,13 @@ fn fields(row: &[u8], delimiter: u8) -> Result<StringRecord, csv::Error> {
     Ok(fields)
 }
 
-/// Where in a row the reading stands: a line break between quotes does not end it.
+/// State of the quotes within a row: a line break between quotes does not end it.
 #[derive(Clone, Copy, PartialEq)]
 enum Quotes {
     FieldStart,
     Outside,
     Inside,
-    /// After a quote between quotes: the end, or the first of two that stand for one.
+    /// After a quote between quotes: the end, or the first of an escaped pair.
     Closing,
 }
 

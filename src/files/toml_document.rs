@@ -1,4 +1,4 @@
-//! TOML documents whose mistakes are placed: line, key path, remedy.
+//! TOML documents whose errors have a location: line, key path, remedy.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,15 +6,16 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-use super::{FileError, name_remedy};
+use super::error::FileError;
+use super::names::name_remedy;
 
 /// Reads a TOML document into `T`.
 ///
-/// A number that is not finite is refused wherever it stands.
+/// Non-finite numbers are rejected everywhere.
 ///
 /// # Errors
-/// The first mistake, with its line and its key path (`ball[2].x_mm`, elements counted from 0): bad syntax, an unknown or a missing
-/// key, a value of the wrong kind, NaN or infinity.
+/// The first error, with its line and its key path (`ball[2].x_mm`, elements counted from 0): bad syntax, an unknown or a
+/// missing key, a value of the wrong kind, NaN or infinity.
 pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, FileError> {
     let document = DeTable::parse(text).map_err(|e| toml_error(path, text, &e, None))?;
     let table = document.get_ref();
@@ -38,7 +39,7 @@ pub fn parse_toml<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, Fil
     toml::from_str(text).map_err(|e| toml_error(path, text, &e, Some(table)))
 }
 
-/// An error at a key of a TOML document, or at the nearest table above it that is there.
+/// Creates an error at a key of a TOML document, or at the nearest existing table above it.
 ///
 /// `key_path` is written as `ball[2].x_mm`, elements counted from 0.
 pub fn field_error(
@@ -65,10 +66,10 @@ fn line_of(text: &str, byte: usize) -> usize {
     1 + text.as_bytes().iter().take(byte).filter(|&&b| b == b'\n').count()
 }
 
-/// Called with the key path, the span of the key, the value, and the span of the value.
+/// Visitor, called with the key path, the span of the key, the value, and the span of the value.
 type Visit<'v, 'a> = dyn FnMut(&str, Range<usize>, &DeValue<'a>, Range<usize>) + 'v;
 
-/// Calls `visit(key path, span of the key, value, span of the value)` for everything in a table, outer before inner.
+/// Calls `visit(key path, span of the key, value, span of the value)` for everything in a table, parents first.
 fn walk<'a>(table: &DeTable<'a>, above: &str, visit: &mut Visit<'_, 'a>) {
     for (key, value) in table {
         let path = if above.is_empty() { key.get_ref().to_string() } else { format!("{above}.{}", key.get_ref()) };
@@ -89,7 +90,7 @@ fn walk_value<'a>(path: &str, key_span: Range<usize>, value: &DeValue<'a>, span:
     }
 }
 
-/// Says in the house's way what the TOML reader found.
+/// Converts an error of the TOML reader.
 fn toml_error(path: &Path, text: &str, error: &toml::de::Error, table: Option<&DeTable<'_>>) -> FileError {
     // The whole document has an empty span: a key missing from it has no line.
     let start = error.span().filter(|span| table.is_none() || !span.is_empty()).map(|span| span.start.min(text.len()));

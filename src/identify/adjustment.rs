@@ -6,30 +6,32 @@ mod descent;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{self, Determined, Fit, FitError, Outcome, Unresolved};
-use super::linalg::{self, Cholesky};
-use super::problem::{Linearised, LoadState, WeighingRoom, Workspace};
-use super::{Knowledge, Problem};
+use super::determined::{Determined, determined, observability_at};
+use super::fit_result::{Fit, FitError, Outcome, Unresolved};
+use super::problem::{Linearised, LoadState, LoadWorkspace, Workspace};
+use super::{Prior, Problem};
+use crate::math::linalg::{self, Cholesky};
 
-/// An adjustment laid out once for a problem, and made as often as its samples are [renewed](Problem::renew).
+/// An adjustment set up once for a problem, and run as often as its samples are [renewed](Problem::renew).
 ///
-/// Which parameters the data can tell apart is a matter of the poses and is found when it is laid out; nothing is allocated after that.
+/// Which parameters the data can separate depends on the poses and is determined at set-up; nothing is allocated after
+/// that.
 pub struct Adjustment {
     kept: Vec<usize>,
     unresolved: Vec<Unresolved>,
-    /// 1/sigma² of the kept parameters; zero when flat.
+    /// 1/sigma² of the kept parameters; zero if flat.
     information: Vec<f64>,
     values: Vec<f64>,
     trial: Vec<f64>,
     work: Workspace,
     near: Linearised,
-    /// The residuals alone.
+    /// The residuals without derivatives.
     alone: Linearised,
-    room: WeighingRoom,
+    room: LoadWorkspace,
     states: [LoadState; 2],
-    /// Whether the columns at the present values hold how the loads follow the parameters.
+    /// True if the columns at the present values include the dependence of the loads on the parameters.
     exact: bool,
-    /// `[J r]^T [J r]`, and the information of what is stated.
+    /// `[J r]^T [J r]`, plus the information of the priors.
     normal: DMatrix<f64>,
     scaled: DMatrix<f64>,
     gradient: DVector<f64>,
@@ -45,19 +47,20 @@ pub struct Adjustment {
 }
 
 impl Adjustment {
-    /// Finds which of the parameters `free` (ascending) the samples tell apart at `start` (deviations, SI); the others stay there.
+    /// Finds which of the parameters `free` (ascending) the samples can separate at `start` (deviations, SI); the others
+    /// stay there.
     ///
     /// # Errors
-    /// When there are fewer residuals than unknowns or the numbers are not finite.
+    /// When there are fewer residuals than unknowns or a value is not finite.
     pub fn new(problem: &Problem, start: &[f64], free: &[usize]) -> Result<Self, FitError> {
-        let determined = fit::determined(problem, start, free, problem.noise_at(start))?;
+        let determined = determined(problem, start, free, problem.noise_at(start))?;
         Ok(Adjustment::of(problem, determined))
     }
 
     pub(super) fn of(problem: &Problem, Determined { kept, unresolved }: Determined) -> Self {
         let parameters = problem.parameters();
         let (rows, unknowns) = (problem.row_count(), kept.len());
-        let flat = kept.iter().filter(|&&p| parameters[p].knowledge == Knowledge::Flat).count();
+        let flat = kept.iter().filter(|&&p| parameters[p].knowledge == Prior::Uninformative).count();
         let information = kept.iter().map(|&p| parameters[p].knowledge.information());
         Adjustment {
             information: information.collect(),
@@ -66,7 +69,7 @@ impl Adjustment {
             work: Workspace::new(problem.robot()),
             near: Linearised::new(problem, &kept),
             alone: Linearised::new(problem, &[]),
-            room: WeighingRoom::new(problem.robot()),
+            room: LoadWorkspace::new(problem.robot()),
             states: Default::default(),
             exact: false,
             normal: DMatrix::zeros(unknowns + 1, unknowns + 1),
@@ -85,12 +88,12 @@ impl Adjustment {
         }
     }
 
-    /// Parameters that are estimated, ascending.
+    /// Estimated parameters, ascending.
     pub fn kept(&self) -> &[usize] {
         &self.kept
     }
 
-    /// Deviation of every parameter of the problem from the drawing after the last adjustment, SI.
+    /// Deviation of every parameter of the problem from nominal after the last adjustment, SI.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -105,22 +108,22 @@ impl Adjustment {
         self.dof
     }
 
-    /// Steps of the last adjustment.
+    /// Number of steps of the last adjustment.
     pub fn iterations(&self) -> usize {
         self.iterations
     }
 
-    /// How it ended.
+    /// How the last adjustment ended.
     pub fn outcome(&self) -> Outcome {
         self.outcome
     }
 
     /// Adjusts the parameters to the samples of `problem`, from `start` (deviations, SI).
     ///
-    /// The problem is the one that the adjustment was laid out for, or the same [renewed](Problem::renew).
+    /// The problem is the one for which the adjustment was set up, or the same one [renewed](Problem::renew).
     ///
     /// # Errors
-    /// When the numbers are not finite.
+    /// When a value is not finite.
     pub fn adjust(&mut self, problem: &Problem, start: &[f64]) -> Result<(), FitError> {
         assert_eq!(
             (problem.row_count(), start.len()),
@@ -143,8 +146,8 @@ impl Adjustment {
         self.descend(problem)
     }
 
-    /// Finds the step of the normal matrix as it was factored, and the values where it ends; its length, |J step| but for the damping:
-    /// what it does to the whitened residuals, however ill-determined the unknowns.
+    /// Computes the step from the factored normal matrix, and the values it leads to. Returns its length, |J step| except
+    /// for the damping: the change of the whitened residuals, however ill-determined the unknowns are.
     fn solve(&mut self) -> f64 {
         self.step.copy_from(&self.gradient);
         self.step.component_mul_assign(&self.scale);
@@ -157,7 +160,7 @@ impl Adjustment {
         terms.map(|((step, gradient), scale)| step * gradient * scale).sum::<f64>().max(0.0).sqrt()
     }
 
-    /// Normal matrix and gradient at the values where the problem was last linearised, which are the present ones.
+    /// Normal matrix and gradient at the values of the last linearisation, which are the present ones.
     fn form_normal_equations(&mut self) {
         linalg::normal_matrix(&self.near.transposed, &mut self.normal);
         for (k, &p) in self.kept.iter().enumerate() {
@@ -183,12 +186,13 @@ impl Adjustment {
         self.kept.iter().zip(&self.information).map(|(&p, &w)| w * values[p] * values[p]).sum()
     }
 
-    /// Variance of unit weight: one where the noise is stated.
+    /// Variance of unit weight: one if the noise is stated.
     fn unit_variance(&self) -> f64 {
         if self.noise_stated || self.dof == 0 { 1.0 } else { self.chi2 / self.dof as f64 }
     }
 
-    /// Covariance of the kept parameters (kept x kept), SI; scaled by chi-square per degree of freedom where the noise is not stated.
+    /// Covariance of the kept parameters (kept x kept), SI; scaled by chi-square per degree of freedom if the noise is not
+    /// stated.
     ///
     /// # Errors
     /// When the normal matrix cannot be factored.
@@ -204,15 +208,15 @@ impl Adjustment {
         Ok(covariance)
     }
 
-    /// The last adjustment with all that is said of it.
+    /// Returns the last adjustment with its statistics.
     ///
     /// # Errors
     /// When a decomposition fails.
     pub fn into_fit(mut self, problem: &Problem) -> Result<Fit, FitError> {
         let covariance = self.covariance()?;
         let parameters = problem.parameters();
-        let flat: Vec<usize> = self.kept.iter().copied().filter(|&p| parameters[p].knowledge == Knowledge::Flat).collect();
-        let (observability, condition) = fit::observability_at(problem, &self.values, &flat)?;
+        let flat: Vec<usize> = self.kept.iter().copied().filter(|&p| parameters[p].knowledge == Prior::Uninformative).collect();
+        let (observability, condition) = observability_at(problem, &self.values, &flat)?;
         let residuals = problem.residuals(&self.values);
         let outcome = if problem.left_linear_range(&self.values).is_some() { Outcome::LeftLinearRange } else { self.outcome };
         let rms = (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt();

@@ -1,13 +1,16 @@
-//! A calibration: every parameter with its value and uncertainty, and what the fit says of the data.
+//! A calibration: every parameter with its value and uncertainty, and the quality of the fit.
 
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, Vector3};
 use thiserror::Error;
 
-use super::fit::{Fit, FitError, Outcome, fit_some};
-use super::{Knowledge, Model, Observability, Parameter, Problem, ProblemError, Setup, Use};
+use super::fit::fit_some;
+use super::fit_result::{Fit, FitError, Outcome};
+use super::prediction::{Application, Prediction};
+use super::{Model, Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::effects::Owner;
+use crate::math::Observability;
 use crate::measure::Dataset;
 use crate::robot::{Axis6, FramePose, Payload, Robot};
 use crate::units::Unit;
@@ -17,32 +20,32 @@ use crate::units::Unit;
 pub struct Estimate {
     /// Unique name, e.g. `a2`, `base_x`, `base_x@A`.
     pub name: String,
-    /// Effect that it belongs to.
+    /// Effect to which it belongs.
     pub effect: String,
     /// Unit for people and files.
     pub unit: Unit,
     /// Estimate.
     pub value: f64,
-    /// One-sigma by noise and by what the model lacks.
+    /// Standard uncertainty due to noise and model discrepancy.
     pub sigma: f64,
-    /// One-sigma by noise alone.
+    /// Standard uncertainty due to noise alone.
     pub sigma_noise: f64,
-    /// On the drawing.
+    /// Nominal value.
     pub nominal: f64,
-    /// One-sigma that was stated beforehand, for a certified ball or TCP.
+    /// Standard uncertainty stated beforehand, for a certified ball or TCP.
     pub stated_sigma: Option<f64>,
 }
 
-/// A set-up that was measured: which base and tool its parameters describe, and what the arm carried.
+/// A measured set-up: the base and tool that its parameters describe, and the payloads carried.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredSetup {
-    /// What parameter names end in after `@`; empty for the only one.
+    /// Suffix of its parameter names after `@`; empty if it is the only one.
     pub label: String,
     /// Dataset.
     pub dataset: String,
     /// Session.
     pub session: String,
-    /// Base that the fit started from: what the data could not tell of the base stayed there.
+    /// Starting base of the fit: components the data could not determine kept these values.
     pub base: FramePose,
     /// TCP frame in the last frame, as certified.
     pub tool: FramePose,
@@ -50,30 +53,30 @@ pub struct MeasuredSetup {
     pub gravity: Vector3<f64>,
     /// Payloads; the first is the default.
     pub payloads: Vec<Payload>,
-    /// Longest time of its samples, s; `None` where times were not recorded.
+    /// Longest time of its samples, s; `None` if times were not recorded.
     pub duration_s: Option<f64>,
 }
 
 /// The identified model of one robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// The robot as drawn.
+    /// The nominal robot.
     pub robot: Arc<Robot>,
-    /// How files name it.
+    /// Reference to the robot in files.
     pub robot_reference: String,
     /// Effects and torques used.
     pub model: Model,
     /// Estimates, in the order of the model.
     pub estimates: Vec<Estimate>,
-    /// Correlations of the errors that `sigma` of them describes (square, symmetric, unit diagonal).
+    /// Correlations of the errors described by the estimates' `sigma` (square, symmetric, unit diagonal).
     pub correlation: DMatrix<f64>,
-    /// Groups that the data cannot tell apart; the first of each was left at its drawing value.
+    /// Groups of parameters that the data cannot separate; the first of each was left at its nominal value.
     pub unresolved: Vec<Vec<String>>,
-    /// Set-ups measured.
+    /// Measured set-ups.
     pub setups: Vec<MeasuredSetup>,
-    /// How the fit ended; `None` when a file does not say.
+    /// How the fit ended; `None` if a file does not state it.
     pub outcome: Option<Outcome>,
-    /// Samples fitted.
+    /// Number of samples fitted.
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
@@ -87,22 +90,23 @@ pub struct Calibration {
     pub condition: f64,
     /// Observability indices, SI.
     pub observability: Observability,
-    /// Whether the uncertainties rest on stated noise, or on the residuals themselves.
+    /// True if the uncertainties rest on stated noise, false if on the residuals.
     pub noise_stated: bool,
-    /// Gauss-Newton steps.
+    /// Number of Gauss-Newton steps.
     pub iterations: usize,
     /// Smallest and largest joint angle in the data, rad (N).
     pub joint_ranges: Vec<[f64; 2]>,
     /// SHA-256 of each dataset.
     pub dataset_hashes: Vec<String>,
-    /// Whether the controller's own absolute-accuracy option was on; `None` when not said.
+    /// State of the controller's own absolute-accuracy option; `None` if not stated.
     pub absolute_accuracy: Option<bool>,
 }
 
-/// Why there is no calibration.
+/// The reason why there is no calibration.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum IdentifyError {
-    /// The samples are of another arm than the calibration.
+    /// The samples belong to a different arm than the calibration.
     #[error(
         "the calibration is of '{calibrated}' and the samples are of '{measured}', another arm; judge it on samples of its own"
     )]
@@ -112,13 +116,13 @@ pub enum IdentifyError {
         /// Robot of the samples.
         measured: String,
     },
-    /// Data and model do not fit together.
+    /// Data and model do not match.
     #[error(transparent)]
     Problem(#[from] ProblemError),
-    /// The numbers do not determine the unknowns.
+    /// The data do not determine the unknowns.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// A calibration does not predict what its fit left.
+    /// The calibration as read back does not reproduce the residual of its fit.
     #[error(
         "calibench found itself inconsistent: the fit leaves {fitted_mm:.9} mm, and the calibration as read back leaves {read_mm:.9} mm on the same rows; report this with the data and the model"
     )]
@@ -131,26 +135,27 @@ pub enum IdentifyError {
 }
 
 impl Calibration {
-    /// How the fit ended, where it did not converge: nothing said of it holds.
+    /// How the fit ended if it did not converge: none of its results is then valid.
     pub fn unconverged(&self) -> Option<Outcome> {
         self.outcome.filter(|outcome| *outcome != Outcome::Converged)
     }
 
-    /// Numbers of the base and the tool that the data did not tell, by name, where places in the world were known to them.
+    /// Names of the base and tool parameters that the data did not determine although they contain known positions in the
+    /// world.
     pub fn undetermined_set_up(&self) -> Vec<&str> {
         let is_set_up = |name: &str| name.starts_with("base_") || name.starts_with("tool_");
-        // Free balls have their places in the world from the base: there it is a matter of definition.
+        // Free balls get their positions in the world from the base: there it is a matter of definition.
         let by_definition = |group: &[String]| group.is_empty() || group.iter().any(|name| name.starts_with("ball"));
         let open = self.unresolved.iter().filter_map(|group| Some((group.first()?.as_str(), group.get(1..)?)));
         open.filter(|(name, with)| is_set_up(name) && !by_definition(with)).map(|(name, _)| name).collect()
     }
 
-    /// Puts a fit into words, parameters as uncertain as the noise makes them.
+    /// Converts a fit to a calibration, with uncertainties due to noise alone.
     pub fn of(datasets: &[(&str, &Dataset)], model: &Model, problem: &Problem, fit: &Fit) -> Self {
         Calibration::with_covariance(datasets, model, problem, fit, &fit.covariance)
     }
 
-    /// Puts a fit into words, the errors of the kept parameters (SI) having the second moments `covariance`.
+    /// Converts a fit to a calibration, the errors of the kept parameters (SI) having the second moments `covariance`.
     pub fn with_covariance(
         datasets: &[(&str, &Dataset)],
         model: &Model,
@@ -174,8 +179,8 @@ impl Calibration {
                 sigma_noise: fit.sigma(p).unwrap_or(0.0),
                 nominal: parameters[p].spec.nominal,
                 stated_sigma: match parameters[p].knowledge {
-                    Knowledge::Flat | Knowledge::Plausible(_) => None,
-                    Knowledge::Stated(sigma) => Some(sigma),
+                    Prior::Uninformative | Prior::Plausible(_) => None,
+                    Prior::Certified(sigma) => Some(sigma),
                 },
             })
             .collect();
@@ -229,31 +234,31 @@ impl Calibration {
         }
     }
 
-    /// The estimate of that name.
+    /// The estimate with this name.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.name == name)
     }
 
-    /// The same robot as drawn: every parameter at its nominal value.
-    pub fn as_drawn(&self) -> Self {
+    /// The same robot with every parameter at its nominal value.
+    pub fn nominal(&self) -> Self {
         let mut drawn = self.clone();
         drawn.estimates.iter_mut().for_each(|e| e.value = e.nominal);
         drawn
     }
 
-    /// The robot alone: whatever data it is held against next, it was set up anew for them.
+    /// The calibration without its set-ups: any data it is compared with count as a new set-up.
     pub fn set_up_anew(&self) -> Self {
         Calibration { setups: Vec::new(), ..self.clone() }
     }
 
-    /// Errors of the calibrated model on samples, m: three a sample.
+    /// Errors of the calibrated model on samples, m: three per sample.
     ///
-    /// What belongs to a set-up that the calibration has not seen (its base, a free tool, a free ball) is fitted first, and named in
-    /// the result: the robot is being judged, not where it stands. Validation samples are spared where they can be: what rows of set
-    /// `fit` can tell of their set-up is taken from those.
+    /// Parameters of a set-up that the calibration has not seen (its base, a free tool, a free ball) are fitted first, and
+    /// named in the result: the robot is being judged, not its position. Validation samples are spared if possible:
+    /// whatever rows of set `fit` can determine about their set-up is taken from those.
     ///
     /// # Errors
-    /// When the data are of another robot, do not go with the model, or do not determine the set-up.
+    /// When the data are of another robot, do not fit the model, or do not determine the set-up.
     pub fn predict(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Prediction, IdentifyError> {
         let Application { problem, values, refitted, from_fit_rows, .. } = self.apply(datasets, which)?;
         let names = |parameters: &[usize]| parameters.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
@@ -265,7 +270,7 @@ impl Calibration {
         })
     }
 
-    /// The samples laid out under this calibration, as [`Calibration::predict`] judges them.
+    /// Lays out the samples under this calibration, as [`Calibration::predict`] judges them.
     ///
     /// # Errors
     /// As [`Calibration::predict`].
@@ -300,28 +305,30 @@ impl Calibration {
         if !unseen.is_empty() {
             values = fit_some(&problem, &values, &unseen)?.values;
         }
-        problem.settle_loads(&values);
+        problem.update_loads(&values);
         let name = |p: &Parameter| self.name_for(p, &problem);
         let place = |p: &Parameter| name(p).and_then(|n| self.estimates.iter().position(|e| e.name == n));
         let estimates = problem.parameters().iter().map(place).collect();
         Ok(Application { problem, values, estimates, refitted: unseen, from_fit_rows })
     }
 
-    /// The calibrated deviations of another problem's parameters, and those, of set-ups not seen here, that are unknown.
+    /// The calibrated deviations of another problem's parameters, and those parameters that are unknown because their
+    /// set-up is unseen.
     fn values_for(&self, problem: &Problem) -> (Vec<f64>, Vec<usize>) {
         let mut values = problem.start();
         let mut unseen = Vec::new();
         for (p, parameter) in problem.parameters().iter().enumerate() {
             match self.value_for(parameter, problem) {
                 Some(value) => values[p] = value - parameter.start,
-                None if parameter.knowledge == Knowledge::Flat => unseen.push(p),
+                None if parameter.knowledge == Prior::Uninformative => unseen.push(p),
                 None => {}
             }
         }
         (values, unseen)
     }
 
-    /// The calibrated (or drawing) value of a parameter of another problem; `None` when it belongs to a set-up or a ball not seen here.
+    /// The calibrated (or nominal) value of a parameter of another problem; `None` if it belongs to an unseen set-up or
+    /// ball.
     fn value_for(&self, parameter: &Parameter, problem: &Problem) -> Option<f64> {
         let name = self.name_for(parameter, problem)?;
         let value = self.estimate(&name).map(|e| e.value);
@@ -343,7 +350,7 @@ impl Calibration {
         }
     }
 
-    /// How this calibration would name a parameter of another problem; `None` when it belongs to a set-up not seen here.
+    /// The name in this calibration of a parameter of another problem; `None` if it belongs to an unseen set-up.
     fn name_for(&self, parameter: &Parameter, problem: &Problem) -> Option<String> {
         let plain = parameter.spec.name.as_str();
         let at = |label: &str| if label.is_empty() { plain.to_owned() } else { format!("{plain}@{label}") };
@@ -359,8 +366,8 @@ impl Calibration {
         })
     }
 
-    /// The set-up of this calibration that a set-up of other samples is: the one of the same session; where sessions are not
-    /// named, the one of the same dataset, or the only one.
+    /// The set-up of this calibration that corresponds to one of other samples: the one of the same session; if sessions
+    /// are not named, the one of the same dataset, or the only one.
     fn seen(&self, setup: &Setup) -> Option<&MeasuredSetup> {
         let named = |s: &&MeasuredSetup| !s.session.is_empty() && s.session == setup.session;
         let unnamed = |s: &&MeasuredSetup| {
@@ -368,31 +375,4 @@ impl Calibration {
         };
         self.setups.iter().find(named).or_else(|| self.setups.iter().find(unnamed))
     }
-}
-
-/// What the calibrated model says of samples.
-#[derive(Debug, Clone)]
-pub struct Prediction {
-    /// Names of the samples.
-    pub sample_ids: Vec<String>,
-    /// Measured minus predicted, m.
-    pub residuals: Vec<Vector3<f64>>,
-    /// Parameters of unseen set-ups that were fitted to these samples.
-    pub refitted: Vec<String>,
-    /// Parameters of unseen set-ups that were fitted to other samples, of set `fit`.
-    pub from_fit_rows: Vec<String>,
-}
-
-/// Samples laid out under a calibration.
-pub struct Application {
-    /// The samples.
-    pub problem: Problem,
-    /// Deviation of every parameter of the problem from its start, SI.
-    pub values: Vec<f64>,
-    /// The calibration's estimate of each parameter of the problem, by place; `None` where it has none.
-    pub estimates: Vec<Option<usize>>,
-    /// Parameters of unseen set-ups that were fitted to these samples.
-    pub refitted: Vec<usize>,
-    /// Parameters of unseen set-ups that were fitted to other samples, of set `fit`.
-    pub from_fit_rows: Vec<usize>,
 }

@@ -1,4 +1,4 @@
-//! `calibration.toml`: a calibration in mm and deg, to be read by people and programs alike.
+//! `calibration.toml`: a calibration in mm and deg, readable by people and programs.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -7,16 +7,17 @@ use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::own_effects::{OwnEffectTable, tables};
-use super::{Calibration, Estimate, MeasuredSetup, Model, Observability, Outcome, check_effects};
+use super::{Calibration, Estimate, MeasuredSetup, Model, Outcome, check_effects};
 use crate::effects::{self, Subject};
 use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text, write_whole};
+use crate::math::Observability;
 use crate::robot::{FramePose, Payload, built_in, robot, to_toml};
 use crate::units::{DEG, MM, Unit};
 
 /// Format tag.
 pub const FORMAT: &str = "calibench-calibration/1";
 
-/// No parameter is larger, in the unit of its file: a kilometre, thousands of turns.
+/// Upper limit of any parameter in the unit of its file: a kilometre, thousands of revolutions.
 const BELIEVABLE: f64 = 1e6;
 
 #[derive(Serialize, Deserialize)]
@@ -49,7 +50,7 @@ struct File {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FitTable {
-    /// See [`Outcome`]; files of before do not say.
+    /// See [`Outcome`]; older files do not state it.
     #[serde(skip_serializing_if = "Option::is_none")]
     outcome: Option<String>,
     samples: usize,
@@ -89,7 +90,7 @@ struct SetupTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     duration_s: Option<f64>,
     gravity_m_s2: [f64; 3],
-    /// Base that the fit started from; what could not be told of it stayed there.
+    /// Starting base of the fit; components that could not be determined kept these values.
     base_start: FrameTable,
     /// TCP in the last frame, as certified.
     tool: FrameTable,
@@ -175,7 +176,7 @@ struct ParameterTable {
     stated_sigma: Option<f64>,
 }
 
-/// Writes a calibration, whole or not at all; a robot that is not built in goes beside it, as `NAME.robot.toml`.
+/// Writes a calibration atomically; a robot that is not built in is written beside it, as `NAME.robot.toml`.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -238,26 +239,27 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
     write_whole(path, text.as_bytes())
 }
 
-/// What the robot of the calibration at `path` is called when it is not built in.
+/// File name of a robot that is not built in, for the calibration at `path`.
 fn own_robot_name(path: &Path) -> String {
-    // The name stands in the calibration, which is text: one that is not UTF-8 cannot.
+    // The name is stored in the calibration, which is text, so it must be UTF-8.
     format!("{}.robot.toml", path.file_stem().and_then(|s| s.to_str()).unwrap_or("calibration"))
 }
 
-/// That a parameter is one of an effect of the file, in a unit that measures it; else the field, what is wrong and what to do.
+/// Checks that a parameter belongs to an effect of the file and has a suitable unit; the error holds the field, the problem
+/// and the remedy.
 fn check_parameter(
     p: &ParameterTable,
     unit: Unit,
     effects: &[String],
     subject: &Subject<'_>,
 ) -> Result<(), (&'static str, String, String)> {
-    let again = || "write it anew with `calibench identify`".to_owned();
+    let again = || "identify the robot again, and write the calibration anew".to_owned();
     for (field, text) in [("name", &p.name), ("effect", &p.effect)] {
         if text.chars().any(char::is_control) {
             return Err((field, format!("{text:?} holds a control character"), "use printable characters".into()));
         }
     }
-    // Free and uncertain tools and balls come with the data, not with the model.
+    // Free and uncertain tools and balls come from the data, not from the model.
     let of_data = p.effect == "tool_frame" || p.effect.starts_with("ball:");
     if !of_data && !effects.contains(&p.effect) {
         return Err((
@@ -276,7 +278,7 @@ fn check_parameter(
     Err(("unit", format!("'{}' does not measure {}", unit.symbol, p.name), format!("give it in {}", spec.unit.symbol)))
 }
 
-/// What a unit measures, by the unit that stands for it.
+/// The quantity a unit measures, represented by one unit.
 fn quantity(unit: Unit) -> &'static str {
     match unit {
         Unit::MM | Unit::UM => "mm",
@@ -290,22 +292,22 @@ fn outcome(name: &str) -> Option<Outcome> {
     Outcome::ALL.into_iter().find(|(_, n)| *n == name).map(|(outcome, _)| outcome)
 }
 
-/// Reads a calibration; a robot named by a path is looked for beside the file.
+/// Reads a calibration; a robot given by a path is looked up beside the file.
 ///
 /// # Errors
-/// One error that names file, line, key and remedy.
+/// A single error that names file, line, key and remedy.
 pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     let text = read_text(path)?;
     let file: File = parse_toml(path, &text)?;
     let wrong = |key: &str, problem: String, remedy: &str| field_error(path, &text, key, problem, remedy);
-    let again = "write it anew with `calibench identify`";
+    let again = "identify the robot again, and write the calibration anew";
     if file.format != FORMAT {
         return Err(wrong("format", format!("is '{}', not '{FORMAT}'", file.format), again));
     }
     let folder = path.parent().unwrap_or(Path::new("."));
     let robot =
         robot(&file.robot, folder).map_err(|e| if e.path.is_file() { e } else { wrong("robot", e.problem, &e.remedy) })?;
-    // Which balls there were is known only by the effects that are about one.
+    // The names of the balls are known only from the effects that refer to them.
     let mut balls: Vec<String> = file.effects.iter().filter_map(|id| id.strip_prefix("ball:").map(str::to_owned)).collect();
     balls.extend(file.effect.iter().flat_map(|table| table.balls()));
     let of_ball = |p: &ParameterTable| p.effect.strip_prefix("ball:").map(str::to_owned);

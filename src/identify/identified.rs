@@ -1,10 +1,10 @@
-//! From datasets and a model to a calibration that predicts what its fit left.
+//! From datasets and a model to a calibration that reproduces the residual of its fit.
 
 use super::{Calibration, IdentifyError, Model, Problem, Use, covariance_with_model_error, fit};
 use crate::measure::Dataset;
 use crate::units::MM;
 
-/// Share of the residual by which a calibration as read back may differ.
+/// Relative difference of the residual allowed for a calibration as read back.
 const REPRODUCED: f64 = 1e-6;
 
 /// Residuals below this, m, are rounding.
@@ -12,8 +12,33 @@ const ROUNDING: f64 = 1e-12;
 
 /// Identifies the robot from the rows of set `fit` of named datasets.
 ///
+/// ```
+/// use std::sync::Arc;
+///
+/// use calibench::identify::{Model, identify};
+/// use calibench::measure::{Dataset, Measured, Noise, Sample};
+/// use calibench::robot::{FramePose, built_in, world_from_tool};
+/// use calibench::units::{MM, UM};
+///
+/// let robot = Arc::new(built_in("ur5").ok_or("built in")?);
+/// let (believed, truly) = (FramePose::default(), FramePose { xyz: [2.0 * MM, 0.0, -1.0 * MM], rz_ry_rx: [0.0; 3] });
+/// let sample = |k: usize| {
+///     let q: Vec<f64> = (1..=6).map(|i| 2.0 * ((k * i) as f64 * 0.618).fract() - 1.0).collect();
+///     let seen = world_from_tool(&robot, &truly, &FramePose::default(), &q).translation.vector;
+///     Sample::new(format!("p{k}"), q, Measured::Point(seen))
+/// };
+/// let samples = (0..20).map(sample).collect();
+/// let noise = Noise { point: Some(20.0 * UM), ..Noise::default() };
+/// let data = Dataset { robot: robot.clone(), base: believed, noise, samples, ..Dataset::default() };
+///
+/// let calibration = identify(&[("campaign", &data)], &Model::of(&["base_frame"]))?;
+/// let base_z = calibration.estimate("base_z").ok_or("fitted")?;
+/// assert!((base_z.value + 1.0 * MM).abs() < base_z.sigma && base_z.sigma < 0.02 * MM);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
-/// When data and model do not fit together, or do not determine the unknowns.
+/// When data and model do not match, or do not determine the unknowns.
 pub fn identify(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibration, IdentifyError> {
     let problem = Problem::new(datasets, model, Use::Fit)?;
     let fit = fit(&problem)?;
@@ -24,7 +49,7 @@ pub fn identify(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibrat
 }
 
 impl Calibration {
-    /// That the calibration `read` back from its file leaves the residual of this one on the rows of set `fit`.
+    /// Checks that the calibration `read` back from its file gives the residual of this one on the rows of set `fit`.
     ///
     /// # Errors
     /// [`IdentifyError::Inconsistent`]; as [`Calibration::predict`].

@@ -1,31 +1,30 @@
-//! Finding the numbers: the model, the unknowns, the fit, what the data can tell apart, and how well.
+//! Identification: the model, the unknowns, the fit, which parameters the data can separate, and how well.
 
 mod adjustment;
 mod calibration;
 mod calibration_file;
+mod determined;
 mod fit;
+mod fit_result;
 mod identified;
-pub(crate) mod linalg;
 mod model;
 mod model_error;
 mod model_file;
-mod observability;
 mod own_effects;
+mod prediction;
 mod problem;
 
 pub use adjustment::Adjustment;
-pub use calibration::{Application, Calibration, Estimate, IdentifyError, MeasuredSetup, Prediction};
+pub use calibration::{Calibration, Estimate, IdentifyError, MeasuredSetup};
 pub use calibration_file::{read_calibration, write_calibration};
-pub use fit::{
-    Fit, FitError, Outcome, Unresolved, check_nested, fit, fit_from, fit_larger, fit_some, independent_parameters,
-    observability_of,
-};
+pub use determined::{independent_parameters, observability_of};
+pub use fit::{check_nested, fit, fit_from, fit_larger, fit_some};
+pub use fit_result::{Fit, FitError, Outcome, Unresolved};
 pub use identified::identify;
-pub use linalg::LinalgError;
-pub use model::{FREELY_FITTED, Model, ORDINARY_WIDTH, TorquePosture};
+pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
 pub use model_error::covariance_with_model_error;
 pub use model_file::{check_effects, read_model, write_model, write_model_like};
-pub use observability::Observability;
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
+pub use prediction::{Application, Prediction};
 pub(crate) use problem::Circumstance;
-pub use problem::{Knowledge, Parameter, PosedSample, Problem, ProblemError, Setup, Use, missing};
+pub use problem::{Parameter, PosedSample, Prior, Problem, ProblemError, Setup, Use, missing};

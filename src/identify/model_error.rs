@@ -1,34 +1,35 @@
-//! How uncertain parameters are by noise and by what the model lacks.
+//! Uncertainty of the parameters due to noise and model discrepancy.
 //!
-//! Two readings of the residuals, neither of which may make a parameter surer than the noise does: postures as clusters, each left out in
-//! turn (the sandwich with leverages, CR3; Bell & McCaffrey 2002), and errors of every joint's angle, periodic in that angle, of a size
-//! that the residuals themselves give, fitted beside the parameters. The second knows what parameters and errors share.
+//! Two estimates from the residuals, neither of which may make a parameter more certain than the noise does: postures as
+//! clusters, each left out in turn (the sandwich with leverages, CR3; Bell & McCaffrey 2002), and errors of every joint's
+//! angle, periodic in that angle, with a size estimated from the residuals, fitted together with the parameters. The second
+//! accounts for the correlation of parameters and errors.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{Fit, FitError};
-use super::linalg::{self, Cholesky};
+use super::fit_result::{Fit, FitError};
 use super::problem::Circumstance;
-use super::{Knowledge, Problem};
+use super::{Prior, Problem};
+use crate::math::linalg::{self, Cholesky};
 use crate::measure::Postures;
 use crate::units::URAD;
 
-/// Orders per turn of a joint's error.
+/// Orders per revolution of a joint's error.
 const ORDERS: usize = 4;
 
-/// Size of an ordinary error of a joint, rad.
+/// Ordinary size of a joint's error, rad.
 const ORDINARY: f64 = 50.0 * URAD;
 
-/// Variance of a joint's error in squares of the ordinary size, to begin with and at most.
+/// Variance of a joint's error in squares of the ordinary size: initial value and upper limit.
 const BEGIN: f64 = 1.0;
 const MOST: f64 = 1e4;
 
 const ROUNDS: usize = 12;
 
-/// Where the noise is stated, residuals within so many standard deviations of it say that the model lacks nothing.
+/// If the noise is stated, residuals within this many standard deviations of it indicate no model discrepancy.
 const NOISE_ALONE: f64 = 3.0;
 
-/// Second moments of the errors of the kept parameters (kept x kept), SI: `fit.covariance` where noise explains the residuals.
+/// Second moments of the errors of the kept parameters (kept x kept), SI: `fit.covariance` if noise explains the residuals.
 ///
 /// # Errors
 /// When a decomposition fails.
@@ -45,7 +46,8 @@ pub fn covariance_with_model_error(problem: &Problem, fit: &Fit) -> Result<DMatr
     Ok(widest(&fit.covariance, [by_errors, by_postures]))
 }
 
-/// The covariance `noise`, widened parameter by parameter to the largest variance of all; correlations are those of the widest.
+/// Widens the larger of the two others, parameter by parameter, to the largest variance of all three; its correlations are
+/// kept.
 fn widest(noise: &DMatrix<f64>, others: [DMatrix<f64>; 2]) -> DMatrix<f64> {
     let size = |c: &DMatrix<f64>| (0..c.nrows()).map(|k| c[(k, k)] / noise[(k, k)]).sum::<f64>();
     let [a, b] = others;
@@ -62,8 +64,9 @@ fn widest(noise: &DMatrix<f64>, others: [DMatrix<f64>; 2]) -> DMatrix<f64> {
     wide
 }
 
-/// `r^T` of the last row of the linearised problem is what is left; the others are columns. With errors of every joint's angle fitted
-/// beside the parameters: covariance of those, and how far it moves them.
+/// Fits errors of every joint's angle together with the parameters. `r^T`, the last row of the linearised problem, holds
+/// the residuals; the other rows are columns. Returns the second moments: the parameters' covariance plus the square of their
+/// shift.
 fn joint_errors(
     problem: &Problem,
     fit: &Fit,
@@ -93,7 +96,7 @@ fn joint_errors(
     let mut gram = DMatrix::zeros(m + errors + 1, m + errors + 1);
     linalg::normal_matrix(&all, &mut gram);
     let n = m + errors;
-    let flat = fit.kept.iter().filter(|&&p| problem.parameters()[p].knowledge == Knowledge::Flat).count() as f64;
+    let flat = fit.kept.iter().filter(|&&p| problem.parameters()[p].knowledge == Prior::Uninformative).count() as f64;
     let left = gram[(n, n)];
     let least = if fit.noise_stated { 1.0 } else { 0.0 };
     let mut noise: f64 = (left / (rows as f64 - flat).max(1.0)).max(least);
@@ -116,7 +119,7 @@ fn joint_errors(
                 inverse[(r, c)] *= scale[r] * scale[c];
             }
         }
-        // What is held pulls towards nothing, from where it is.
+        // A parameter with a prior is pulled towards zero from its present value.
         let pull = |k: usize| if k < m { information[k] * fit.values[fit.kept[k]] } else { 0.0 };
         let right = DVector::from_fn(n, |k, _| gram[(k, n)] / noise - pull(k));
         found = &inverse * right;
@@ -138,7 +141,7 @@ fn joint_errors(
     Ok(inverse.view((0, 0), (m, m)) + moved * moved.transpose())
 }
 
-/// The sandwich with leverages: how far the parameters move as each posture is left out, summed.
+/// The sandwich with leverages: sum of the parameter changes as each posture is left out in turn.
 fn left_out_in_turn(
     near: &DMatrix<f64>,
     circumstances: &[Circumstance],
@@ -165,7 +168,7 @@ fn left_out_in_turn(
         let columns = DMatrix::from_fn(m, rows.len(), |p, k| near[(p, rows[k])] * scale[p]);
         let left = DVector::from_fn(rows.len(), |k, _| near[(m, rows[k])]);
         let moves = linalg::product(&inverse, &columns);
-        // A posture that alone tells some parameter has no residual of its own there.
+        // A posture that alone determines some parameter has no independent residual there.
         let mut remaining = -linalg::product_of_transposed(&columns, &moves);
         (0..rows.len()).for_each(|k| remaining[(k, k)] += 1.0 + LEAST_LEFT);
         let moved = match remaining.cholesky() {
@@ -177,5 +180,5 @@ fn left_out_in_turn(
     Ok(DMatrix::from_fn(m, m, |r, c| sum[(r, c)] * scale[r] * scale[c]))
 }
 
-/// Of a residual, the least share that is its own.
+/// Lower limit of the share of a residual that is independent.
 const LEAST_LEFT: f64 = 1e-3;

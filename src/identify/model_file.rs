@@ -18,19 +18,19 @@ struct ModelToml {
     /// Take joint torques from the dataset's `tau1_nm` ... columns, not from link masses.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     measured_torques: bool,
-    /// How large an effect may be, one-sigma in plausible sizes.
+    /// Prior width (1 sigma) of an effect, in plausible sizes.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     width: BTreeMap<String, f64>,
-    /// The user's own.
+    /// The user-defined effects.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<OwnEffectTable>,
 }
 
-/// Reads `model.toml`, and checks that every effect can be built for that robot and artifact.
+/// Reads `model.toml`, and checks that every effect can be built for the given robot and artifact.
 ///
 /// # Errors
-/// The first mistake, with line, key and remedy: an unknown or a missing key, an effect that does not exist, does not fit the
-/// robot or the artifact, or is named twice; an effect of the user's own that is not well formed.
+/// The first mistake, with line, key and remedy: an unknown or missing key; an effect that does not exist, does not fit the
+/// robot or the artifact, or is named twice; a user-defined effect that is not well formed.
 pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError> {
     let text = read_text(path)?;
     let file: ModelToml = parse_toml(path, &text)?;
@@ -56,11 +56,12 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
     })
 }
 
-/// Checks a list of effects that stands under `key` of the TOML document `text`, such as `model.effects` of a scenario, and the tables
-/// `[[effect]]` beside it; returns the effects of those tables, and the list of what is to be fitted.
+/// Checks the list of effects under `key` of the TOML document `text`, such as `model.effects` of a scenario, and the
+/// tables `[[effect]]` beside it; returns the effects of those tables, and the list of effects to be fitted.
 ///
 /// # Errors
-/// The first effect that does not exist, does not fit the robot or the artifact, or is named twice; an empty list; a table that is wrong.
+/// The first effect that does not exist, does not fit the robot or the artifact, or is named twice; an empty list; an
+/// invalid table.
 pub fn check_effects(
     path: &Path,
     text: &str,
@@ -104,16 +105,17 @@ pub fn check_effects(
     Ok((own, fitted))
 }
 
-/// Writes `model.toml` as another model file with what `model` holds beyond it: comments, order and layout of that file are kept.
+/// Writes `model.toml` as a copy of another model file with the additions in `model`: comments, order and layout of that
+/// file are kept.
 ///
 /// # Errors
-/// When the file to go by cannot be read, or the folder cannot be written.
+/// When the other file cannot be read, or the folder cannot be written.
 pub fn write_model_like(model: &Model, like: &Path, path: &Path) -> Result<(), FileError> {
     let text = amended(model, like, &read_text(like)?)?;
     write_whole(path, text.as_bytes())
 }
 
-/// The text of a model file with the effects, widths and tables of `model` that it does not hold.
+/// The text of a model file, extended by the effects, widths and tables of `model` that it lacks.
 fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> {
     let old: ModelToml = parse_toml(path, text)?;
     let broken = |problem: String| FileError::whole(path, problem, "write it as docs/models.md shows");
@@ -121,14 +123,15 @@ fn amended(model: &Model, path: &Path, text: &str) -> Result<String, FileError> 
     let new_tables =
         tables(&model.own, &model.effects).into_iter().filter(|t| !old.effect.iter().any(|o| o.name() == t.name()));
     let new_tables: Vec<OwnEffectTable> = new_tables.collect();
-    // A table that is no candidate is fitted without being listed.
+    // A table that is not a candidate is fitted without being listed.
     let by_table = |id: &String| {
         old.effect.iter().any(|t| t.name() == id && !t.is_candidate()) || new_tables.iter().any(|t| t.name() == id)
     };
     let listed =
         document.get_mut("effects").and_then(Item::as_array_mut).ok_or_else(|| broken("has no list `effects`".into()))?;
     for id in model.effects.iter().filter(|id| !old.effects.contains(id) && !by_table(id)) {
-        // In the manner of the last one: on a line of its own, or not. A comment before that one is not about this one.
+        // Laid out like the last entry: on a line of its own, or not. A comment before that entry does not apply to this
+        // one.
         let before_last = listed.iter().last().and_then(|last| last.decor().prefix()?.as_str());
         match before_last.and_then(|prefix| prefix.rsplit_once('\n')).map(|(_, indent)| format!("\n{indent}")) {
             Some(prefix) => {

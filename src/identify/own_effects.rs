@@ -1,4 +1,4 @@
-//! `[[effect]]` tables: effects of the user's own, in model, scenario and calibration files.
+//! `[[effect]]` tables: user-defined effects, in model, scenario and calibration files.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,14 +6,14 @@ use crate::effects::{OwnEffect, OwnTerm};
 use crate::files::name_remedy;
 use crate::units::{Unit, readable};
 
-/// An effect of the user's own, as written; linear in its coefficients.
+/// A user-defined effect as written in a file; linear in its coefficients.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct OwnEffectTable {
     name: String,
     /// Unit of the coefficients.
     unit: String,
-    /// One-sigma of a plausible coefficient, in that unit.
+    /// Plausible size (1 sigma) of a coefficient, in that unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     plausible: Option<f64>,
     /// Defined, but not fitted: offered to the diagnosis.
@@ -37,40 +37,41 @@ impl OwnEffectTable {
         &self.name
     }
 
-    /// Whether it is defined, but not fitted.
+    /// True if it is defined, but not fitted.
     pub(super) fn is_candidate(&self) -> bool {
         self.candidate
     }
 
-    /// Balls that its sites name one by one.
+    /// Balls named individually by its sites.
     pub(super) fn balls(&self) -> impl Iterator<Item = String> {
         self.terms.iter().filter_map(|t| Some(t.site.strip_prefix("ball:")?.rsplit_once(':')?.0.to_owned()))
     }
 }
 
-/// A mistake in such a table: its place among them, the key in it, what is wrong and what to do.
+/// A mistake in such a table: the key with the table's index, the problem and the remedy.
 pub struct OwnMistake {
     /// `effect[1].unit`.
     pub key: String,
     /// What is wrong.
     pub problem: String,
-    /// What to do.
+    /// How to correct it.
     pub remedy: String,
 }
 
-/// The effects of `[[effect]]` tables, and the list of effects to fit: `fitted` as written, and after it those that are no candidates.
+/// The effects of `[[effect]]` tables, and the list of effects to fit: `fitted` as written, followed by those that are not
+/// candidates.
 ///
 /// Expressions and sites are checked when the effects are built, for a robot.
 ///
 /// # Errors
-/// A unit that is not known, a name that stands twice.
+/// An unknown unit or a duplicate name.
 pub fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Result<(Vec<OwnEffect>, Vec<String>), OwnMistake> {
     let mut own: Vec<OwnEffect> = Vec::new();
     let mut fitted = fitted.to_vec();
     for (k, table) in tables.iter().enumerate() {
         let wrong =
             |key: &str, problem: String, remedy: String| OwnMistake { key: format!("effect[{k}].{key}"), problem, remedy };
-        // A keyboard has no raised dot.
+        // Keyboards have no raised dot, so `*` is accepted.
         let unit = Unit::from_symbol(&table.unit.replace('*', "·")).ok_or_else(|| {
             let known = Unit::ALL.map(|u| u.symbol);
             wrong("unit", format!("'{}' is no unit known here", table.unit), name_remedy(&table.unit, &known))
@@ -97,7 +98,7 @@ pub fn own_effects(tables: &[OwnEffectTable], fitted: &[String]) -> Result<(Vec<
     Ok((own, fitted))
 }
 
-/// The tables of effects, of which those named in `fitted` are fitted.
+/// The tables of these effects; those named in `fitted` are fitted.
 pub(super) fn tables(own: &[OwnEffect], fitted: &[String]) -> Vec<OwnEffectTable> {
     let table = |e: &OwnEffect| OwnEffectTable {
         name: e.name.clone(),

@@ -1,47 +1,47 @@
-//! Datasets and a model, laid out for least squares: one residual equation, one row of terms per sample.
+//! Datasets and a model, laid out for least squares: one residual equation and one row of terms per sample.
 //!
-//! `residual = ball_in_world - world_from_tool(joints, deviations) * gauge(reading)`, with the measured point in place of the
-//! ball for tracker samples, and its projection on the line of sight for distances. A left-over reading is a point of the tool
-//! frame, so it enters as a shifted TCP, exactly.
+//! `residual = ball_in_world - world_from_tool(joints, deviations) * gauge(reading)`, with the measured point in place of
+//! the ball for tracker samples, and its projection on the line of sight for distances. A residual reading is a point of
+//! the tool frame, so it enters exactly, as a shifted TCP.
 
-mod abreast;
 mod assembly;
+mod batch;
 mod cell;
 mod columns;
 mod distance_row;
 mod error;
+mod jacobian_pattern;
 mod linear_range;
 mod linearised;
-mod moves;
+mod load_state;
+mod load_updates;
+mod load_workspace;
+mod missing;
 mod order;
 mod parameter;
 mod sample_row;
 mod samples_view;
 mod start;
-mod weighing;
 
 use std::sync::Arc;
 
-use self::assembly::Assembly;
-pub use self::assembly::missing;
 use self::cell::Cell;
 pub(crate) use self::columns::Circumstance;
 use self::distance_row::DistanceRow;
 pub use self::error::ProblemError;
 pub(super) use self::linearised::{Linearised, Workspace};
+pub(super) use self::load_state::LoadState;
+pub(super) use self::load_workspace::LoadWorkspace;
+pub use self::missing::missing;
 use self::order::joints_before;
-pub use self::parameter::{Knowledge, Parameter, Setup, Use};
+pub use self::parameter::{Parameter, Prior, Setup, Use};
 use self::sample_row::SampleRow;
 pub use self::samples_view::PosedSample;
-pub(super) use self::weighing::{LoadState, WeighingRoom};
-use super::{Model, TorquePosture};
-use crate::measure::{Dataset, Sample};
+use super::TorquePosture;
+use crate::measure::Sample;
 use crate::robot::Robot;
 
-/// Samples that one thread takes at once: a plan of ordinary size is not worth two.
-const STRETCH: usize = 512;
-
-/// Samples, unknowns, and what joins them.
+/// Samples, unknowns, and the terms that connect them.
 pub struct Problem {
     robot: Arc<Robot>,
     which: Use,
@@ -49,39 +49,31 @@ pub struct Problem {
     parameters: Vec<Parameter>,
     cells: Vec<Cell>,
     rows: Vec<SampleRow>,
-    /// Under the loads of the nominal arm.
+    /// Terms under the loads of the nominal arm.
     drawn: LoadState,
-    /// Under those at some values, where they were asked for beforehand; see [`Problem::settle_loads`].
+    /// Values and the terms under the loads there, if computed beforehand; see [`Problem::update_loads`].
     settled: Option<(Vec<f64>, LoadState)>,
     distances: Vec<DistanceRow>,
     row_count: usize,
     torque_posture: TorquePosture,
-    /// Joint and parameter of every joint compliance sought.
+    /// Joint and parameter of every unknown joint compliance.
     compliances: Vec<(usize, usize)>,
-    /// Whether an effect acts through them.
+    /// True if an effect acts through them.
     acts_through_compliance: bool,
     sample_ids: Vec<String>,
-    room: Option<WeighingRoom>,
-    /// Steps after which a fit gives up, where they are fewer than usual.
+    room: Option<LoadWorkspace>,
+    /// Step limit of a fit, if lower than usual.
     most_steps: Option<usize>,
 }
 
 impl Problem {
-    /// Lays out the samples of `datasets` (with a label each) that `which` selects, under `model`.
+    /// Replaces the samples by those of another campaign of the same plan, one list per dataset: other joints, readings,
+    /// points, torques, times; the same balls and anchors in the same order.
+    ///
+    /// Parameters, set-ups and the start of the fit are unchanged. This makes studies of many campaigns cheap.
     ///
     /// # Errors
-    /// When an effect is unknown or lacks its data, the robots differ, or no sample is left.
-    pub fn new(datasets: &[(&str, &Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
-        Assembly::new(datasets, model, which)?.problem()
-    }
-
-    /// Takes the samples of another campaign of the same plan, a list for each dataset, in place of those that it was laid out for:
-    /// other joints, readings, points, torques, times; the same balls and anchors in the same order.
-    ///
-    /// Parameters, set-ups and where the fit starts stay as they are. This is how a study of many campaigns is cheap.
-    ///
-    /// # Errors
-    /// When the samples are not of the same plan; nothing has then changed.
+    /// When the samples are not of the same plan; the problem is then unchanged.
     pub fn renew(&mut self, samples: &[&[Sample]]) -> Result<(), ProblemError> {
         let which = self.which;
         let mut taken =
@@ -144,18 +136,18 @@ impl Problem {
         &self.sample_ids
     }
 
-    /// The same, to be fitted in at most so many steps from each start: for who has no use for a fit that creeps.
+    /// The same problem with a limit on the steps from each start, for callers that cannot use a slowly converging fit.
     #[must_use]
     pub fn within_steps(self, most: usize) -> Self {
         Problem { most_steps: Some(most), ..self }
     }
 
-    /// Steps after which a fit gives up, where they are fewer than usual.
+    /// Step limit of a fit, if lower than usual.
     pub(super) fn most_steps(&self) -> Option<usize> {
         self.most_steps
     }
 
-    /// Whether the noise of every sample is stated, so that chi-square means something.
+    /// True if the noise of every sample is stated, so that chi-square is meaningful.
     pub fn noise_stated(&self) -> bool {
         self.rows.iter().all(SampleRow::noise_stated)
     }
@@ -171,7 +163,8 @@ impl Problem {
         ranges
     }
 
-    /// Whether what the parameters move depends on their values: by the posture that they give, or by the compliances among them.
+    /// True if the effect of the parameters depends on their values: through the posture they give, or through compliances
+    /// among them.
     pub(super) fn depends_on_values(&self) -> bool {
         self.torque_posture == TorquePosture::Identified || self.acts_through_compliance
     }
@@ -181,12 +174,12 @@ impl Problem {
         &self.drawn
     }
 
-    /// Whether an effect of the model acts through the compliances sought.
+    /// True if an effect of the model acts through the unknown compliances.
     pub(super) fn acts_through_compliance(&self) -> bool {
         self.acts_through_compliance
     }
 
-    /// That every effect has a value at every sample.
+    /// Checks that every effect has a value at every sample.
     fn check_values(&self) -> Result<(), ProblemError> {
         for ((row, terms), sample) in self.rows.iter().zip(&self.drawn.rows).zip(&self.sample_ids) {
             let moving = self.drawn.patterns[terms.pattern].iter().zip(&terms.weights);
@@ -202,7 +195,7 @@ impl Problem {
         Ok(())
     }
 
-    /// The value of every unknown where the fit starts, as deviation from the drawing, SI.
+    /// The value of every unknown at the start of the fit, as deviation from nominal, SI.
     pub fn start(&self) -> Vec<f64> {
         vec![0.0; self.parameters.len()]
     }

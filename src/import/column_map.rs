@@ -1,4 +1,4 @@
-//! Which column of somebody's table is which of ours, in which unit.
+//! Maps from the columns and units of a source table to those of a dataset.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -46,7 +46,7 @@ fn point_kind() -> String {
     "point".into()
 }
 
-/// Where a quantity comes from: `scale * column + offset - minus`, in `unit`.
+/// Source of a quantity: `scale * column + offset - minus`, in `unit`.
 #[derive(Deserialize, Debug, Clone)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Source {
@@ -57,7 +57,7 @@ pub(super) struct Source {
     #[serde(default)]
     pub offset: f64,
     pub minus: Option<ColumnName>,
-    /// The column may be missing from a file.
+    /// True if the column may be missing from a file.
     #[serde(default)]
     pub optional: bool,
 }
@@ -66,7 +66,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// A column of the source: by its title, or by its place, counted from 1.
+/// A column of the source: by its title, or by its position, counted from 1.
 #[derive(Deserialize, Debug, Clone, PartialEq)]
 #[serde(untagged)]
 pub(super) enum ColumnName {
@@ -74,42 +74,42 @@ pub(super) enum ColumnName {
     Place(usize),
 }
 
-/// What a source's number is.
+/// Meaning of a number in the source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Measure {
-    /// This many SI units each.
+    /// A quantity in units of this many SI units.
     Si(f64),
     /// A date and time of day, written yyyymmddhhmmss.
     Timestamp,
 }
 
-/// A column of ours that a map fills.
+/// A column of the dataset that a map fills.
 #[derive(Debug, Clone)]
 pub(super) struct MappedColumn {
     pub column: Column,
-    /// What its number is; `None` for text.
+    /// Meaning of its number; `None` for text.
     pub measure: Option<Measure>,
     pub source: Source,
 }
 
-/// A column map, checked.
+/// A checked column map.
 #[derive(Debug, Clone)]
 pub(super) struct ColumnMap {
     pub delimiter: u8,
     pub decimal: char,
     pub header: bool,
     pub session_per_file: bool,
-    /// Of every row, where no column says it.
+    /// Kind of every row, if no column gives it.
     pub kind: String,
     pub columns: Vec<MappedColumn>,
     /// Free columns, copied as they are.
     pub extra: Vec<(String, Source)>,
-    /// Whether the map gives the base.
+    /// True if the map gives the base.
     pub has_base: bool,
 }
 
 impl ColumnMap {
-    /// Reads a map and the description of the dataset that it holds; a robot file is sought from `folder`.
+    /// Parses a map and the dataset description that it contains; a robot file is searched for relative to `folder`.
     pub fn parse(path: &Path, text: &str, folder: &Path) -> Result<(ColumnMap, Dataset), FileError> {
         let wrong = |key: &str, problem: String, remedy: String| Err(field_error(path, text, key, problem, remedy));
         let file: MapToml = parse_toml(path, text)?;
@@ -177,13 +177,13 @@ impl ColumnMap {
         Ok((map, dataset))
     }
 
-    /// Whether a column of the source fills this one of ours.
+    /// True if a column of the source fills this column of the dataset.
     pub fn fills(&self, column: Column) -> bool {
         self.columns.iter().any(|m| m.column == column)
     }
 }
 
-/// The units in which a quantity may be given that we write in `unit`.
+/// The units accepted for a quantity that is written in `unit`.
 fn units_like(unit: &str) -> &'static [(&'static str, Measure)] {
     match unit {
         "deg" => &[("deg", Measure::Si(DEG)), ("rad", Measure::Si(1.0))],

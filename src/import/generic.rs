@@ -1,15 +1,15 @@
-//! `generic`: any delimited table, by a map of its columns (see `docs/importing.md`).
+//! `generic`: any delimited table, through a map of its columns (see `docs/importing.md`).
 
 use std::path::{Path, PathBuf};
 
 use super::column_map::ColumnMap;
 use super::initial_setup::fit_base_and_tool;
 use super::table::read_table;
-use super::{ImportError, ImportOptions, ImportReport, labels};
+use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::read_text;
 use crate::measure::{Column, Dataset, SampleSet};
 
-/// Imports files by the map of the options.
+/// Imports files through the map of the options.
 pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Dataset, ImportReport), ImportError> {
     let path = options.map.as_ref().ok_or(ImportError::NoMap)?;
     let text = read_text(path)?;
@@ -18,7 +18,7 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
     by_map(&map, dataset, files, &options.sets)
 }
 
-/// Imports files by a map; `sets` has one for each file, or none.
+/// Imports files through a map; `sets` has one entry for each file, or none.
 pub(super) fn by_map(
     map: &ColumnMap,
     mut dataset: Dataset,
@@ -40,4 +40,20 @@ pub(super) fn by_map(
         fit_base_and_tool(&mut dataset);
     }
     Ok((dataset, report))
+}
+
+/// A name for each file: that of its folder if that is unique, else its own, else both.
+fn labels(files: &[PathBuf]) -> Vec<String> {
+    let folder = |p: &Path| p.parent().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = |p: &Path| p.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let distinct = |names: &[String]| (0..names.len()).all(|k| !names[k].is_empty() && !names[..k].contains(&names[k]));
+    let by_folder: Vec<String> = files.iter().map(|p| folder(p)).collect();
+    let by_name: Vec<String> = files.iter().map(|p| stem(p)).collect();
+    if files.len() > 1 && distinct(&by_folder) {
+        by_folder
+    } else if distinct(&by_name) {
+        by_name
+    } else {
+        files.iter().enumerate().map(|(k, p)| format!("{}-{}-{}", k + 1, folder(p), stem(p))).collect()
+    }
 }

@@ -1,13 +1,13 @@
-//! Where the robot stood, to begin with: a base and a tool in closed form, good enough for the identification to start from.
+//! Initial location of the robot: a base and a tool in closed form, good enough as a start of the identification.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::measure::{Dataset, Measured, SampleSet};
 use crate::robot::{FramePose, Pose, rigid_fit, world_from_tool};
 
-/// Most steps: from a guess 0.1 m off it takes about five.
+/// Maximum number of iterations: from a guess 0.1 m off it takes about five.
 const ROUNDS: usize = 30;
-/// When the tool has come to rest, m.
+/// Step below which the tool has converged, m.
 const AT_REST: f64 = 1e-7;
 
 /// Flange poses in the robot's own frame.
@@ -16,9 +16,9 @@ pub(super) fn flanges<'a>(dataset: &'a Dataset) -> impl Iterator<Item = Pose> + 
     dataset.samples.iter().map(move |s| world_from_tool(&dataset.robot, &origin, &origin, &s.q))
 }
 
-/// Fits the base, and the tool where it is free, to the rows to be fitted of the first session that lie at known places.
+/// Fits the base, and the tool if it is free, to the fit rows of the first session with known positions.
 ///
-/// Leaves the dataset as it is when there are too few of them, or they lie on a line.
+/// Leaves the dataset unchanged if there are too few of them, or they are collinear.
 pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
     let session = dataset.samples.first().and_then(|s| s.session.clone());
     let mut pairs: Vec<(Pose, Vector3<f64>)> = Vec::new();
@@ -42,7 +42,7 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
     let Some(mut base) = rigid_fit(&reached(&tool)) else { return };
     if dataset.tool_free {
         for _ in 0..ROUNDS {
-            // Gauss-Newton on the shift and the turn of the base about the world's origin, and the tool in the flange.
+            // Gauss-Newton on the translation and rotation of the base about the world's origin, and the tool in the flange.
             let (mut normal, mut right) = (SMatrix::<f64, 9, 9>::zeros(), SVector::<f64, 9>::zeros());
             for (flange, place) in &pairs {
                 let held = base * flange;
@@ -54,7 +54,7 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
                 normal += columns.transpose() * columns;
                 right += columns.transpose() * (place - tcp);
             }
-            // A flange that never turned leaves the tool to the base: stay with what the first fit said.
+            // If the flange never rotates, the tool cannot be separated from the base: keep the first fit.
             let Some(step) = normal.cholesky().map(|c| c.solve(&right)) else { break };
             tool += step.fixed_rows::<3>(6);
             let Some(refitted) = rigid_fit(&reached(&tool)) else { break };

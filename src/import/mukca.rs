@@ -1,7 +1,7 @@
 //! `mukca`: a ball on a Franka Panda seated by hand in printed sockets (github.com/platonics-delft/kinematics_calibration).
 //!
-//! `<place>/hole_{0,1}.csv` has one row a seating. Where the sockets are is unknown; that the two of a place are 50 mm apart is known.
-//! Every socket is a free ball, and the TCP is free. The world is the robot's base.
+//! `<place>/hole_{0,1}.csv` has one row per seating. The positions of the sockets are unknown; the distance of 50 mm between
+//! the two of a place is known. Every socket is a free ball, and the TCP is free. The world is the robot's base.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -13,15 +13,15 @@ use super::column_map::ColumnMap;
 use super::initial_setup::flanges;
 use super::table::read_table;
 use super::{ImportError, ImportOptions, ImportReport};
-use crate::files::FileError;
+use crate::files::{FileError, cannot_be_read};
 use crate::measure::{Ball, BallDistance, Column, Dataset, Measured, SampleSet};
 use crate::robot::{Pose, robot};
 use crate::units::{MM, UM};
 
-/// Between the two sockets of a place, m; and how well a printed part keeps it.
+/// Distance between the two sockets of a place, m, and its tolerance for a printed part.
 const SOCKETS_APART: f64 = 50.0 * MM;
 const SOCKETS_APART_SIGMA: f64 = 100.0 * UM;
-/// How deep below a folder files are sought: robot / place / file.
+/// Depth below a folder at which files are searched for: robot / place / file.
 const DEPTH: usize = 3;
 
 /// Imports the files, or all `hole_*.csv` below the folders.
@@ -46,7 +46,7 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
             .into());
         }
     }
-    // A place within a folder may be named again, to be kept for validation: the last word counts.
+    // A place within a folder may be named again, to be kept for validation: the last mention applies.
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let mut last: BTreeMap<PathBuf, (PathBuf, SampleSet)> = BTreeMap::new();
     for (path, set) in found {
@@ -73,9 +73,9 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
     Ok((dataset, report))
 }
 
-/// Calls `take` for every `hole_*.csv` at or below `path`; `_pose.csv` is the controller's own opinion.
+/// Calls `take` for every `hole_*.csv` at or below `path`; `_pose.csv` holds the poses reported by the controller.
 fn sockets_below(path: &Path, depth: usize, take: &mut dyn FnMut(PathBuf)) -> Result<(), FileError> {
-    let fail = |e: std::io::Error| FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions");
+    let fail = |e: std::io::Error| cannot_be_read(path, e);
     if !path.is_dir() {
         take(path.to_owned());
         return Ok(());
@@ -97,7 +97,7 @@ fn sockets_below(path: &Path, depth: usize, take: &mut dyn FnMut(PathBuf)) -> Re
     Ok(())
 }
 
-/// Ties the two sockets of each place.
+/// Adds the known distance between the two sockets of each place.
 fn pair_sockets(dataset: &mut Dataset) {
     let place = |b: &Ball| b.id.rsplit_once('/').map(|(place, _)| place.to_owned());
     for k in 1..dataset.balls.len() {
@@ -111,7 +111,8 @@ fn pair_sockets(dataset: &mut Dataset) {
     }
 }
 
-/// The TCP that scatters the seatings of each socket least on the nominal arm, and the sockets where it then puts them.
+/// Sets the TCP that minimises the scatter of the seatings of each socket on the nominal arm, and the resulting socket
+/// positions.
 ///
 /// With flange poses (R, p) the ball is at `R t + p`; the scatter about the mean of a socket is linear in t.
 fn place_sockets(dataset: &mut Dataset) {

@@ -1,33 +1,33 @@
-//! What became of every row of an import.
+//! Report on every row of an import.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// A row that was not taken.
+/// A skipped row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skipped {
-    /// File.
+    /// Path of the file.
     pub path: PathBuf,
     /// Line, counted from 1.
     pub line: usize,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
-/// What became of the rows of an import.
+/// Outcome of the rows of an import.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ImportReport {
     /// Rows in the files, headers not counted.
     pub rows_read: usize,
-    /// Rows that are now samples.
+    /// Rows imported as samples.
     pub rows_kept: usize,
-    /// The others.
+    /// The skipped rows.
     pub skipped: Vec<Skipped>,
-    /// What else there is to know, such as a column that could not be used.
+    /// Other remarks, such as a column that could not be used.
     pub notes: Vec<String>,
 }
 
-/// How many skipped rows are printed one by one.
+/// Maximum number of skipped rows printed individually.
 const PRINTED: usize = 10;
 
 impl fmt::Display for ImportReport {

@@ -1,4 +1,4 @@
-//! A table of somebody's measurements, row by row, through a column map.
+//! Reads a table of measurements row by row through a column map.
 
 use std::collections::HashMap;
 use std::io::BufReader;
@@ -12,13 +12,14 @@ use crate::files::{FileError, Record, Rows, open_file};
 use crate::measure::{Column, Dataset, Header, Row, number};
 use crate::units::{DEG, MM, UM};
 
-/// Where the numbers of a source stand in a row.
+/// Positions of the numbers of a source in a row.
 struct Places {
     column: Option<usize>,
     minus: Option<usize>,
 }
 
-/// Reads the rows of `path` into `dataset`. `constants` are columns of ours that are the same in every row; ids are `label:line`.
+/// Reads the rows of `path` into `dataset`. `constants` are dataset columns that are the same in every row; ids are
+/// `label:line`.
 pub(super) fn read_table(
     path: &Path,
     label: &str,
@@ -131,7 +132,8 @@ fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Plac
     Ok(Places { column: find(&source.column)?, minus: source.minus.as_ref().map(find).transpose()?.flatten() })
 }
 
-/// What is written in a column of ours; empty where an optional source has nothing. The error is why the row cannot be used.
+/// Text for a column of the dataset; empty if an optional source has no value. The error is the reason why the row cannot be
+/// used.
 fn value(
     fields: &StringRecord,
     places: &Places,
@@ -165,7 +167,7 @@ fn value(
     Ok(number(value * si, unit))
 }
 
-/// Seconds of a date and time of day written yyyymmddhhmmss, from 1970 on; `None` where it is not a whole one.
+/// Seconds since 1970 of a date and time of day written yyyymmddhhmmss; `None` if it is incomplete or invalid.
 fn timestamp(text: &str) -> Option<i64> {
     if text.len() != 14 || !text.bytes().all(|b| b.is_ascii_digit()) {
         return None;

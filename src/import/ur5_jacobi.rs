@@ -1,7 +1,7 @@
 //! `ur5-jacobi`: a UR5 measured with a laser tracker (github.com/pauljac7700/serial_robots_datasets).
 //!
-//! The tracker's point is `target - dif`. The world is the robot's base as its controller has it, so all files share one base and one
-//! tool. Unless told otherwise the first file is fitted and the others validate.
+//! The tracker's point is `target - dif`. The world is the robot's base as known to its controller, so all files share one base
+//! and one tool. By default the first file is fitted and the others are for validation.
 
 use std::path::{Path, PathBuf};
 

@@ -1,16 +1,18 @@
-//! Blocks of postures that are near each other in joint space: left out, a block asks a model for what was not near anything that it saw.
+//! Blocks of postures close to each other in joint space: with a block left out, a model is tested on postures far from those
+//! fitted.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Postures;
 
-/// Rounds of Lloyd's algorithm.
+/// Iterations of Lloyd's algorithm.
 const ROUNDS: usize = 20;
 
 impl Postures {
-    /// Block of each posture, below `count`, by k-means on joint angles, every joint alike, from centres that are far apart. `joints` are
-    /// the angles of each sample, rad; the first of a posture stands for it. The same seed gives the same blocks; a block may be empty.
+    /// Assigns a block, below `count`, to each posture by k-means on joint angles, all joints weighted equally, starting from
+    /// centres far apart. `joints` are the angles of each sample, rad; the first of a posture represents it. The same seed
+    /// gives the same blocks; a block may be empty.
     pub fn blocks(&self, joints: &[&[f64]], count: usize, seed: u64) -> Vec<usize> {
         let points: Vec<&[f64]> = self.members().iter().map(|samples| joints[samples[0]]).collect();
         if points.is_empty() {
@@ -31,7 +33,8 @@ impl Postures {
     }
 }
 
-/// Points drawn one after the other, each in proportion to its squared distance from those drawn before (k-means++).
+/// Draws points one after the other, each with a probability proportional to its squared distance from those drawn before
+/// (k-means++).
 fn far_apart(points: &[&[f64]], count: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut centres: Vec<Vec<f64>> = vec![points[random.random_range(0..points.len())].to_vec()];
@@ -77,7 +80,7 @@ mod tests {
             assert_eq!(*block, firsts[k / 10], "posture {k}");
         }
         assert_eq!(blocks, postures.blocks(&joints, 3, 1), "the same seed");
-        // More blocks than places to stand: some are empty.
+        // More blocks than distinct points: some are empty.
         let one: Vec<&[f64]> = vec![&[1.0, 1.0]];
         assert_eq!(Postures::of_joints(&one, &[0]).blocks(&one, 4, 1), [0]);
         assert_eq!(Postures::default().blocks(&[], 4, 1), [0; 0]);

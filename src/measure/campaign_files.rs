@@ -1,4 +1,4 @@
-//! A campaign on paper: `iterations.csv` and `probings.csv`.
+//! The files of a campaign: `iterations.csv` and `probings.csv`.
 
 use std::path::Path;
 
@@ -7,22 +7,23 @@ use crate::files::{FileError, write_whole};
 use crate::units::{DEG, MM, UM};
 
 impl CampaignRecord {
-    /// Writes `iterations.csv` and `probings.csv` into `folder`; `poses` is the plan, `balls` the names of the artifact's balls.
+    /// Writes `iterations.csv` and `probings.csv` into `folder`; `poses` is the plan, `balls` are the names of the artifact's
+    /// balls.
     ///
-    /// `iterations.csv`, one row for every stop of the arm, from which the campaign can be replayed ([`crate::cell::Recording`]):
+    /// `iterations.csv`, one row for every stop of the arm; the campaign can be replayed from it ([`crate::cell::Recording`]):
     ///
     /// | column | meaning |
     /// |---|---|
     /// | `probing` | row of `probings.csv`, counted from 1 |
     /// | `phase` | `approach`, `centring` or `retreat` |
     /// | `time_s` | since the session began |
-    /// | `q1_deg` ... `qN_deg` | joints read back; those commanded, where the arm did not arrive or did not say |
-    /// | `r1_um` `r2_um` `r3_um` | readings; empty where there are none |
-    /// | `step1_um` `step2_um` `step3_um` | step commanded next along the tool axes; empty where there is none |
-    /// | `retries` | answers of indicators asked for again |
-    /// | `fault` | what ended the probing here, as in `outcome`, with the indicator or joint after a colon: `silent_indicator:2` |
+    /// | `q1_deg` ... `qN_deg` | joints read back; the commanded ones if the arm did not arrive or did not report them |
+    /// | `r1_um` `r2_um` `r3_um` | readings; empty if there are none |
+    /// | `step1_um` `step2_um` `step3_um` | step commanded next along the tool axes; empty if there is none |
+    /// | `retries` | repeated queries of indicators |
+    /// | `fault` | failure that ended the probing, as in `outcome`; after a colon indicator or joint: `silent_indicator:2` |
     ///
-    /// `probings.csv`, one row for every try at a pose:
+    /// `probings.csv`, one row for every attempt at a pose:
     ///
     /// | column | meaning |
     /// |---|---|
@@ -32,10 +33,10 @@ impl CampaignRecord {
     /// | `outcome` | `centred`, or the name of the failure |
     /// | `why` | the failure in words |
     /// | `steps` | steps commanded on the ball |
-    /// | `retries` | answers asked for again |
+    /// | `retries` | repeated queries of indicators |
     /// | `backed_off` | 1 when the arm ended clear of the ball |
     /// | `started_s`, `duration_s` | on the cell's clock |
-    /// | `clearance_mm` | least gap on the planned way to the pose and on its approach; empty where it is not known |
+    /// | `clearance_mm` | least gap on the planned way to the pose and on its approach; empty if unknown |
     ///
     /// # Errors
     /// When the folder cannot be written.

@@ -1,158 +1,44 @@
-//! The keys of `cell.toml`, and what they are where the file leaves them out.
+//! The keys of `cell.toml`, and their defaults.
 
 use std::path::PathBuf;
 
 use serde::Deserialize;
 
 use super::{CentringSettings, MasteringSettings};
-use crate::cell::TriCal;
-use crate::cell::gauge::Dialect;
-use crate::cell::kuka::{Actions, Fitness, Patience, RobotProgram, Variables};
+use crate::cell::gauge::IndicatorKeys;
+use crate::cell::{GuardsKeys, RobotKind, TriCalKeys};
 use crate::units::{MM, UM};
 
-/// The whole file.
+/// The whole file, with the keys of one kind of robot.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CellToml {
+pub(super) struct CellToml<R> {
     pub format: String,
     pub dataset: PathBuf,
     pub scenario: Option<PathBuf>,
-    pub robot: RobotToml,
-    pub indicator: Vec<IndicatorToml>,
+    pub robot: R,
+    pub indicator: Vec<IndicatorKeys>,
     #[serde(default)]
-    pub guards: GuardsToml,
+    pub guards: GuardsKeys,
     #[serde(default)]
-    pub trical: TriCalToml,
+    pub trical: TriCalKeys,
     #[serde(default)]
     pub centring: CentringToml,
     #[serde(default)]
     pub mastering: MasteringToml,
 }
 
+/// First pass: the kind of robot, which determines how the rest is read.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RobotToml {
-    pub address: String,
+pub(super) struct KindToml {
     #[serde(default)]
-    pub program: RobotProgram,
-    #[serde(default = "slow")]
-    pub speed_percent: u8,
-    #[serde(default)]
-    pub flange: FlangeToml,
-    #[serde(default)]
-    pub variables: Variables,
-    #[serde(default)]
-    pub actions: Actions,
-    #[serde(default)]
-    pub fitness: Fitness,
-    #[serde(default)]
-    pub patience: PatienceToml,
-}
-
-/// One tenth: what a person can follow with a hand on the stop.
-fn slow() -> u8 {
-    10
+    pub robot: KindOfRobot,
 }
 
 #[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct FlangeToml {
-    pub x_mm: f64,
-    pub y_mm: f64,
-    pub z_mm: f64,
-    pub a_deg: f64,
-    pub b_deg: f64,
-    pub c_deg: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct PatienceToml {
-    pub connect_s: f64,
-    pub answer_s: f64,
-    pub motion_s: f64,
-    pub poll_ms: f64,
-    pub settle_s: f64,
-    pub reconnects: usize,
-}
-
-impl Default for PatienceToml {
-    fn default() -> Self {
-        let Patience { connect, answer, motion, poll, settle, reconnects } = Patience::default();
-        PatienceToml {
-            connect_s: connect.as_secs_f64(),
-            answer_s: answer.as_secs_f64(),
-            motion_s: motion.as_secs_f64(),
-            poll_ms: 1e3 * poll.as_secs_f64(),
-            settle_s: settle.as_secs_f64(),
-            reconnects,
-        }
-    }
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct IndicatorToml {
-    pub axis: AxisToml,
-    pub port: Option<String>,
-    pub address: Option<String>,
-    #[serde(default = "sylvac")]
-    pub dialect: String,
-    pub line: Option<String>,
+pub(super) struct KindOfRobot {
     #[serde(default)]
-    pub counts_down: bool,
-    pub timeout_s: Option<f64>,
-    pub echo_s: Option<f64>,
-}
-
-fn sylvac() -> String {
-    Dialect::SYLVAC.name.into()
-}
-
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum AxisToml {
-    X,
-    Y,
-    Z,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct GuardsToml {
-    pub max_step_mm: f64,
-    pub joint_margin_deg: f64,
-    pub workspace_mm: Option<[[f64; 3]; 2]>,
-}
-
-impl Default for GuardsToml {
-    fn default() -> Self {
-        GuardsToml { max_step_mm: LONGEST_STEP / MM, joint_margin_deg: 0.0, workspace_mm: None }
-    }
-}
-
-/// No step is ever longer, m: the paper's safe range of the gauge (section 2.1).
-pub(super) const LONGEST_STEP: f64 = TriCal::PAPER.safe_range;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct TriCalToml {
-    pub datum_diameter_mm: f64,
-    pub master_diameter_mm: f64,
-    pub travel_mm: f64,
-    pub tip_diameter_mm: f64,
-}
-
-impl Default for TriCalToml {
-    fn default() -> Self {
-        let TriCal { datum_radius, master_radius, travel, tip_radius, .. } = TriCal::PAPER;
-        TriCalToml {
-            datum_diameter_mm: 2.0 * datum_radius / MM,
-            master_diameter_mm: 2.0 * master_radius / MM,
-            travel_mm: travel / MM,
-            tip_diameter_mm: 2.0 * tip_radius / MM,
-        }
-    }
+    pub kind: RobotKind,
 }
 
 #[derive(Deserialize)]

@@ -1,4 +1,5 @@
-//! The automated centring (paper Fig. 6): read the three indicators, move the tool by what they read, until nothing is left to move.
+//! Automated centring (paper Fig. 6): read the three indicators and move the tool by the readings, until they are within the
+//! tolerance.
 //!
 //! The gauge needs to be precise, not accurate: only the last readings, within the tolerance of zero, enter the measurement.
 
@@ -11,32 +12,33 @@ use super::{CentringFailure, Suspicion};
 use crate::cell::{Indicator, IndicatorError, Manipulator, TriCal};
 use crate::units::{MM, UM};
 
-/// How a ball is centred, and when to give up.
+/// Settings of the centring, and the limits at which it fails.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CentringSettings {
     /// A ball is centred when every reading is smaller, m. 3 um: paper, section 3.
     pub tolerance: f64,
-    /// Longest step commanded along one axis, m. 5 mm: the paper's safe range of the gauge (section 2.1); from further away the way
-    /// is gone in two. Further than the flat of a tip reaches (5.75 mm) the ball is not where it was planned, and no step is taken.
+    /// Longest step commanded along one axis, m. 5 mm: the paper's safe range of the gauge (section 2.1); a longer distance
+    /// takes two steps. Beyond the flat of a tip (5.75 mm) the ball is not where it was planned, and no step is taken.
     pub max_step: f64,
-    /// Steps before giving up. 30: a probing lasts about 30 s (paper, section 3) and a step about a second.
+    /// Maximum number of steps. 30: a probing lasts about 30 s (paper, section 3) and a step about a second.
     pub max_steps: usize,
     /// Readings averaged before each step. 1: the indicators repeat to a few tenths of a micrometre.
     pub readings: usize,
-    /// How often an indicator is asked again after a lost or mangled answer. 2: a radio link loses answers one at a time.
+    /// Repeated queries of an indicator after a lost or garbled answer. 2: a radio link loses single answers.
     pub retries: usize,
-    /// A step must leave at most this part of the distance. 0.5: an uncalibrated robot leaves a few per cent, a tool frame wrong by
-    /// 30 degrees leaves 0.5, one wrong by 60 degrees never arrives.
+    /// Largest fraction of the distance that may remain after a step. 0.5: an uncalibrated robot leaves a few per cent, a tool
+    /// frame wrong by 30 degrees leaves 0.5, one wrong by 60 degrees never arrives.
     pub shrink: f64,
-    /// Steps from a smaller distance are not judged by `shrink`, m. 0.1 mm: three times the repeatability of a small robot
-    /// (0.03 mm), below which the last few micrometres are found by trying.
+    /// Distance below which steps are not judged by `shrink`, m. 0.1 mm: three times the repeatability of a small robot (0.03
+    /// mm), below which the last few micrometres are found by trial.
     pub judged_above: f64,
-    /// A reading that ignores so many steps in a row is stuck, however small they were. 4: by chance about once in 20,000 steps.
+    /// Successive steps, however small, without response after which an indicator counts as stuck. 4: by chance about once in
+    /// 20,000 steps.
     pub stuck_after: usize,
-    /// Overshoots in a row that make an oscillation. 2: one may be a robot that was pushed.
+    /// Successive overshoots that count as an oscillation. 2: a single one may be a robot that was pushed.
     pub overshoots: usize,
-    /// A plunger is free within so much of its free reading, and at its stop within so much of its travel's end, m. 0.1 mm: far above the
-    /// indicator's errors, far below the 1.15 mm between the safe range and the free reading.
+    /// A plunger is free within this distance of its free reading, and at its stop within this distance of its travel's end, m.
+    /// 0.1 mm: far above the indicator's errors, far below the 1.15 mm between the safe range and the free reading.
     pub end_band: f64,
 }
 
@@ -57,7 +59,7 @@ impl Default for CentringSettings {
     }
 }
 
-/// Where in a probing the indicators were read.
+/// Phase of a probing in which the indicators were read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
@@ -70,7 +72,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// As in files.
+    /// Name used in files.
     pub fn name(self) -> &'static str {
         match self {
             Phase::Approach => "approach",
@@ -80,25 +82,25 @@ impl Phase {
     }
 }
 
-/// One stop of the arm: where it stood, what was read there, and what was commanded next.
+/// One stop of the arm: its position, the readings there, and the next command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Iteration {
-    /// Where in the probing.
+    /// Phase of the probing.
     pub phase: Phase,
-    /// When read, on the cell's clock, s.
+    /// Time of the reading on the cell's clock, s.
     pub time_s: f64,
-    /// Joints read back, rad (N); those commanded, where the robot did not arrive or did not say.
+    /// Joints read back, rad (N); the commanded ones if the robot did not arrive or did not report them.
     pub joints: Vec<f64>,
-    /// The three readings, m; `None` where the arm did not arrive or an indicator failed. A plunger beyond its range counts at the end of
-    /// its travel where that end told what is wrong.
+    /// The three readings, m; `None` if the arm did not arrive or an indicator failed. A plunger beyond its range counts as
+    /// being at the end of its travel if that end showed the cause.
     pub reading: Option<Vector3<f64>>,
     /// The step commanded along the tool axes, m.
     pub step: Option<Vector3<f64>>,
-    /// Answers asked for again.
+    /// Repeated queries of indicators.
     pub retries: usize,
-    /// What ended the probing here.
+    /// Failure that ended the probing here.
     pub fault: Option<CentringFailure>,
-    /// Joints by which the arm came here, rad, where it did not come at once.
+    /// Intermediate joints of the path to this stop, rad; empty if the arm moved directly.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub via: Vec<Vec<f64>>,
 }
@@ -108,19 +110,34 @@ pub struct Iteration {
 pub struct Centred {
     /// Joints read back, rad (N).
     pub joints: Vec<f64>,
-    /// Readings left, m: the ball's centre in the tool frame.
+    /// Residual readings, m: the ball's centre in the tool frame.
     pub reading: Vector3<f64>,
-    /// When, on the cell's clock, s.
+    /// Time on the cell's clock, s.
     pub time_s: f64,
-    /// Steps it took.
+    /// Number of steps taken.
     pub steps: usize,
-    /// Joints commanded, rad (N), where the controller tells them apart.
+    /// Joints commanded, rad (N), if the controller distinguishes them from those read back.
     pub commanded: Option<Vec<f64>>,
-    /// Temperature of the robot, °C, where it says.
+    /// Temperature of the robot, °C, if it reports one.
     pub temp_c: Option<f64>,
 }
 
 /// Centres balls with a robot and a mastered TriCal, which it owns.
+///
+/// ```
+/// use calibench::cell::TriCal;
+/// use calibench::cell::scripted::{Script, ScriptedCell};
+/// use calibench::measure::{CenteringController, CentringSettings};
+/// use calibench::units::UM;
+///
+/// let cell = ScriptedCell::new(Script::default());
+/// let free = cell.free_reading();
+/// let settings = CentringSettings::default();
+/// let mut controller = CenteringController::new(cell.robot(), cell.indicators(), TriCal::default(), free, settings);
+/// let centred = controller.centre(&mut |stop| println!("{:?}", stop.reading))?;
+/// assert!(centred.reading.amax() < 3.0 * UM && cell.tcp().amax() < 3.0 * UM);
+/// # Ok::<(), calibench::measure::CentringFailure>(())
+/// ```
 pub struct CenteringController<M, I> {
     pub(super) robot: M,
     pub(super) indicators: [I; 3],
@@ -129,28 +146,28 @@ pub struct CenteringController<M, I> {
     settings: CentringSettings,
 }
 
-/// What the loop remembers from step to step.
+/// State of the loop between steps.
 #[derive(Default)]
-struct Course {
+struct CentringState {
     steps: usize,
-    last: Option<Departure>,
+    last: Option<LastStep>,
     overshoots: usize,
     ignored: [usize; 3],
 }
 
-/// Where the last step began.
-struct Departure {
+/// Starting point of the last step.
+struct LastStep {
     joints: Vec<f64>,
     reading: Vector3<f64>,
     step: Vector3<f64>,
 }
 
-/// Joint motion below which the arm stood still, rad: an eighth of what the smallest step (3 um) asks of a joint 0.4 m away,
-/// eight times the last digit of a KUKA's read-back (float32 degrees).
+/// Joint motion below which the arm did not move, rad: an eighth of the motion that the smallest step (3 um) requires of a
+/// joint 0.4 m away, eight times the last digit of a KUKA's read-back (float32 degrees).
 const STANDSTILL: f64 = 1e-6;
 
-/// Difference between commanded and read-back joints at which the arm is not where it was sent, rad: 0.06 degrees, more than any
-/// servo leaves, less than any planned motion.
+/// Difference between commanded and read-back joints at which the arm has not arrived, rad: 0.06 degrees, more than any
+/// residual servo error, less than any planned motion.
 const NOT_THERE: f64 = 1e-3;
 
 fn arrived(target: &[f64], joints: &[f64]) -> bool {
@@ -158,7 +175,7 @@ fn arrived(target: &[f64], joints: &[f64]) -> bool {
 }
 
 impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
-    /// A controller for this cell; `free_reading` (m) is what mastering found.
+    /// Creates a controller for this cell; `free_reading` (m) is the result of mastering.
     pub fn new(robot: M, indicators: [I; 3], trical: TriCal, free_reading: [f64; 3], settings: CentringSettings) -> Self {
         CenteringController { robot, indicators, trical, free_reading, settings }
     }
@@ -168,12 +185,12 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         &mut self.robot
     }
 
-    /// Gives the devices back.
+    /// Returns the devices.
     pub fn into_devices(self) -> (M, [I; 3]) {
         (self.robot, self.indicators)
     }
 
-    /// Centres the ball that the gauge already touches; `note` hears of every stop. The arm is left where it is.
+    /// Centres the ball that the gauge already touches; `note` is called at every stop. The arm stays where it is.
     ///
     /// # Errors
     /// The [`CentringFailure`] that ended it.
@@ -181,13 +198,13 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         self.centre_at(&[], note)
     }
 
-    /// Moves by the joints `onto` onto the ball where given, then centres.
+    /// Moves through the joints `onto` to the ball, if given, then centres.
     pub(super) fn centre_at(
         &mut self,
         mut onto: &[Vec<f64>],
         note: &mut dyn FnMut(&Iteration),
     ) -> Result<Centred, CentringFailure> {
-        let mut course = Course::default();
+        let mut course = CentringState::default();
         loop {
             let centred = self.stop(Phase::Centring, std::mem::take(&mut onto), note, |cell, at, reading| {
                 cell.step_or_finish(&mut course, at, reading)
@@ -198,9 +215,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    /// Moves by the joints of `way` to the last of them, where there are any, reads joints and indicators, then does `act` with the readings or with what
-    /// went wrong; whatever happens
-    /// is told to `note` once.
+    /// Moves through the joints of `way` to the last of them, if any, reads joints and indicators, then calls `act` with the
+    /// readings or the failure. In every case `note` is called once.
     pub(super) fn stop<T>(
         &mut self,
         phase: Phase,
@@ -232,7 +248,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         Ok(reading)
     }
 
-    /// The three readings, m, averaged over as many as the settings ask for.
+    /// The three readings, m, averaged over the number set.
     fn read(&mut self, retries: &mut usize) -> Result<Vector3<f64>, CentringFailure> {
         let readings = self.settings.readings.max(1);
         let mut sum = Vector3::zeros();
@@ -245,10 +261,10 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         Ok(sum / readings as f64)
     }
 
-    /// At a stop with readings: finished, or one step further.
+    /// Ends at a stop with readings within the tolerance, or makes another step.
     fn step_or_finish(
         &mut self,
-        course: &mut Course,
+        course: &mut CentringState,
         at: &mut Iteration,
         reading: Result<Vector3<f64>, CentringFailure>,
     ) -> Result<Option<Centred>, CentringFailure> {
@@ -257,7 +273,8 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
             reading => reading?,
         };
         let doubt = self.doubt(course, &at.joints, &reading);
-        // A wrong sign soon drives a plunger to its end: then the sign is the news, not the end. A tool frame merely suspected is not.
+        // A wrong sign soon drives a plunger to its end: then the sign is reported, not the end. A merely suspected tool frame
+        // is not.
         match (doubt, self.contact(&reading)) {
             (Some(CentringFailure::NotShrinking { suspicion: Suspicion::WrongToolFrame, .. }) | None, Err(state)) => Err(state),
             (Some(doubt), _) => Err(doubt),
@@ -276,19 +293,20 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         at.step = Some(step);
         self.robot.move_in_tool(&step)?;
         course.steps += 1;
-        course.last = Some(Departure { joints: at.joints.clone(), reading, step });
+        course.last = Some(LastStep { joints: at.joints.clone(), reading, step });
         Ok(None)
     }
 
-    /// The ball, centred at this stop after so many steps.
+    /// The ball, centred at this stop after this number of steps.
     pub(super) fn centred(&mut self, at: &Iteration, reading: Vector3<f64>, steps: usize) -> Centred {
         let (commanded, temp_c) = (self.robot.commanded(), self.robot.temperature_c());
         Centred { joints: at.joints.clone(), reading, time_s: at.time_s, steps, commanded, temp_c }
     }
 
-    /// Why an indicator says that its plunger is beyond its range: the step was taken on readings of other axes, or its stop is all that is
-    /// known. A single plunger at its stop looks alike whether it counts backwards or jammed there, so that no sign is accused.
-    fn why_at_stop(&mut self, course: &Course, at: &mut Iteration, axis: usize) -> CentringFailure {
+    /// Finds the reason why an indicator reports its plunger beyond its range: exchanged indicators, or only the stop. A single
+    /// plunger at its stop looks the same whether the indicator counts backwards or the plunger jammed there, so no sign is
+    /// suspected.
+    fn why_at_stop(&mut self, course: &CentringState, at: &mut Iteration, axis: usize) -> CentringFailure {
         let at_stop = CentringFailure::PlungerAtStop { axis };
         let Some(last) = &course.last else { return at_stop };
         let mut reading = Vector3::zeros();
@@ -308,7 +326,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    fn answer<'a>(&'a self, last: &'a Departure, reading: &'a Vector3<f64>) -> Answer<'a> {
+    fn answer<'a>(&'a self, last: &'a LastStep, reading: &'a Vector3<f64>) -> Answer<'a> {
         Answer {
             trical: &self.trical,
             free_reading: &self.free_reading,
@@ -318,7 +336,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    /// Whether all three plungers are pushed in and none is at its stop.
+    /// Checks that all three plungers are pushed in and none is at its stop.
     pub(super) fn contact(&self, reading: &Vector3<f64>) -> Result<(), CentringFailure> {
         let stop = self.trical.travel - self.settings.end_band;
         if let Some(axis) = (0..3).find(|&k| reading[k] - self.free_reading[k] >= stop) {
@@ -332,7 +350,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    /// That all three plungers stand at their free readings, with nothing touching them.
+    /// Checks that all three plungers are at their free readings, without contact.
     pub(super) fn all_free(&self, reading: &Vector3<f64>) -> Result<(), CentringFailure> {
         match (0..3).find(|&k| (reading[k] - self.free_reading[k]).abs() > self.settings.end_band) {
             Some(axis) => Err(CentringFailure::StuckIndicator { axis }),
@@ -340,11 +358,11 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    /// What is wrong with the way the readings answered the last step, if anything.
+    /// Finds what is wrong with the response of the readings to the last step, if anything.
     ///
     /// Since a judged step at least halves the distance and the others are short, a centring ends within twice `max_step` plus
-    /// `max_steps * judged_above` of where it began, whatever the indicators say.
-    fn doubt(&self, course: &mut Course, joints: &[f64], reading: &Vector3<f64>) -> Option<CentringFailure> {
+    /// `max_steps * judged_above` of its beginning, whatever the indicators report.
+    fn doubt(&self, course: &mut CentringState, joints: &[f64], reading: &Vector3<f64>) -> Option<CentringFailure> {
         let last = course.last.as_ref()?;
         let (step, change) = (last.step, reading - last.reading);
         let moved = last.joints.iter().zip(joints).any(|(a, b)| (a - b).abs() > STANDSTILL);

@@ -1,4 +1,4 @@
-//! Every way in which a centring can end without a measurement.
+//! The failures of a centring.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -6,9 +6,10 @@ use thiserror::Error;
 use crate::cell::{IndicatorError, ManipulatorError};
 use crate::units::{MM, UM};
 
-/// What is probably wrong when a step does not bring the ball closer.
+/// Probable cause of a step that does not bring the ball closer.
 #[derive(Debug, Error, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Suspicion {
     /// The tool axis points away from its indicator, or the indicator counts backwards.
     #[error("axis {} has the wrong sign", axis + 1)]
@@ -30,21 +31,22 @@ pub enum Suspicion {
         /// The channel in which each indicator sits, counted from 0.
         channels: [usize; 3],
     },
-    /// None of these explains the readings: the robot moves along other axes than the gauge measures.
+    /// None of these explains the readings: the robot moves along axes other than those of the gauge.
     #[error("the robot's tool frame is not the gauge's")]
     WrongToolFrame,
 }
 
 impl Suspicion {
-    /// Whether indicators are exchanged.
+    /// True if indicators are exchanged.
     pub(super) fn is_exchange(&self) -> bool {
         matches!(self, Suspicion::SwappedAxes { .. } | Suspicion::RotatedAxes { .. })
     }
 }
 
-/// Why a ball was not centred. Axes are counted from 0 (messages count from 1), joints from 1; lengths in m.
+/// Reason why a ball was not centred. Axes are counted from 0 (messages count from 1), joints from 1; lengths in m.
 #[derive(Debug, Error, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CentringFailure {
     /// No plunger is pushed in.
     #[error("no plunger touches a ball; is it there, and is the artifact where it should be?")]
@@ -52,55 +54,55 @@ pub enum CentringFailure {
     /// Some plungers are pushed in and others are not: the ball is beyond the range of the gauge.
     #[error("indicator(s) {} do not touch the ball while others do: it is beyond the range of the gauge", numbers(free))]
     BeyondRange {
-        /// Which plungers are free.
+        /// The free plungers.
         free: [bool; 3],
     },
-    /// A plunger is pushed in as far as it goes.
+    /// A plunger is pushed in to its stop.
     #[error("plunger {} is at its stop", axis + 1)]
     PlungerAtStop {
-        /// Which.
+        /// Axis.
         axis: usize,
     },
-    /// The readings did not shrink as the step should have made them.
+    /// The readings did not decrease as expected from the step.
     #[error("a step left {:.3} mm of {:.3} mm: {suspicion}", after / MM, before / MM)]
     NotShrinking {
         /// Distance of the ball before the step.
         before: f64,
         /// Distance after it.
         after: f64,
-        /// What the change of the readings points to.
+        /// Cause suggested by the change of the readings.
         suspicion: Suspicion,
     },
-    /// The tool swings from one side of the ball to the other.
+    /// The tool oscillates from one side of the ball to the other.
     #[error("the tool swings about the ball, {:.3} mm away; are the robot's units and the indicators' the same?", remaining / MM)]
     Oscillating {
         /// Distance of the ball.
         remaining: f64,
     },
-    /// The steps allowed are used up.
+    /// The maximum number of steps was reached.
     #[error("not centred after {steps} steps, {:.1} um left", remaining / UM)]
     DidNotConverge {
         /// Steps made.
         steps: usize,
-        /// Largest reading left.
+        /// Largest residual reading.
         remaining: f64,
     },
-    /// A plunger does not follow the ball, or does not come out when nothing touches it.
+    /// A plunger does not follow the ball, or does not come out without contact.
     #[error("indicator {} does not follow: it is stuck, or has lost its mastering", axis + 1)]
     StuckIndicator {
-        /// Which.
+        /// Axis.
         axis: usize,
     },
-    /// An indicator does not answer, asked again and again.
+    /// An indicator does not answer, despite repeated queries.
     #[error("indicator {} does not answer", axis + 1)]
     SilentIndicator {
-        /// Which.
+        /// Axis.
         axis: usize,
     },
-    /// An indicator's answers cannot be understood.
+    /// An indicator's answers cannot be parsed.
     #[error("indicator {} answers {frame:?}, which cannot be understood", axis + 1)]
     GarbledIndicator {
-        /// Which.
+        /// Axis.
         axis: usize,
         /// Its last answer.
         frame: String,
@@ -108,24 +110,24 @@ pub enum CentringFailure {
     /// An indicator reports a fault of its own.
     #[error("indicator {} reports a fault: {detail}", axis + 1)]
     FaultyIndicator {
-        /// Which.
+        /// Axis.
         axis: usize,
-        /// As it says.
+        /// The fault as the indicator reports it.
         detail: String,
     },
-    /// The connection to the robot is gone.
+    /// The connection to the robot is lost.
     #[error("the robot is lost: {detail}")]
     RobotLost {
-        /// What was seen.
+        /// The symptom.
         detail: String,
     },
     /// The robot is stopped, or not in automatic mode.
     #[error("the robot is stopped: {reason}")]
     RobotStopped {
-        /// As it says.
+        /// The reason as the controller reports it.
         reason: String,
     },
-    /// The arm touched what it must not.
+    /// The arm touched a body that it must not.
     #[error("collision: {} touched {}; see to the arm before it moves again", between[0], between[1])]
     Collision {
         /// The two bodies.
@@ -134,13 +136,13 @@ pub enum CentringFailure {
     /// The robot refused a motion.
     #[error("the robot refuses the motion: {reason}")]
     RobotRefused {
-        /// As it says.
+        /// The reason as the controller reports it.
         reason: String,
     },
-    /// The robot accepted a motion, and its joints are not where that should have brought them.
+    /// The robot accepted a motion, but its joints are not at the target.
     #[error("the robot says it moved, but its joints did not; is its program running, and its override above zero?")]
     RobotDidNotMove,
-    /// The ball is further away than one step may be.
+    /// The ball is further away than the longest step allowed.
     #[error("the ball is {:.3} mm away, mostly along axis {}: further than one step may be", step / MM, axis + 1)]
     StepTooLarge {
         /// Axis of its largest component.
@@ -151,7 +153,7 @@ pub enum CentringFailure {
     /// A joint would leave its limits.
     #[error("joint {joint} would leave its limits")]
     JointLimit {
-        /// Which.
+        /// Joint.
         joint: usize,
     },
     /// No joint angles reach the target.
@@ -160,7 +162,7 @@ pub enum CentringFailure {
 }
 
 impl CentringFailure {
-    /// The failure that an indicator's error on `axis` amounts to.
+    /// Converts an indicator's error on `axis`.
     pub(super) fn of_indicator(axis: usize, error: IndicatorError) -> Self {
         match error {
             IndicatorError::Silent => CentringFailure::SilentIndicator { axis },
@@ -171,8 +173,8 @@ impl CentringFailure {
         }
     }
 
-    /// Whether the robot may still be told to move. One that is lost may be anywhere, and one that was stopped was stopped by
-    /// someone: neither is moved again without a person.
+    /// True if the robot may still be commanded. One that is lost may be anywhere, and one that was stopped was stopped by a
+    /// person: neither is moved again without a person.
     pub fn robot_obeys(&self) -> bool {
         !matches!(
             self,
@@ -180,7 +182,7 @@ impl CentringFailure {
         )
     }
 
-    /// Whether it is the robot that failed, so that the arm may not be where it was sent.
+    /// True if the robot failed, so that the arm may not be at its commanded position.
     pub(super) fn is_robot_s(&self) -> bool {
         use CentringFailure::{Collision, JointLimit, RobotDidNotMove, RobotLost, RobotRefused, RobotStopped, Unreachable};
         matches!(
@@ -195,7 +197,7 @@ impl CentringFailure {
         )
     }
 
-    /// The name used in files; with [`CentringFailure::place`] after a colon where there is one.
+    /// The name used in files, followed by a colon and [`CentringFailure::place`] if there is one.
     pub fn name(&self) -> &'static str {
         match self {
             CentringFailure::NoContact => "no_contact",
@@ -224,7 +226,7 @@ impl CentringFailure {
         }
     }
 
-    /// The indicator or the joint to blame, counted from 1, where there is one.
+    /// The indicator or the joint concerned, counted from 1, if there is one.
     pub fn place(&self) -> Option<usize> {
         match self {
             CentringFailure::PlungerAtStop { axis }
@@ -239,7 +241,7 @@ impl CentringFailure {
         }
     }
 
-    /// [`CentringFailure::name`] and [`CentringFailure::place`] as files hold them, e.g. `silent_indicator:2`.
+    /// [`CentringFailure::name`] and [`CentringFailure::place`] as written in files, e.g. `silent_indicator:2`.
     pub fn token(&self) -> String {
         self.place().map_or_else(|| self.name().to_owned(), |place| format!("{}:{place}", self.name()))
     }

@@ -1,4 +1,5 @@
-//! Clocks that were set: sessions of one campaign years apart, or in the wrong order, and times that no session can have.
+//! Detection of reset clocks: sessions of one campaign years apart, or in the wrong order, and implausible times within a
+//! session.
 
 use std::fmt;
 
@@ -6,26 +7,26 @@ use jiff::{SignedDuration, Timestamp};
 
 use super::Dataset;
 
-/// Longest time, s, that passes in one session without a doubt: 31 days. A campaign takes an hour, and one that waits over a month for its
-/// second half does so with a robot that is no longer the same.
+/// Longest plausible duration of one session, s: 31 days. A campaign takes an hour, and after a pause of over a month the robot
+/// is no longer the same.
 const LONGEST_S: f64 = 31.0 * DAY_S;
 
-/// A clock may be put right by so much while it goes, s: network time and a leap second take less.
+/// Largest correction of a running clock, s: network time and a leap second take less.
 const CORRECTION_S: f64 = 60.0;
 
 const DAY_S: f64 = 86_400.0;
 
-/// A clock on the wall that was set, or a pause of over a month, between a stop of a campaign and its resumption.
+/// A reset of the wall clock, or a pause of over a month, between the interruption of a campaign and its resumption.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClockJump {
-    /// End of what was measured before, seconds since 1970 (UTC), by that clock.
+    /// End of the measurements before, seconds since 1970 (UTC), by the wall clock.
     pub before_s: f64,
-    /// Now, by that clock.
+    /// Present time by the wall clock, seconds since 1970 (UTC).
     pub now_s: f64,
 }
 
 impl ClockJump {
-    /// Between these times, where they tell of one.
+    /// The jump between these times, if they show one.
     pub(super) fn between(before_s: f64, now_s: f64) -> Option<Self> {
         let credible = (-CORRECTION_S..=LONGEST_S).contains(&(now_s - before_s));
         (!credible).then_some(ClockJump { before_s, now_s })
@@ -45,20 +46,20 @@ impl fmt::Display for ClockJump {
     }
 }
 
-/// A moment as ISO 8601 writes it, UTC; seconds where it has no date.
+/// Formats a time as ISO 8601, UTC; in seconds if it has no date.
 fn date(since_1970_s: f64) -> String {
     let moment = SignedDuration::try_from_secs_f64(since_1970_s.round()).and_then(Timestamp::from_duration);
     moment.map_or_else(|_| format!("{since_1970_s} s after 1970"), |moment| moment.to_string())
 }
 
-/// A session whose times span more than any session lasts.
+/// A session whose times span more than is plausible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LongSession {
-    /// Its name; `None` for the one without.
+    /// Name of the session; `None` if unnamed.
     pub session: Option<String>,
     /// Its earliest time, s since it began.
     pub first_s: f64,
-    /// Its latest.
+    /// Its latest time, s since it began.
     pub last_s: f64,
 }
 
@@ -76,7 +77,7 @@ impl fmt::Display for LongSession {
 }
 
 impl Dataset {
-    /// Sessions whose times span more than 31 days, in the order of their first rows.
+    /// Returns the sessions whose times span more than 31 days, in the order of their first rows.
     pub fn long_sessions(&self) -> Vec<LongSession> {
         let mut sessions: Vec<LongSession> = Vec::new();
         for sample in &self.samples {

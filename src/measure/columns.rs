@@ -1,6 +1,6 @@
-//! The columns of `samples.csv`: one list, from which the file is read, written and corrected.
+//! The columns of `samples.csv`: one list, used for reading, writing and correcting the file.
 
-/// A column that this version knows.
+/// A column known to this version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Column {
     Id,
@@ -24,14 +24,14 @@ pub(crate) enum Column {
     Sigma,
 }
 
-/// Columns that make one quantity: all of them are there, or none.
+/// Columns that form one quantity: all of them are present, or none.
 pub(crate) struct Quantity {
     pub component: fn(usize) -> Column,
     pub count: usize,
 }
 
 impl Column {
-    /// The quantities of several columns, of an arm of `joints` joints.
+    /// The quantities of several columns, for an arm of `joints` joints.
     pub fn quantities(joints: usize) -> [Quantity; 7] {
         [
             Quantity { component: Column::Joint, count: joints },
@@ -44,7 +44,7 @@ impl Column {
         ]
     }
 
-    /// Every column of an arm of `joints` joints, in the order they are written.
+    /// Every column for an arm of `joints` joints, in the order in which they are written.
     pub fn all(joints: usize) -> Vec<Column> {
         use Column::*;
         let each = |component: fn(usize) -> Column, count: usize| (0..count).map(component).collect::<Vec<_>>();
@@ -65,7 +65,7 @@ impl Column {
         .concat()
     }
 
-    /// Its name in the header; components counted from 1.
+    /// Name in the header; components counted from 1.
     pub fn name(self) -> String {
         match self {
             Column::Id => "id".into(),
@@ -90,17 +90,17 @@ impl Column {
         }
     }
 
-    /// Its name without the unit, by which an import map calls it: `q1`, `x`, `temp`.
+    /// Name without the unit, as used by import maps: `q1`, `x`, `temp`.
     pub fn quantity(self) -> String {
         self.name().split('_').next().unwrap_or_default().to_owned()
     }
 
-    /// The unit its name ends in: `deg`, `mm`, `um`, `nm`, `s`, `c`; `None` for text and signs.
+    /// Unit at the end of the name: `deg`, `mm`, `um`, `nm`, `s`, `c`; `None` for text and signs.
     pub fn unit(self) -> Option<String> {
         self.name().split_once('_').map(|(_, unit)| unit.to_owned())
     }
 
-    /// Whether it holds a number.
+    /// True if it contains a number.
     pub fn is_number(self) -> bool {
         self.unit().is_some() || matches!(self, Column::Approach(_) | Column::Plunger(_))
     }

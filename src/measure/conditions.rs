@@ -1,4 +1,4 @@
-//! What a campaign is made under, and must still be made under when it goes on another day.
+//! Conditions of a campaign, which must be unchanged when it is resumed.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +9,13 @@ use super::dataset_file::description_hash;
 use super::{Dataset, PlannedPose};
 use crate::files::hexadecimal;
 
-/// Named facts that must be the same when a campaign goes on: the plan, what is known of the cell, the settings.
+/// Named facts that must be the same when a campaign is resumed: the plan, the description of the cell, the settings.
 ///
-/// The program's version is not among them, it is noted with every [session](super::JournalSession).
+/// The program's version is not among them; it is recorded with every [session](super::JournalSession).
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Conditions(BTreeMap<String, String>);
 
-/// A condition that is not what it was; `None` where there was none, or is none.
+/// A changed condition; `None` if it was, or now is, not given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Changed {
     pub name: String,
@@ -24,27 +24,27 @@ pub(super) struct Changed {
 }
 
 impl Conditions {
-    /// The plan `poses` and the `cell` they are of, each by its SHA-256.
+    /// The plan `poses` and its `cell`, each by its SHA-256.
     pub fn of(poses: &[PlannedPose], cell: &Dataset) -> Self {
-        // A pose is numbers and names, which JSON can always hold.
+        // A pose consists of numbers and names, which JSON can always represent.
         let poses = serde_json::to_string(poses).unwrap_or_default();
         Conditions(BTreeMap::new()).and_text("plan", &poses).and("cell", description_hash(cell))
     }
 
-    /// And this one.
+    /// Adds this condition.
     #[must_use]
     pub fn and(mut self, name: &str, value: impl ToString) -> Self {
         self.0.insert(name.into(), value.to_string());
         self
     }
 
-    /// And this text, by its SHA-256.
+    /// Adds this text, by its SHA-256.
     #[must_use]
     pub fn and_text(self, name: &str, text: &str) -> Self {
         self.and(name, hexadecimal(&Sha256::digest(text)))
     }
 
-    /// And every field of these settings, named `of.field`.
+    /// Adds every field of these settings, named `of.field`.
     #[must_use]
     pub fn and_settings(mut self, of: &str, settings: &impl Serialize) -> Self {
         if let Ok(serde_json::Value::Object(fields)) = serde_json::to_value(settings) {
@@ -53,7 +53,7 @@ impl Conditions {
         self
     }
 
-    /// Those that are not `now` as they were here: the plan before all others.
+    /// The conditions that differ in `now`, the plan first.
     pub(super) fn changed(&self, now: &Conditions) -> Vec<Changed> {
         let mut names: Vec<&String> = self.0.keys().chain(now.0.keys()).collect();
         names.sort_by_key(|name| (*name != "plan", *name));
@@ -66,12 +66,12 @@ impl Conditions {
 }
 
 impl Changed {
-    /// Whether it is of how the arm may move alone, and not of what is measured: who says so may go on.
+    /// True if it concerns only the motion of the arm, not the measurement: the user may accept the change and resume.
     pub(super) fn is_acceptable(&self) -> bool {
         self.name.starts_with("guards.") || self.name.starts_with("robot.")
     }
 
-    /// In words.
+    /// Describes the change.
     pub(super) fn words(&self) -> String {
         let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not given".into());
         format!("{} was {}, and is {} now", self.name, value(&self.was), value(&self.is))

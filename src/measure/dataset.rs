@@ -1,4 +1,4 @@
-//! A set of measurements of one robot, from a real cell or a simulated one: nothing downstream can tell the difference.
+//! A set of measurements of one robot, from a real or a simulated cell, in the same form.
 
 use std::sync::Arc;
 
@@ -11,11 +11,11 @@ use crate::robot::{DEFAULT_GRAVITY, FramePose, Payload, Robot};
 pub struct Ball {
     /// Name.
     pub id: String,
-    /// Centre in the world, m; a first guess when `free`.
+    /// Centre in the world, m; an initial guess if `free`.
     pub position: Vector3<f64>,
-    /// One-sigma of each coordinate, m; zero when taken as exact.
+    /// One-sigma of each coordinate, m; zero if taken as exact.
     pub sigma: f64,
-    /// Position unknown, to be estimated.
+    /// True if the position is unknown and to be estimated.
     pub free: bool,
 }
 
@@ -31,7 +31,7 @@ pub struct Anchor {
 /// A known distance between two balls.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BallDistance {
-    /// The two balls, by place.
+    /// The two balls, by index.
     pub between: [usize; 2],
     /// Distance of their centres, m.
     pub distance: f64,
@@ -39,45 +39,45 @@ pub struct BallDistance {
     pub sigma: f64,
 }
 
-/// What is known about the measurement itself; `None` where nothing is stated.
+/// Known noise of the measurement; `None` if not stated.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Noise {
     /// One-sigma per axis of one centring, m.
     pub ball: Option<f64>,
     /// One-sigma per axis of one tracker point, m; for distances, of the distance.
     pub point: Option<f64>,
-    /// One-sigma of the joint angle that the encoders do not see, rad (N, or empty).
+    /// One-sigma of the joint angle errors not seen by the encoders, rad (N, or empty).
     pub joint: Vec<f64>,
 }
 
-/// What one sample measured.
+/// The measurement of one sample.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measured {
     /// The TCP was nulled on a ball.
     Ball {
-        /// Which, by place.
+        /// Ball, by index.
         ball: usize,
-        /// Indicator readings left, m: the ball's centre in the tool frame. `None` where not recorded.
+        /// Residual indicator readings, m: the ball's centre in the tool frame. `None` if not recorded.
         reading: Option<Vector3<f64>>,
     },
     /// The TCP was measured at this world position, m.
     Point(Vector3<f64>),
     /// The TCP was measured at this distance from an anchor, m.
     Distance {
-        /// Which, by place.
+        /// Anchor, by index.
         anchor: usize,
         /// Distance, m.
         distance: f64,
     },
 }
 
-/// What a sample may be used for.
+/// Permitted use of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SampleSet {
     /// Identification.
     #[default]
     Fit,
-    /// Judging; never fitted or used to select.
+    /// Validation; never used for fitting or selection.
     Validation,
 }
 
@@ -88,11 +88,11 @@ pub struct Sample {
     pub id: String,
     /// Joint angles as the controller reports them, rad (N).
     pub q: Vec<f64>,
-    /// What was measured.
+    /// The measurement.
     pub measured: Measured,
-    /// What it may be used for.
+    /// Permitted use.
     pub set: SampleSet,
-    /// Payload, by place.
+    /// Payload, by index.
     pub payload: usize,
     /// Seconds since the session began.
     pub time_s: Option<f64>,
@@ -102,11 +102,11 @@ pub struct Sample {
     pub approach: Option<Vec<i8>>,
     /// Sign of each plunger's last motion.
     pub plungers: Option<[i8; 3]>,
-    /// Samples of the same name are replicates of one target.
+    /// Samples with the same name are replicates of one target.
     pub repeat: Option<String>,
     /// Samples of one session share one base and one tool.
     pub session: Option<String>,
-    /// Commanded joint angles, where `q` are read back, rad (N).
+    /// Commanded joint angles, if `q` are read back, rad (N).
     pub q_commanded: Option<Vec<f64>>,
     /// Measured joint torques, N·m (N).
     pub tau: Option<Vec<f64>>,
@@ -116,12 +116,12 @@ pub struct Sample {
     pub extra: Vec<String>,
 }
 
-/// Measurements and what they were made with.
+/// Measurements and the setup in which they were made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     /// The robot.
     pub robot: Arc<Robot>,
-    /// How `dataset.toml` names the robot: a built-in, or a path.
+    /// Name of the robot in `dataset.toml`: a built-in, or a path.
     pub robot_reference: String,
     /// Gravity in the world, m/s².
     pub gravity: Vector3<f64>,
@@ -129,11 +129,11 @@ pub struct Dataset {
     pub base: FramePose,
     /// TCP frame in the last frame, as measured.
     pub tool: FramePose,
-    /// One-sigma of each coordinate of the TCP, m; zero when taken as exact.
+    /// One-sigma of each coordinate of the TCP, m; zero if taken as exact.
     pub tool_sigma: f64,
-    /// TCP unknown, to be estimated.
+    /// True if the TCP is unknown and to be estimated.
     pub tool_free: bool,
-    /// Force of the three plungers on the tool when a ball is centred, tool axes, N; zero where not stated.
+    /// Force of the three plungers on the tool when a ball is centred, tool axes, N; zero if not stated.
     pub contact_force: Vector3<f64>,
     /// Payloads; the first is the default.
     pub payloads: Vec<Payload>,
@@ -143,13 +143,13 @@ pub struct Dataset {
     pub ball_distances: Vec<BallDistance>,
     /// Anchors of distance samples.
     pub anchors: Vec<Anchor>,
-    /// What is known of the noise.
+    /// Known noise.
     pub noise: Noise,
-    /// Whether the controller's own absolute-accuracy option was on; `None` when not said.
+    /// True if the controller's own absolute-accuracy option was on; `None` if not stated.
     pub absolute_accuracy: Option<bool>,
     /// Names of the free columns, with their `extra_` prefix.
     pub extra_columns: Vec<String>,
-    /// Where it comes from, in the words of whoever took it: free keys, kept and carried through.
+    /// Provenance as stated by its author: free keys, kept and copied.
     pub provenance: toml::Table,
     /// The measurements.
     pub samples: Vec<Sample>,
@@ -158,7 +158,7 @@ pub struct Dataset {
 }
 
 impl Default for Dataset {
-    /// No robot, nothing measured; standard gravity.
+    /// An empty dataset with standard gravity.
     fn default() -> Self {
         Dataset {
             robot: Arc::new(Robot {
@@ -197,7 +197,7 @@ impl Dataset {
 }
 
 impl Sample {
-    /// A sample of these joints and this measurement, nothing else known.
+    /// Creates a sample with these joints and this measurement, all else unknown.
     pub fn new(id: impl Into<String>, q: Vec<f64>, measured: Measured) -> Self {
         Sample {
             id: id.into(),

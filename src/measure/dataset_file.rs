@@ -16,13 +16,13 @@ use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, r
 use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
 
-/// What the measurements were made with.
+/// File with the description of the measurements.
 pub const DATASET_TOML: &str = "dataset.toml";
-/// The measurements.
+/// File with the measurements.
 pub(super) const SAMPLES_CSV: &str = "samples.csv";
-/// The robot, where it is not built in.
+/// File with the robot, if it is not built in.
 const ROBOT_TOML: &str = "robot.toml";
-/// Two balls nearer than this cannot both be there, m: the smallest precision balls in use are larger.
+/// Smallest distance between two balls, m: the smallest precision balls in use are larger.
 const APART: f64 = 1.0 * MM;
 
 #[derive(Deserialize)]
@@ -33,7 +33,7 @@ struct FormatKey {
 /// Reads a dataset: the folder with `dataset.toml` and `samples.csv`.
 ///
 /// # Errors
-/// The first mistake, with its file, line, key or column, and remedy.
+/// The first error, with its file, line, key or column, and remedy.
 pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
     if folder.is_file() {
         return Err(FileError::whole(folder, "is a file", "name the folder that holds dataset.toml and samples.csv"));
@@ -45,7 +45,7 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
     let text = read_text(&path)?;
     let mut dataset = Reading { path: &path, text: &text, within: "" }.whole(folder)?;
     let mut hash = Sha256::new();
-    // As the bytes stand, byte-order mark included: `cat dataset.toml samples.csv | sha256sum` gives the same.
+    // The bytes of the file, byte-order mark included: `cat dataset.toml samples.csv | sha256sum` gives the same.
     let bytes = std::fs::read(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
     hash.update(bytes);
     read_samples(&folder.join(SAMPLES_CSV), &mut dataset, &mut hash)?;
@@ -53,10 +53,10 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
     Ok(dataset)
 }
 
-/// Reads what a `dataset.toml` says, without the samples beside it.
+/// Reads a `dataset.toml` without the samples beside it.
 ///
 /// # Errors
-/// The first mistake, with its file, line, key, and remedy.
+/// The first error, with its file, line, key, and remedy.
 pub fn read_description(path: &Path) -> Result<Dataset, FileError> {
     let text = read_text(path)?;
     Reading { path, text: &text, within: "" }.whole(path.parent().unwrap_or(Path::new("")))
@@ -64,16 +64,16 @@ pub fn read_description(path: &Path) -> Result<Dataset, FileError> {
 
 /// Writes a dataset: the folder appears whole or not at all, and only if it can be read back.
 ///
-/// A dataset that is there is replaced; whatever else lies in its folder is kept. A robot that is not built in is written beside
-/// the samples as `robot.toml`, so that the folder can be moved.
+/// An existing dataset is replaced; other files in its folder are kept. A robot that is not built in is written beside the
+/// samples as `robot.toml`, so that the folder can be moved.
 ///
 /// # Errors
-/// When the folder holds something that is not a dataset, cannot be written, or when `dataset` contradicts itself.
+/// When the folder contains something that is not a dataset, cannot be written, or when `dataset` contradicts itself.
 pub fn write_dataset(dataset: &Dataset, folder: &Path) -> Result<(), FileError> {
     write_dataset_with(dataset, folder, &[], |_| Ok(()))
 }
 
-/// The same, with other files of these names in the folder, which `fill` writes.
+/// As [`write_dataset`], with additional files of these names in the folder, written by `fill`.
 ///
 /// # Errors
 /// Those of [`write_dataset`] and of `fill`.
@@ -102,17 +102,17 @@ pub(super) fn write_dataset_with(
     })
 }
 
-/// SHA-256 of what a dataset says of its cell, the robot included: the same for two campaigns with the same things.
+/// SHA-256 of a dataset's description of its cell, the robot included: the same for two campaigns with the same setup.
 pub(super) fn description_hash(dataset: &Dataset) -> String {
-    // A description that cannot be written is refused when it is read or written; here it is only unlike all others.
+    // A description that cannot be written is rejected on reading or writing; here it only needs to differ from all others.
     let description = toml::to_string(&describe(dataset)).unwrap_or_else(|e| e.to_string());
     hexadecimal(&Sha256::new().chain_update(description).chain_update(to_toml(&dataset.robot)).finalize())
 }
 
-/// Checks what a dataset says of its cell, as reading it would; a robot file is sought from `folder`.
+/// Checks a dataset's description of its cell, as reading it would; a robot file is searched for relative to `folder`.
 ///
 /// # Errors
-/// The first mistake, with its key; the file is the one that it would be written to.
+/// The first error, with its key; the file named is the one that it would be written to.
 pub fn check_description(dataset: &Dataset, folder: &Path) -> Result<(), FileError> {
     let path = Path::new(DATASET_TOML);
     let text = toml::to_string(&describe(dataset))
@@ -120,11 +120,11 @@ pub fn check_description(dataset: &Dataset, folder: &Path) -> Result<(), FileErr
     Reading { path, text: &text, within: "" }.whole(folder).map(drop)
 }
 
-/// A `dataset.toml`, or the table of the same keys of another file, being read.
+/// A `dataset.toml`, or the table of the same keys in another file, being read.
 pub(crate) struct Reading<'a> {
     pub path: &'a Path,
     pub text: &'a str,
-    /// Where the table stands, with the dot after it.
+    /// Key path of the table, with the trailing dot.
     pub within: &'a str,
 }
 
@@ -133,9 +133,9 @@ impl Reading<'_> {
         field_error(self.path, self.text, &format!("{}{}", self.within, key.as_ref()), problem, remedy)
     }
 
-    /// The content of a whole `dataset.toml` in `folder`.
+    /// Reads the content of a whole `dataset.toml` in `folder`.
     fn whole(&self, folder: &Path) -> Result<Dataset, FileError> {
-        // The format first: a later one may have keys that are unknown here.
+        // The format first: a later one may have keys unknown to this version.
         if let Ok(FormatKey { format }) = toml::from_str(self.text)
             && format != FORMAT
         {
@@ -152,9 +152,9 @@ impl Reading<'_> {
         self.dataset(file, folder)
     }
 
-    /// The dataset that the keys describe, without its samples; its base is the world's frame where none is given.
+    /// The dataset described by the keys, without its samples; its base is the world's frame if none is given.
     pub fn dataset(&self, file: DatasetToml, folder: &Path) -> Result<Dataset, FileError> {
-        // What cannot be written down as a table is refused below, by its key.
+        // Values that cannot be written as a table are rejected below, by their key.
         let impossible = toml::Table::try_from(&file).ok().and_then(|table| impossible(&table));
         let robot = self.robot(&file.robot, folder)?;
         let payloads = self.payloads(&file.payload)?;
@@ -206,7 +206,7 @@ impl Reading<'_> {
         }
     }
 
-    /// That a name can stand in a CSV field and is the only one of its kind.
+    /// Checks that names are valid in a CSV field and unique.
     fn names<'a>(&self, table: &str, key: &str, names: impl Iterator<Item = &'a str>) -> Result<(), FileError> {
         let mut seen: Vec<&str> = Vec::new();
         for (k, name) in names.enumerate() {

@@ -1,4 +1,4 @@
-//! The keys of `dataset.toml`, and how a dataset is written in them.
+//! The keys of `dataset.toml`, and the conversion of a dataset to them.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use crate::units::{ARCSEC, DEG, MM, UM, readable};
 /// The format this version reads and writes.
 pub(super) const FORMAT: &str = "calibench-dataset/1";
 
-/// The whole file; but for its format, also a table of the same keys in an import map.
+/// The whole file; without its format, also a table of the same keys in an import map.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DatasetToml {
@@ -19,7 +19,7 @@ pub(crate) struct DatasetToml {
     pub(super) robot: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) gravity_m_s2: Option<[f64; 3]>,
-    /// Whether the controller's own absolute-accuracy option was on.
+    /// True if the controller's own absolute-accuracy option was on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absolute_accuracy: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,7 +40,7 @@ pub(crate) struct DatasetToml {
 }
 
 impl DatasetToml {
-    /// Whether the base is given.
+    /// True if the base is given.
     pub fn has_base(&self) -> bool {
         self.base.is_some()
     }
@@ -130,7 +130,7 @@ pub(super) struct NoiseToml {
     pub joint_arcsec: Vec<f64>,
 }
 
-/// The content of `dataset.toml`. A ball that is not in the dataset is named by its place.
+/// The content of `dataset.toml`. A ball that is not in the dataset is named by its index.
 pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
     let mm = |v: f64| readable(v, MM);
     let um = |v: f64| readable(v, UM);

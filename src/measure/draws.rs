@@ -1,7 +1,7 @@
-//! Drawing postures at random, and keeping count of why some are refused.
+//! Random drawing of postures, with counts of the reasons for refusal.
 //!
-//! Every draw has a random stream of its own, named by (seed, purpose, number of the draw), and draws are taken in order of number:
-//! the same seed gives the same postures on any number of threads, and fewer are the first of more.
+//! Every draw has its own random stream, identified by (seed, purpose, number of the draw), and draws are taken in numerical
+//! order: the same seed gives the same postures on any number of threads, and a smaller set is the beginning of a larger one.
 
 use std::fmt;
 
@@ -12,42 +12,43 @@ use thiserror::Error;
 
 use crate::units::{DEG, MM};
 
-/// How far a posture must keep from trouble.
+/// Margins that a posture must keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margins {
-    /// From every joint limit, rad.
+    /// Distance from every joint limit, rad.
     pub limit: f64,
-    /// From a singularity: the least [`crate::robot::dexterity`], m/rad.
+    /// Distance from a singularity: the least [`crate::robot::dexterity`], m/rad.
     pub dexterity: f64,
-    /// Between bodies while a ball is probed, m: a gauge that is centred on a ball stands there, whatever is wrong with the arm.
+    /// Gap between bodies while a ball is probed, m: a gauge centred on a ball is in place there, whatever the errors of the
+    /// arm.
     pub clearance: f64,
-    /// Between bodies in postures that nothing holds in their place, m: there they are off by what is wrong with the arm.
+    /// Gap between bodies in free postures, m: there they are displaced by the errors of the arm.
     pub free: f64,
 }
 
 impl Default for Margins {
-    /// 2 deg from limits (a centring moves a joint by tenths), |sin A5| of about 0.1 on a KR 6, and 5 mm of air.
+    /// 2 deg from limits (a centring moves a joint by tenths), |sin A5| of about 0.1 on a KR 6, and 5 mm between bodies.
     fn default() -> Self {
         Margins { limit: 2.0 * DEG, dexterity: 0.02, clearance: 5.0 * MM, free: 5.0 * MM }
     }
 }
 
-/// How many postures were refused for each reason.
+/// Number of postures refused for each reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Refusals {
     /// No joint angles reach the pose.
     pub reach: usize,
-    /// Outside joint limits, or too near one.
+    /// Outside joint limits, or too close to one.
     pub limits: usize,
-    /// Too near a singularity.
+    /// Too close to a singularity.
     pub singular: usize,
-    /// Something touches, or nearly.
+    /// Bodies touch or are too close.
     pub touching: usize,
     /// The straight approach is not free, or leaves the joint limits.
     pub approach: usize,
-    /// The reflector looks away from the tracker.
+    /// The reflector faces away from the tracker.
     pub facing: usize,
-    /// Something stands between the tracker and the reflector.
+    /// A body is between the tracker and the reflector.
     pub hidden: usize,
 }
 
@@ -83,20 +84,21 @@ impl Refusals {
     }
 }
 
-/// Why there is no pool.
+/// Reason why there is no pool.
 #[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum PoolError {
-    /// A ball cannot be probed in any posture that was tried.
+    /// A ball cannot be probed in any posture tried.
     #[error("ball {ball} cannot be probed: of {tried} tool poses tried, postures were {because}")]
     NoPose {
-        /// Its name.
+        /// Name of the ball.
         ball: String,
         /// Tool poses tried.
         tried: usize,
         /// Postures refused.
         because: Refusals,
     },
-    /// No posture stands free.
+    /// No posture is free.
     #[error("no posture stands free: of {tried} tried, {because}")]
     NoFreePose {
         /// Postures tried.
@@ -104,23 +106,23 @@ pub enum PoolError {
         /// Postures refused.
         because: Refusals,
     },
-    /// A ball's body is not among the surroundings.
+    /// The body named for a ball is not among the surroundings.
     #[error("ball {ball}: nothing called '{body}' stands in the cell")]
     UnknownBody {
-        /// Its name.
+        /// Name of the ball.
         ball: String,
-        /// The body named.
+        /// Name of the body.
         body: String,
     },
 }
 
-/// Draws spent before giving up: these first, and so many more for each one found. A ball that less than one tool pose in a hundred
-/// can probe stands in the wrong place.
+/// Draws before giving up: this initial number, plus a number for each posture found. A ball that can be probed by less than
+/// one tool pose in a hundred is in the wrong place.
 const FIRST_DRAWS: usize = 2_000;
 const DRAWS_PER_FOUND: usize = 100;
-/// Draws handed out at a time: many enough for all threads, few enough to waste little.
+/// Smallest and largest number of draws per batch: enough for all threads, with little waste.
 const BLOCK: [usize; 2] = [64, 2048];
-/// Takes draws in order until `wanted` results are found, or too many were in vain.
+/// Takes draws in order until `wanted` results are found, or the limit on draws is reached.
 pub(super) fn drawn<W: Send, R: Send>(
     wanted: usize,
     workspace: impl Fn() -> W + Sync + Send,
@@ -141,18 +143,18 @@ pub(super) fn drawn<W: Send, R: Send>(
     (found, tried, because)
 }
 
-/// What draws are for.
+/// Purpose of a draw.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Purpose {
-    /// Probing the ball of this place.
+    /// Probing the ball of this index.
     Ball(usize),
-    /// Standing free.
+    /// A free posture.
     Free,
 }
 
-/// A random stream of its own for each draw.
+/// Creates the random stream of a draw.
 pub(super) fn stream(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
-    // The top byte keeps the streams of poses apart from all others of the same seed.
+    // The top byte separates the streams of poses from all others of the same seed.
     let purpose = match purpose {
         Purpose::Free => 0xB0_0000,
         Purpose::Ball(ball) => 0xB0_0001 + ball as u64,
@@ -162,12 +164,12 @@ pub(super) fn stream(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     random
 }
 
-/// Limits less `margin` at both ends; the middle where nothing is left.
+/// Limits reduced by `margin` at both ends; the middle if nothing remains.
 pub(super) fn within([low, high]: [f64; 2], margin: f64) -> [f64; 2] {
     if low + margin < high - margin { [low + margin, high - margin] } else { [0.5 * (low + high); 2] }
 }
 
-/// A number between two, all equally likely.
+/// A uniformly distributed number between two limits.
 pub(super) fn between([low, high]: [f64; 2], random: &mut ChaCha8Rng) -> f64 {
     low + (high - low) * random.random::<f64>()
 }

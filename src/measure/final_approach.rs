@@ -1,19 +1,21 @@
-//! The last motion before a measurement, from a side of one's choice.
+//! The last motion before a measurement, in a chosen direction.
 //!
-//! Where a joint rests depends on the side from which it came. A centring comes from whichever side its last small steps happen to
-//! take; to see the difference, the same place is measured again, every joint arriving from the other side.
+//! The rest position of a joint depends on the direction of its approach. A centring approaches in whatever direction its last
+//! small steps take; to observe the difference, the same place is measured again with every joint arriving in the opposite
+//! direction.
 
 use super::{CenteringController, Centred, CentringFailure, Iteration, Phase};
 use crate::cell::{Indicator, Manipulator};
 use crate::units::DEG;
 
-/// How far every joint steps aside, rad. 0.05 deg: thirty times the lost motion of a poor joint, and at most 2 mm at the TCP of a small
-/// robot, within the safe range of the gauge and the clearance of its poses.
+/// Excursion of every joint, rad. 0.05 deg: thirty times the lost motion of a poor joint, and at most 2 mm at the TCP of a
+/// small robot, within the safe range of the gauge and the clearance of its poses.
 const ASIDE: f64 = 0.05 * DEG;
 
 impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
-    /// Steps aside from a centred ball and comes back to the same joints, joint i in the direction opposite to `last_motion[i]` (a zero
-    /// counts as +1). The ball is not centred again, which would undo it: the readings left, about ten micrometres, are the measurement.
+    /// Moves away from a centred ball and back to the same joints, joint i in the direction opposite to `last_motion[i]` (a
+    /// zero counts as +1). The ball is not centred again, which would undo it: the residual readings, about ten micrometres,
+    /// are the measurement.
     ///
     /// # Errors
     /// When the robot does not obey or the ball is lost.

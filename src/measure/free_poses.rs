@@ -1,4 +1,4 @@
-//! Postures that stand free, for judging by a laser tracker.
+//! Free postures, for validation by a laser tracker.
 
 use nalgebra::{Unit, Vector3};
 
@@ -6,25 +6,26 @@ use super::draws::{Margins, PoolError, Purpose, Refusals, between, drawn, stream
 use crate::robot::{ClearanceCheck, FramePose, Pose, Posture, Robot, SiteIndex, Surroundings, dexterity};
 use crate::units::MM;
 
-/// Radius of the tracker's beam with some air around it, m.
+/// Radius of the tracker's beam with some clearance, m.
 const BEAM: f64 = 10.0 * MM;
 
-/// Where the beam comes out of the reflector: so far from its centre nothing that holds it is looked at, m (a 1.5-inch reflector).
+/// Distance from the reflector's centre at which the beam starts, m (a 1.5-inch reflector): its holder is not checked.
 const REFLECTOR: f64 = 19.05 * MM;
 
-/// That the reflector at the TCP looks at the tracker.
+/// Condition that the reflector at the TCP faces the tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Facing {
-    /// Along which, in the tool's axes, the reflector looks.
+    /// Viewing direction of the reflector, in the tool's axes.
     pub looks: Unit<Vector3<f64>>,
     /// The tracker in the world, m.
     pub tracker: Vector3<f64>,
-    /// The largest angle between the two, rad; a 1.5-inch reflector takes about 30 deg. Nobody turns it from pose to pose.
+    /// Largest angle between the two directions, rad; a 1.5-inch reflector accepts about 30 deg. It is not turned from pose to
+    /// pose.
     pub within: f64,
 }
 
 impl Facing {
-    /// The beam's ends: where it leaves the reflector, and the tracker, m.
+    /// Ends of the beam: its exit from the reflector, and the tracker, m.
     fn beam(&self, world_from_tool: &Pose) -> [Vector3<f64>; 2] {
         let reflector = world_from_tool.translation.vector;
         [reflector + (self.tracker - reflector).cap_magnitude(REFLECTOR), self.tracker]
@@ -36,29 +37,29 @@ impl Facing {
     }
 }
 
-/// What is asked of free postures.
+/// Request for free postures.
 #[derive(Debug, Clone, Copy)]
 pub struct FreePosesRequest<'a> {
-    /// The robot as drawn.
+    /// The nominal model of the robot.
     pub robot: &'a Robot,
     /// Its nominal base in the world.
     pub base: &'a FramePose,
     /// The TCP frame in the last frame.
     pub tool: &'a FramePose,
-    /// What must not be touched.
+    /// Bodies that must not be touched.
     pub surroundings: &'a Surroundings,
-    /// How far to keep from trouble.
+    /// Margins to keep.
     pub margins: Margins,
-    /// Where the reflector must look; `None` for anywhere.
+    /// Condition on the reflector; `None` for any direction.
     pub facing: Option<Facing>,
-    /// Postures wanted.
+    /// Number of postures requested.
     pub count: usize,
     /// Seed.
     pub seed: u64,
 }
 
-/// Up to `count` postures, uniform in the joints (rad, N), in which nothing touches and the reflector faces the tracker, which sees it past
-/// the arm and all that stands in the cell.
+/// Returns up to `count` postures, uniform in the joints (rad, N), without contact, in which the reflector faces the tracker
+/// and the line of sight is clear of the arm and all bodies of the cell.
 ///
 /// # Errors
 /// When there is none.

@@ -1,4 +1,5 @@
-//! The journal of a campaign: every finished probing on the disk before the next begins, so that nothing but the one in hand is ever lost.
+//! The journal of a campaign: every finished probing is on the disk before the next begins, so that at most the one in progress
+//! is lost.
 
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -11,25 +12,25 @@ use super::journal_entry::{Entry, JournalSession, ProbingEntry};
 use super::journal_lines::{Broken, first_line, line, read_lines};
 use super::journal_place::{BEGIN_ANEW, CAMPAIGN_JOURNAL, content, finished, free_or_own, probings};
 use super::{CampaignRecord, ClockJump, Conditions, Dataset, PlannedPose};
-use crate::files::{FileError, cannot_be_written, sync_folder_of, write_whole};
+use crate::files::{FileError, FileErrorKind, cannot_be_written, sync_folder_of, write_whole};
 
-/// The journal of a campaign that is not finished, beside the dataset to come. Nobody else can open it meanwhile.
+/// The journal of an unfinished campaign, beside the dataset to come, locked against other processes.
 ///
-/// A line is written with one call and synced before the next probing begins. A line that was cut, by a kill, a power cut, or a full disk,
-/// is known by its checksum, and dropped.
+/// A line is written with one call and synced before the next probing begins. A line cut short by a kill, a power failure, or a
+/// full disk is detected by its checksum, and dropped.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     folder: PathBuf,
     file: File,
     seal: String,
-    /// Bytes that are whole, and lines.
+    /// Bytes of the intact part, and its lines.
     whole: u64,
     lines: usize,
-    /// What was noted before, and not yet recalled or lived through again.
+    /// Entries noted before, and not yet recalled or repeated.
     before: VecDeque<Entry>,
     last_session: Option<JournalSession>,
-    /// End of what it held when it was opened, by the clock on the wall.
+    /// End of the content found on opening, by the wall clock.
     ended_wall_s: Option<f64>,
     /// Session and end of the last probing, on the cell's clock, as far as recalled or noted.
     session: Option<JournalSession>,
@@ -37,29 +38,30 @@ pub struct Journal {
     done_before: usize,
     noted: usize,
     lived_through_again: bool,
-    /// A line could not be written: what the disk holds behind the last whole one is not known.
+    /// A line could not be written: the content of the disk after the last intact one is unknown.
     failed: bool,
 }
 
-/// What came of opening the journal of a campaign.
+/// Result of opening the journal of a campaign.
 #[derive(Debug)]
-pub enum Opened {
-    /// To be written to.
+#[non_exhaustive]
+pub enum OpenedJournal {
+    /// The journal is open for writing.
     Ready(Box<Journal>),
-    /// The campaign was finished before; its dataset is there, with so many probings in it.
+    /// The campaign was finished before; its dataset exists.
     Finished {
-        /// How many.
+        /// Number of probings in it.
         probings: usize,
     },
-    /// The cell may move otherwise than when the campaign was interrupted. Nothing is open; who accepts that asks for
+    /// The motion of the cell may differ from that before the interruption. The journal is not open; to accept the change, call
     /// [`Journal::open_changed`].
     Changed {
-        /// What is otherwise, in words.
+        /// Descriptions of the changes.
         what: Vec<String>,
     },
 }
 
-/// Where the journal of a dataset to come lies: beside its folder, with the ending `.journal`.
+/// Path of the journal of a dataset to come: beside its folder, with the extension `.journal`.
 ///
 /// # Errors
 /// When the path names no folder.
@@ -71,30 +73,30 @@ pub fn journal_path(folder: &Path) -> Result<PathBuf, FileError> {
 }
 
 impl Journal {
-    /// The journal of the campaign that is to become the dataset `folder`, made under these conditions. A new one is begun; one that holds
-    /// probings is gone on with where `resume` says so, and refused otherwise.
+    /// Opens the journal of the campaign that is to become the dataset `folder`, made under these conditions. If there is none
+    /// it is created; one that contains probings is continued if `resume` is true, and refused otherwise.
     ///
     /// # Errors
-    /// When there is a dataset already, or something else, unless it is of just this campaign; when the journal is of other conditions,
-    /// damaged elsewhere than at its end, in use, or cannot be written.
-    pub fn open(folder: &Path, conditions: &Conditions, resume: bool) -> Result<Opened, FileError> {
+    /// When there is already a dataset, or something else, unless it is of exactly this campaign; when the journal is of other
+    /// conditions, damaged elsewhere than at its end, in use, or cannot be written.
+    pub fn open(folder: &Path, conditions: &Conditions, resume: bool) -> Result<OpenedJournal, FileError> {
         Journal::open_with(folder, conditions, resume, false)
     }
 
-    /// The same, to go on though guards or speed of the cell were changed, which is noted.
+    /// As [`Journal::open`], but continues with changed guards or speed of the cell, which is recorded.
     ///
     /// # Errors
     /// As [`Journal::open`].
-    pub fn open_changed(folder: &Path, conditions: &Conditions) -> Result<Opened, FileError> {
+    pub fn open_changed(folder: &Path, conditions: &Conditions) -> Result<OpenedJournal, FileError> {
         Journal::open_with(folder, conditions, true, true)
     }
 
-    fn open_with(folder: &Path, conditions: &Conditions, resume: bool, accepts: bool) -> Result<Opened, FileError> {
+    fn open_with(folder: &Path, conditions: &Conditions, resume: bool, accepts: bool) -> Result<OpenedJournal, FileError> {
         let path = journal_path(folder)?;
         if let Some(probings) = finished(folder, &path, conditions)? {
-            return Ok(Opened::Finished { probings });
+            return Ok(OpenedJournal::Finished { probings });
         }
-        let unwritable = |e: std::io::Error| cannot_be_written(&path, &e);
+        let unwritable = |e: std::io::Error| cannot_be_written(&path, e);
         if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             std::fs::create_dir_all(parent).map_err(unwritable)?;
         }
@@ -107,9 +109,9 @@ impl Journal {
             }
             Err(TryLockError::Error(e)) => return Err(unwritable(e)),
         }
-        // Whoever held the lock may just have finished it.
+        // The process that held the lock may just have finished it.
         if let Some(probings) = finished(folder, &path, conditions)? {
-            return Ok(Opened::Finished { probings });
+            return Ok(OpenedJournal::Finished { probings });
         }
         let bytes = content(&mut file, &path)?;
         let nothing = (String::new(), 0, Vec::new());
@@ -119,15 +121,16 @@ impl Journal {
                 let mut changed = lines.conditions_now().changed(conditions);
                 let not_acceptable = changed.iter().position(|c| !c.is_acceptable()).map(|k| changed.swap_remove(k));
                 match (probings(&lines.entries), not_acceptable, changed.is_empty()) {
-                    // Nothing is lost with a journal that holds no probing.
+                    // Nothing is lost with a journal without probings.
                     (0, Some(_), _) | (0, None, false) => nothing,
                     (_, Some(changed), _) => return Err(changed.at(&path)),
                     (1.., ..) if !resume => {
-                        let remedy = format!("go on with `--resume`; or {BEGIN_ANEW}");
-                        return Err(FileError::whole(&path, "holds a campaign that is not finished", remedy));
+                        let remedy = format!("resume it; or {BEGIN_ANEW}");
+                        let error = FileError::whole(&path, "holds a campaign that is not finished", remedy);
+                        return Err(FileError { kind: FileErrorKind::UnfinishedCampaign, ..error });
                     }
                     (_, None, false) if !accepts => {
-                        return Ok(Opened::Changed { what: changed.iter().map(Changed::words).collect() });
+                        return Ok(OpenedJournal::Changed { what: changed.iter().map(Changed::words).collect() });
                     }
                     (_, None, unchanged) => {
                         accepted = !unchanged;
@@ -155,16 +158,16 @@ impl Journal {
             failed: false,
             path,
         };
-        journal.begin(conditions).map_err(|e| cannot_be_written(&journal.path, &e))?;
+        journal.begin(conditions).map_err(|e| cannot_be_written(&journal.path, e))?;
         if accepted {
             let entry = Entry::Conditions(conditions.clone());
             journal.append(&entry)?;
             journal.before.push_back(entry);
         }
-        Ok(Opened::Ready(Box::new(journal)))
+        Ok(OpenedJournal::Ready(Box::new(journal)))
     }
 
-    /// Behind the last whole line; with a first one, where there is none.
+    /// Seeks to the end of the last intact line; writes the first line if there is none.
     fn begin(&mut self, conditions: &Conditions) -> std::io::Result<()> {
         self.file.set_len(self.whole)?;
         self.file.seek(SeekFrom::Start(self.whole))?;
@@ -177,17 +180,17 @@ impl Journal {
         sync_folder_of(&self.path)
     }
 
-    /// Where it lies.
+    /// Path of the journal.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Probings that it held when it was opened, those that failed among them.
+    /// Number of probings found on opening, including those that failed.
     pub fn done_before(&self) -> usize {
         self.done_before
     }
 
-    /// Probings that it holds now.
+    /// Number of probings now.
     pub fn probings(&self) -> usize {
         self.done_before + self.noted
     }
@@ -197,28 +200,29 @@ impl Journal {
         self.last_session.as_ref()
     }
 
-    /// Where the cell's clock stands when it goes on at this time by the clock on the wall (seconds since 1970, UTC): seconds since the
-    /// first session began, and never before the end of the last probing, though the wall clock may have been set back.
+    /// The cell's clock when the campaign is resumed at this time by the wall clock (seconds since 1970, UTC): seconds since
+    /// the first session began, and never before the end of the last probing, even if the wall clock was set back.
     pub fn clock_s(&self, wall_clock_s: f64) -> f64 {
         let first = self.before.iter().find_map(session_of).and_then(|session| session.wall_clock_s);
         first.map_or(0.0, |began| wall_clock_s - began).max(self.ended_s)
     }
 
-    /// Whether the clock on the wall, which says `wall_clock_s` (seconds since 1970, UTC) now, was set since what the journal holds was
-    /// measured: for a warning that names both times.
+    /// The jump of the wall clock between the measurements in the journal and `wall_clock_s` (seconds since 1970, UTC), if any:
+    /// for a warning that names both times.
     pub fn clock_jump(&self, wall_clock_s: f64) -> Option<ClockJump> {
         ClockJump::between(self.ended_wall_s?, wall_clock_s)
     }
 
-    /// A simulated cell is a new one every time: it lives through the probings of the journal again, and they must be the same.
+    /// For a simulated cell, which is created anew every time: it repeats the probings of the journal, and they must be the
+    /// same.
     pub fn live_through_again(&mut self) {
         self.lived_through_again = true;
     }
 
-    /// The cell is ready, now or again.
+    /// Begins a session: the cell is ready, for the first time or again.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the journal cannot be written.
     pub fn begin_session(&mut self, session: JournalSession) -> Result<(), FileError> {
         self.last_session = Some(session.clone());
         let entry = Entry::Session(session.clone());
@@ -227,15 +231,15 @@ impl Journal {
             return self.live_through(&entry);
         }
         self.append(&entry)?;
-        // It comes after all that is still to be recalled.
+        // It follows all entries still to be recalled.
         self.before.push_back(entry);
         Ok(())
     }
 
-    /// The probing that was done before an interruption, if it was.
+    /// Returns the probing made before an interruption, if any.
     ///
     /// # Errors
-    /// When another was, so that the journal is not of this plan.
+    /// When it is another probing, so that the journal is not of this plan.
     pub(super) fn recall(&mut self, pose: &PlannedPose, attempt: usize) -> Result<Option<ProbingEntry>, FileError> {
         if self.lived_through_again {
             return Ok(None);
@@ -255,26 +259,26 @@ impl Journal {
         }
     }
 
-    /// A probing ended.
+    /// Notes the end of a probing.
     ///
     /// # Errors
-    /// When it cannot be written, or is not the one that ended here before.
+    /// When the journal cannot be written, or the probing differs from the one noted here before.
     pub(super) fn note(&mut self, entry: &ProbingEntry) -> Result<(), FileError> {
         self.live_through(&Entry::Probing(entry.clone()))
     }
 
-    /// Session of the last probing, as samples name it.
+    /// Session of the last probing, as named in samples.
     pub(super) fn session_name(&self) -> Option<String> {
         self.session.as_ref().and_then(JournalSession::name)
     }
 
-    /// Appends what is new; what was there before must be the same.
+    /// Appends a new entry; one noted before must be the same.
     fn live_through(&mut self, entry: &Entry) -> Result<(), FileError> {
         match self.before.pop_front() {
             None => self.append(entry),
             Some(before) if before == *entry => Ok(()),
             Some(_) => {
-                // The first line holds the conditions, and those to come are still in the queue.
+                // The first line contains the conditions, and later entries are still in the queue.
                 let number = self.lines - self.before.len();
                 let remedy = format!("go on with the program that wrote it; or {BEGIN_ANEW}");
                 Err(FileError {
@@ -286,10 +290,8 @@ impl Journal {
     }
 
     fn append(&mut self, entry: &Entry) -> Result<(), FileError> {
-        let fail = |e: std::io::Error| FileError {
-            remedy: "make room, or check the disk".into(),
-            ..cannot_be_written(&self.path, &e)
-        };
+        let fail =
+            |e: std::io::Error| FileError { remedy: "make room, or check the disk".into(), ..cannot_be_written(&self.path, e) };
         let Some(line) = line(&self.seal, self.lines + 1, entry) else {
             let remedy = "check what the devices answer";
             return Err(FileError::whole(&self.path, "a joint or reading is not a finite number", remedy));
@@ -300,7 +302,7 @@ impl Journal {
         if let Err(e) = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data()) {
             self.failed = true;
             let error = fail(e);
-            // What is left of the line would be dropped anyway; the room that it takes may be wanted.
+            // The rest of the line would be dropped anyway, and its room may be needed.
             drop(self.file.set_len(self.whole));
             return Err(error);
         }
@@ -310,11 +312,12 @@ impl Journal {
         Ok(())
     }
 
-    /// Writes the dataset, which appears whole or not at all: beside its two files the journal, and in it read by the replay
-    /// `iterations.csv` and `probings.csv` ([`CampaignRecord::write`]). Then the journal beside it is removed.
+    /// Writes the dataset, which appears whole or not at all: beside its two files the journal, and `iterations.csv` and
+    /// `probings.csv` for the replay ([`CampaignRecord::write`]). Then the journal beside it is removed.
     ///
     /// # Errors
-    /// When the folder was made by somebody else meanwhile, or cannot be written: then the journal stays, and with it all that was measured.
+    /// When the folder was created by somebody else meanwhile, or cannot be written: then the journal remains, with all
+    /// measurements.
     pub fn finish(&mut self, dataset: &Dataset, record: &CampaignRecord, poses: &[PlannedPose]) -> Result<(), FileError> {
         free_or_own(&self.folder, &self.path)?;
         let journal = content(&mut self.file, &self.path)?;
@@ -326,10 +329,10 @@ impl Journal {
         self.discard()
     }
 
-    /// Removes it, and with it what is not in a dataset.
+    /// Removes the journal, and all that is not in a dataset.
     ///
     /// # Errors
-    /// When it cannot be removed.
+    /// When the journal cannot be removed.
     pub fn discard(&mut self) -> Result<(), FileError> {
         let removed = std::fs::remove_file(&self.path).and_then(|()| sync_folder_of(&self.path));
         removed.map_err(|e| FileError::whole(&self.path, format!("cannot be removed: {e}"), "remove it by hand"))
@@ -343,7 +346,8 @@ fn session_of(entry: &Entry) -> Option<JournalSession> {
     }
 }
 
-/// When the last entry ended by the clock on the wall, which the cell's clock follows from the beginning of each session on; `None` where no
+/// End of the last entry by the wall clock, which the cell's clock follows from the beginning of each session; `None` if no
+/// session states its time.
 /// session says when it was.
 fn ended_wall_s(entries: &[Entry]) -> Option<f64> {
     let (mut first, mut last, mut end_s) = (None, None, 0.0_f64);
@@ -351,7 +355,7 @@ fn ended_wall_s(entries: &[Entry]) -> Option<f64> {
         if let Entry::Session(session) = entry {
             let wall = session.wall_clock_s?;
             let began = *first.get_or_insert(wall);
-            // As `clock_s` has it.
+            // As in `clock_s`.
             last = Some((wall, (wall - began).max(end_s)));
         }
         end_s = end_s.max(ended_s(entry));

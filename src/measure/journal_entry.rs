@@ -1,4 +1,4 @@
-//! What a line of a journal says.
+//! The entries of a journal.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,35 +10,35 @@ use super::{Conditions, Mastering, Measured, PlannedPose, Probing, Sample};
 pub(super) enum Entry {
     Session(JournalSession),
     Probing(ProbingEntry),
-    /// Conditions that were changed on purpose: the campaign goes on under these.
+    /// Conditions changed deliberately: the campaign continues under these.
     Conditions(Conditions),
 }
 
-/// The cell was made ready, in the beginning or after an interruption.
+/// The cell was made ready, at the beginning or after an interruption.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JournalSession {
-    /// Number of the session in the dataset, counted from 1: its rows share one base and one tool. It stays after an interruption in which
-    /// neither the robot's foot, nor the artifact, nor the gauge on its flange was touched.
+    /// Number of the session in the dataset, counted from 1: its rows share one base and one tool. It does not change after an
+    /// interruption in which neither the robot's foot, nor the artifact, nor the gauge on its flange was touched.
     pub number: usize,
-    /// When, by the clock on the wall, seconds since 1970 (UTC); `None` in a simulated cell, where no such time passes.
+    /// Wall-clock time, seconds since 1970 (UTC); `None` in a simulated cell, where no such time passes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_clock_s: Option<f64>,
     /// Version of the program.
     pub program: String,
-    /// The mastering that it goes by.
+    /// The mastering in use.
     pub mastering: Mastering,
-    /// Whether that is the mastering of the line before, found to hold.
+    /// True if it is the mastering of the preceding line, found to be still valid.
     pub mastering_kept: bool,
 }
 
 impl JournalSession {
-    /// The first session, just mastered, in a cell without a clock on the wall.
+    /// The first session, just mastered, in a cell without a wall clock.
     pub fn first(mastering: Mastering) -> Self {
         let program = env!("CARGO_PKG_VERSION").into();
         JournalSession { number: 1, wall_clock_s: None, program, mastering, mastering_kept: false }
     }
 
-    /// As samples name it: the first has no name, so that a campaign made in one go is a plain dataset.
+    /// Name in samples: the first session has none, so that a campaign without interruption is a plain dataset.
     pub(super) fn name(&self) -> Option<String> {
         (self.number > 1).then(|| self.number.to_string())
     }
@@ -49,18 +49,18 @@ impl JournalSession {
 pub struct ProbingEntry {
     /// Name of the planned pose.
     pub pose: String,
-    /// Which try, counted from 1.
+    /// Attempt, counted from 1.
     pub attempt: usize,
-    /// What came of it.
+    /// Its result.
     pub probing: Probing,
-    /// Sign of each joint's last motion when last on the ball; empty when never there.
+    /// Sign of each joint's last motion when last on the ball; empty if never there.
     pub approach: Vec<i8>,
-    /// Sign of each plunger's.
+    /// Sign of each plunger's last motion.
     pub plungers: Vec<i8>,
 }
 
 impl ProbingEntry {
-    /// The sample of the dataset, where the ball was centred.
+    /// The sample of the dataset, if the ball was centred.
     pub(super) fn sample(&self, pose: &PlannedPose, session: Option<String>) -> Option<Sample> {
         self.probing.outcome.as_ref().ok().map(|centred| Sample {
             payload: pose.payload,

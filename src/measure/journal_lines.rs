@@ -1,8 +1,8 @@
-//! The lines of a journal: each tells by itself whether it is whole, and where it belongs.
+//! The lines of a journal: each shows by itself whether it is intact, and where it belongs.
 //!
-//! The first is `calibench-journal/1 CHECKSUM JSON`, every other `NUMBER CHECKSUM JSON`, counted from 2 as an editor counts. A checksum is
-//! the first 16 hexadecimal digits of the SHA-256 of the first line's checksum, the number and the JSON, put together with spaces; of the
-//! first line, of the format and the JSON.
+//! The first is `calibench-journal/1 CHECKSUM JSON`, every other `NUMBER CHECKSUM JSON`, counted from 2 as in an editor. A
+//! checksum is the first 16 hexadecimal digits of the SHA-256 of the first line's checksum, the number and the JSON, joined by
+//! spaces; for the first line, of the format and the JSON.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -12,22 +12,22 @@ use super::Conditions;
 use super::journal_entry::Entry;
 use crate::files::hexadecimal;
 
-/// How a journal begins.
+/// Format tag at the beginning of a journal.
 pub(super) const JOURNAL_FORMAT: &str = "calibench-journal/1";
 
-/// A journal as far as it is whole.
+/// The intact part of a journal.
 #[derive(Debug)]
 pub(super) struct Lines {
     pub conditions: Conditions,
-    /// What lines are checked by: the checksum of the first.
+    /// Checksum of the first line, from which those of the others are computed.
     pub seal: String,
     pub entries: Vec<Entry>,
-    /// Bytes up to the end of the last whole line.
+    /// Bytes up to the end of the last intact line.
     pub whole: usize,
 }
 
 impl Lines {
-    /// The conditions that hold after its last line.
+    /// The conditions in force after its last line.
     pub fn conditions_now(&self) -> &Conditions {
         let changed = self.entries.iter().rev().find_map(|entry| match entry {
             Entry::Conditions(conditions) => Some(conditions),
@@ -37,34 +37,34 @@ impl Lines {
     }
 }
 
-/// Why bytes are no journal.
+/// Reason why bytes are not a journal.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Broken {
-    /// The first line was never finished: nothing was ever noted.
+    /// The first line is incomplete: nothing was noted.
     Unbegun,
-    /// They do not begin as a journal does.
+    /// They do not begin like a journal.
     Foreign,
-    /// This line is not as it was written, though others after it are.
+    /// This line was altered or is missing, though later ones are intact.
     Damaged(usize),
-    /// This line is as it was written, and says something unknown.
+    /// This line is intact, but its content is unknown.
     Unknown(usize),
 }
 
-/// The first line, and the seal of the others.
+/// Formats the first line; also returns the seal of the others.
 pub(super) fn first_line(conditions: &Conditions) -> (String, String) {
     let json = json(conditions);
     let seal = checksum(&[JOURNAL_FORMAT, &json]);
     (format!("{JOURNAL_FORMAT} {seal} {json}\n"), seal)
 }
 
-/// Line `number`; `None` where the entry holds a number that is not finite, and could not be read back.
+/// Formats line `number`; `None` if the entry contains a non-finite number, and could not be read back.
 pub(super) fn line(seal: &str, number: usize, entry: &Entry) -> Option<String> {
     let json = json(entry);
     let same = serde_json::from_str::<Entry>(&json).is_ok_and(|read| read == *entry);
     same.then(|| format!("{number} {} {json}\n", checksum(&[seal, &number.to_string(), &json])))
 }
 
-/// Reads a journal up to its last whole line. What is behind it was cut while it was written, and is not trusted.
+/// Reads a journal up to its last intact line. Anything after it was cut short while being written, and is not trusted.
 pub(super) fn read_lines(bytes: &[u8]) -> Result<Lines, Broken> {
     let mut lines = bytes.split_inclusive(|&b| b == b'\n');
     let first = lines.next().unwrap_or_default();
@@ -87,7 +87,7 @@ pub(super) fn read_lines(bytes: &[u8]) -> Result<Lines, Broken> {
                 read.entries.push(known(text, number)?);
                 read.whole += next.len();
             }
-            // A whole line out of its place, or behind one that is not whole, was not cut while it was written.
+            // An intact line in the wrong place, or after one that is not intact, was not cut short while being written.
             Some(_) => return Err(Broken::Damaged(number)),
             None if lines.any(|later| sealed(later, seal).is_some()) => return Err(Broken::Damaged(number)),
             None => break,
@@ -96,7 +96,7 @@ pub(super) fn read_lines(bytes: &[u8]) -> Result<Lines, Broken> {
     Ok(read)
 }
 
-/// Number and JSON of a line that is as it was written.
+/// Number and JSON of an intact line.
 fn sealed<'a>(line: &'a [u8], seal: &str) -> Option<(usize, &'a str)> {
     let (number, sum, text) = parts(line)?;
     let as_written = checksum(&[seal, number, text]) == sum;
@@ -115,7 +115,7 @@ fn known<T: DeserializeOwned>(text: &str, number: usize) -> Result<T, Broken> {
 }
 
 fn json(of: &impl Serialize) -> String {
-    // Names, numbers and lists of them, which JSON can always hold.
+    // Names, numbers and lists of them, which JSON can always represent.
     serde_json::to_string(of).unwrap_or_default()
 }
 

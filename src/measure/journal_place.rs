@@ -1,4 +1,5 @@
-//! What lies where a campaign is to be kept: nothing, its journal, its finished dataset, or something that must not be touched.
+//! Content of the place where a campaign is to be kept: nothing, its journal, its finished dataset, or something that must not
+//! be touched.
 
 use std::fs::File;
 use std::io::{Read, Seek};
@@ -9,25 +10,25 @@ use super::conditions::Changed;
 use super::dataset_file::DATASET_TOML;
 use super::journal_entry::Entry;
 use super::journal_lines::{Broken, read_lines};
-use crate::files::{FileError, open_file};
+use crate::files::{FileError, cannot_be_read, open_file};
 
-/// The journal, once the campaign is done and it lies in the dataset.
+/// Name of the journal in the dataset of a finished campaign.
 pub(super) const CAMPAIGN_JOURNAL: &str = "campaign.journal";
 
 /// Longest journal, bytes: thirty thousand probings of 2 kB.
 const LONGEST: u64 = 64 << 20;
 
-/// What to do with a journal that cannot be gone on with.
+/// Remedy for a journal that cannot be continued.
 pub(super) const BEGIN_ANEW: &str = "name another dataset, or remove the journal to begin anew";
 
-/// The probings of the finished campaign in that dataset, where it is just this one and nothing is left to do.
+/// Number of probings of the finished campaign in the dataset, if it is this campaign and nothing remains to be done.
 pub(super) fn finished(folder: &Path, journal: &Path, conditions: &Conditions) -> Result<Option<usize>, FileError> {
     free_or_own(folder, journal)?;
     let inside = folder.join(CAMPAIGN_JOURNAL);
     if journal.exists() || !inside.exists() {
         return Ok(None);
     }
-    let mut file = open_file(&inside).map_err(|e| unreadable(&inside, &e))?;
+    let mut file = open_file(&inside).map_err(|e| cannot_be_read(&inside, e))?;
     let lines = read_lines(&content(&mut file, &inside)?).map_err(|broken| broken.at(&inside))?;
     match lines.conditions_now().changed(conditions).into_iter().find(|changed| !changed.is_acceptable()) {
         Some(changed) => Err(changed.at(&inside)),
@@ -35,7 +36,7 @@ pub(super) fn finished(folder: &Path, journal: &Path, conditions: &Conditions) -
     }
 }
 
-/// That the dataset's folder is not there, is empty, or came of a campaign that is known by its journal.
+/// Checks that the dataset's folder does not exist, is empty, or is the result of a campaign identified by its journal.
 pub(super) fn free_or_own(folder: &Path, journal: &Path) -> Result<(), FileError> {
     let held = |what: &str| Err(FileError::whole(folder, format!("{what} already"), "name another folder, or remove this one"));
     if folder.is_file() {
@@ -45,20 +46,20 @@ pub(super) fn free_or_own(folder: &Path, journal: &Path) -> Result<(), FileError
     match (holds_something, folder.join(CAMPAIGN_JOURNAL).is_file(), folder.join(DATASET_TOML).is_file()) {
         (false, ..) => Ok(()),
         (true, true, true) if !journal.exists() => Ok(()),
-        // Killed between the last two steps: the dataset appeared, and its journal was not yet removed.
+        // Killed between the last two steps: the dataset had appeared, but its journal was not yet removed.
         (true, true, true) if begins_alike(&folder.join(CAMPAIGN_JOURNAL), journal) => Ok(()),
         (true, _, true) => held("holds a dataset"),
         (true, _, false) => held("holds something"),
     }
 }
 
-/// Whether two journals are the same, or one is the other cut.
+/// True if two journals are the same, or one is the beginning of the other.
 fn begins_alike(a: &Path, b: &Path) -> bool {
     let read = |path: &Path| open_file(path).ok().and_then(|mut file| content(&mut file, path).ok());
     read(a).zip(read(b)).is_some_and(|(a, b)| a.iter().zip(&b).all(|(a, b)| a == b))
 }
 
-/// How many of them are probings.
+/// Number of entries that are probings.
 pub(super) fn probings(entries: &[Entry]) -> usize {
     entries.iter().filter(|entry| matches!(entry, Entry::Probing(_))).count()
 }
@@ -100,13 +101,9 @@ impl Broken {
 
 pub(super) fn content(file: &mut File, path: &Path) -> Result<Vec<u8>, FileError> {
     let mut bytes = Vec::new();
-    file.rewind().and_then(|()| file.take(LONGEST + 1).read_to_end(&mut bytes)).map_err(|e| unreadable(path, &e))?;
+    file.rewind().and_then(|()| file.take(LONGEST + 1).read_to_end(&mut bytes)).map_err(|e| cannot_be_read(path, e))?;
     if bytes.len() as u64 > LONGEST {
         return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
     }
     Ok(bytes)
-}
-
-fn unreadable(path: &Path, e: &std::io::Error) -> FileError {
-    FileError::whole(path, format!("cannot be read: {e}"), "check the path and its permissions")
 }

@@ -1,9 +1,9 @@
-//! The side from which something came: joints and plungers rest differently after moving up than after moving down.
+//! The direction of the last motion: joints and plungers rest differently after moving up than after moving down.
 
-/// Signs of the last motions of several coordinates, followed from one rest to the next.
+/// Signs of the last motions of several coordinates, tracked from one rest to the next.
 ///
-/// A coordinate keeps its sign until it has moved by the threshold from where it last did; so a creep in one direction adds up,
-/// and a step too small to take up the lost motion changes nothing.
+/// A coordinate keeps its sign until it has moved by the threshold from its last such position; so a slow drift in one
+/// direction accumulates, and a step too small to take up the lost motion changes nothing.
 #[derive(Debug, Clone)]
 pub struct LastMotion {
     threshold: f64,
@@ -12,12 +12,12 @@ pub struct LastMotion {
 }
 
 impl LastMotion {
-    /// Nothing has moved yet; `threshold` in the unit of the coordinates.
+    /// Creates a tracker without any motion; `threshold` in the unit of the coordinates.
     pub fn new(threshold: f64) -> Self {
         LastMotion { threshold, reference: Vec::new(), signs: Vec::new() }
     }
 
-    /// The coordinates are at rest at `values` now.
+    /// Updates the signs with the coordinates now at rest.
     pub fn rest_at(&mut self, values: &[f64]) {
         if self.reference.len() != values.len() {
             self.reference = values.to_vec();

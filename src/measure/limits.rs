@@ -1,10 +1,10 @@
-//! Values that no cell can have: of datasets and, as they are checked in the same words, of scenarios.
+//! Limits on plausible values: for datasets and, checked with the same messages, for scenarios.
 
 use toml::Value;
 
-/// Which numbers of `dataset.toml` lie where, by the end of their keys: least, most, and what to look at.
+/// Limits on numbers of `dataset.toml`, by the end of their keys: least, most, and a hint.
 ///
-/// The bounds are generous: they refuse a wrong unit or a slip of the keyboard, never a large cell.
+/// The limits are generous: they reject a wrong unit or a typing error, never a large cell.
 const KEYS: &[(&str, [f64; 2], &str)] = &[
     ("tool.x_mm", [-1e4, 1e4], MM),
     ("tool.y_mm", [-1e4, 1e4], MM),
@@ -34,21 +34,21 @@ pub(crate) const TEMPERATURE_C: [f64; 2] = [-90.0, 200.0];
 /// Torques of a joint, N·m.
 pub(super) const TORQUE_NM: [f64; 2] = [-1e6, 1e6];
 
-/// Seconds since a session began; whoever counts them from 1970 is let in.
+/// Seconds since a session began; seconds since 1970 are allowed too.
 pub(crate) const TIME_S: [f64; 2] = [0.0, 1e10];
 /// Coordinates of a measured point, and distances, mm: trackers reach 100 m.
 pub(super) const POINT_MM: [f64; 2] = [-1e5, 1e5];
 /// Readings of an indicator, and one-sigmas, um.
 pub(super) const READING_UM: [f64; 2] = [-1e6, 1e6];
 
-/// A number that no cell can have.
+/// A number outside the plausible limits.
 pub(super) struct Impossible {
     pub key: String,
     pub problem: String,
     pub remedy: &'static str,
 }
 
-/// The first number of a description that no cell can have; free keys of `provenance` are nobody's business.
+/// Returns the first implausible number of a description; the free keys of `provenance` are not checked.
 pub(super) fn impossible(description: &toml::Table) -> Option<Impossible> {
     let parts = description.iter().filter(|(key, _)| *key != "provenance");
     parts.into_iter().find_map(|(key, value)| walk(key, value))
@@ -73,9 +73,9 @@ fn judge(key: &str, value: f64) -> Option<Impossible> {
     Some(Impossible { key: key.into(), problem, remedy })
 }
 
-/// What is wrong with a number that is not between `least` and `most`.
+/// The problem with a number that is not between `least` and `most`, if any.
 pub(crate) fn out_of_range(value: f64, [least, most]: [f64; 2]) -> Option<String> {
-    // Not the other way round: what is not a number is not within either.
+    // `contains`, not its negated comparisons: NaN lies within no range.
     let is_within = (least..=most).contains(&value);
     (!is_within).then(|| format!("{value} is impossible in a cell: at least {least}, at most {most}"))
 }

@@ -7,27 +7,27 @@ use super::reading::read_patiently;
 use crate::cell::{Indicator, IndicatorError, TriCal};
 use crate::units::{MM, UM};
 
-/// Someone who handles the master ball: a person at the cell, or the simulated world.
+/// An attendant who handles the master ball: a person at the cell, or the simulated world.
 pub trait Attendant {
     /// Puts the master ball into the socket of the TriCal, which points upwards; returns when done.
     ///
     /// # Errors
-    /// When the mastering is called off.
+    /// When the mastering is cancelled.
     fn place_master_ball(&mut self) -> Result<(), CalledOff>;
 
     /// Takes the master ball away; returns when done.
     ///
     /// # Errors
-    /// When the mastering is called off.
+    /// When the mastering is cancelled.
     fn remove_master_ball(&mut self) -> Result<(), CalledOff>;
 }
 
-/// The attendant called the mastering off.
+/// The attendant cancelled the mastering.
 #[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
 #[error("the mastering was called off")]
 pub struct CalledOff;
 
-/// How the mastering is done and what is accepted, lengths in m.
+/// Settings and limits of the mastering, lengths in m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MasteringSettings {
     /// Successive readings that must agree before a plunger counts as at rest. 5.
@@ -36,14 +36,15 @@ pub struct MasteringSettings {
     pub stable_within: f64,
     /// Readings taken before giving up. 100: some ten seconds at eight values a second.
     pub patience: usize,
-    /// An indicator was preset if it then reads the preset value so closely. 2 um: the last digit and the noise.
+    /// Largest deviation of the reading from the value preset. 2 um: the last digit and the noise.
     pub preset_within: f64,
-    /// How far an indicator may stand from its ideal place along its channel. 1.5 mm: placed by hand, "approximately" (paper,
-    /// section 2.1); further off the gauge loses its safe range.
+    /// Largest distance of an indicator from its ideal place along its channel. 1.5 mm: placed by hand, "approximately" (paper,
+    /// section 2.1); at a greater distance the gauge loses its safe range.
     pub placed_within: f64,
-    /// How closely a free plunger must read what it read when mastered, to count as mastered still, m. 3 um: as closely as a ball is centred.
+    /// Largest change of a free reading since mastering for the mastering to be still valid, m. 3 um: the tolerance of a
+    /// centring.
     pub free_again_within: f64,
-    /// How often an indicator is asked again after a lost or mangled answer.
+    /// Repeated queries of an indicator after a lost or garbled answer.
     pub retries: usize,
 }
 
@@ -64,43 +65,44 @@ impl Default for MasteringSettings {
 /// A mastered TriCal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mastering {
-    /// What each indicator reads when nothing touches it, m.
+    /// Reading of each indicator without contact, m.
     pub free_reading: [f64; 3],
-    /// What each indicator read on the master ball after the preset, less the preset, m.
+    /// Reading of each indicator on the master ball after the preset, less the preset, m.
     pub preset_residual: [f64; 3],
-    /// When it was done, on the cell's clock, s.
+    /// Time on the cell's clock, s.
     pub time_s: f64,
 }
 
-/// Why a TriCal could not be mastered. Axes are counted from 0 (messages count from 1), lengths in m.
+/// Reason why a TriCal could not be mastered. Axes are counted from 0 (messages count from 1), lengths in m.
 #[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum MasteringError {
-    /// The attendant called it off.
+    /// The attendant cancelled it.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
     /// An indicator does not answer, or answers with an error.
     #[error("indicator {}", axis + 1)]
     Indicator {
-        /// Which.
+        /// Axis.
         axis: usize,
-        /// What it said.
+        /// Its error.
         #[source]
         error: IndicatorError,
     },
     /// A reading does not settle.
     #[error("indicator {} does not settle: its readings spread over {:.1} um", axis + 1, spread / UM)]
     Unstable {
-        /// Which.
+        /// Axis.
         axis: usize,
         /// Spread of the last readings.
         spread: f64,
     },
-    /// An indicator does not read what it was set to.
+    /// The reading of an indicator is not the value preset.
     #[error("indicator {} was set to the master reading and reads {:.4} mm", axis + 1, reading / MM)]
     PresetNotTaken {
-        /// Which.
+        /// Axis.
         axis: usize,
-        /// What it reads.
+        /// Reading.
         reading: f64,
     },
     /// No plunger moved when the master ball was taken away.
@@ -112,50 +114,51 @@ pub enum MasteringError {
         travelled[0] / MM, travelled[1] / MM, travelled[2] / MM
     )]
     NotTheMasterBall {
-        /// How far each came out.
+        /// Travel of each plunger.
         travelled: [f64; 3],
     },
     /// One plunger did not come out.
     #[error("plunger {} did not come out when the master ball was taken away", axis + 1)]
     PlungerStuck {
-        /// Which.
+        /// Axis.
         axis: usize,
     },
-    /// The reading grew when the plunger came out.
+    /// The reading increased when the plunger came out.
     #[error("indicator {} counts backwards; turn its counting direction", axis + 1)]
     CountsBackwards {
-        /// Which.
+        /// Axis.
         axis: usize,
     },
-    /// An indicator stands too far from its place in the channel.
+    /// An indicator is too far from its place in the channel.
     #[error("indicator {} reads {:.3} mm when free; move it along its channel towards {:.3} mm", axis + 1, free_reading / MM, ideal / MM)]
     Misplaced {
-        /// Which.
+        /// Axis.
         axis: usize,
-        /// What it reads when free.
+        /// Its free reading.
         free_reading: f64,
-        /// What an ideally placed one reads.
+        /// Free reading of an ideally placed indicator.
         ideal: f64,
     },
-    /// A free plunger does not read what it did when the gauge was mastered.
+    /// A free plunger has another reading than when the gauge was mastered.
     #[error(
         "indicator {} reads {:.4} mm, not {:.4} mm as when nothing touched the mastered gauge; bring the arm clear, or master it anew",
         axis + 1, free_reading / MM, expected / MM
     )]
     NotAsMastered {
-        /// Which.
+        /// Axis.
         axis: usize,
-        /// What it reads.
+        /// Reading.
         free_reading: f64,
-        /// What it should.
+        /// Expected reading.
         expected: f64,
     },
 }
 
-/// A plunger that moved less than this has not moved, m: far above drift and vibration, far below the 12.5 mm it should.
+/// Smallest distance that counts as a motion of a plunger, m: far above drift and vibration, far below the nominal 12.5 mm.
 const MOVED: f64 = 1.0 * MM;
 
-/// Masters three indicators: master ball in, wait for rest, set each, verify; ball out, wait, take the free readings, judge them.
+/// Masters three indicators: insert the master ball, wait for rest, preset each, verify; remove the ball, wait, take the free
+/// readings, check them.
 ///
 /// # Errors
 /// The [`MasteringError`] that makes the gauge unfit for use.
@@ -182,14 +185,14 @@ pub fn master<I: Indicator>(
     Ok(Mastering { free_reading, preset_residual: on_ball.map(|reading| reading - preset), time_s: clock_s() })
 }
 
-/// The mastering of a gauge that is mastered still: its plungers, which nothing may touch now, stand at rest where they did when they were
-/// last free, or where they should, if `before` is not known. An indicator that was set anew, lost its supply, or was moved in its channel
-/// reads otherwise.
+/// Checks whether a gauge is still mastered and returns that mastering: its plungers, which must be free now, are at rest where
+/// they were when last free, or at their ideal place if `before` is unknown. An indicator that was preset again, lost its
+/// supply, or was moved in its channel has another reading.
 ///
-/// Mastering anew is not better where the old one holds: the master ball never seats twice in the same place.
+/// Mastering again is no improvement while the old one is valid: the master ball never seats twice in the same place.
 ///
 /// # Errors
-/// When an indicator fails, does not come to rest, or stands elsewhere.
+/// When an indicator fails, does not come to rest, or has another reading.
 pub fn still_mastered<I: Indicator>(
     indicators: &mut [I; 3],
     before: Option<&Mastering>,
@@ -208,7 +211,7 @@ pub fn still_mastered<I: Indicator>(
     }
 }
 
-/// Whether free plungers stand where they should, after standing at `on_ball`.
+/// Checks the readings of free plungers, after the readings `on_ball`.
 fn judge(on_ball: &[f64; 3], free: &[f64; 3], trical: &TriCal, settings: &MasteringSettings) -> Result<(), MasteringError> {
     let ideal = trical.free_reading();
     let travelled: [f64; 3] = std::array::from_fn(|k| on_ball[k] - free[k]);
@@ -221,7 +224,7 @@ fn judge(on_ball: &[f64; 3], free: &[f64; 3], trical: &TriCal, settings: &Master
     if let Some(axis) = (0..3).find(|&k| travelled[k] < 0.0) {
         return Err(MasteringError::CountsBackwards { axis });
     }
-    // One indicator alone is a matter of its place; all three short by a like amount are a matter of the ball.
+    // A single wrong indicator is misplaced; if all three are short by a similar amount, the ball is the cause.
     let short = |k: usize| free[k] - ideal > settings.placed_within;
     if (0..3).all(short) {
         return Err(MasteringError::NotTheMasterBall { travelled });

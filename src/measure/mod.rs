@@ -1,8 +1,10 @@
-//! Taking the data: mastering, the centring controller, the pool of poses, their selection, the campaign, the dataset.
+//! Data acquisition: mastering, the centring controller, the pool of poses, their selection, the campaign, the dataset.
 
 mod blocks;
 mod campaign;
 mod campaign_files;
+mod campaign_record;
+mod campaign_state;
 mod cell_devices;
 mod cell_file;
 mod cell_toml;
@@ -11,7 +13,6 @@ mod centring_failure;
 mod clock_jump;
 mod columns;
 mod conditions;
-mod course;
 mod dataset;
 mod dataset_file;
 mod dataset_toml;
@@ -41,9 +42,9 @@ mod samples_text;
 pub mod selection;
 mod ways;
 
-pub use campaign::{Abort, Campaign, CampaignRecord, CampaignSettings, ProbingRecord, Progress, Witness};
-pub use cell_devices::{CellGauge, PortError};
-pub use cell_file::{CELL_FORMAT, Cell, CellIndicator, Place, read_cell};
+pub use campaign::{Campaign, CampaignObserver, CampaignSettings, Progress};
+pub use campaign_record::{Abort, CampaignRecord, ProbingRecord};
+pub use cell_file::{CELL_FORMAT, Cell, read_cell};
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
 pub use centring_failure::{CentringFailure, Suspicion};
 pub use clock_jump::{ClockJump, LongSession};
@@ -55,7 +56,7 @@ pub use dataset_file::{DATASET_TOML, check_description, read_dataset, read_descr
 pub(crate) use dataset_toml::DatasetToml;
 pub use draws::{Margins, PoolError, Refusals};
 pub use free_poses::{Facing, FreePosesRequest, free_poses};
-pub use journal::{Journal, Opened, journal_path};
+pub use journal::{Journal, OpenedJournal, journal_path};
 pub use journal_entry::{JournalSession, ProbingEntry};
 pub use last_motion::LastMotion;
 pub(crate) use limits::{TEMPERATURE_C, TIME_S, out_of_range};

@@ -2,28 +2,28 @@
 
 use super::PlannedPose;
 
-/// A motion is shortened only by more than this, rad: roundings do not decide.
+/// Smallest reduction of a motion that counts, rad: rounding must not decide.
 const SHORTER: f64 = 1e-9;
 
-/// An order of `poses` that visits the balls in rounds, each ball once a round: places in `poses`, each once.
+/// Returns an order of `poses` that visits the balls in rounds, each ball once per round: indices into `poses`, each once.
 ///
-/// Taken ball by ball, a drift of the robot would look like a displacement of the balls; taken in rounds, it falls on all of them
-/// alike. Among the unvisited poses of the ball whose turn it is, the one with the shortest joint motion from the last approach comes
-/// next (the largest joint angle counts, since all joints move together).
+/// If the balls were probed one by one, a drift of the robot would look like a displacement of the balls; in rounds, it affects
+/// all of them alike. Among the unvisited poses of the next ball, the one with the shortest joint motion from the last approach
+/// comes next (the largest joint angle counts, since all joints move together).
 pub fn interleave(poses: &[PlannedPose]) -> Vec<usize> {
     Tour::nearest(poses).order
 }
 
-/// The same, and then whatever exchange or reversal shortens the tour, until none does: the order of the balls within a round and the round
-/// of a pose of a ball are free. What is near to each other is then measured after each other: the drift of a robot that warms up passes
-/// for an effect of the posture, a little more than before (decision 0028).
+/// As [`interleave`], followed by exchanges and reversals that shorten the tour, until none does: the order of the balls within
+/// a round and the round of a pose of a ball are free. Neighbouring poses are then measured in succession, so that the drift of
+/// a robot that warms up is aliased with an effect of the posture, a little more than before (decision 0028).
 pub fn interleave_short(poses: &[PlannedPose]) -> Vec<usize> {
     let mut tour = Tour::nearest(poses);
     while tour.exchange() | tour.reverse() {}
     tour.order
 }
 
-/// An order, and the round of every place in it.
+/// An order, and the round of every element.
 struct Tour<'a> {
     poses: &'a [PlannedPose],
     order: Vec<usize>,
@@ -31,7 +31,8 @@ struct Tour<'a> {
 }
 
 impl<'a> Tour<'a> {
-    /// Ball after ball in turn, of each the pose that is nearest to the last one; of equals the first. It begins with the first pose.
+    /// Visits the balls in turn, at each the pose nearest to the last one, or the first of equals. It begins with the first
+    /// pose.
     fn nearest(poses: &'a [PlannedPose]) -> Self {
         let mut balls: Vec<usize> = Vec::new();
         for pose in poses {
@@ -59,12 +60,12 @@ impl<'a> Tour<'a> {
         Tour { poses, order, round }
     }
 
-    /// The motion that ends at place `k`, rad.
+    /// The motion that ends at position `k`, rad.
     fn motion(&self, k: usize) -> f64 {
         self.between(k.wrapping_sub(1), k)
     }
 
-    /// The motion between the poses at two places, rad; none where a place is off either end.
+    /// The motion between the poses at two positions, rad; zero if a position is beyond either end.
     fn between(&self, a: usize, b: usize) -> f64 {
         match (self.order.get(a), self.order.get(b)) {
             (Some(&a), Some(&b)) => joint_travel(&self.poses[a].approach, &self.poses[b].approach),
@@ -72,7 +73,7 @@ impl<'a> Tour<'a> {
         }
     }
 
-    /// Exchanges two poses of one ball or two of one round, wherever that shortens the tour.
+    /// Exchanges two poses of one ball or two of one round, if that shortens the tour.
     fn exchange(&mut self) -> bool {
         let mut shortened = false;
         for i in 0..self.order.len() {
@@ -80,7 +81,7 @@ impl<'a> Tour<'a> {
                 if self.round[i] != self.round[j] && self.poses[self.order[i]].ball != self.poses[self.order[j]].ball {
                     continue;
                 }
-                // Of neighbours the motion between them is the same before and after, so that it may count twice.
+                // For neighbours the motion between them is the same before and after, so it may count twice.
                 let around = |tour: &Self| -> f64 { [i, i + 1, j, j + 1].iter().map(|&k| tour.motion(k)).sum() };
                 let before = around(self);
                 self.order.swap(i, j);
@@ -94,7 +95,7 @@ impl<'a> Tour<'a> {
         shortened
     }
 
-    /// Runs some rounds backwards, wherever that shortens the tour.
+    /// Reverses consecutive rounds, if that shortens the tour.
     fn reverse(&mut self) -> bool {
         let mut shortened = false;
         let ends = |round: &[usize], k: usize| k == 0 || k == round.len() || round[k - 1] != round[k];

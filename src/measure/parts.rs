@@ -1,19 +1,19 @@
-//! A campaign in parts: what the flange carries is changed by hand, so every payload has its part of the plan.
+//! A campaign in parts: the payload on the flange is changed by hand, so every payload has its own part of the plan.
 
 use super::{CampaignRecord, PlannedPose};
 
 /// The poses of one payload.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Which payload of the dataset.
+    /// Payload of the dataset, by index.
     pub payload: usize,
     /// Its poses, in the order of the plan.
     pub poses: Vec<PlannedPose>,
-    /// Places of the poses in the plan.
+    /// Indices of the poses in the plan.
     places: Vec<usize>,
 }
 
-/// The parts of a plan: with the payload that it names first, then with the next.
+/// The parts of a plan, in the order in which their payloads first appear.
 pub fn parts_by_payload(plan: &[PlannedPose]) -> Vec<Part> {
     let mut parts: Vec<Part> = Vec::new();
     for (place, pose) in plan.iter().enumerate() {
@@ -28,7 +28,7 @@ pub fn parts_by_payload(plan: &[PlannedPose]) -> Vec<Part> {
 }
 
 impl CampaignRecord {
-    /// And what came of a part of the plan; whether the campaign may go on.
+    /// Adds the record of a part of the plan. Returns true if the campaign may continue.
     pub fn add(&mut self, part: &Part, record: CampaignRecord) -> bool {
         self.samples.extend(record.samples);
         self.probings.extend(record.probings.into_iter().map(|mut probing| {

@@ -12,12 +12,12 @@ use crate::units::{DEG, MM};
 /// Format tag.
 pub const PLAN_FORMAT: &str = "calibench-plan/1";
 
-/// What is to be probed, and by which ways.
+/// The poses to be probed, and the ways between them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ProbingPlan {
     /// The poses, in their order; reserves after them.
     pub poses: Vec<PlannedPose>,
-    /// The ways from home; `None` where nothing is known of what stands in the cell.
+    /// The ways from home; `None` if the bodies in the cell are unknown.
     pub ways: Option<HomeWays>,
 }
 
@@ -26,10 +26,10 @@ pub struct ProbingPlan {
 struct PlanToml {
     format: String,
     robot: String,
-    /// Where all ways begin.
+    /// Start of all ways.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     home_deg: Option<Vec<f64>>,
-    /// Where the gauge is mastered.
+    /// Posture in which the gauge is mastered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mastering_deg: Option<Vec<f64>>,
     #[serde(default)]
@@ -38,7 +38,7 @@ struct PlanToml {
     way: Vec<WayToml>,
 }
 
-/// Names of the ends of ways that are no poses.
+/// Names of the ends of ways that are not poses.
 const HOME: &str = "home";
 const MASTERING: &str = "mastering";
 
@@ -63,13 +63,14 @@ struct PoseToml {
     /// Probed only in place of a pose on the same ball that failed.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     reserve: bool,
-    /// Arrives from the side opposite to that of this earlier pose.
+    /// Arrives in the direction opposite to that of this earlier pose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reverses: Option<String>,
-    /// Joints by which the arm comes from the approach of the pose before; of the first of a payload and of a reserve, from home.
+    /// Joints through which the arm moves from the approach of the pose before; for the first pose of a payload and a reserve,
+    /// from home.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     via_deg: Vec<Vec<f64>>,
-    /// The least gap on that way and on the approach.
+    /// The least gap on that path and on the approach.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     clearance_mm: Option<f64>,
 }
@@ -93,7 +94,7 @@ pub fn write_plan(path: &Path, plan: &ProbingPlan, cell: &Dataset) -> Result<(),
             reserve: p.reserve,
             reverses: p.reverses.clone(),
             via_deg: all(&p.via),
-            // To the micrometre, which no way keeps.
+            // Rounded to the micrometre, finer than any gap is kept.
             clearance_mm: p.clearance.map(|gap| (gap / MM * 1e3).round() / 1e3),
         })
         .collect();
@@ -115,15 +116,15 @@ pub fn write_plan(path: &Path, plan: &ProbingPlan, cell: &Dataset) -> Result<(),
 /// Reads a plan for the cell that `cell` describes.
 ///
 /// # Errors
-/// One error that names file, line, key and remedy: another robot, an unknown ball or payload, joints outside their limits, a pose without a
-/// way where others have one.
+/// One error that names file, line, key and remedy: another robot, an unknown ball or payload, joints outside their limits, a
+/// pose without a way where others have one.
 pub fn read_plan(path: &Path, cell: &Dataset) -> Result<ProbingPlan, FileError> {
     let text = read_text(path)?;
     let plan: PlanToml = parse_toml(path, &text)?;
     let reading = Reading { path, text: &text, cell };
     if plan.format != PLAN_FORMAT {
         let problem = format!("is '{}', not '{PLAN_FORMAT}'", plan.format);
-        return Err(reading.wrong("format", problem, "make the plan anew with `calibench plan`"));
+        return Err(reading.wrong("format", problem, "make the plan anew"));
     }
     if plan.robot != cell.robot_reference {
         let problem = format!("is '{}', but the cell's robot is '{}'", plan.robot, cell.robot_reference);
@@ -152,7 +153,7 @@ impl Reading<'_> {
         field_error(self.path, self.text, key, problem, remedy)
     }
 
-    /// Joint angles as written, deg, in rad.
+    /// Converts joint angles as written, deg, to rad.
     fn joints(&self, key: &str, list: &[f64]) -> Result<Vec<f64>, FileError> {
         let q: Vec<f64> = list.iter().map(|v| v * DEG).collect();
         let robot = &self.cell.robot;
@@ -160,7 +161,7 @@ impl Reading<'_> {
             let remedy = format!("give one for each of the {} joints", robot.joints());
             return Err(self.wrong(key, format!("has {} numbers", q.len()), &remedy));
         }
-        // Not a number is outside as well.
+        // NaN is outside as well.
         match robot.outside_limits(&q, 0.0) {
             Some(joint) => Err(self.wrong(key, format!("joint {} is outside its limits", joint + 1), "make the plan anew")),
             None => Ok(q),
@@ -171,7 +172,7 @@ impl Reading<'_> {
         via.iter().enumerate().map(|(n, q)| self.joints(&format!("{key}[{n}]"), q)).collect()
     }
 
-    /// Pose `k`, after these.
+    /// Reads pose `k`, which follows `before`.
     fn pose(&self, k: usize, p: &PoseToml, before: &[PlannedPose]) -> Result<PlannedPose, FileError> {
         let key = |field: &str| format!("pose[{k}].{field}");
         if before.iter().any(|other| other.id == p.id) {
@@ -209,7 +210,7 @@ impl Reading<'_> {
         })
     }
 
-    /// The ways from home, all or none.
+    /// Reads the ways from home, all or none.
     fn ways(&self, plan: &PlanToml, poses: &[PlannedPose]) -> Result<Option<HomeWays>, FileError> {
         let Some(home) = &plan.home_deg else {
             if plan.way.is_empty() && plan.mastering_deg.is_none() && poses.iter().all(|p| p.via.is_empty()) {

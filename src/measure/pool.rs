@@ -1,4 +1,4 @@
-//! The pool: postures in which the arm can probe a ball; what a campaign is selected from.
+//! The pool: postures in which the arm can probe a ball, from which those of a campaign are selected.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,16 +20,16 @@ pub struct ProbedBall {
     pub id: String,
     /// Centre in the world, m.
     pub centre: Vector3<f64>,
-    /// The middle of the directions, in the world, from which it may be approached: away from its stem.
+    /// Central axis of the directions, in the world, from which it may be approached: away from its stem.
     pub outward: Unit<Vector3<f64>>,
-    /// The ball's own body among the [`Surroundings::fixed`], by name: the TriCal touches it, on purpose.
+    /// The ball's own body among the [`Surroundings::fixed`], by name: the TriCal touches it intentionally.
     pub body: Option<String>,
 }
 
-/// What is asked of the pool.
+/// Request for a pool.
 #[derive(Debug, Clone, Copy)]
 pub struct PoolRequest<'a> {
-    /// The robot as drawn.
+    /// The nominal model of the robot.
     pub robot: &'a Robot,
     /// Its nominal base in the world.
     pub base: &'a FramePose,
@@ -37,17 +37,17 @@ pub struct PoolRequest<'a> {
     pub tool: &'a FramePose,
     /// Balls to probe.
     pub balls: &'a [ProbedBall],
-    /// Along which, in the tool's axes, the TriCal retreats from a ball.
+    /// Direction in the tool's axes in which the TriCal retreats from a ball.
     pub approach: Unit<Vector3<f64>>,
-    /// How far it retreats, m.
+    /// Length of the retreat, m.
     pub approach_length: f64,
     /// Half-angle of the cone about a ball's outward direction in which the retreat must lie, rad; 70 deg is usual.
     pub cone: f64,
-    /// What must not be touched.
+    /// Bodies that must not be touched.
     pub surroundings: &'a Surroundings,
-    /// How far to keep from trouble.
+    /// Margins to keep.
     pub margins: Margins,
-    /// Postures wanted of each ball.
+    /// Number of postures requested for each ball.
     pub count_per_ball: usize,
     /// Seed.
     pub seed: u64,
@@ -56,7 +56,7 @@ pub struct PoolRequest<'a> {
 /// A posture in which a ball can be probed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// The ball, by its place in the request.
+    /// Index of the ball in the request.
     pub ball: usize,
     /// Joints that put the nominal TCP on the nominal ball, rad (N).
     pub q: Vec<f64>,
@@ -64,17 +64,17 @@ pub struct Candidate {
     pub q_approach: Vec<f64>,
 }
 
-/// Along the approach, clearance is looked at this often, m: about half the thinnest body of a cell.
+/// Interval at which the clearance of an approach is checked, m: about half the thinnest body of a cell.
 const APPROACH_STEP: f64 = 10.0 * MM;
 
-/// Postures from which each ball can be probed: `count_per_ball` of each, ball by ball, in order of draw; fewer of a ball that hardly
-/// one tool pose in a hundred can probe.
+/// Returns postures from which each ball can be probed: `count_per_ball` of each, ball by ball, in order of draw; fewer for a
+/// ball that can be probed by hardly one tool pose in a hundred.
 ///
-/// A draw puts the TCP on the ball, its retreat in a random direction of the cone, at a random turn about it, and looks at every
-/// branch of the inverse kinematics (of the whole turns of a joint one is taken at random).
+/// A draw puts the TCP on the ball, its retreat in a random direction of the cone, at a random rotation about it, and considers
+/// every branch of the inverse kinematics (of the whole turns of a joint one is chosen at random).
 ///
 /// # Errors
-/// When some ball cannot be probed at all, with the reasons; when a ball's body is not there.
+/// When some ball cannot be probed at all, with the reasons; when a ball's body does not exist.
 pub fn feasible_pool(request: &PoolRequest<'_>) -> Result<Vec<Candidate>, PoolError> {
     let mut pool = Vec::with_capacity(request.count_per_ball * request.balls.len());
     for (ball, probed) in request.balls.iter().enumerate() {
@@ -89,14 +89,14 @@ pub fn feasible_pool(request: &PoolRequest<'_>) -> Result<Vec<Candidate>, PoolEr
     Ok(pool)
 }
 
-/// How poses are turned into joints.
+/// Inverse kinematics of a robot.
 #[derive(Clone)]
 enum Inverse {
     ClosedForm { wrist: Box<SphericalWrist>, branches: Vec<Branch>, turns: Vec<[f64; 6]> },
     Iterative(InverseKinematics),
 }
 
-/// What one thread needs to try draws.
+/// State of one thread for trying draws.
 #[derive(Clone)]
 struct Prober {
     inverse: Inverse,
@@ -114,7 +114,7 @@ impl Prober {
         Ok(Prober { inverse, approach: Approach::new(request, ball)? })
     }
 
-    /// Draw `number` for a ball: the postures that hold, and why others do not.
+    /// Makes draw `number` for a ball: the feasible postures, and the reasons against the others.
     fn draw(&mut self, request: &PoolRequest<'_>, ball: usize, number: u64) -> (Vec<Candidate>, Refusals) {
         let mut random = stream(request.seed, Purpose::Ball(ball), number);
         let world_from_tool = random_pose(request, &request.balls[ball], &mut random);
@@ -159,17 +159,17 @@ impl Prober {
     }
 }
 
-/// The TCP on the ball, its retreat somewhere in the cone, turned anyhow about it.
+/// A pose with the TCP on the ball, its retreat in the cone, and a random rotation about the retreat.
 fn random_pose(request: &PoolRequest<'_>, ball: &ProbedBall, random: &mut ChaCha8Rng) -> Pose {
     let retreat = in_cone(&ball.outward, request.cone, random);
     let spin = Rotation3::from_axis_angle(&retreat, random.random_range(0.0..TAU));
     let upright = Rotation3::rotation_between(&request.approach, &retreat)
-        // Exactly opposite: half a turn about anything across.
+        // Exactly opposite: half a turn about any perpendicular axis.
         .unwrap_or_else(|| Rotation3::from_axis_angle(&across(&retreat), PI));
     Pose::from_parts(Translation3::from(ball.centre), spin * upright)
 }
 
-/// Judges postures on a ball and the straight way to them.
+/// Checks postures on a ball and their straight approach.
 #[derive(Clone)]
 struct Approach {
     posture: Posture,
@@ -201,7 +201,7 @@ impl Approach {
         self.clearance.is_clear(&self.posture, request.margins.clearance, self.excepted)
     }
 
-    /// The far end of the approach to the posture `q`, where both and all between are free.
+    /// The far end of the approach to the posture `q`, if both and the path between are free.
     fn far_end(&mut self, request: &PoolRequest<'_>, q: &[f64], refusals: &mut Refusals) -> Option<Vec<f64>> {
         if !self.is_clear(request, q) {
             refusals.touching += 1;
@@ -225,7 +225,7 @@ impl Approach {
     }
 }
 
-/// A direction within `half_angle` (rad) of `axis`, every patch of the sphere there equally likely.
+/// A random direction within `half_angle` (rad) of `axis`, uniform on the sphere.
 fn in_cone(axis: &Unit<Vector3<f64>>, half_angle: f64, random: &mut ChaCha8Rng) -> Unit<Vector3<f64>> {
     let height = 1.0 - random.random::<f64>() * (1.0 - half_angle.cos());
     let around = random.random_range(0.0..TAU);
@@ -236,7 +236,7 @@ fn in_cone(axis: &Unit<Vector3<f64>>, half_angle: f64, random: &mut ChaCha8Rng) 
     Unit::new_normalize(axis.into_inner() * height + (first.into_inner() * cos + second * sin) * radius)
 }
 
-/// A direction at right angles to `axis`.
+/// A direction perpendicular to `axis`.
 fn across(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     let away = Vector3::ith(axis.iamin(), 1.0);
     Unit::new_normalize(axis.cross(&away))

@@ -1,16 +1,16 @@
-//! Samples grouped by posture: the posture, not the row, is the unit of information. Repeats, and several targets seen from one posture,
-//! share what the arm does there.
+//! Samples grouped by posture: the posture, not the row, is the unit of information. Repeats, and several targets seen from one
+//! posture, share the errors of the arm there.
 
 use std::collections::HashMap;
 
 use super::{Dataset, Measured, Sample};
 use crate::units::DEG;
 
-/// Joint angles that differ by no more than this, rad, are one posture: what a controller repeats, and what it reports in hundredths of a
-/// degree.
+/// Largest difference of joint angles within one posture, rad: a controller's repeatability, and angles reported to hundredths
+/// of a degree.
 pub const SAME_POSTURE: f64 = 0.01 * DEG;
 
-/// Rounding of angles given in degrees, which must not part two that differ by exactly the tolerance.
+/// Rounding of angles given in degrees, which must not separate two that differ by exactly the tolerance.
 const ROUNDING: f64 = 1e-9;
 
 /// The groups of a list of samples. Groups are numbered in the order in which they first appear.
@@ -21,8 +21,9 @@ pub struct Postures {
 }
 
 impl Postures {
-    /// The postures of the samples that `takes` selects, in the order of the datasets: all joints within 0.01 deg, in one session of one
-    /// dataset; or one `repeat` name there. With `|s| Use::Fit.takes(s)` the order is that of the samples of a problem.
+    /// Groups the samples that `takes` selects by posture, in the order of the datasets: all joints within 0.01 deg, in one
+    /// session of one dataset; or one `repeat` name there. With `|s| Use::Fit.takes(s)` the order is that of the samples of a
+    /// problem.
     pub fn of(datasets: &[(&str, &Dataset)], takes: impl Fn(&Sample) -> bool) -> Self {
         let taken = || datasets.iter().enumerate().flat_map(|(d, (_, data))| data.samples.iter().map(move |s| (d, s)));
         let samples: Vec<(usize, &Sample)> = taken().filter(|(_, s)| takes(s)).collect();
@@ -33,8 +34,8 @@ impl Postures {
         alike.joined(names)
     }
 
-    /// Replicates: the same, but of the same target, payload and side of approach too, so that nothing but scatter tells them apart.
-    /// Samples of one `repeat` name are taken at their word.
+    /// Groups replicates: as [`Postures::of`], but with the same target, payload and direction of approach too, so that they
+    /// differ only by scatter. Samples with the same `repeat` name are accepted as replicates.
     pub fn replicates(datasets: &[(&str, &Dataset)], takes: impl Fn(&Sample) -> bool) -> Self {
         let taken = || datasets.iter().enumerate().flat_map(|(d, (_, data))| data.samples.iter().map(move |s| (d, s)));
         let samples: Vec<(usize, &Sample)> = taken().filter(|(_, s)| takes(s)).collect();
@@ -91,7 +92,7 @@ impl Postures {
         members
     }
 
-    /// Samples for every posture: at least 1.
+    /// Samples per posture: at least 1.
     pub fn repetition(&self) -> f64 {
         (self.of.len() as f64 / self.count.max(1) as f64).max(1.0)
     }
@@ -101,7 +102,7 @@ impl Postures {
         Postures { count: of.iter().max().map_or(0, |m| m + 1), of }
     }
 
-    /// Groups that share a name become one.
+    /// Joins groups that share a name.
     fn joined<N: Eq + std::hash::Hash>(self, names: impl Iterator<Item = Option<N>>) -> Self {
         let mut parent: Vec<usize> = (0..self.count).collect();
         let mut holder: HashMap<N, usize> = HashMap::new();
@@ -124,7 +125,7 @@ fn root(parent: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-/// Numbers in the order in which labels first appear.
+/// Numbers labels in the order in which they first appear.
 fn numbered<'a, T: Eq + std::hash::Hash + 'a>(labels: impl Iterator<Item = &'a T>) -> Vec<usize> {
     let mut known: HashMap<&T, usize> = HashMap::new();
     labels
@@ -135,8 +136,8 @@ fn numbered<'a, T: Eq + std::hash::Hash + 'a>(labels: impl Iterator<Item = &'a T
         .collect()
 }
 
-/// Parts of a group that a joint tells apart: first where its angles leave a gap, so that no posture is cut in two; where a sweep leaves
-/// none, in stretches of the tolerance. `None` when all angles lie within it.
+/// Splits a group by a joint: first where its angles leave a gap, so that no posture is divided; if a sweep leaves none, into
+/// stretches of the tolerance. `None` if all angles lie within it.
 fn split(joints: &[&[f64]], group: &[usize]) -> Option<Vec<Vec<usize>>> {
     if group.len() < 2 {
         return None;

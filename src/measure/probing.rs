@@ -1,4 +1,4 @@
-//! One probing: go to the approach pose, onto the ball, centre it, and always come back out.
+//! One probing: move to the approach pose, onto the ball, centre it, and always retreat.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -9,61 +9,62 @@ use crate::cell::{Indicator, Manipulator};
 /// A pose at which a ball is to be probed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlannedPose {
-    /// Unique name; the sample will carry it.
+    /// Unique name, also that of the sample.
     pub id: String,
-    /// The ball, by its place in the artifact.
+    /// The ball, by its index in the artifact.
     pub ball: usize,
-    /// The payload, by its place in the dataset.
+    /// The payload, by its index in the dataset.
     pub payload: usize,
-    /// Joints at which the nominal robot has the ball at its TCP, rad (N).
+    /// Joints at which the nominal robot has its TCP on the ball, rad (N).
     pub contact: Vec<f64>,
-    /// Joints straight back from there along the approach, clear of the ball, rad (N).
+    /// Joints at the end of the straight retreat along the approach, clear of the ball, rad (N).
     pub approach: Vec<f64>,
     /// Probed only in place of a pose on the same ball that failed.
     pub reserve: bool,
-    /// Name of an earlier pose: in the end every joint is to arrive from the side opposite to that of its sample.
+    /// Name of an earlier pose: every joint is to arrive finally in the direction opposite to that of its sample.
     pub reverses: Option<String>,
-    /// Joints by which the arm comes from the approach of the pose before it in the plan, rad; of the first of a payload, and of a reserve,
-    /// from home. None where it comes at once.
+    /// Joints through which the arm moves from the approach of the preceding pose of the plan, rad; for the first pose of a
+    /// payload, and for a reserve, from home. Empty if it moves directly.
     pub via: Vec<Vec<f64>>,
-    /// The least gap on that way and on the approach, m, where it is known.
+    /// The least gap on that path and on the approach, m, if known.
     pub clearance: Option<f64>,
 }
 
-/// Why a probing gave no measurement, and where that left the arm.
+/// Reason why a probing gave no measurement, and the resulting position of the arm.
 #[derive(Debug, Error, Clone, PartialEq, Serialize, Deserialize)]
 #[error("{reason}{}", if *backed_off { "" } else { "; the arm could not be backed off" })]
 pub struct ProbingFailure {
-    /// What went wrong first.
+    /// The first failure.
     pub reason: CentringFailure,
-    /// Whether the arm stands clear of the ball: back at the approach pose, or never gone past it.
+    /// True if the arm is clear of the ball: back at the approach pose, or never gone past it.
     pub backed_off: bool,
 }
 
-/// What came of a probing.
+/// Result of a probing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Probing {
-    /// The measurement, or why there is none.
+    /// The measurement, or the failure.
     pub outcome: Result<Centred, ProbingFailure>,
     /// Every stop of the arm, in order.
     pub iterations: Vec<Iteration>,
-    /// When it began, on the cell's clock, s.
+    /// Beginning on the cell's clock, s.
     pub started_s: f64,
-    /// How long it took, s.
+    /// Duration, s.
     pub duration_s: f64,
 }
 
 impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
-    /// Probes the ball at `pose` from wherever the arm is; `watch` hears of every stop as it happens.
+    /// Probes the ball at `pose` from any position of the arm; `watch` is called at every stop as it happens.
     ///
     /// The plungers must be free before contact and again after the retreat, else a stuck one could pass for a centred one. A
-    /// robot that is lost or stopped is told nothing more; in every other case the arm ends at the approach pose, if it obeys.
+    /// robot that is lost or stopped receives no further command; in every other case the arm ends at the approach pose, if it
+    /// obeys.
     pub fn probe(&mut self, pose: &PlannedPose, watch: &mut dyn FnMut(&Iteration)) -> Probing {
         self.probe_against(pose, &[], None, watch)
     }
 
-    /// The same, by way of the joints `via` (rad), in the end with every joint arriving against the `last_motion` (sign of each joint) of
-    /// another sample, where given.
+    /// As [`Self::probe`], but through the joints `via` (rad), and finally with every joint arriving in the direction opposite
+    /// to the `last_motion` (sign of each joint) of another sample, if given.
     pub fn probe_against(
         &mut self,
         pose: &PlannedPose,
@@ -89,7 +90,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
     ) -> Result<Centred, ProbingFailure> {
         let way = [via, std::slice::from_ref(&pose.approach)].concat();
         self.stop(Phase::Approach, &way, note, |cell, _, reading| cell.all_free(&reading?)).map_err(|reason| {
-            // Refused on a way of several motions, the arm may stand anywhere on it.
+            // If a path of several motions was refused, the arm may be anywhere on it.
             let known = reason.robot_obeys() && (via.is_empty() || !reason.is_robot_s());
             ProbingFailure { backed_off: known, reason }
         })?;
@@ -110,12 +111,12 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         }
     }
 
-    /// Moves back to the approach pose; whether it arrived, and whether the plungers came out again.
+    /// Moves back to the approach pose. Returns whether the arm arrived, and whether the plungers came out again.
     ///
-    /// One joint motion, not first a straight line along the tool. The segment between contact and approach was planned clear; the
-    /// centring ends a few millimetres beside it, and a joint motion from there closes on the planned one as it goes. A straight
-    /// line asks the controller for inverse kinematics again, which is just what may have failed (a joint limit, an unreachable
-    /// target), and along a tool axis that may be the very one that is wrong.
+    /// This is one joint motion, not first a straight line along the tool. The segment between contact and approach was planned
+    /// clear; the centring ends a few millimetres beside it, and a joint motion from there converges to the planned one. A
+    /// straight line would require the controller's inverse kinematics again, which may be just what failed (a joint limit, an
+    /// unreachable target), and along a tool axis that may be the wrong one.
     pub(super) fn retreat(
         &mut self,
         pose: &PlannedPose,

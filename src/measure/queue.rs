@@ -1,4 +1,4 @@
-//! Which pose comes next: those planned, then the reserves called in for those that failed.
+//! The order of poses at run time: those planned, then the reserves called in for those that failed.
 
 use std::collections::VecDeque;
 
@@ -10,22 +10,22 @@ pub(super) struct Queue<'a> {
     poses: &'a [PlannedPose],
     waiting: VecDeque<usize>,
     reserves: Vec<usize>,
-    /// Poses handed out, and not given back.
+    /// Poses taken, and not given back.
     pub done: usize,
     /// Poses skipped in a row.
     pub skipped: usize,
-    /// As it was before the first of them.
+    /// State before the first of them.
     before: Option<Box<Queue<'a>>>,
 }
 
 impl<'a> Queue<'a> {
-    /// All that is planned, in its order.
+    /// A queue of all planned poses, in their order.
     pub fn new(poses: &'a [PlannedPose]) -> Self {
         let (reserves, waiting): (Vec<usize>, Vec<usize>) = (0..poses.len()).partition(|&k| poses[k].reserve);
         Queue { poses, waiting: waiting.into(), reserves, done: 0, skipped: 0, before: None }
     }
 
-    /// Takes the next pose, by its place in the plan.
+    /// Takes the next pose, by its index in the plan.
     pub fn next(&mut self) -> Option<usize> {
         if self.skipped == 0 {
             self.before = None;
@@ -36,12 +36,12 @@ impl<'a> Queue<'a> {
         Some(place)
     }
 
-    /// The pose was centred.
+    /// Records that the pose was centred.
     pub fn centred(&mut self) {
         self.skipped = 0;
     }
 
-    /// The pose failed for good; a reserve on the same ball is called in, where there is one.
+    /// Records that the pose failed for good; a reserve on the same ball is called in, if there is one.
     pub fn skip(&mut self, place: usize) {
         self.skipped += 1;
         if let Some(k) = self.reserves.iter().position(|&r| self.poses[r].ball == self.poses[place].ball) {
@@ -49,13 +49,13 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// The pose is to be probed as if it never had been.
+    /// Returns the pose to the queue, to be probed as if it never had been.
     pub fn give_back(&mut self, place: usize) {
         self.waiting.push_front(place);
         self.done -= 1;
     }
 
-    /// All poses skipped in this row are to be probed as if they never had been.
+    /// Returns all poses skipped in this row to the queue, to be probed as if they never had been.
     pub fn give_back_skipped(&mut self) {
         if let Some(before) = self.before.take() {
             *self = *before;

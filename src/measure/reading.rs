@@ -1,10 +1,10 @@
-//! Reading an indicator in a workshop, where one answer in a thousand is lost or mangled.
+//! Reading of an indicator in a workshop, where one answer in a thousand is lost or garbled.
 
 use crate::cell::{Indicator, IndicatorError};
 
-/// Reads once; after a lost, mangled or faulty answer asks up to `retries` times more and counts each in `spent`.
+/// Reads once; after a lost, garbled or faulty answer makes up to `retries` further queries and counts each in `spent`.
 ///
-/// A plunger outside its range stays there however often one asks, so that is reported at once.
+/// A plunger outside its range stays there however often it is read, so that is reported at once.
 pub(super) fn read_patiently<I: Indicator>(
     indicator: &mut I,
     retries: usize,

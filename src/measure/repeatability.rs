@@ -1,8 +1,8 @@
-//! Going back to a ball again and again: what a robot repeats, and what each joint loses on reversal.
+//! Repeated returns to a ball: the robot's repeatability, and the lost motion of each joint on reversal.
 //!
-//! The ball is centred once, and the joints read there become the target. From then on the arm is only sent back to that target; it is
-//! not centred before it is read, which would undo what is measured. The three readings are the ball's centre in the tool frame, so
-//! their scatter is that of the attained position. ISO 9283 (1998), 7.2 asks for 30 cycles on one path.
+//! The ball is centred once, and the joints read there become the target. From then on the arm is only commanded back to that
+//! target; it is not centred before it is read, which would undo the effect measured. The three readings are the ball's centre
+//! in the tool frame, so their scatter is that of the attained position. ISO 9283 (1998), 7.2 requires 30 cycles on one path.
 
 use nalgebra::Vector3;
 
@@ -11,20 +11,20 @@ use crate::cell::{Indicator, Manipulator};
 use crate::robot::{FramePose, MdhEntry, Posture, Robot, Site, SiteIndex};
 use crate::units::{DEG, MM};
 
-/// How often the arm goes back, and from how far a joint arrives.
+/// Numbers of returns and arrivals, and size of the excursions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RepeatabilitySettings {
     /// Returns from the approach, at least 2. 30: ISO 9283.
     pub returns: usize,
-    /// Arrivals of every joint from each side, at least 2. 10: the interval is then 1.15 times as wide as with endless ones of the
-    /// same scatter and number.
+    /// Arrivals of every joint from each side, at least 2. 10: the interval is then 1.15 times as wide as with infinite degrees
+    /// of freedom, at the same scatter and number.
     pub reversals: usize,
-    /// Readings without any motion, at least 2: what the gauge itself scatters by.
+    /// Readings without any motion, at least 2: the scatter of the gauge itself.
     pub readings_at_rest: usize,
-    /// How far the TCP is moved by the joint that arrives from a side, m. 2 mm: inside the flat of the tips and the safe range, and at
-    /// the end of a 1 m arm ten times the lost motion of a poor joint.
+    /// Excursion of the TCP by the joint that arrives from a side, m. 2 mm: inside the flat of the tips and the safe range, and
+    /// at the end of a 1 m arm ten times the lost motion of a poor joint.
     pub aside: f64,
-    /// The most a joint steps aside, rad: one on whose axis the TCP lies would otherwise turn for ever.
+    /// Largest excursion of a joint, rad: one with the TCP on its axis would otherwise turn without limit.
     pub most_aside: f64,
 }
 
@@ -34,17 +34,17 @@ impl Default for RepeatabilitySettings {
     }
 }
 
-/// A posture on a ball to go back to.
+/// A posture on a ball, for repeated returns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Station {
-    /// Where it is and how it is approached.
+    /// The pose and its approach.
     pub pose: PlannedPose,
-    /// What one radian of each joint (N) moves the TCP by, tool axes, m, of the nominal arm.
+    /// Motion of the TCP per radian of each joint (N), tool axes, m, of the nominal arm.
     pub levers: Vec<Vector3<f64>>,
 }
 
 impl Station {
-    /// The station at a planned pose of the nominal arm.
+    /// Creates the station at a planned pose of the nominal arm.
     pub fn new(robot: &Robot, base: &FramePose, tool: &FramePose, pose: PlannedPose) -> Self {
         let mut posture = Posture::new(robot);
         posture.set(robot, base, tool, &pose.contact, &vec![0.0; SiteIndex::new(robot.joints()).len()]);
@@ -53,7 +53,7 @@ impl Station {
         Station { levers: (0..robot.joints()).map(lever).collect(), pose }
     }
 
-    /// How far joint `i` steps aside, rad.
+    /// Excursion of joint `i`, rad.
     fn aside(&self, i: usize, settings: &RepeatabilitySettings) -> f64 {
         (settings.aside / self.levers[i].norm().max(f64::MIN_POSITIVE)).min(settings.most_aside)
     }
@@ -68,41 +68,41 @@ pub struct Return {
     pub reading: Vector3<f64>,
 }
 
-/// One joint arriving from both sides, the others standing.
+/// One joint arriving from both sides, the others at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reversal {
-    /// Counted from 0.
+    /// Joint, counted from 0.
     pub joint: usize,
-    /// Arrived with growing angle.
+    /// Arrival with increasing angle.
     pub upwards: Return,
-    /// Arrived with falling angle.
+    /// Arrival with decreasing angle.
     pub downwards: Return,
 }
 
-/// What was measured at one station.
+/// The measurements at one station.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationRecord {
     /// The station.
     pub station: Station,
-    /// Joints that the arm was sent back to, rad (N).
+    /// Joints to which the arm was commanded back, rad (N).
     pub target: Vec<f64>,
-    /// Back from the approach, every joint from the same side each time.
+    /// Returns from the approach, with every joint from the same side each time.
     pub returns: Vec<Return>,
-    /// The ball centred after each return, as a campaign would.
+    /// The ball centred after each return, as in a campaign.
     pub centred: Vec<Centred>,
-    /// Arrivals from both sides: joint after joint, and again.
+    /// Arrivals from both sides: joint after joint, repeated.
     pub reversals: Vec<Reversal>,
-    /// Read again and again without a motion, m.
+    /// Repeated readings without a motion, m.
     pub at_rest: Vec<Vector3<f64>>,
-    /// How long it took on the cell's clock, s.
+    /// Duration on the cell's clock, s.
     pub duration_s: f64,
 }
 
 impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
-    /// Measures the repeatability and the lost motion of the arm at one station; `note` hears of every stop.
+    /// Measures the repeatability and the lost motion of the arm at one station; `note` is called at every stop.
     ///
     /// # Errors
-    /// When a probing there would fail: the ball is not met or lost, an indicator or the robot fails. The arm then stands at the
+    /// When a probing there would fail: the ball is not met or lost, an indicator or the robot fails. The arm is then at the
     /// approach pose, if it obeys.
     pub fn revisit(
         &mut self,
@@ -130,7 +130,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         Ok(record)
     }
 
-    /// Does something on the ball, and goes back to the approach pose whatever comes of it.
+    /// Runs a procedure on the ball, and moves back to the approach pose whatever its result.
     fn out_and_back(
         &mut self,
         pose: &PlannedPose,
@@ -147,7 +147,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         done.and(free).map_err(|reason| ProbingFailure { reason, backed_off })
     }
 
-    /// From the approach back to the target, read; then centred.
+    /// Moves from the approach back to the target and reads; then centres.
     fn return_and_centre(
         &mut self,
         record: &mut StationRecord,
@@ -159,7 +159,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         Ok(())
     }
 
-    /// Every joint from both sides, one at a time; then the gauge read at rest.
+    /// Moves every joint from both sides, one at a time; then reads the gauge at rest.
     fn reverse_all(
         &mut self,
         record: &mut StationRecord,
@@ -177,7 +177,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
                     self.arrive_at(&beside, note)?;
                     self.arrive_at(&target, note)
                 };
-                // Which side comes first changes from cycle to cycle: a drift then cancels in the mean.
+                // The order of the sides alternates from cycle to cycle: a drift then cancels in the mean.
                 let (upwards, downwards) = if cycle % 2 == 0 {
                     let upwards = arrive(1.0)?;
                     (upwards, arrive(-1.0)?)
@@ -199,7 +199,7 @@ impl<M: Manipulator, I: Indicator> CenteringController<M, I> {
         Ok(())
     }
 
-    /// Goes to these joints with the ball in the gauge, and reads.
+    /// Moves to these joints with the ball in the gauge, and reads.
     fn arrive_at(&mut self, target: &[f64], note: &mut dyn FnMut(&Iteration)) -> Result<Return, CentringFailure> {
         self.stop(Phase::Centring, &[target.to_vec()], note, |cell, at, reading| {
             let reading = reading?;

@@ -1,40 +1,40 @@
-//! How the readings answered a step, and what that says about the set-up.
+//! Response of the readings to a step, and the fault of the set-up that it indicates.
 //!
-//! A sound gauge on a sound tool frame obeys `change = -step`. Every fault of the set-up obeys `change = -H step` with another
-//! matrix `H`, as far as the plungers reach; the one that leaves the least unexplained is named.
+//! A correct gauge on a correct tool frame obeys `change = -step`. Every fault of the set-up obeys `change = -H step` with
+//! another matrix `H`, as far as the plungers reach; the one with the smallest unexplained remainder is reported.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::Suspicion;
 use crate::cell::TriCal;
 
-/// What a step that did not bring the ball closer looks like.
+/// Classification of a step that did not bring the ball closer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Response {
-    /// In the right direction, too far.
+    /// Right direction, too far.
     Overshoots,
-    /// One reading stands still.
+    /// One reading does not change.
     Stuck {
         /// Tool axis, counted from 0.
         axis: usize,
     },
-    /// In a wrong direction.
+    /// Wrong direction.
     Suspect(Suspicion),
 }
 
-/// Part of the step that a hypothesis may leave unexplained: an uncalibrated robot is off by a few per cent in direction and length,
-/// a rim contact by some more; the hypotheses differ among each other by 1 or more. One step shows one column of `H` only, so a turned
-/// tool frame can look like a sign or an exchange: the answer is a suspicion, for a person to check.
+/// Fraction of the step that a hypothesis may leave unexplained: an uncalibrated robot is off by a few per cent in direction
+/// and length, a rim contact by some more; the hypotheses differ from each other by 1 or more. One step shows only one column
+/// of `H`, so a rotated tool frame can look like a sign or an exchange: the answer is a suspicion, to be checked by a person.
 const UNEXPLAINED: f64 = 0.2;
 
 /// Readings before and after a step, m, tool axes.
 pub(super) struct Answer<'a> {
     pub trical: &'a TriCal,
-    /// What each indicator reads with nothing at its plunger, m.
+    /// Reading of each indicator without contact, m.
     pub free_reading: &'a [f64; 3],
     pub before: &'a Vector3<f64>,
     pub step: &'a Vector3<f64>,
-    /// Where a plunger is at an end of its travel, that end.
+    /// For a plunger at an end of its travel, that end.
     pub after: &'a Vector3<f64>,
 }
 
@@ -59,8 +59,8 @@ impl Answer<'_> {
         best.1
     }
 
-    /// What the indicators show of a ball that would read so if plungers had no ends and tips no rims. Signs and exchanges only mirror
-    /// and permute the axes, so that the distances from them are the same.
+    /// Readings for a ball whose centre is at `ball`, with the limits of the plungers' travel and the rims of the tips. Signs
+    /// and exchanges only mirror and permute the axes, so that the distances from them are the same.
     fn shown(&self, ball: &Vector3<f64>) -> Vector3<f64> {
         let TriCal { datum_radius, tip_radius, travel, .. } = *self.trical;
         Vector3::from_fn(|k, _| {
@@ -71,7 +71,7 @@ impl Answer<'_> {
             if beyond >= datum_radius {
                 return free;
             }
-            // The rim touches lower on the ball than the flat does.
+            // The rim touches the ball lower down than the flat does.
             let lower = datum_radius - (datum_radius.powi(2) - beyond.powi(2)).sqrt();
             (ball[k] - lower).clamp(free, free + travel)
         })
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::units::MM;
 
-    /// The answer of a set-up with that matrix to a step with three unlike components, the first `mm` long.
+    /// The response of a set-up with that matrix to a step with three unequal components, the first `mm` long.
     fn answered(h: Matrix3<f64>, mm: f64) -> Response {
         let (trical, free_reading) = (TriCal::PAPER, [TriCal::PAPER.free_reading(); 3]);
         let step = Vector3::new(1.0, -2.0, 0.7) * mm * MM;
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn each_fault_of_the_set_up_is_told_from_the_others() {
-        // Short, and so long that exchanged plungers come to their ends.
+        // A short step, and one so long that exchanged plungers reach their ends.
         for mm in [0.1, 2.4] {
             for (h, response) in hypotheses() {
                 assert_eq!(answered(h, mm), response, "{mm} mm");

@@ -1,4 +1,4 @@
-//! `samples.csv`: one row a measurement. Every mistake is one error that names line, column and remedy.
+//! `samples.csv`: one row per measurement. Every error names line, column and remedy.
 
 use std::collections::HashMap;
 use std::io::{BufReader, Read};
@@ -15,9 +15,9 @@ use crate::files::{FileError, Record, Rows, name_remedy, open_file};
 use crate::robot::Robot;
 use crate::units::{DEG, MM, UM, readable};
 
-/// Most rows: a measurement takes seconds, so this is years of them.
+/// Maximum number of rows: a measurement takes seconds, so this is years of them.
 const MOST_ROWS: usize = 10_000_000;
-/// How far a reported joint may lie outside its limits, rad: controllers round, and limits are given to the degree.
+/// Largest distance of a reported joint outside its limits, rad: controllers round, and limits are given to the degree.
 const LIMIT_MARGIN: f64 = 1.0 * DEG;
 
 /// Reads the rows into `dataset` (samples and names of the free columns), and every byte into `hash`.
@@ -59,7 +59,7 @@ pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256
     Ok(())
 }
 
-/// A reader that hashes what passes.
+/// A reader that hashes the bytes read.
 struct Hashed<'a, R> {
     input: R,
     hash: &'a mut Sha256,
@@ -94,7 +94,7 @@ impl<'a> Row<'a> {
         self.text(column).ok_or_else(|| self.error(column, "is empty", "fill it"))
     }
 
-    /// A finite number in SI, where there is one.
+    /// A finite number in SI, if there is one.
     fn number(&self, column: Column, unit: f64) -> Result<Option<f64>, FileError> {
         let Some(text) = self.text(column) else { return Ok(None) };
         match text.parse::<f64>() {
@@ -126,7 +126,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// Three numbers that a cell can have, of which the limits are in the unit of the columns.
+    /// Three plausible numbers; the limits are in the unit of the columns.
     fn vector(&self, component: fn(usize) -> Column, unit: f64, limits: [f64; 2]) -> Result<Option<Vector3<f64>>, FileError> {
         let numbers = self.numbers(component, 3, unit)?;
         for (k, value) in numbers.iter().flatten().enumerate() {
@@ -147,7 +147,7 @@ impl<'a> Row<'a> {
         values.into_iter().enumerate().map(sign).collect::<Result<_, _>>().map(Some)
     }
 
-    /// A number greater than zero that a cell can have, where there is one.
+    /// A plausible number greater than zero, if there is one.
     fn positive(&self, column: Column, unit: f64, limits: [f64; 2]) -> Result<Option<f64>, FileError> {
         let number = self.number(column, unit)?;
         self.possible(column, limits, number.map(|v| readable(v, unit)))?;
@@ -159,7 +159,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The place of a name in a list.
+    /// The index of a name in a list.
     fn named<'b>(
         &self,
         column: Column,
@@ -286,7 +286,7 @@ impl<'a> Row<'a> {
         })
     }
 
-    /// A number that a cell can have.
+    /// Checks that a number is plausible.
     fn possible(&self, column: Column, limits: [f64; 2], value: Option<f64>) -> Result<Option<f64>, FileError> {
         match value.and_then(|v| out_of_range(v, limits)) {
             Some(problem) => Err(self.error(column, problem, "give it in the unit of the column, or leave it empty")),

@@ -1,4 +1,4 @@
-//! The header of `samples.csv`: which columns there are, and where.
+//! The header of `samples.csv`: the columns present, and their positions.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::files::{FileError, Record, name_remedy, nearest_name};
 /// Prefix of a free column.
 const EXTRA: &str = "extra_";
 
-/// Which column stands where.
+/// Positions of the columns.
 pub(crate) struct Header {
     pub(super) names: Vec<String>,
     pub(super) place: HashMap<Column, usize>,
@@ -18,7 +18,7 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// A header of columns already known, then free ones.
+    /// A header of known columns, followed by free ones.
     pub fn new(columns: &[Column], extra: &[String]) -> Header {
         let names = columns.iter().map(|c| c.name()).chain(extra.iter().cloned()).collect();
         let place = columns.iter().enumerate().map(|(place, column)| (*column, place)).collect();
@@ -26,12 +26,11 @@ impl Header {
         Header { names, place, extra }
     }
 
-    /// As it stands in the first line of a file.
+    /// Parses the first line of a file.
     pub(super) fn parse(path: &Path, titles: &Record, dataset: &Dataset) -> Result<Header, FileError> {
         let joints = dataset.robot.joints();
         let error = |field: &str, problem: String, remedy: String| titles.wrong(path, field, problem, remedy);
-        let otherwise =
-            "separate them by commas and write decimal points, or bring the file in with `calibench import generic`";
+        let otherwise = "separate them by commas and write decimal points, or import the file by a column map";
         let names = titles.titles(path, otherwise)?;
         let known = Column::all(joints);
         let known_names: Vec<String> = known.iter().map(|c| c.name()).collect();

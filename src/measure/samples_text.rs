@@ -1,10 +1,10 @@
-//! `samples.csv` as it is written: the columns that some sample fills, in one order.
+//! Writing of `samples.csv`: the columns filled by some sample, in a fixed order.
 
 use super::columns::Column;
 use super::{Dataset, Measured, Sample, SampleSet};
 use crate::units::{DEG, MM, UM, readable};
 
-/// The file of a dataset's samples.
+/// The content of the file with a dataset's samples.
 pub(super) fn samples_text(dataset: &Dataset) -> Result<Vec<u8>, csv::Error> {
     let used: Vec<Column> = Column::all(dataset.robot.joints())
         .into_iter()
@@ -21,7 +21,7 @@ pub(super) fn samples_text(dataset: &Dataset) -> Result<Vec<u8>, csv::Error> {
     writer.into_inner().map_err(|e| e.into_error().into())
 }
 
-/// What is written for a column of a sample; empty where it has none. A name that is not in the dataset is written as its place.
+/// Text for a column of a sample; empty if it has none. A name that is not in the dataset is written as its index.
 fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
     fn name<'a>(list: impl Iterator<Item = &'a str>, place: usize) -> String {
         let mut list = list;
@@ -59,7 +59,7 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
     }
 }
 
-/// A quantity as a decimal number, in scientific notation where plain digits would be unreadable.
+/// Formats a quantity as a decimal number, in scientific notation where plain digits would be unreadable.
 pub(crate) fn number(si: f64, unit: f64) -> String {
     let value = readable(si, unit);
     let size = value.abs();

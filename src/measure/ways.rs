@@ -1,58 +1,37 @@
-//! Ways: how the arm gets from one posture to the next without touching anything.
+//! Ways: collision-free paths of the arm from one posture to the next.
 //!
-//! A controller's point-to-point motion turns all axes together, a straight line in joint space, so a way is a polyline of joint angles.
-//! Every posture has a way home; most are one motion. Between two postures the arm moves at once where that is clear, else by points of their
-//! two ways home, the earliest that serve: near home there is room.
+//! A controller's point-to-point motion moves all axes together, a straight line in joint space, so a way is a polyline of
+//! joint angles. Every posture has a way home; most are one motion. Between two postures the arm moves directly if that is
+//! clear, else through points of their two ways home, by the shortest combination that is clear: near home there is room.
 
 mod home;
 mod plan;
+mod polyline;
+mod request;
 mod search;
 mod whereabouts;
 
 pub use plan::{ArmAt, BlockedPose, HomeWays, WaysError, plan_ways};
+pub use polyline::turn;
+pub use request::WayRequest;
 pub use whereabouts::{Whereabouts, whereabouts};
 
-use crate::cell::Guards;
-use crate::robot::{Clearance, FramePose, Narrowest, Robot, Surroundings, SweptCheck};
-use crate::units::MM;
+use polyline::{length, part};
 use thiserror::Error;
 
-/// What a way is sought in, and how far it keeps from everything.
-#[derive(Debug, Clone, Copy)]
-pub struct WayRequest<'a> {
-    /// The robot as drawn.
-    pub robot: &'a Robot,
-    /// Its nominal base in the world.
-    pub base: &'a FramePose,
-    /// The TCP frame in the last frame.
-    pub tool: &'a FramePose,
-    /// What must not be touched.
-    pub surroundings: &'a Surroundings,
-    /// Gap to keep, m. Where an end of a way has less, the way has no less than that end.
-    pub margin: f64,
-    /// What the robot may be told at all, where that is known: limits with a margin, a box for the TCP.
-    pub guards: Option<&'a Guards>,
-    /// Seed of the search, where one is needed.
-    pub seed: u64,
-}
+use crate::robot::{Clearance, Narrowest, SweptCheck};
+use crate::units::MM;
 
-impl WayRequest<'_> {
-    /// Whether the guards let the arm move so.
-    fn is_allowed(&self, from: &[f64], to: &[f64]) -> bool {
-        self.guards.is_none_or(|guards| guards.joint_motion(from, to).is_ok())
-    }
-}
-
-/// Gap that ways keep, m: 3 mm of air, and 5 mm by which an arm that is not calibrated yet may stand elsewhere than drawn.
+/// Clearance of ways, m: 3 mm of gap, and 5 mm for the deviation of an uncalibrated arm from its nominal position.
 pub const WAY_MARGIN: f64 = 3.0 * MM + DRAWN_WITHIN;
 
-/// How far an arm that is not calibrated may stand from where it is drawn, m.
+/// Largest deviation of an uncalibrated arm from its nominal position, m.
 const DRAWN_WITHIN: f64 = 5.0 * MM;
 
 /// A way between two postures.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Way {
-    /// Joints that it leads by, rad; none where the arm moves at once.
+    /// Intermediate joints, rad; empty if the arm moves directly.
     pub via: Vec<Vec<f64>>,
     /// The narrowest gap on it; `None` where there are no two bodies to compare.
     pub narrowest: Option<Clearance>,
@@ -78,11 +57,11 @@ pub struct WayFinder<'a> {
     home: Vec<f64>,
 }
 
-/// Parts of the way home at which two ways home are joined.
+/// Fractions of the ways home at which two of them are joined.
 const JOINTS_AT: [f64; 7] = [0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0];
 
 impl<'a> WayFinder<'a> {
-    /// With a home posture, rad.
+    /// Creates a finder with a home posture, rad.
     pub fn new(request: WayRequest<'a>, home: Vec<f64>) -> Self {
         let WayRequest { robot, base, tool, surroundings, .. } = request;
         WayFinder { request, swept: SweptCheck::new(robot, base, tool, surroundings), home }
@@ -93,7 +72,7 @@ impl<'a> WayFinder<'a> {
         &self.home
     }
 
-    /// The way home.
+    /// Finds the way home.
     ///
     /// # Errors
     /// When none is found.
@@ -102,10 +81,10 @@ impl<'a> WayFinder<'a> {
         self.from_to(from, &home)
     }
 
-    /// That the arm, which may stand so far elsewhere than drawn, touches nothing in a posture.
+    /// Checks that the arm, within its deviation from the nominal position, touches nothing in a posture.
     ///
     /// # Errors
-    /// What is too near.
+    /// The bodies that are too close.
     pub fn stands(&mut self, at: &[f64]) -> Result<(), Blocked> {
         match self.narrowest(at, at, None) {
             Some(narrowest) if narrowest.clearance.distance < DRAWN_WITHIN => {
@@ -115,7 +94,7 @@ impl<'a> WayFinder<'a> {
         }
     }
 
-    /// The way between any two postures: direct, by a turn of some joints before the others, or searched for.
+    /// Finds the way between any two postures: direct, by moving some joints before the others, or by a search.
     ///
     /// # Errors
     /// When none is found.
@@ -140,10 +119,10 @@ impl<'a> WayFinder<'a> {
         self.checked(&path, margin)
     }
 
-    /// The way between two postures of which the ways home are known.
+    /// Finds the way between two postures with known ways home.
     ///
     /// # Errors
-    /// When none is found, which is when a way home is not clear.
+    /// When none is found, which happens when a way home is not clear.
     pub fn between(&mut self, from: (&[f64], &Way), to: (&[f64], &Way)) -> Result<Way, Blocked> {
         let margin = self.margin_between(from.0, to.0);
         let blocked = match self.leg(from.0, to.0, margin) {
@@ -164,17 +143,17 @@ impl<'a> WayFinder<'a> {
         joined.iter().find_map(|path| self.checked(path, margin).ok()).ok_or(blocked)
     }
 
-    /// The narrowest gap of one motion. What the arm carries may touch the standing body `except` (see [`SweptCheck::fixed_named`]).
+    /// The narrowest gap of one motion. The arm's load may touch the fixed body `except` (see [`SweptCheck::fixed_named`]).
     pub fn narrowest(&mut self, from: &[f64], to: &[f64], except: Option<usize>) -> Option<Narrowest> {
         self.swept.narrowest(from, to, f64::NEG_INFINITY, except)
     }
 
-    /// The place of a standing body by its name.
+    /// The index of a fixed body by its name.
     pub fn fixed_named(&self, name: &str) -> Option<usize> {
         self.swept.fixed_named(name)
     }
 
-    /// What a way between two postures has to keep: no end of it is asked to have more than it has.
+    /// The margin required between two postures: never more than either end has.
     fn margin_between(&mut self, from: &[f64], to: &[f64]) -> f64 {
         let ends = [from, to]
             .map(|q| self.swept.narrowest(q, q, f64::NEG_INFINITY, None).map_or(f64::INFINITY, |n| n.clearance.distance));
@@ -186,14 +165,14 @@ impl<'a> WayFinder<'a> {
             return Err(Blocked { narrowest: None });
         }
         let narrowest = self.swept.narrowest(from, to, margin, None).map(|n| n.clearance);
-        // An overlap is none, however little is asked.
+        // An overlap is never clear, however small the margin.
         match &narrowest {
             Some(gap) if gap.distance < margin || gap.distance <= 0.0 => Err(Blocked { narrowest }),
             _ => Ok(narrowest),
         }
     }
 
-    /// A polyline as a way, where it is clear.
+    /// Converts a polyline to a way, if it is clear.
     fn checked(&mut self, path: &[Vec<f64>], margin: f64) -> Result<Way, Blocked> {
         let mut narrowest: Option<Clearance> = None;
         for leg in path.windows(2) {
@@ -211,30 +190,4 @@ impl<'a> WayFinder<'a> {
     fn polyline(&self, from: &[f64], home: &Way) -> Vec<Vec<f64>> {
         [&[from.to_vec()], home.via.as_slice(), std::slice::from_ref(&self.home)].concat()
     }
-}
-
-/// How far the joints turn along a polyline, the slowest of each leg, rad.
-pub fn length(path: &[Vec<f64>]) -> f64 {
-    path.windows(2).map(|leg| turn(&leg[0], &leg[1])).sum()
-}
-
-/// The largest joint motion between two postures, rad: all joints move together, so it tells the time.
-pub fn turn(from: &[f64], to: &[f64]) -> f64 {
-    from.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
-
-/// The first part of a polyline, by a share of its length; its start alone for 0.
-fn part(path: &[Vec<f64>], share: f64) -> Vec<Vec<f64>> {
-    let mut left = share * length(path);
-    let mut taken = vec![path[0].clone()];
-    for leg in path.windows(2) {
-        let whole = turn(&leg[0], &leg[1]);
-        if left <= 0.0 {
-            break;
-        }
-        let share = if whole > 0.0 { (left / whole).min(1.0) } else { 1.0 };
-        taken.push(leg[0].iter().zip(&leg[1]).map(|(a, b)| a + share * (b - a)).collect());
-        left -= whole;
-    }
-    taken
 }

@@ -1,14 +1,17 @@
-//! The robots that need no file.
+//! The built-in robots.
 
-use nalgebra::Vector3;
+mod kr6_r700;
+mod panda;
+mod rows;
+mod ur10;
+mod ur5;
 
-use super::{Link, MdhLink, Robot, Solid, kr6_r700, panda, ur5, ur10};
-use crate::units::{DEG, MM};
+use super::Robot;
 
 /// Names of the built-in robots.
 pub const BUILT_IN: &[&str] = &["kr6_r700", "ur10", "ur5", "panda"];
 
-/// The built-in robot of that name.
+/// The built-in robot with this name.
 pub fn built_in(name: &str) -> Option<Robot> {
     match name {
         "kr6_r700" => Some(kr6_r700::robot()),
@@ -19,69 +22,17 @@ pub fn built_in(name: &str) -> Option<Robot> {
     }
 }
 
-/// A line of a robot's table, in the units of data sheets.
-pub(super) struct Row {
-    /// alpha_{i-1}, deg.
-    pub alpha_deg: f64,
-    /// a_{i-1}, mm.
-    pub a_mm: f64,
-    /// Joint offset, deg.
-    pub theta_deg: f64,
-    /// d_i, mm.
-    pub d_mm: f64,
-    /// Joint limits, deg.
-    pub limits_deg: [f64; 2],
-    /// Mass, kg.
-    pub mass_kg: f64,
-    /// Centre of mass in the link's MDH frame, mm.
-    pub com_mm: [f64; 3],
-}
-
-/// The links of a table.
-pub(super) fn links(rows: &[Row]) -> Vec<Link> {
-    let link = |row: &Row| Link {
-        mdh: MdhLink { alpha: row.alpha_deg * DEG, a: row.a_mm * MM, beta: 0.0, theta: row.theta_deg * DEG, d: row.d_mm * MM },
-        limits: row.limits_deg.map(|limit| limit * DEG),
-        mass: row.mass_kg,
-        com: Vector3::from(row.com_mm.map(|c| c * MM)),
-    };
-    rows.iter().map(link).collect()
-}
-
-/// A capsule of a frame, in mm.
-pub(super) fn capsule(name: &str, frame: usize, from_mm: [f64; 3], to_mm: [f64; 3], radius_mm: f64) -> Solid {
-    Solid::capsule(name, frame, [from_mm, to_mm].map(|end| Vector3::from(end.map(|c| c * MM))), radius_mm * MM)
-}
-
-/// A centre of mass in the distal DH frame of its link, mm, and that frame's twist alpha_i in quarter turns.
-pub(super) type Distal = ([f64; 3], i32);
-
-/// The links of a table whose centres of mass are published in distal DH frames: `com_mdh = Tx(a_i) Rx(alpha_i) com_distal`, where
-/// a_i is that of the *next* MDH line. Twists come in quarter turns, so that no rounding enters.
-pub(super) fn links_of_distal(rows: &[Row], centres: &[Distal]) -> Vec<Link> {
-    let mut links = links(rows);
-    for (i, &([x, y, z], quarter_turns)) in centres.iter().enumerate() {
-        let a_mm = rows.get(i + 1).map_or(0.0, |next| next.a_mm);
-        let com_mm = match quarter_turns {
-            1 => [a_mm + x, -z, y],
-            -1 => [a_mm + x, z, -y],
-            _ => [a_mm + x, y, z],
-        };
-        links[i].com = Vector3::from(com_mm.map(|c| c * MM));
-    }
-    links
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
 
-    use nalgebra::{Rotation3, Translation3};
+    use nalgebra::{Rotation3, Translation3, Vector3};
 
     use super::*;
     use crate::robot::{ClearanceCheck, FramePose, Loads, Payload, Pose, Posture, SiteIndex, Surroundings, world_from_tool};
+    use crate::units::{DEG, MM};
 
-    /// Poses are given to 0.1 um and 0.0001 deg.
+    /// Poses are stated to 0.1 um and 0.0001 deg.
     const POSITION: f64 = 0.6e-4 * MM;
     const ANGLE: f64 = 0.6e-4 * DEG;
 
@@ -89,7 +40,7 @@ mod tests {
     fn kr6_flange_stands_where_kuka_says() {
         let robot = built_in("kr6_r700").unwrap();
         let kuka_flange = FramePose { rz_ry_rx: [0.0, PI, 0.0], ..FramePose::default() };
-        // Joints (deg), X Y Z (mm), A B C (deg): upright home, horizontal, stretched up, and one of no symmetry.
+        // Joints (deg), X Y Z (mm), A B C (deg): upright home, horizontal, stretched upwards, and one without symmetry.
         let poses = [
             ([0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [785.0, 0.0, 435.0], [0.0, 90.0, 0.0]),
             ([0.0, -90.0, 90.0, 0.0, 0.0, 0.0], [470.0, 0.0, 750.0], [0.0, 90.0, 0.0]),
@@ -111,7 +62,7 @@ mod tests {
 
     #[test]
     fn every_robot_has_limits_masses_and_a_sensible_weight() {
-        // Moving mass, kg: the scaled surrogate; the sums of the makers' tables.
+        // Moving mass, kg: the scaled surrogate; the sums of the manufacturers' tables.
         for (name, moving) in [("kr6_r700", 34.09), ("ur10", 28.435), ("ur5", 17.0489), ("panda", 16.062)] {
             let robot = built_in(name).unwrap();
             assert_eq!(robot.name, name);
@@ -124,7 +75,8 @@ mod tests {
         assert!(BUILT_IN.iter().all(|name| built_in(name).is_some()) && built_in("kr5").is_none());
     }
 
-    /// Torques at rest that follow from the published tables by hand: arm stretched horizontally, moments of all weights beyond joint 2.
+    /// Static torques computed by hand from the published tables: arm stretched horizontally, moments of all weights beyond
+    /// joint 2.
     #[test]
     fn ur10_shoulder_holds_the_stretched_arm() {
         let robot = built_in("ur10").unwrap();
@@ -132,10 +84,10 @@ mod tests {
         let none = vec![0.0; SiteIndex::new(6).len()];
         posture.set(&robot, &FramePose::default(), &FramePose::default(), &[0.0; 6], &none);
         let mut loads = Loads::new(6);
-        loads.weigh(&robot, &posture, &Payload::none(), &Vector3::new(0.0, 0.0, -9.81), &Vector3::zeros());
+        loads.compute(&robot, &posture, &Payload::none(), &Vector3::new(0.0, 0.0, -9.81), &Vector3::zeros());
         // All links lie along -x: 12.7 kg at 0.232 m, 4.27 kg at 0.612 + 0.3323 m, the wrist's 4.365 kg at 1.1843 m.
         let moment = 9.81 * (12.7 * 0.232 + 4.27 * 0.9443 + 4.365 * 1.1843);
-        // z2 points to -y, and a weight at -x turns the arm down about -y: the load is positive.
+        // z2 points to -y, and a weight at -x rotates the arm down about -y: the load is positive.
         assert!((loads.tau[1] - moment).abs() < 1e-9, "{} against {moment}", loads.tau[1]);
     }
 

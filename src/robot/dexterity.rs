@@ -1,4 +1,4 @@
-//! How far a posture is from a singularity.
+//! Distance of a posture from a singularity.
 
 use nalgebra::{Matrix6, SymmetricEigen};
 
@@ -6,9 +6,9 @@ use super::Posture;
 use super::inverse::LEVER;
 use super::rel_tool::screw;
 
-/// The smallest singular value of the 6 x N Jacobian, angles of the tool taken at a lever of 0.3 m: how far (m) the tool moves per
-/// radian of the joints in its most reluctant direction. It falls to zero at the wrist's, the elbow's and the shoulder's singularity
-/// alike, on any arm.
+/// The smallest singular value of the 6 x N Jacobian, with angles of the tool multiplied by a lever of 0.3 m: the motion of
+/// the tool (m) per radian of the joints in its least mobile direction. It falls to zero at wrist, elbow and shoulder
+/// singularities alike, on any arm.
 pub fn dexterity(posture: &Posture, joints: usize) -> f64 {
     let mut gram = Matrix6::zeros();
     for i in 0..joints {

@@ -1,10 +1,10 @@
-//! A frame in the world as its axes and its origin, alone and several side by side.
+//! A frame in the world given by its axes and origin, single or batched.
 
 use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
 use pulp::Simd;
 
-use super::lanes::{Axes, Group, Vector};
 use super::{FramePose, Pose};
+use crate::math::simd::{Axes, Group, Vector};
 
 /// A frame as its three axes and its origin, in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ impl Frame {
         Frame { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), o: Vector3::zeros() }
     }
 
-    /// Axes and origin of a transform.
+    /// The frame of a transform.
     pub fn from_pose(pose: &Pose) -> Self {
         let r = pose.rotation.matrix();
         Frame {
@@ -67,40 +67,40 @@ impl Frame {
     }
 }
 
-/// Vectors of `L` postures side by side, so that a loop over the lanes fills the lanes of a processor's registers.
+/// Vectors of a batch of `L` postures, laid out so that a loop over the lanes fills a processor's registers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vectors<const L: usize> {
-    /// Of each posture.
+    /// x of each posture.
     pub x: [f64; L],
-    /// Of each posture.
+    /// y of each posture.
     pub y: [f64; L],
-    /// Of each posture.
+    /// z of each posture.
     pub z: [f64; L],
 }
 
 impl<const L: usize> Vectors<L> {
-    /// All of them zero.
+    /// All zero.
     pub const ZERO: Self = Vectors { x: [0.0; L], y: [0.0; L], z: [0.0; L] };
 
-    /// That of one posture.
+    /// The vector of one posture.
     #[inline(always)]
     pub fn at(&self, lane: usize) -> Vector3<f64> {
         Vector3::new(self.x[lane], self.y[lane], self.z[lane])
     }
 
-    /// Replaces that of one posture.
+    /// Replaces the vector of one posture.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, v: &Vector3<f64>) {
         (self.x[lane], self.y[lane], self.z[lane]) = (v.x, v.y, v.z);
     }
 
-    /// Those of a group.
+    /// The vectors of a group.
     #[inline(always)]
     pub(super) fn of<S: Simd>(&self, group: Group<S>) -> Vector<S> {
         Vector { x: group.of(&self.x), y: group.of(&self.y), z: group.of(&self.z) }
     }
 
-    /// Replaces those of a group.
+    /// Replaces the vectors of a group.
     #[inline(always)]
     pub(super) fn put_all<S: Simd>(&mut self, group: Group<S>, v: Vector<S>) {
         group.put(&mut self.x, v.x);
@@ -109,7 +109,7 @@ impl<const L: usize> Vectors<L> {
     }
 }
 
-/// Frames of `L` postures side by side.
+/// Frames of a batch of `L` postures.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Frames<const L: usize> {
@@ -120,20 +120,20 @@ pub(super) struct Frames<const L: usize> {
 }
 
 impl<const L: usize> Frames<L> {
-    /// The world frame in each.
+    /// The world frame in each lane.
     pub fn identity() -> Self {
         let mut frames = Frames { x: Vectors::ZERO, y: Vectors::ZERO, z: Vectors::ZERO, o: Vectors::ZERO };
         (0..L).for_each(|lane| frames.put(lane, &Frame::identity()));
         frames
     }
 
-    /// That of one posture.
+    /// The frame of one posture.
     #[inline(always)]
     pub fn at(&self, lane: usize) -> Frame {
         Frame { x: self.x.at(lane), y: self.y.at(lane), z: self.z.at(lane), o: self.o.at(lane) }
     }
 
-    /// Replaces that of one posture.
+    /// Replaces the frame of one posture.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, frame: &Frame) {
         self.x.put(lane, &frame.x);
@@ -142,13 +142,13 @@ impl<const L: usize> Frames<L> {
         self.o.put(lane, &frame.o);
     }
 
-    /// Those of a group.
+    /// The frames of a group.
     #[inline(always)]
     pub fn of<S: Simd>(&self, group: Group<S>) -> Axes<S> {
         Axes { x: self.x.of(group), y: self.y.of(group), z: self.z.of(group), o: self.o.of(group) }
     }
 
-    /// Replaces those of a group.
+    /// Replaces the frames of a group.
     #[inline(always)]
     pub fn put_all<S: Simd>(&mut self, group: Group<S>, axes: &Axes<S>) {
         self.x.put_all(group, axes.x);

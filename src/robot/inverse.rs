@@ -1,25 +1,25 @@
-//! Inverse kinematics by iteration, for any chain and any model of it: redundant arms, and arms with identified deviations.
+//! Iterative inverse kinematics for any chain and model: redundant arms, and arms with identified deviations.
 //!
-//! Levenberg-Marquardt on the six numbers of the pose error, `dq = J^T (J J^T + lambda I)^-1 e`, which is also the shortest step
-//! of a redundant arm (Nakamura and Hanafusa 1986); joints pressed against a limit are held there.
+//! Levenberg-Marquardt on the six components of the pose error, `dq = J^T (J J^T + lambda I)^-1 e`, which is also the
+//! shortest step of a redundant arm (Nakamura and Hanafusa 1986); joints pressed against a limit are held there.
 
 use nalgebra::{Matrix6, Matrix6xX, UnitQuaternion, Vector6};
 
 use super::rel_tool::screw;
 use super::{FramePose, Pose, Posture, Robot, SiteIndex};
 
-/// Anything that says where the tool is and how it moves with each joint: the nominal arm, or a calibrated one.
+/// A kinematic model that gives the pose of the tool and its motion with each joint: the nominal arm, or a calibrated one.
 pub trait Kinematics {
     /// Number of joints.
     fn joints(&self) -> usize;
 
-    /// `world_from_tool` at joints `q` (rad, N). Fills column i of `jacobian` (6 x N) with the TCP's velocity (m/rad) over the
-    /// tool's angular velocity (rad/rad), world axes, as joint i turns. It may leave out small terms: the solution is exact all the
-    /// same, only later.
+    /// `world_from_tool` at joints `q` (rad, N). Fills column i of `jacobian` (6 x N) with the TCP's velocity (m/rad) over
+    /// the tool's angular velocity (rad/rad), world axes, for a motion of joint i. Small terms may be omitted: the solution
+    /// remains exact, only convergence slows.
     fn evaluate(&mut self, q: &[f64], jacobian: &mut Matrix6xX<f64>) -> Pose;
 }
 
-/// An arm with deviations that do not depend on its posture; none at all for the nominal arm.
+/// An arm with deviations independent of its posture; none for the nominal arm.
 #[derive(Debug, Clone)]
 pub struct Chain<'a> {
     robot: &'a Robot,
@@ -30,12 +30,12 @@ pub struct Chain<'a> {
 }
 
 impl<'a> Chain<'a> {
-    /// The arm as drawn.
+    /// The nominal arm.
     pub fn nominal(robot: &'a Robot, base: &FramePose, tool: &FramePose) -> Self {
         Chain::deviating(robot, base, tool, vec![0.0; SiteIndex::new(robot.joints()).len()])
     }
 
-    /// The arm with these deviations (one SI number a site, see [`SiteIndex`]).
+    /// The arm with these deviations (one SI value per site, see [`SiteIndex`]).
     pub fn deviating(robot: &'a Robot, base: &FramePose, tool: &FramePose, deviations: Vec<f64>) -> Self {
         Chain { robot, base: *base, tool: *tool, deviations, posture: Posture::new(robot) }
     }
@@ -57,38 +57,39 @@ impl Kinematics for Chain<'_> {
 
 /// How the search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Outcome {
     /// The pose is met.
     Converged,
-    /// It would be met, or come nearer, if this joint (counted from 0) could go beyond its limit.
+    /// It would be met, or approached, if this joint (counted from 0) could go beyond its limit.
     JointLimit(usize),
-    /// No small motion of any joint comes nearer; from another start it may.
+    /// No small motion of any joint comes nearer; from another start one may.
     Unreachable,
-    /// Still coming nearer when the steps were used up.
+    /// Still coming nearer when the step limit was reached.
     NotConverged,
 }
 
-/// Where the search ended.
+/// The end point of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// Joint angles, inside the limits, rad (N).
     pub q: Vec<f64>,
     /// How it ended.
     pub outcome: Outcome,
-    /// Steps taken.
+    /// Number of steps.
     pub steps: usize,
-    /// Distance of the TCP still to go, m.
+    /// Remaining distance of the TCP, m.
     pub position_error: f64,
-    /// Angle of the tool still to go, rad.
+    /// Remaining angle of the tool, rad.
     pub rotation_error: f64,
 }
 
-/// The search, kept between targets so that only solutions are allocated.
+/// The solver, reused between targets so that only solutions are allocated.
 #[derive(Debug, Clone)]
 pub struct InverseKinematics {
-    /// Position (m) and angle (rad) to be met.
+    /// Tolerance of position (m) and angle (rad).
     pub tolerance: [f64; 2],
-    /// Steps allowed.
+    /// Step limit.
     pub most_steps: usize,
     jacobian: Matrix6xX<f64>,
     tried: Matrix6xX<f64>,
@@ -97,17 +98,19 @@ pub struct InverseKinematics {
     held: Vec<bool>,
 }
 
-/// Lever, m, that makes metres of radians in the error: about the size of a hand and its tool, so that neither is neglected.
+/// Lever, m, that converts radians to metres in the error: about the size of a hand and its tool, so that neither is
+/// neglected.
 pub(super) const LEVER: f64 = 0.3;
-/// Damping (m²) to begin with, its floor, and where the search is given up; the arm's J J^T is of order 0.1 m².
+/// Initial damping (m²), its lower limit, and the value at which the search is abandoned; the arm's J J^T is of order 0.1
+/// m².
 const DAMPING: [f64; 3] = [1e-4, 1e-14, 1e4];
-/// The largest joint motion in one step, rad: beyond it the linear picture is worthless.
+/// The largest joint motion in one step, rad: the linearisation is not valid beyond.
 const LARGEST_STEP: f64 = 0.5;
-/// Slope over error, below which nothing comes nearer.
+/// Ratio of slope to error below which no motion comes nearer.
 const FLAT: f64 = 1e-7;
 
 impl InverseKinematics {
-    /// For arms of `joints` joints; poses are met to 1e-11 m and rad in at most 200 steps.
+    /// Creates a solver for arms with `joints` joints; poses are met to 1e-11 m and rad in at most 200 steps.
     pub fn new(joints: usize) -> Self {
         InverseKinematics {
             tolerance: [1e-11; 2],
@@ -120,7 +123,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Seeks joints that put the tool at `world_from_tool`, from `start` (rad, N), inside `limits` (rad, N).
+    /// Searches for joints that put the tool at `world_from_tool`, from `start` (rad, N), inside `limits` (rad, N).
     pub fn solve(
         &mut self,
         kinematics: &mut impl Kinematics,
@@ -176,7 +179,8 @@ impl InverseKinematics {
         error.fixed_rows::<3>(0).norm() < position && error.fixed_rows::<3>(3).norm() < rotation * LEVER
     }
 
-    /// Sets `next` one damped step on, holding the joints that press against a limit; the slope of the free ones.
+    /// Sets `next` to the result of one damped step, holding the joints that press against a limit; returns the slope of
+    /// the free ones.
     fn step(&mut self, error: &Vector6<f64>, damping: f64, limits: &impl Fn(usize) -> [f64; 2]) -> f64 {
         let n = self.q.len();
         self.held.fill(false);
@@ -210,15 +214,15 @@ impl InverseKinematics {
     }
 }
 
-/// Position and turn still to go, world axes; the turn in metres at the lever.
+/// Remaining translation and rotation, world axes; the rotation in metres at the lever.
 fn pose_error(is: &Pose, wanted: &Pose) -> Vector6<f64> {
     let slide = wanted.translation.vector - is.translation.vector;
-    // By way of the quaternion: the angle from a matrix's trace is blind below 1e-8 rad.
+    // Via the quaternion: the angle from a matrix's trace has no resolution below 1e-8 rad.
     let turn = UnitQuaternion::from_rotation_matrix(&(wanted.rotation * is.rotation.inverse())).scaled_axis() * LEVER;
     Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
 }
 
-/// Gives the rotation rows of a Jacobian the lever of the error.
+/// Multiplies the rotation rows of a Jacobian by the lever of the error.
 fn level(jacobian: &mut Matrix6xX<f64>) {
     jacobian.rows_mut(3, 3).scale_mut(LEVER);
 }
@@ -265,7 +269,7 @@ mod tests {
                     assert_eq!(robot.outside_limits(&found.q, 0.0), None);
                 }
             }
-            // Some starts lie beyond a singularity or in the dead end of a limit.
+            // Some starts lie beyond a singularity, or lead to a limit.
             assert!(converged >= 90, "{name}: {converged} of 100");
         }
     }
@@ -280,7 +284,7 @@ mod tests {
         let far = Pose::from_parts(Translation3::new(2.0, 0.2, 0.5), near.rotation);
         let found = InverseKinematics::new(6).solve(&mut arm, &far, &q, limits(&robot));
         assert_ne!(found.outcome, Outcome::Converged);
-        // The arm reaches about 0.785 m from the axis; the compromise with the turn costs a little.
+        // The arm reaches about 0.785 m from the axis; the compromise with the rotation costs a little.
         assert!(found.position_error > 1.1 && found.position_error < 1.6, "{found:?}");
     }
 

@@ -1,47 +1,50 @@
-//! Forward kinematics of a deviating arm, and the exact columns of its position Jacobian, of one posture or of several at once.
+//! Forward kinematics of a deviating arm, and the exact columns of its position Jacobian, for one posture or batched.
 //!
-//! `T_world_tool = T(base) * prod_i [ flex_{i-1} Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d) ] * flex_n * tool` (paper Eq. 1, 2, 5, 6).
+//! `T_world_tool = T(base) * prod_i [ flex_{i-1} Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d) ] * flex_n * tool`
+//! (paper Eq. 1, 2, 5, 6).
 //!
-//! What is written here works on a number of each of several [`Postures`], in lanes; the [`Posture`] is the instance of one lane, and has
-//! the bytes that it has among others.
+//! The code here works on [`Postures`], with one number per posture in each lane; the [`Posture`] is the instance with one
+//! lane, and gives the same bytes as in a batch.
 
 mod jacobian;
-mod lines;
+mod mdh_rows;
 mod posture;
 
 use nalgebra::Vector3;
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-use self::lines::{Lines, Trigs};
+use self::mdh_rows::{CachedSinCos, MdhRows};
 pub use self::posture::Posture;
 use super::frame::Frames;
-use super::lanes::{Axes, Group, Vector, fill_registers};
-use super::{Frame, FramePose, Pose, Robot, SiteIndex, Vectors, turns};
+use super::{Frame, FramePose, Pose, Robot, SiteIndex, Vectors};
+use crate::math::simd::{Axes, Group, Vector, fill_registers};
+use crate::math::sincos;
 
-/// The arm in `L` postures at once: all its frames, the TCP, and the column of any site. Reused from sample to sample without allocation.
+/// A batch of `L` postures of the arm: all its frames, the TCP, and the column of any site. Reused from sample to sample
+/// without allocation.
 ///
-/// Joints, deviations and what comes out of them are lists of `[f64; L]`, a number a posture.
+/// Joints, deviations and results are lists of `[f64; L]`, one number per posture.
 #[derive(Debug, Clone)]
 pub struct Postures<const L: usize> {
     sites: SiteIndex,
-    /// Rz, Ry, Rx of the base, of which frame 0 keeps the axes: a base seldom turns between samples.
-    base_turned: [Trigs<L>; 3],
+    /// Rz, Ry, Rx of the base, cached because a base seldom rotates between samples; frame 0 keeps their axes.
+    base_turned: [CachedSinCos<L>; 3],
     /// Frame k before its flex displacement; 0 is the base.
     rigid: Vec<Frames<L>>,
-    /// Frame k after it; only kept up when something flexes.
+    /// Frame k after it; maintained only if something flexes.
     flexed: Vec<Frames<L>>,
     flexible: bool,
     /// Rz and Ry of each flex displacement.
-    flex_turned: Vec<[Trigs<L>; 2]>,
-    lines: Vec<Lines<L>>,
+    flex_turned: Vec<[CachedSinCos<L>; 2]>,
+    lines: Vec<MdhRows<L>>,
     /// TCP in the last frame.
     tool: Vectors<L>,
     tcp: Vectors<L>,
 }
 
-/// What a batch of postures is made of, one number a posture.
+/// The definition of a batch of postures, one number per posture.
 #[derive(Debug, Clone, Copy)]
-pub struct Stances<'a, const L: usize> {
+pub struct BatchInput<'a, const L: usize> {
     /// Nominal base in the world: x, y, z (m), rz, ry, rx (rad).
     pub base: &'a [[f64; L]; 6],
     /// TCP in the last frame, m.
@@ -58,32 +61,32 @@ impl<const L: usize> Postures<L> {
         let n = robot.joints();
         Postures {
             sites: SiteIndex::new(n),
-            base_turned: [Trigs::ZERO; 3],
+            base_turned: [CachedSinCos::ZERO; 3],
             rigid: vec![Frames::identity(); n + 1],
             flexed: vec![Frames::identity(); n + 1],
             flexible: false,
-            flex_turned: vec![[Trigs::ZERO; 2]; n + 1],
-            lines: vec![Lines::ZERO; n],
+            flex_turned: vec![[CachedSinCos::ZERO; 2]; n + 1],
+            lines: vec![MdhRows::ZERO; n],
             tool: Vectors::ZERO,
             tcp: Vectors::ZERO,
         }
     }
 
-    /// Moves the arm to all of them.
+    /// Moves the arm to all postures.
     #[inline]
-    pub fn set_all(&mut self, robot: &Robot, stances: &Stances<'_, L>) {
-        let Stances { base, tool, q, deviations } = *stances;
+    pub fn set_all(&mut self, robot: &Robot, stances: &BatchInput<'_, L>) {
+        let BatchInput { base, tool, q, deviations } = *stances;
         if fill_registers::<L>() {
             Arch::new().dispatch(Shaped { postures: self, robot, stances });
         } else {
-            // One lane is no vector: the compiler would gather its numbers into one all the same.
+            // A single lane needs no vectors, but the compiler would vectorise it anyway.
             self.shape(robot, base, tool, deviations);
         }
         self.turn_all(robot, q, deviations);
     }
 
-    /// Turns the joints to `q` (rad, N) where base, tool and links are as they were set last: of the deviations, only those of the
-    /// joints' angles are other than they were then.
+    /// Turns the joints to `q` (rad, N) with base, tool and links as last set: only the deviations of the joints' angles
+    /// may differ from those given then.
     #[inline]
     pub fn turn_all(&mut self, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
         Arch::new().dispatch(Turned { postures: self, robot, q, deviations });
@@ -110,7 +113,8 @@ impl<const L: usize> Postures<L> {
         self.tool = Vectors { x: plus(0), y: plus(1), z: plus(2) };
     }
 
-    /// Turns the joints, in the lanes of `simd`; several joints of one posture may fill the registers that the processor has at its `widest`.
+    /// Turns the joints, in the lanes of `simd`; several joints of one posture may fill the registers of the processor's
+    /// `widest` instruction set.
     #[inline(always)]
     fn turn<S: Simd>(&mut self, simd: S, widest: impl Simd, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
         let n = robot.joints();
@@ -123,12 +127,12 @@ impl<const L: usize> Postures<L> {
                 group.put(&mut lines.theta.angle, angle);
             }
         }
-        // All sines first: between their calls the frames would leave the registers.
+        // All sines and cosines first: calls to them would force the frames out of the registers.
         self.find_sines(widest);
         self.lay_out(simd, deviations);
     }
 
-    /// Finds the frames, from base to flange.
+    /// Computes the frames, from base to flange.
     #[inline(always)]
     fn lay_out<S: Simd>(&mut self, simd: S, deviations: &[[f64; L]]) {
         let n = self.lines.len();
@@ -181,31 +185,31 @@ impl<const L: usize> Postures<L> {
         self.base_turned.iter_mut().zip(&chi[3..]).for_each(|(turned, angle)| turned.turn(angle));
     }
 
-    /// Finds the sines and cosines of all joints.
+    /// Computes the sines and cosines of all joints.
     #[inline(always)]
     fn find_sines<S: Simd>(&mut self, simd: S) {
         let mut far = false;
         if fill_registers::<L>() {
-            // The registers hold a joint of several postures,
-            for Lines { theta, .. } in &mut self.lines {
-                far |= turns::any_far(&theta.angle);
+            // Registers filled with a joint of several postures,
+            for MdhRows { theta, .. } in &mut self.lines {
+                far |= sincos::any_far(&theta.angle);
                 for first in (0..L).step_by(S::F64_LANES) {
                     let group = Group::new(simd, first);
-                    let (sin, cos) = turns::sin_cos(group.of(&theta.angle));
+                    let (sin, cos) = sincos::sincos(group.of(&theta.angle));
                     group.put(&mut theta.sin, sin);
                     group.put(&mut theta.cos, cos);
                 }
             }
         } else {
-            // or several joints of a posture.
-            for lines in self.lines.chunks_mut(turns::AT_ONCE / L) {
-                let mut angles = [0.0; turns::AT_ONCE];
-                for (k, Lines { theta, .. }) in lines.iter().enumerate() {
+            // or with several joints of a posture.
+            for lines in self.lines.chunks_mut(sincos::BATCH / L) {
+                let mut angles = [0.0; sincos::BATCH];
+                for (k, MdhRows { theta, .. }) in lines.iter().enumerate() {
                     angles[k * L..][..L].copy_from_slice(&theta.angle);
                 }
-                let of = turns::sin_cos_of_all(simd, &angles);
+                let of = sincos::sincos_batch(simd, &angles);
                 far |= of.far;
-                for (k, Lines { theta, .. }) in lines.iter_mut().enumerate() {
+                for (k, MdhRows { theta, .. }) in lines.iter_mut().enumerate() {
                     theta.sin.copy_from_slice(&of.sin[k * L..][..L]);
                     theta.cos.copy_from_slice(&of.cos[k * L..][..L]);
                 }
@@ -218,14 +222,14 @@ impl<const L: usize> Postures<L> {
 
     #[cold]
     fn turn_far_joints(&mut self) {
-        for Lines { theta, .. } in &mut self.lines {
-            for l in (0..L).filter(|&l| turns::is_far(theta.angle[l])) {
+        for MdhRows { theta, .. } in &mut self.lines {
+            for l in (0..L).filter(|&l| sincos::is_far(theta.angle[l])) {
                 (theta.sin[l], theta.cos[l]) = theta.angle[l].sin_cos();
             }
         }
     }
 
-    /// Displaces frame k.
+    /// Applies the flex displacement of frame k.
     fn bend(&mut self, k: usize, deviations: &[[f64; L]]) {
         self.flexed[k] = self.rigid[k];
         let v = &deviations[self.sites.flex(k)..][..6];
@@ -286,11 +290,11 @@ impl<const L: usize> Postures<L> {
     }
 }
 
-/// Base, tool and links of [`Postures::set_all`] with all that the processor has.
+/// Base, tool and links of [`Postures::set_all`], with the processor's full instruction set.
 struct Shaped<'a, const L: usize> {
     postures: &'a mut Postures<L>,
     robot: &'a Robot,
-    stances: &'a Stances<'a, L>,
+    stances: &'a BatchInput<'a, L>,
 }
 
 impl<const L: usize> WithSimd for Shaped<'_, L> {
@@ -298,12 +302,12 @@ impl<const L: usize> WithSimd for Shaped<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Stances { base, tool, deviations, .. } = *self.stances;
+        let BatchInput { base, tool, deviations, .. } = *self.stances;
         self.postures.shape(self.robot, base, tool, deviations);
     }
 }
 
-/// [`Postures::turn_all`] with all that the processor has. A closure would be compiled for what all processors have.
+/// [`Postures::turn_all`] with the processor's full instruction set. A closure would be compiled for the baseline one.
 struct Turned<'a, const L: usize> {
     postures: &'a mut Postures<L>,
     robot: &'a Robot,
@@ -333,10 +337,10 @@ fn sum<const L: usize>(a: f64, b: &[f64; L]) -> [f64; L] {
     sum
 }
 
-/// Whether a displacement is any in any posture.
+/// True if the displacement is non-zero in any posture.
 #[inline(always)]
 fn flexes<const L: usize>(displacement: &[[f64; L]]) -> bool {
-    // All bits but the sign's at once: a comparison each would be a branch each.
+    // All bits except the sign at once: separate comparisons would be separate branches.
     displacement.iter().flatten().fold(0, |bits, x| bits | x.to_bits()) << 1 != 0
 }
 

@@ -1,11 +1,11 @@
-//! One link of the arm: its modified Denavit-Hartenberg line, its limits and its mass.
+//! One link of the arm: its modified Denavit-Hartenberg row, its limits and its mass.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
 /// A rigid transform; `world_from_tool` maps tool coordinates to world coordinates.
 pub type Pose = IsometryMatrix3<f64>;
 
-/// Modified DH line with Hayati's beta, `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)` (paper Eq. 1).
+/// Modified DH row with Hayati's beta, `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)` (paper Eq. 1).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MdhLink {
     /// Twist about the previous x axis, rad. Written alpha_{i-1}.
@@ -21,7 +21,7 @@ pub struct MdhLink {
 }
 
 impl MdhLink {
-    /// The transform of this line at joint angle `q` (rad).
+    /// The transform of this row at joint angle `q` (rad).
     pub fn transform(&self, q: f64) -> Pose {
         let rx = Rotation3::from_axis_angle(&Vector3::x_axis(), self.alpha);
         let ry = Rotation3::from_axis_angle(&Vector3::y_axis(), self.beta);
@@ -39,7 +39,7 @@ pub struct Link {
     pub mdh: MdhLink,
     /// Smallest and largest joint angle, rad.
     pub limits: [f64; 2],
-    /// Mass, kg; zero where unknown.
+    /// Mass, kg; zero if unknown.
     pub mass: f64,
     /// Centre of mass in the link's MDH frame, m.
     pub com: Vector3<f64>,
@@ -55,13 +55,13 @@ pub struct FramePose {
 }
 
 impl FramePose {
-    /// The six numbers in the order x, y, z, rz, ry, rx.
+    /// The six components in the order x, y, z, rz, ry, rx.
     pub fn to_array(self) -> [f64; 6] {
         let ([x, y, z], [rz, ry, rx]) = (self.xyz, self.rz_ry_rx);
         [x, y, z, rz, ry, rx]
     }
 
-    /// From six numbers in the order x, y, z, rz, ry, rx.
+    /// From six components in the order x, y, z, rz, ry, rx.
     pub fn from_array(v: [f64; 6]) -> Self {
         FramePose { xyz: [v[0], v[1], v[2]], rz_ry_rx: [v[3], v[4], v[5]] }
     }
@@ -72,8 +72,8 @@ impl FramePose {
         Pose::from_parts(Translation3::new(self.xyz[0], self.xyz[1], self.xyz[2]), Rotation3::from_euler_angles(rx, ry, rz))
     }
 
-    /// The frame of a transform; at gimbal lock rx is zero, as KUKA's C. Exact there as well: what rounding does to one angle the next
-    /// takes up.
+    /// The frame of a transform; at gimbal lock rx is zero, as KUKA's C. Exact there as well: the rounding of one angle is
+    /// compensated by the next.
     pub fn from_pose(pose: &Pose) -> Self {
         let r = pose.rotation.matrix();
         let across = r[(0, 0)].hypot(r[(1, 0)]);
@@ -95,7 +95,7 @@ mod tests {
 
     use super::*;
 
-    /// What a cosine taken as zero leaves out, and some roundings.
+    /// The error of a cosine taken as zero, and some roundings.
     const SAME: f64 = LOCKED + 2e-15;
 
     #[test]

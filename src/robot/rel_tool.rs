@@ -1,4 +1,4 @@
-//! RelTool: the small straight move along the tool's own axes by which a controller, knowing only the nominal arm, nulls the
+//! RelTool: the small straight move along the tool's own axes by which a controller, using only the nominal arm, nulls the
 //! indicators.
 
 use nalgebra::{Matrix6, Matrix6xX, Rotation3, Vector3, Vector6};
@@ -6,15 +6,16 @@ use thiserror::Error;
 
 use super::{FramePose, MdhEntry, Posture, Robot, Site, SiteIndex};
 
-/// After a Newton step this small (rad) the next would be its square, below rounding of the pose.
+/// After a Newton step this small (rad) the next would be its square, below the rounding of the pose.
 const LAST_STEP: f64 = 1e-7;
 /// A move of a few millimetres takes two or three steps; one that needs more crosses a singularity.
 const MOST_STEPS: usize = 12;
 /// A step larger than this (rad) is not a small move: the Jacobian is singular there.
 const LARGEST_STEP: f64 = 1.0;
 
-/// Why the tool cannot be moved so.
+/// The reason why the tool cannot be moved as requested.
 #[derive(Debug, Error, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum RelToolError {
     /// The move ends outside a joint's limits.
     #[error("joint {joint} would leave its limits")]
@@ -22,19 +23,19 @@ pub enum RelToolError {
         /// Counted from 1.
         joint: usize,
     },
-    /// The arm cannot move its tool in this direction from here, or not so far.
+    /// The arm cannot move its tool in this direction from here, or not as far.
     #[error("the arm is at a singularity, or the move leaves its reach")]
     Singular,
 }
 
-/// The controller's solver, kept between moves so that none allocates.
+/// The controller's solver, reused between moves to avoid allocation.
 #[derive(Debug, Clone)]
 pub struct RelTool {
     stop_after: Option<usize>,
-    /// Turns the tool's axes into those of the flange.
+    /// Rotates the tool's axes into those of the flange.
     turned: Rotation3<f64>,
     posture: Posture,
-    /// Base and tool on which the arm was set up last.
+    /// Base and tool of the arm's last set-up.
     set_up: Option<(FramePose, FramePose)>,
     drawn: Vec<f64>,
     wide: Matrix6xX<f64>,
@@ -42,7 +43,7 @@ pub struct RelTool {
 }
 
 impl RelTool {
-    /// For this arm, as exact as numbers allow.
+    /// A solver for this arm, exact to rounding.
     pub fn new(robot: &Robot) -> Self {
         let n = robot.joints();
         RelTool {
@@ -56,15 +57,16 @@ impl RelTool {
         }
     }
 
-    /// A controller that takes `steps` Newton steps and calls it done, as some do.
+    /// A controller that stops after `steps` Newton steps, as some do.
     pub fn stopping_after(robot: &Robot, steps: usize) -> Self {
         RelTool { stop_after: Some(steps), ..RelTool::new(robot) }
     }
 
-    /// Turns joints `q` (rad, N) of the arm that the solver is for so that its TCP moves by `offset` (m) along the axes of `tool` and keeps its
-    /// orientation to 1e-12. On an error `q` is left as it was.
+    /// Turns joints `q` (rad, N) of the solver's arm so that its TCP moves by `offset` (m) along the axes of `tool` and
+    /// keeps its orientation to 1e-12. On an error `q` is unchanged.
     ///
-    /// Newton on the pose: `J dq = (p* - p, 1/2 vee(E - E^T))` with `E = R* R^T`; the smallest dq where the arm is redundant.
+    /// Newton iteration on the pose: `J dq = (p* - p, 1/2 vee(E - E^T))` with `E = R* R^T`; the smallest dq if the arm is
+    /// redundant.
     ///
     /// # Errors
     /// When a joint would leave its limits, or the Jacobian is singular on the way.
@@ -104,7 +106,7 @@ impl RelTool {
         Err(RelToolError::Singular)
     }
 
-    /// One Newton step; the largest joint motion in it.
+    /// Performs one Newton step; returns the largest joint motion in it.
     fn step(&mut self, error: &Vector6<f64>) -> Option<f64> {
         let n = self.moved.len();
         let mut largest = 0.0;
@@ -134,14 +136,15 @@ impl RelTool {
     }
 }
 
-/// Velocity of the TCP (m/rad) over angular velocity of the tool (rad/rad), world axes, as joint `i` (counted from 0) turns.
+/// Velocity of the TCP (m/rad) over angular velocity of the tool (rad/rad), world axes, for a motion of joint `i` (counted
+/// from 0).
 pub(crate) fn screw(posture: &Posture, i: usize) -> Vector6<f64> {
     let v = posture.column(Site::mdh(i, MdhEntry::Theta));
     let (axis, _) = posture.joint_axis(i);
     Vector6::new(v.x, v.y, v.z, axis.x, axis.y, axis.z)
 }
 
-/// The joints (rad) that move the TCP of the nominal arm from where `q` puts it by `offset` (m) along the tool's axes.
+/// The joints (rad) that move the TCP of the nominal arm from its position at `q` by `offset` (m) along the tool's axes.
 ///
 /// # Errors
 /// As [`RelTool::shift`].
@@ -201,11 +204,11 @@ mod tests {
             })
             .into();
         assert!(outcomes.contains(&Ok(())) && outcomes.contains(&Err(RelToolError::JointLimit { joint: 1 })), "{outcomes:?}");
-        // Stretched out along x: no farther.
+        // Stretched out along x: the limit of the reach.
         let mut stretched = [0.0, 0.0, 35f64.atan2(365.0), 0.0, 0.3, 0.0];
         let far = solver.shift(&robot, &base, &tool, &mut stretched, &Vector3::new(0.0, 0.0, -0.2));
         assert_eq!(far, Err(RelToolError::Singular));
-        // Wrist lined up: the tool cannot be moved sideways without turning.
+        // Wrist aligned: the tool cannot be moved sideways without rotating.
         let mut lined_up = [0.0, -1.2, 1.4, 0.0, 0.0, 0.0];
         let sideways = solver.shift(&robot, &base, &tool, &mut lined_up, &Vector3::new(0.0, 0.002, 0.0));
         assert_eq!(sideways, Err(RelToolError::Singular));

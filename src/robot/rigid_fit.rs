@@ -1,10 +1,11 @@
-//! The rigid motion that best carries one set of points onto another (Kabsch 1976; proper rotations only).
+//! The rigid motion that best maps one set of points onto another (Kabsch 1976; proper rotations only).
 
 use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
 
 use super::Pose;
 
-/// The pose that minimises `sum |pose * from - to|²` over (from, to) pairs, m; `None` for fewer than three pairs or points on a line.
+/// The pose that minimises `sum |pose * from - to|²` over (from, to) pairs, m; `None` for fewer than three pairs or points
+/// on a line.
 pub fn rigid_fit(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Pose> {
     if pairs.len() < 3 {
         return None;

@@ -9,10 +9,11 @@ use super::{BUILT_IN, Link, MOST_JOINTS, MdhLink, Robot, Shape, Solid, built_in}
 use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::{DEG, MM};
 
-/// What the key `format` says.
+/// The value of the key `format`.
 pub const ROBOT_FORMAT: &str = "calibench-robot/1";
 
-/// The widest joint limit, deg. Every whole turn of every joint is one more posture of the same pose: six joints have 4,096 of them.
+/// The widest joint limit, deg. Every full revolution of every joint is a further posture for the same pose: with six
+/// joints there are 4,096.
 const WIDEST: f64 = 720.0;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -59,7 +60,7 @@ struct SolidEntry {
     half_size_mm: Option<[f64; 3]>,
 }
 
-/// The robot of a file or a built-in one: `reference` is a built-in name, or a path from the folder `relative_to`.
+/// Loads a robot: `reference` is a built-in name, or a path relative to the folder `relative_to`.
 ///
 /// # Errors
 /// When the name is not built in and there is no such file, or the file is not a robot.
@@ -78,7 +79,7 @@ pub fn robot(reference: &str, relative_to: &Path) -> Result<Robot, FileError> {
 /// Reads a robot file.
 ///
 /// # Errors
-/// When it cannot be read, a key is unknown, missing or of the wrong kind, or a number cannot be: with line and key.
+/// When it cannot be read, a key is unknown, missing or of the wrong type, or a number is impossible: with line and key.
 pub fn load_robot(path: &Path) -> Result<Robot, FileError> {
     robot_from_toml(path, &read_text(path)?)
 }
@@ -208,7 +209,8 @@ fn solid_of(k: usize, entry: &SolidEntry, joints: usize) -> Result<Solid, Fault>
     Ok(Solid { name: entry.name.clone(), frame: entry.frame, shape })
 }
 
-/// The robot as the text of a robot file. Numbers are rounded to 1e-9 mm and deg: below any meaning, above the noise of conversion.
+/// The robot as the text of a robot file. Numbers are rounded to 1e-9 mm and deg: below any significance, above conversion
+/// noise.
 pub fn to_toml(robot: &Robot) -> String {
     let written = |value: f64| (value * 1e9).round() / 1e9;
     let mm = |v: &Vector3<f64>| [v.x, v.y, v.z].map(|c| written(c / MM));

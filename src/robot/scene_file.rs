@@ -1,4 +1,5 @@
-//! What stands around an arm, as a file: `scene.toml`, format `calibench-scene/1`, in mm. For whoever shows the cell or keeps clear of it.
+//! The surroundings of an arm as a file: `scene.toml`, format `calibench-scene/1`, in mm. For visualisation and collision
+//! avoidance.
 
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use super::{Shape, Solid, Surroundings};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
 use crate::units::MM;
 
-/// What the key `format` says.
+/// The value of the key `format`.
 const SCENE_FORMAT: &str = "calibench-scene/1";
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -37,7 +38,7 @@ struct Body {
 }
 
 impl Surroundings {
-    /// Reads a scene file: `[[solid]]` bodies stand in the world, `[[carried]]` bodies hang on the flange.
+    /// Reads a scene file: `[[solid]]` bodies are fixed in the world, `[[carried]]` bodies on the flange.
     ///
     /// # Errors
     /// When it cannot be read, a key is unknown, or a body is neither a box nor a capsule: with line and key.
@@ -75,7 +76,7 @@ impl Surroundings {
 
 impl Body {
     fn of(solid: &Solid) -> Self {
-        // To 1e-9 mm: below any meaning, above the noise of conversion.
+        // To 1e-9 mm: below any significance, above conversion noise.
         let mm = |v: Vector3<f64>| Some([v.x, v.y, v.z].map(|c| (c / MM * 1e9).round() / 1e9));
         let body = Body { name: solid.name.clone(), ..Body::default() };
         match &solid.shape {
@@ -86,7 +87,7 @@ impl Body {
         }
     }
 
-    /// The body; `None` where the numbers make neither shape.
+    /// The body; `None` if the numbers make neither shape.
     fn solid(&self) -> Option<Solid> {
         let finite = |v: [f64; 3]| v.iter().all(|c| c.is_finite()).then(|| Vector3::from(v) * MM);
         match (self.min_mm, self.max_mm, self.from_mm, self.to_mm, self.radius_mm) {
@@ -116,7 +117,7 @@ mod tests {
         };
         scene.write(&path).unwrap();
         let back = Surroundings::read(&path).unwrap();
-        // Written to 1e-9 mm, and a box by two corners that are each rounded so.
+        // Written to 1e-9 mm, and a box by two corners, each rounded in this way.
         let near = |a: &Vector3<f64>, b: &Vector3<f64>| (a - b).amax() < 2e-12;
         match (&back.fixed[0].shape, &scene.fixed[0].shape) {
             (Shape::Box { centre: a, half_size: h }, Shape::Box { centre: b, half_size: g }) => {

@@ -1,4 +1,5 @@
-//! The places where an arm can deviate from its drawing. Each is a screw: it turns the TCP about a line or slides it along one.
+//! The sites at which an arm can deviate from nominal. Each is a screw: it rotates the TCP about a line or shifts it along
+//! one.
 
 use std::fmt;
 
@@ -40,12 +41,12 @@ impl MdhEntry {
     pub const ALL: [MdhEntry; 5] = [MdhEntry::Alpha, MdhEntry::A, MdhEntry::Beta, MdhEntry::Theta, MdhEntry::D];
 }
 
-/// A place of deviation. Joints and links are counted from 0 here, from 1 in names.
+/// A site of deviation. Joints and links are counted from 0 here, from 1 in names.
 ///
-/// It is handed on for every term of every effect at every sample: so small, it stays in a register.
+/// It is passed for every term of every effect at every sample: kept small enough for a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Site {
-    /// Robot base in the world, `T(chi) = Tr Rz Ry Rx`; added to the nominal six numbers.
+    /// Robot base in the world, `T(chi) = Tr Rz Ry Rx`; added to the nominal six components.
     Base(Axis6),
     /// An MDH entry of a link; added to the nominal entry. `Theta` is the joint's angle.
     Mdh(u16, MdhEntry),
@@ -57,7 +58,7 @@ pub enum Site {
     Target(u16),
 }
 
-/// The most joints that an arm may have; none has as many.
+/// The largest number of joints of an arm; no real arm has as many.
 pub const MOST_JOINTS: usize = 1000;
 
 impl Site {
@@ -85,7 +86,7 @@ impl Site {
         Site::Target(k as u16)
     }
 
-    /// The site printed so, of an arm with `joints` joints.
+    /// Parses a site as printed, for an arm with `joints` joints.
     pub fn parse(text: &str, joints: usize) -> Option<Site> {
         let axis = |name: &str| Axis6::ALL.into_iter().find(|a| a.name() == name);
         let xyz = |name: &str| ["x", "y", "z"].iter().position(|n| *n == name);
@@ -112,7 +113,7 @@ impl Site {
     }
 }
 
-/// Numbers the sites of an arm with `joints` joints, so that deviations are one flat vector.
+/// Numbers the sites of an arm with `joints` joints, so that deviations form one flat vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SiteIndex {
     joints: usize,
@@ -121,7 +122,7 @@ pub struct SiteIndex {
 const PER_LINK: usize = 11; // five MDH entries, six flex axes
 
 impl SiteIndex {
-    /// For an arm with that many joints.
+    /// Creates the index for an arm with `joints` joints.
     pub fn new(joints: usize) -> Self {
         SiteIndex { joints }
     }
@@ -156,7 +157,7 @@ impl SiteIndex {
         self.tool() + 3
     }
 
-    /// Place of a site in the flat vector.
+    /// Index of a site in the flat vector.
     #[inline]
     pub fn of(&self, site: Site) -> usize {
         match site {

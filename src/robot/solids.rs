@@ -1,7 +1,8 @@
-//! Bodies of the arm and the cell, and how far apart they are.
+//! Bodies of the arm and the cell, and the gaps between them.
 //!
-//! Clearance is reckoned in millimetres inside this file: parry's GJK stops on absolute tolerances that cost 17 um in metres and
-//! 40 nm in millimetres. Capsules, the usual body, are compared by the closed-form distance of two segments, exact in either.
+//! Clearance is computed in millimetres inside this file: parry's GJK stops on absolute tolerances that cost 17 um in
+//! metres and 40 nm in millimetres. Capsules, the usual body, are compared by the closed-form distance of two segments,
+//! exact in either unit.
 
 use nalgebra::Vector3;
 use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
@@ -11,57 +12,16 @@ use parry3d_f64::shape::{Cuboid, Segment};
 use super::{Frame, Posture, Robot};
 use crate::units::MM;
 
+pub use solid::{Shape, Solid};
 pub use swept::{Narrowest, SweptCheck};
 
+mod solid;
 mod swept;
 
-/// The form of a body, in the axes of the frame that carries it, m.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
-    /// All points within `radius` of the segment between `ends`; a ball where the ends are equal.
-    Capsule {
-        /// Ends of its axis, m.
-        ends: [Vector3<f64>; 2],
-        /// Radius, m.
-        radius: f64,
-    },
-    /// A box with its edges along the frame's axes.
-    Box {
-        /// Centre, m.
-        centre: Vector3<f64>,
-        /// Half its size along each axis, m.
-        half_size: Vector3<f64>,
-    },
-}
-
-/// A body fixed to a frame: 0 is the base, k the frame of link k. A body that stands in the cell is given in the world, and its
-/// `frame` is not read.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Solid {
-    /// Name.
-    pub name: String,
-    /// Frame that carries it.
-    pub frame: usize,
-    /// Form, in that frame.
-    pub shape: Shape,
-}
-
-impl Solid {
-    /// A capsule of that radius (m) between two points (m) of frame `frame`.
-    pub fn capsule(name: impl Into<String>, frame: usize, ends: [Vector3<f64>; 2], radius: f64) -> Self {
-        Solid { name: name.into(), frame, shape: Shape::Capsule { ends, radius } }
-    }
-
-    /// A box around `centre` (m), reaching `half_size` (m) along each axis of frame `frame`.
-    pub fn cuboid(name: impl Into<String>, frame: usize, centre: Vector3<f64>, half_size: Vector3<f64>) -> Self {
-        Solid { name: name.into(), frame, shape: Shape::Box { centre, half_size } }
-    }
-}
-
-/// What the arm must not touch, besides itself.
+/// Bodies that the arm must not touch, besides itself.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surroundings {
-    /// Bodies that stand in the cell, in the world: table, risers, stems, balls.
+    /// Bodies fixed in the cell, in the world: table, risers, stems, balls.
     pub fixed: Vec<Solid>,
     /// Bodies on the flange, in the last frame: the TriCal, its weight disks.
     pub carried: Vec<Solid>,
@@ -70,27 +30,17 @@ pub struct Surroundings {
 /// The narrowest gap of a posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clearance {
-    /// Gap, m; negative where bodies overlap (then it is not a depth).
+    /// Gap, m; negative if bodies overlap (then it is not a depth).
     pub distance: f64,
     /// The two bodies.
     pub between: [String; 2],
-}
-
-impl Shape {
-    /// How far the body reaches from the origin of the frame that carries it, m.
-    fn reach(&self) -> f64 {
-        match self {
-            Shape::Capsule { ends, radius } => ends[0].norm().max(ends[1].norm()) + radius,
-            Shape::Box { centre, half_size } => (centre.abs() + half_size).norm(),
-        }
-    }
 }
 
 /// A body placed in the world, mm.
 #[derive(Debug, Clone, Copy)]
 struct Placed {
     centre: DVec3,
-    /// Radius of a ball about `centre` that holds it all.
+    /// Radius of a ball about `centre` that encloses the body.
     reach: f64,
     form: Form,
 }
@@ -124,7 +74,7 @@ impl Placed {
         }
     }
 
-    /// A gap that is certainly there, mm: that of the balls around the two bodies.
+    /// A lower bound of the gap, mm: that of the balls around the two bodies.
     fn at_least(&self, other: &Placed) -> f64 {
         (self.centre - other.centre).length() - self.reach - other.reach
     }
@@ -150,23 +100,23 @@ impl Placed {
     }
 }
 
-/// Looks for the narrowest gap in posture after posture, without allocating.
+/// Finds the narrowest gap of postures, without allocation.
 #[derive(Debug, Clone)]
 pub struct ClearanceCheck {
-    /// Bodies of the arm, those it carries, then those that stand in the cell.
+    /// Bodies of the arm, those it carries, then those fixed in the cell.
     solids: Vec<Solid>,
     placed: Vec<Placed>,
-    /// How many of them move.
+    /// Number of moving ones.
     moving: usize,
-    /// The first of those that the arm carries.
+    /// Index of the first carried one.
     carried: usize,
-    /// Pairs of bodies that may meet, the earlier one first.
+    /// Pairs of bodies that may collide, the earlier one first.
     pairs: Vec<[usize; 2]>,
 }
 
 impl ClearanceCheck {
-    /// For this arm in these surroundings. Bodies of neighbouring frames are not compared: they touch always, at the joint.
-    /// Nor is the base compared with what stands in the cell: it is bolted there.
+    /// Creates the check for this arm in these surroundings. Bodies of neighbouring frames are not compared, as they always
+    /// touch at the joint, nor is the base with the bodies of the cell, to which it is bolted.
     pub fn new(robot: &Robot, surroundings: &Surroundings) -> Self {
         let last = robot.joints();
         let carried = robot.solids.len();
@@ -184,7 +134,7 @@ impl ClearanceCheck {
         ClearanceCheck { solids, placed, moving, carried, pairs }
     }
 
-    /// The place of a standing body among [`Surroundings::fixed`].
+    /// The index of a fixed body among [`Surroundings::fixed`].
     pub fn fixed_named(&self, name: &str) -> Option<usize> {
         self.solids[self.moving..].iter().position(|s| s.name == name)
     }
@@ -196,17 +146,17 @@ impl ClearanceCheck {
         }
     }
 
-    /// A gap that the pair certainly has where it is placed, mm.
+    /// A lower bound of the gap of the pair as placed, mm.
     fn at_least(&self, [i, j]: [usize; 2]) -> f64 {
         self.placed[i].at_least(&self.placed[j])
     }
 
-    /// The gap of a pair where it is placed, mm.
+    /// The gap of a pair as placed, mm.
     fn distance(&self, [i, j]: [usize; 2]) -> f64 {
         self.placed[i].distance(&self.placed[j])
     }
 
-    /// Whether nothing stands in `posture` within `radius` (m) of the straight line between two points of the world, m.
+    /// True if no body in `posture` is within `radius` (m) of the straight line between two points of the world, m.
     pub fn is_in_sight(&mut self, posture: &Posture, ends: [Vector3<f64>; 2], radius: f64) -> bool {
         self.place(posture);
         let line = Placed::new(&Shape::Capsule { ends, radius }, &Frame::identity());
@@ -217,7 +167,7 @@ impl ClearanceCheck {
         Clearance { distance: distance * MM, between: between.map(|k| self.solids[k].name.clone()) }
     }
 
-    /// The narrowest gap in `posture`; `None` where there are no two bodies to compare.
+    /// The narrowest gap in `posture`; `None` if there are no two bodies to compare.
     pub fn clearance(&mut self, posture: &Posture) -> Option<Clearance> {
         self.place(posture);
         let mut best: Option<(f64, [usize; 2])> = None;
@@ -233,7 +183,7 @@ impl ClearanceCheck {
         best.map(|(distance, pair)| self.named(distance, pair))
     }
 
-    /// Whether every gap in `posture` is at least `margin` (m); the standing body `except` is not looked at.
+    /// True if every gap in `posture` is at least `margin` (m); the fixed body `except` is ignored.
     pub fn is_clear(&mut self, posture: &Posture, margin: f64, except: Option<usize>) -> bool {
         self.place(posture);
         let margin = margin / MM;
@@ -242,7 +192,7 @@ impl ClearanceCheck {
     }
 }
 
-/// The narrowest gap of an arm in `posture` and `surroundings`; `None` where there are no two bodies to compare.
+/// The narrowest gap of an arm in `posture` and `surroundings`; `None` if there are no two bodies to compare.
 pub fn clearance(robot: &Robot, posture: &Posture, surroundings: &Surroundings) -> Option<Clearance> {
     ClearanceCheck::new(robot, surroundings).clearance(posture)
 }
@@ -254,7 +204,7 @@ mod tests {
     use super::*;
     use crate::robot::{FramePose, Link, MdhLink, SiteIndex};
 
-    /// parry's GJK in millimetres is good to 40 nm; everything else here is closed form.
+    /// parry's GJK in millimetres is accurate to 40 nm; everything else here is closed form.
     const TOLERANCE: f64 = 0.1e-6;
 
     /// Three joints in a row along x, one metre apart, all about z.
@@ -283,7 +233,7 @@ mod tests {
     #[test]
     fn links_meet_when_the_arm_folds() {
         let robot = planar_arm(vec![along_x("first", 1, 0.5, 0.05), along_x("third", 3, 0.5, 0.05)]);
-        // Straight: from (0.5, 0) to (2, 0), less two radii.
+        // Straight: from (0.5, 0) to (2, 0), minus two radii.
         let straight = clearance(&robot, &posture(&robot, &[0.3, 0.0, 0.0]), &Surroundings::default()).unwrap();
         assert!((straight.distance - 1.4).abs() < TOLERANCE, "{straight:?}");
         assert_eq!(straight.between, ["first".to_owned(), "third".to_owned()]);

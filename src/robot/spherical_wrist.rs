@@ -1,10 +1,10 @@
-//! Inverse kinematics in closed form for arms with a spherical wrist (Pieper's case).
+//! Closed-form inverse kinematics for arms with a spherical wrist (Pieper's case).
 //!
-//! Accepted: six joints, no skew (beta = 0), axis 2 at right angles to axis 1 (`alpha_1` = +-90 deg), axis 3 parallel to axis 2
-//! (`alpha_2` = 0 or 180 deg), axes 4, 5, 6 through one point (`a_4 = a_5 = d_5 = 0`) and each at right angles to the next
-//! (`alpha_4`, `alpha_5` = +-90 deg). Free: how the base carries axis 1 (`alpha_0`, `a_0`), all of `d_1, a_1, d_2, a_2, d_3, a_3,
-//! alpha_3, d_4, d_6`, and the joint offsets. The wrist's centre fixes joints 1 to 3 as two circles and a triangle; the hand's
-//! orientation fixes joints 4 to 6.
+//! Accepted: six joints, no skew (beta = 0), axis 2 at right angles to axis 1 (`alpha_1` = +-90 deg), axis 3 parallel to
+//! axis 2 (`alpha_2` = 0 or 180 deg), axes 4, 5, 6 through one point (`a_4 = a_5 = d_5 = 0`) and each at right angles to
+//! the next (`alpha_4`, `alpha_5` = +-90 deg). Free: how the base carries axis 1 (`alpha_0`, `a_0`), all of `d_1, a_1, d_2,
+//! a_2, d_3, a_3, alpha_3, d_4, d_6`, and the joint offsets. The wrist's centre fixes joints 1 to 3 as two circles and a
+//! triangle; the hand's orientation fixes joints 4 to 6.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,11 +15,12 @@ use super::{Pose, Robot};
 
 /// Angles and lengths closer to their special value than this (rad, m) count as special.
 const EXACT: f64 = 1e-9;
-/// Below this sine of joint 5, axes 4 and 6 are one line and joint 4 is taken as on the drawing (its offset undone).
+/// Below this sine of joint 5, axes 4 and 6 are collinear and joint 4 is set to its nominal zero (its offset undone).
 const WRIST_LINED_UP: f64 = 1e-13;
 
-/// Why an arm is not of the accepted geometry.
+/// The reason why an arm does not have the accepted geometry.
 #[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NotSphericalWrist {
     /// Another number of joints.
     #[error("the arm has {0} joints, not six")]
@@ -53,7 +54,7 @@ pub struct SphericalWrist {
     a2: f64,
     /// cos(alpha_2), +-1.
     c2: f64,
-    /// Place along axis 2 of the plane in which the wrist's centre moves, m.
+    /// Position along axis 2 of the plane in which the wrist's centre moves, m.
     plane: f64,
     /// Elbow to wrist centre in that plane: length (m) and direction (rad) in frame 3.
     forearm: f64,
@@ -66,24 +67,24 @@ pub struct SphericalWrist {
     limits: [[f64; 2]; 6],
 }
 
-/// Joint angles that put the flange where it was asked, and which way the arm is bent.
+/// Joint angles that put the flange at the requested pose, with the configuration of the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Branch {
     /// Joint angles in (-pi, pi], rad.
     pub q: [f64; 6],
     /// Reaching backwards, over the shoulder.
     pub backward: bool,
-    /// Elbow on its other side.
+    /// Elbow on the other side.
     pub elbow: bool,
     /// Wrist flipped: joint 5 of the other sign.
     pub flip: bool,
 }
 
 impl SphericalWrist {
-    /// Recognises the geometry of `robot`.
+    /// Checks and stores the geometry of `robot`.
     ///
     /// # Errors
-    /// When it is not the accepted one: says which condition fails.
+    /// The condition that fails, when the geometry is not accepted.
     pub fn new(robot: &Robot) -> Result<Self, NotSphericalWrist> {
         let n = robot.joints();
         if n != 6 {
@@ -96,7 +97,7 @@ impl SphericalWrist {
         if m[1].alpha.cos().abs() > EXACT {
             return Err(NotSphericalWrist::Shoulder);
         }
-        // Where the wrist's centre stands in frame 3, before joint 4.
+        // Position of the wrist's centre in frame 3, before joint 4.
         let (sin3, cos3) = m[3].alpha.sin_cos();
         let wrist = Vector3::new(m[3].a, -m[3].d * sin3, m[3].d * cos3);
         let forearm = wrist.xy().norm();
@@ -130,7 +131,7 @@ impl SphericalWrist {
         })
     }
 
-    /// Calls `found` with each of the up to eight postures that put frame 6 at `base_from_flange`, limits not asked.
+    /// Calls `found` with each of the up to eight postures that put frame 6 at `base_from_flange`, regardless of limits.
     pub fn branches(&self, base_from_flange: &Pose, mut found: impl FnMut(Branch)) {
         let first_from_flange = self.base_from_first.inv_mul(base_from_flange);
         let rotation = first_from_flange.rotation.matrix();
@@ -163,8 +164,9 @@ impl SphericalWrist {
         }
     }
 
-    /// How the arm is bent at joints `q` (rad): how far the wrist's centre stands before axis 1 (m; negative behind it, or overhead), the
-    /// bend of the elbow (rad; zero where upper arm and forearm are one line), and joint 5 (rad), each of which is zero at a singularity.
+    /// Configuration of the arm at joints `q` (rad): distance of the wrist's centre in front of axis 1 (m; negative behind
+    /// it, or overhead), bend of the elbow (rad; zero if upper arm and forearm are in line), and joint 5 (rad), each of
+    /// which is zero at a singularity.
     pub fn bends(&self, q: &[f64; 6]) -> [f64; 3] {
         let theta2 = q[1] + self.offsets[1];
         let bend = self.c2 * (q[2] + self.offsets[2] + self.forearm_angle);
@@ -196,8 +198,8 @@ impl SphericalWrist {
             let sign = s5 * sin5.signum();
             (sign * hand[(1, 2)]).atan2(sign * hand[(0, 2)])
         };
-        // Joint 6 takes up what 4 and 5 leave, so that an ill-defined joint 4 does no harm: Rz(6) is the rest of the product,
-        // of which the first column is enough.
+        // Joint 6 compensates joints 4 and 5, so that an ill-defined joint 4 does no harm: Rz(6) is the remaining factor of
+        // the product, of which the first column is sufficient.
         let (sin4, cos4) = theta4.sin_cos();
         let x = cos4 * hand[(0, 0)] + sin4 * hand[(1, 0)];
         let y = cos4 * hand[(1, 0)] - sin4 * hand[(0, 0)];
@@ -206,7 +208,8 @@ impl SphericalWrist {
         [theta4, sin5.atan2(cos5), sin6.atan2(cos6)]
     }
 
-    /// Calls `found` with every set of joint angles inside the limits less `margin` (rad) that is `q` but for whole turns.
+    /// Calls `found` with every set of joint angles inside the limits less `margin` (rad) that differs from `q` by full
+    /// revolutions.
     pub fn whole_turns(&self, q: &[f64; 6], margin: f64, mut found: impl FnMut(&[f64; 6])) {
         let mut lowest = *q;
         let mut most = [0u32; 6];
@@ -228,18 +231,19 @@ impl SphericalWrist {
         }
     }
 
-    /// All joint angles inside the limits less `margin` (rad) that put frame 6 at `base_from_flange`: every branch, every whole turn.
+    /// All joint angles inside the limits less `margin` (rad) that put frame 6 at `base_from_flange`: every branch, every
+    /// full revolution.
     pub fn solutions(&self, base_from_flange: &Pose, margin: f64, mut found: impl FnMut(&[f64; 6])) {
         self.branches(base_from_flange, |branch| self.whole_turns(&branch.q, margin, &mut found));
     }
 }
 
-/// Square root that takes what is negative by rounding (against `scale` squared) as zero.
+/// Square root that treats values negative by rounding (relative to `scale` squared) as zero.
 fn root(square: f64, scale: f64) -> Option<f64> {
     if square < -1e-12 * scale * scale { None } else { Some(square.max(0.0).sqrt()) }
 }
 
-/// The angle in (-pi, pi].
+/// Wraps the angle to (-pi, pi].
 fn wrapped(angle: f64) -> f64 {
     let turned = angle - TAU * ((angle + PI) / TAU).floor();
     if turned <= -PI { turned + TAU } else { turned }
@@ -264,7 +268,7 @@ mod tests {
         (a.to_homogeneous() - b.to_homogeneous()).amax()
     }
 
-    /// An arm of every accepted freedom: offsets everywhere, twists of either sign.
+    /// An arm that uses every accepted freedom: offsets everywhere, twists of either sign.
     fn odd_arm(random: &mut ChaCha8Rng) -> Robot {
         let mut robot = built_in("kr6_r700").unwrap();
         let mut number = |scale: f64| random.random_range(-scale..scale);
@@ -306,7 +310,7 @@ mod tests {
                 nearest = f64::min(nearest, off);
             });
             assert!([4, 8].contains(&branches), "{branches} branches");
-            // Near a singularity the joints are worse determined than the pose.
+            // Near a singularity the joints are determined less well than the pose.
             assert!(nearest < 1e-6, "trial {trial}: nearest branch {nearest:e} away");
         }
     }
@@ -350,7 +354,7 @@ mod tests {
         let mut branches = 0;
         wrist.branches(&target, |branch| {
             branches += 1;
-            // A root of what is zero by rounding: the square root of 1e-16 enters the joints, but the pose only squared.
+            // The square root of a rounding error of 1e-16 enters the joints, but the pose only squared.
             assert!(apart(&flange(&robot, &branch.q), &target) < 1e-9);
         });
         assert!(branches >= 4);

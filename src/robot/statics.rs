@@ -1,18 +1,18 @@
-//! Gravity at rest: the moment of the weight about every joint (Newton-Euler without motion).
+//! Static gravity loads: the moment of the weight about every joint (Newton-Euler without motion).
 //!
-//! `M_j = sum_{k >= j} (c_k - o_j) x m_k g` and `tau_j = z_j . M_j`: the moment that the load exerts about +z_j,
-//! so a gearbox that gives way turns in the direction of tau_j. It is minus the holding torque dU/dq_j.
+//! `M_j = sum_{k >= j} (c_k - o_j) x m_k g` and `tau_j = z_j . M_j`: the moment that the load exerts about +z_j, so a
+//! compliant gearbox deflects in the direction of tau_j. It is minus the holding torque dU/dq_j.
 
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 
-use super::lanes::{Group, Numbers, Vector, in_lanes};
 use super::{Posture, Postures, Robot, Vectors};
+use crate::math::simd::{F64s, Group, Vector, in_lanes};
 
-/// Gravity in a world whose z axis points up, where a file does not say, m/s².
+/// Gravity in a world whose z axis points up, unless a file states another, m/s².
 pub const DEFAULT_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// What the flange carries: mass (kg) and its centre in the last frame (m).
+/// The payload on the flange: mass (kg) and its centre in the last frame (m).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Payload {
     /// Name by which samples refer to it.
@@ -24,31 +24,33 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// Nothing on the flange.
+    /// No payload.
     pub fn none() -> Self {
         Payload { name: "none".into(), mass: 0.0, com: Vector3::zeros() }
     }
 }
 
-/// Loads of one posture at rest.
+/// Static loads in one posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loads {
     /// Moment of the load about +z of each joint, N·m (N).
     pub tau: Vec<f64>,
-    /// Moment vector about the origin of frame k, world axes, N·m (N + 1; 0 is the base, where link 1 and all after it hang).
+    /// Moment vector about the origin of frame k, world axes, N·m (N + 1; 0 is the base, which carries link 1 and all after
+    /// it).
     pub moment: Vec<Vector3<f64>>,
     /// Weight (and applied force) carried by frame k, world axes, N (N + 1).
     pub force: Vec<Vector3<f64>>,
 }
 
 impl Loads {
-    /// Room for an arm of `joints` joints.
+    /// Allocates for an arm with `joints` joints.
     pub fn new(joints: usize) -> Self {
         Loads { tau: vec![0.0; joints], moment: vec![Vector3::zeros(); joints + 1], force: vec![Vector3::zeros(); joints + 1] }
     }
 
-    /// Weighs the arm in `posture`: links, `payload`, `gravity` (world, m/s²) and a force `at_tcp` (world, N).
-    pub fn weigh(
+    /// Computes the loads of the arm in `posture`: links, `payload`, `gravity` (world, m/s²) and a force `at_tcp` (world,
+    /// N).
+    pub fn compute(
         &mut self,
         robot: &Robot,
         posture: &Posture,
@@ -60,7 +62,7 @@ impl Loads {
     }
 }
 
-/// [`Loads::weigh`] with all that the processor has.
+/// [`Loads::compute`] with the processor's full instruction set.
 struct WeighOne<'a> {
     loads: &'a mut Loads,
     robot: &'a Robot,
@@ -77,7 +79,7 @@ impl WithSimd for WeighOne<'_> {
         let WeighOne { loads, robot, posture, weights, at_tcp } = self;
         let force = (*at_tcp != Vector3::zeros()).then_some(at_tcp);
         let gravity = weights.gravity.at(0);
-        let mut hanging = Hanging::new(Group::lane(0), robot, posture, weights, force);
+        let mut hanging = OutboardMass::new(Group::lane(0), robot, posture, weights, force);
         for k in (0..=robot.joints()).rev() {
             let (moment, tau) = hanging.on(k);
             loads.force[k] = gravity * f64::from(hanging.mass) + at_tcp;
@@ -89,26 +91,26 @@ impl WithSimd for WeighOne<'_> {
     }
 }
 
-/// Loads of several postures at rest, side by side.
+/// Static loads of a batch of postures.
 #[derive(Debug, Clone)]
-pub struct LoadsAbreast<const L: usize> {
+pub struct LoadsBatch<const L: usize> {
     /// On each frame (N + 1).
     on: Vec<LoadAbreast<L>>,
 }
 
-/// What one frame carries.
+/// Loads carried by one frame.
 #[derive(Debug, Clone, Copy)]
-#[repr(align(64))] // A register of eight numbers is then no two lines of the cache.
+#[repr(align(64))] // So that a register of eight numbers does not straddle two cache lines.
 struct LoadAbreast<const L: usize> {
     /// Moment vector about its origin, world axes, N·m.
     moment: Vectors<L>,
-    /// The same about +z of its joint, N·m.
+    /// Its component about +z of the joint, N·m.
     tau: [f64; L],
-    /// kg.
+    /// Mass, kg.
     mass: [f64; L],
 }
 
-/// What pulls at each of several postures.
+/// Payload and gravity of each posture of a batch.
 #[derive(Debug, Clone, Copy)]
 pub struct Weights<const L: usize> {
     /// Mass of the payload, kg.
@@ -120,14 +122,14 @@ pub struct Weights<const L: usize> {
 }
 
 impl<const L: usize> Weights<L> {
-    /// The same in all of them.
+    /// The same in all postures.
     pub fn of(payload: &Payload, gravity: &Vector3<f64>) -> Self {
         let mut weights = Weights { mass: [0.0; L], com: Vectors::ZERO, gravity: Vectors::ZERO };
         (0..L).for_each(|lane| weights.put(lane, payload, gravity));
         weights
     }
 
-    /// Replaces that of one posture.
+    /// Replaces those of one posture.
     #[inline]
     pub fn put(&mut self, lane: usize, payload: &Payload, gravity: &Vector3<f64>) {
         self.mass[lane] = payload.mass;
@@ -136,10 +138,10 @@ impl<const L: usize> Weights<L> {
     }
 }
 
-impl<const L: usize> LoadsAbreast<L> {
-    /// Room for arms of `joints` joints.
+impl<const L: usize> LoadsBatch<L> {
+    /// Allocates for arms with `joints` joints.
     pub fn new(joints: usize) -> Self {
-        LoadsAbreast { on: vec![LoadAbreast { moment: Vectors::ZERO, tau: [0.0; L], mass: [0.0; L] }; joints + 1] }
+        LoadsBatch { on: vec![LoadAbreast { moment: Vectors::ZERO, tau: [0.0; L], mass: [0.0; L] }; joints + 1] }
     }
 
     /// Moments of the loads about +z of joint `i` (counted from 0), N·m.
@@ -148,13 +150,13 @@ impl<const L: usize> LoadsAbreast<L> {
         &self.on[i + 1].tau
     }
 
-    /// Weighs the arm in all of them: the same numbers that [`Loads::weigh`] finds of each, where nothing pushes at the TCP.
+    /// Computes the loads in all postures: the same values as [`Loads::compute`] for each, without a force at the TCP.
     #[inline]
-    pub fn weigh(&mut self, robot: &Robot, postures: &Postures<L>, weights: &Weights<L>) {
+    pub fn compute(&mut self, robot: &Robot, postures: &Postures<L>, weights: &Weights<L>) {
         in_lanes::<L, _>(Weigh { loads: self, robot, postures, weights });
     }
 
-    /// Those of one posture, weighed with these weights.
+    /// Writes the loads of one posture, computed with these weights.
     #[inline]
     pub fn put_into(&self, lane: usize, weights: &Weights<L>, loads: &mut Loads) {
         let gravity = weights.gravity.at(lane);
@@ -169,7 +171,7 @@ impl<const L: usize> LoadsAbreast<L> {
 }
 
 struct Weigh<'a, const L: usize> {
-    loads: &'a mut LoadsAbreast<L>,
+    loads: &'a mut LoadsBatch<L>,
     robot: &'a Robot,
     postures: &'a Postures<L>,
     weights: &'a Weights<L>,
@@ -183,7 +185,7 @@ impl<const L: usize> WithSimd for Weigh<'_, L> {
         let Weigh { loads, robot, postures, weights } = self;
         for first in (0..L).step_by(S::F64_LANES) {
             let group = Group::new(simd, first);
-            let mut hanging = Hanging::new(group, robot, postures, weights, None);
+            let mut hanging = OutboardMass::new(group, robot, postures, weights, None);
             for k in (0..=robot.joints()).rev() {
                 let (moment, tau) = hanging.on(k);
                 let on = &mut loads.on[k];
@@ -195,20 +197,20 @@ impl<const L: usize> WithSimd for Weigh<'_, L> {
     }
 }
 
-/// What hangs on a frame of an arm, gathered from the last frame on.
-struct Hanging<'a, S: Simd, const L: usize> {
+/// Everything carried by a frame of an arm, accumulated from the last frame on.
+struct OutboardMass<'a, S: Simd, const L: usize> {
     group: Group<S>,
     robot: &'a Robot,
     postures: &'a Postures<L>,
     gravity: Vector<S>,
     at_tcp: Option<&'a Vector3<f64>>,
-    /// Of all of it, kg.
-    mass: Numbers<S>,
-    /// About the origin of the world, kg·m.
+    /// Total mass, kg.
+    mass: F64s<S>,
+    /// First moment about the origin of the world, kg·m.
     first_moment: Vector<S>,
 }
 
-impl<'a, S: Simd, const L: usize> Hanging<'a, S, L> {
+impl<'a, S: Simd, const L: usize> OutboardMass<'a, S, L> {
     /// The payload, and a force at the TCP (world, N).
     #[inline(always)]
     fn new(
@@ -220,23 +222,23 @@ impl<'a, S: Simd, const L: usize> Hanging<'a, S, L> {
     ) -> Self {
         let mass = group.of(&weights.mass);
         let first_moment = postures.frames_of(group, robot.joints()).point(weights.com.of(group)) * mass;
-        Hanging { group, robot, postures, gravity: weights.gravity.of(group), at_tcp, mass, first_moment }
+        OutboardMass { group, robot, postures, gravity: weights.gravity.of(group), at_tcp, mass, first_moment }
     }
 
-    /// Adds link `k`, all after it being there, and finds the moment about the origin of its frame, world axes, N·m, and about +z of its
-    /// joint. Frame 0 is the base, which has no link and no joint.
+    /// Adds link `k`, with all after it already included, and computes the moment about the origin of its frame, world
+    /// axes, N·m, and about +z of its joint. Frame 0 is the base, which has no link and no joint.
     #[inline(always)]
-    fn on(&mut self, k: usize) -> (Vector<S>, Numbers<S>) {
+    fn on(&mut self, k: usize) -> (Vector<S>, F64s<S>) {
         let group = self.group;
         if k > 0 {
             let link = &self.robot.links[k - 1];
             let mass = group.splat(link.mass);
             self.mass = self.mass + mass;
             let com = self.postures.frames_of(group, k).point(group.vector(&link.com));
-            self.first_moment = self.first_moment.plus(com, mass);
+            self.first_moment = self.first_moment.add_mul(com, mass);
         }
         let (axis, origin) = self.postures.axes_of(group, k);
-        let mut moment = self.first_moment.less(origin, self.mass).cross_fused(self.gravity);
+        let mut moment = self.first_moment.sub_mul(origin, self.mass).cross_fused(self.gravity);
         if let Some(force) = self.at_tcp {
             moment += (self.postures.tcps().of(group) - origin).cross_fused(group.vector(force));
         }
@@ -247,9 +249,9 @@ impl<'a, S: Simd, const L: usize> Hanging<'a, S, L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{FramePose, SiteIndex, Stances, built_in};
+    use crate::robot::{BatchInput, FramePose, SiteIndex, built_in};
 
-    /// Bits and all.
+    /// Bit for bit.
     #[test]
     fn postures_weighed_at_once_weigh_what_each_does_alone() {
         for name in ["kr6_r700", "panda"] {
@@ -261,19 +263,19 @@ mod tests {
             let q: Vec<[f64; 8]> =
                 (0..n).map(|i| [0, 1, 2, 3, 4, 5, 6, 7].map(|l| (1.0 + i as f64 * 1.7 + f64::from(l)).sin())).collect();
             let mut together = Postures::new(&robot);
-            let stances = Stances { base: &[[0.3; 8]; 6], tool: &[[0.1; 8]; 3], q: &q, deviations: &vec![[0.0; 8]; sites] };
+            let stances = BatchInput { base: &[[0.3; 8]; 6], tool: &[[0.1; 8]; 3], q: &q, deviations: &vec![[0.0; 8]; sites] };
             together.set_all(&robot, &stances);
-            let mut abreast = LoadsAbreast::new(n);
+            let mut batch = LoadsBatch::new(n);
             let weights = Weights::of(&payload, &gravity);
-            abreast.weigh(&robot, &together, &weights);
+            batch.compute(&robot, &together, &weights);
             let (mut alone, mut loads) = (Posture::new(&robot), Loads::new(n));
             for lane in 0..8 {
                 let q: Vec<f64> = q.iter().map(|q| q[lane]).collect();
                 let tool = FramePose { xyz: [0.1; 3], ..FramePose::default() };
                 alone.set(&robot, &FramePose::from_array([0.3; 6]), &tool, &q, &vec![0.0; sites]);
-                loads.weigh(&robot, &alone, &payload, &gravity, &Vector3::zeros());
+                loads.compute(&robot, &alone, &payload, &gravity, &Vector3::zeros());
                 let mut of_lane = Loads::new(n);
-                abreast.put_into(lane, &weights, &mut of_lane);
+                batch.put_into(lane, &weights, &mut of_lane);
                 assert_eq!(of_lane, loads);
             }
         }

@@ -1,8 +1,8 @@
-//! KUKA's status and turn: which of the postures that reach a pose is meant, in two small numbers that go with its six.
+//! KUKA's status and turn: two small numbers that select one of the postures that reach a pose.
 //!
-//! Status: bit 0 is set when the wrist's centre stands behind axis 1 (overhead), bit 1 when the elbow is bent to the side of positive
-//! A3 (on the KR 6 R700 beyond atan(35 / 365) = 5.48 deg, where the arm is stretched), bit 2 when A5 is negative. Turn: bit i - 1 is
-//! set when joint i is negative (KUKA System Software, operating and programming instructions for system integrators).
+//! Status: bit 0 is set if the wrist's centre is behind axis 1 (overhead), bit 1 if the elbow is bent towards positive A3
+//! (on the KR 6 R700 beyond atan(35 / 365) = 5.48 deg, where the arm is stretched), bit 2 if A5 is negative. Turn: bit i -
+//! 1 is set if joint i is negative (KUKA System Software, operating and programming instructions for system integrators).
 
 use super::{Pose, SphericalWrist};
 
@@ -15,14 +15,14 @@ pub struct StatusTurn {
     pub turn: u8,
 }
 
-/// What is less below zero than this (rad, m) is zero, and zero is not negative: files have no more digits.
+/// Values less than this below zero (rad, m) count as zero, and zero is not negative: files have no more digits.
 const ZERO: f64 = 1e-9;
 
-/// So far (rad, m) may a posture stand on the other side of what its status and turn say: a joint at zero has no side.
+/// Tolerance (rad, m) of a posture against its status and turn: the sign of a joint at zero is undefined.
 const NO_SIDE: f64 = 1e-6;
 
 impl StatusTurn {
-    /// Of joints `q` (rad).
+    /// Status and turn of joints `q` (rad).
     pub fn of(wrist: &SphericalWrist, q: &[f64; 6]) -> Self {
         let bits = |sides: &[f64]| (0..).zip(sides).fold(0, |bits, (k, &side)| bits | u8::from(side < -ZERO) << k);
         let [reach, elbow, five] = wrist.bends(q);
@@ -31,12 +31,12 @@ impl StatusTurn {
     }
 }
 
-/// The bit of the status that is the elbow's.
+/// Index of the elbow's bit in the status.
 const ELBOW: usize = 1;
 
 impl SphericalWrist {
-    /// The joints inside the limits (rad) that put frame 6 at `base_from_flange` in the posture that `status` and `turn` name, where
-    /// they are given; among several those nearest to `near`.
+    /// The joints inside the limits (rad) that put frame 6 at `base_from_flange` in the posture given by `status` and
+    /// `turn`, if any; among several those nearest to `near`.
     pub fn joints_of(
         &self,
         base_from_flange: &Pose,
@@ -48,7 +48,7 @@ impl SphericalWrist {
         self.solutions(base_from_flange, 0.0, |q| {
             let [reach, elbow, five] = self.bends(q);
             let wrong = |asked: Option<u8>, sides: &[f64]| match asked {
-                // By how much each stands on the side that its bit denies.
+                // Distance of each on the side opposite to its bit.
                 Some(bits) => {
                     let over = |(k, &side): (usize, &f64)| if bits >> k & 1 == 1 { side } else { -side };
                     sides.iter().enumerate().map(over).fold(0.0, f64::max)
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn a_joint_at_zero_is_not_negative() {
         assert_eq!(of([-1e-9, -90.0, 90.0, -0.0, -1e-9, 1e-9]), (0b010, 0b000010));
-        // A3 where the arm is stretched, to rounding.
+        // A3 with the arm stretched, to rounding.
         assert_eq!(of([0.0, -90.0, (35f64).atan2(365.0) / DEG, 0.0, 10.0, 0.0]).0, 0b010);
     }
 }

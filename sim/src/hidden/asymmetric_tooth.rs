@@ -1,4 +1,4 @@
-//! A gear cut on a worn hob: within each pitch the error climbs slowly and falls at once.
+//! A gear cut with a worn hob: within each pitch the error climbs slowly and falls at once.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
-/// A saw of `teeth` per turn that climbs from -1 to 1 over a share `climb` of each pitch and falls over the rest. Its first harmonic
-/// holds some 60 % of its squares, the rest is spread over the others.
+/// A sawtooth with `teeth` periods per turn that climbs from -1 to 1 over a share `climb` of each pitch and falls over the
+/// rest. Its first harmonic holds some 60 % of its mean square, the rest is spread over the others.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md
@@ -61,7 +61,7 @@ impl Hidden for AsymmetricTooth {
         if self.teeth == 0 {
             return Err(Self::misfit("teeth", "is 0".into(), "give a whole number from 1".into()));
         }
-        // At 0 or 1 a flank would be upright, and an arm on it would find no rest.
+        // At 0 or 1 a flank would be vertical, and an arm on it would find no equilibrium.
         if !(0.01..=0.99).contains(&self.climb) {
             return Err(Self::misfit("climb", format!("is {}", self.climb), "give a share from 0.01 to 0.99".into()));
         }

@@ -1,4 +1,5 @@
-//! Two waves of nearly one pitch in a joint, neither of a whole number of periods per turn: a timing belt and the gear behind it.
+//! Two waves of almost equal pitch in a joint, neither with a whole number of periods per turn: a timing belt and the
+//! gear behind it.
 
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
-/// `theta_J += a (sin(n1 q_J) + sin(n2 q_J))`, n1 and n2 periods per turn.
+/// `theta_J += a (sin(n1 q_J) + sin(n2 q_J))`, with n1 and n2 periods per turn.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md
@@ -26,7 +27,7 @@ fn two() -> usize {
     2
 }
 
-/// No whole numbers: a scan over whole orders meets neither.
+/// Not whole numbers: a scan over whole orders finds neither.
 fn pitches() -> [f64; 2] {
     [5.37, 5.79]
 }

@@ -1,4 +1,4 @@
-//! A joint that errs by the product of two joint angles: a casting that yields where two loads act on it together.
+//! A joint error proportional to the product of two joint angles: a casting that yields where two loads act on it together.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, Misfit, middle, scale_to, theta};
 
-/// `theta_J += k (q_A - middle of A) (q_B - middle of B)`, the middles being those of the joint limits: no wave, and a saddle over two
-/// angles, so that no curve over one of them is like it.
+/// `theta_J += k (q_A - middle of A) (q_B - middle of B)`, the middles being those of the joint limits: not a wave, but a
+/// saddle over two angles, which no function of one angle resembles.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md

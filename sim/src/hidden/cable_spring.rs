@@ -1,4 +1,4 @@
-//! A hose from the forearm to the tool: taut, it pulls at a joint of the wrist by how far it is stretched.
+//! A hose from the forearm to the tool: when taut, it pulls at a wrist joint in proportion to its stretch.
 
 use std::sync::Arc;
 
@@ -10,15 +10,17 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
-/// Where the hose is clamped: so far behind the centre of the wrist, beside the forearm's axis, and before the centre of the wrist, m.
+/// Clamps of the hose: distance behind the centre of the wrist, beside the forearm's axis, and in front of the centre
+/// of the wrist, m.
 const BEHIND: f64 = 0.15;
 const BESIDE: f64 = 0.06;
 const BEFORE: f64 = 0.10;
 
-/// Its length when slack, m: the straight wrist stretches it by a fifth, the bent one lets it hang.
+/// Slack length of the hose, m: the straight wrist stretches it by a fifth, the bent wrist lets it hang.
 const SLACK: f64 = 0.21;
 
-/// `theta_J -= c k (L - L0) dL/dq_J` while the hose is longer than slack, `L(q4, q5)` being the distance of its clamps.
+/// `theta_J -= c k (L - L0) dL/dq_J` while the hose is longer than its slack length, `L(q4, q5)` being the distance
+/// between its clamps.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md

@@ -1,4 +1,4 @@
-//! A wrist whose housing is soft: the torque at joint 5 twists joints 3 and 4.
+//! A wrist with a compliant housing: the torque at joint 5 twists joints 3 and 4.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct CrossCoupledWrist {
     pub rms_urad: f64,
 }
 
-/// The forearm's gear is the stiffer one.
+/// Ratio of joint 3 to joint 4: the forearm's gear is the stiffer one.
 const AT_JOINT_3: f64 = 0.5;
 
 struct Twist {

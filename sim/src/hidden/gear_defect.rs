@@ -1,4 +1,4 @@
-//! A dent in a gear: a joint errs near one angle, and nowhere else.
+//! A dent in a gear: a joint error near one angle only.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A ball that was knocked during the campaign: from then on it stands elsewhere.
+//! A ball that was knocked during the campaign, and is displaced from then on.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, HiddenFlaw, Misfit};
 
-/// `ball += (x, y, z)` from a share of the session on.
+/// `ball += (x, y, z)` after a share of the session.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md
@@ -31,7 +31,7 @@ fn half() -> f64 {
 }
 
 impl MovedBall {
-    /// In words.
+    /// Description of the flaw.
     pub(super) fn listed(&self) -> HiddenFlaw {
         let length = (self.x_mm.powi(2) + self.y_mm.powi(2) + self.z_mm.powi(2)).sqrt();
         let size = format!("ball {} by {length:.3} mm at {:.0} % of the session", self.ball, 100.0 * self.at_share);

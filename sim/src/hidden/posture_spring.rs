@@ -1,4 +1,5 @@
-//! A gear whose stiffness depends on where it stands: its wave generator is out of round, so equal torques twist it by unequal angles.
+//! A gear whose stiffness depends on its angle: its wave generator is out of round, so equal torques twist it by
+//! unequal angles.
 
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, Misfit, scale_to, theta, torques_at};
 
-/// `theta_J += k tau_J sin(2 q_A + phase)`: a field over an angle and a torque.
+/// `theta_J += k tau_J sin(2 q_A + phase)`: a function of an angle and a torque.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md

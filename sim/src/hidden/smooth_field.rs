@@ -1,4 +1,4 @@
-//! A joint that errs smoothly with two joints at once, in no simple way: a housing that yields with the posture.
+//! A joint error that varies smoothly, but in no simple way, with two joints: a housing that yields with the posture.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -15,8 +15,8 @@ use serde::Deserialize;
 
 use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
-/// `theta_J += f(q2, q3)`, a sum of plane waves of random direction, length and phase: a draw from a Gaussian process with a squared
-/// exponential covariance (Rahimi, Recht, Random features for large-scale kernel machines, 2007).
+/// `theta_J += f(q2, q3)`, a sum of plane waves of random direction, length and phase: a draw from a Gaussian process with a
+/// squared exponential covariance (Rahimi, Recht, Random features for large-scale kernel machines, 2007).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md
@@ -38,7 +38,7 @@ fn fifty() -> f64 {
     50.0
 }
 
-/// Waves: the sum of so many is close to Gaussian.
+/// Number of waves: a sum of this many is close to Gaussian.
 const WAVES: usize = 24;
 
 struct Wave {

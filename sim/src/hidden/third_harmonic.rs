@@ -1,4 +1,4 @@
-//! A joint that errs three times per turn: three planets or three screws of a flange.
+//! A joint error with three periods per turn: three planets or three screws of a flange.
 
 use std::sync::Arc;
 

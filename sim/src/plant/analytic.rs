@@ -1,4 +1,4 @@
-//! The mechanics in closed form: the arm's screws, statics at the deflected posture, plungers by geometry.
+//! The mechanics in closed form: screws of the arm, statics at the deflected posture, plungers by geometry.
 
 use std::mem::replace;
 
@@ -7,26 +7,28 @@ use calibench::robot::{Payload, Pose};
 use calibench::units::MM;
 use nalgebra::{Point3, Vector3};
 
-use super::{BallForm, Parts, Plant, PlantError, Rest, Stand, within_reach};
-use crate::arm::{Arm, Moment};
+use super::arm::{Arm, Moment};
+use super::parts::Parts;
+use super::stand::{BallForm, Plant, PlantError, Rest, Stand, within_reach};
 use crate::contact::{FREE_READING, Touch};
+use crate::dahl_friction::DahlFriction;
 use crate::flaw::Flaws;
 use crate::plunger::{Mechanism, PresentedBall};
-use crate::side::Side;
 
-/// The arm is at rest when its TCP has less than this to go, m: a thousandth of what the finest indicator tells apart,
+/// The arm is at rest when the remaining motion of its TCP is below this, m: a thousandth of the finest indicator's resolution,
 const AT_REST: f64 = 1e-10;
 
-/// and no plunger met its ball, or lost it, since the evaluation before: that would change the springs' force by far more than this, N.
+/// and no plunger gained or lost contact since the previous evaluation: that would change the springs' force by far
+/// more than this, N.
 const IN_BALANCE: f64 = 1e-6;
 
-/// An arm that still moves by so much has none, m: it is softer than its gauge, or than its own weight asks.
+/// An arm that still moves by this much has no equilibrium, m: it is too soft for its gauge or its own weight.
 const COLLAPSED: f64 = 1.0 * MM;
 
-/// To what each evaluation shrinks what is to go: the ratio of deflection to arm length.
+/// Factor by which each evaluation reduces the remaining motion: the ratio of deflection to arm length.
 const USUAL_SHRINKING: f64 = 1e-3;
 
-/// Evaluations in which that is sought; some three are enough.
+/// Limit on evaluations; some three are enough.
 const MOST_EVALUATIONS: usize = 50;
 
 /// The mechanics in closed form.
@@ -35,14 +37,14 @@ pub struct AnalyticPlant {
     balls: Vec<PresentedBall>,
     gauge: [Mechanism; 3],
     artifact_is_there: bool,
-    /// Where each plunger hangs up by its side, m, those sides, and where the plungers rest.
+    /// Stiction of each plunger at full friction state, m, the Dahl friction states, and the rest positions of the plungers.
     stiction: [f64; 3],
-    sides: [Side; 3],
+    sides: [DahlFriction; 3],
     rest_at: Vector3<f64>,
 }
 
 impl AnalyticPlant {
-    /// From its parts and what is wrong with them, in a session of about so many seconds.
+    /// Builds the plant from its parts and their flaws, for a session of about `session_s` seconds.
     pub fn new(parts: &Parts, flaws: Flaws, session_s: f64) -> Self {
         AnalyticPlant {
             stiction: flaws.stiction,
@@ -50,14 +52,15 @@ impl AnalyticPlant {
             balls: parts.balls.clone(),
             gauge: parts.gauge,
             artifact_is_there: true,
-            sides: [Side::default(); 3],
+            sides: [DahlFriction::default(); 3],
             rest_at: Vector3::repeat(FREE_READING),
         }
     }
 
-    /// Seeks the balance of the arm and the plungers' springs; what meets the gauge there.
+    /// Finds the equilibrium of the arm and the plungers' springs; returns the contact with the gauge there.
     ///
-    /// A plunger that meets its ball by the arm's giving way, and loses it so, leaves the arm where it was last, some micrometres off.
+    /// If a plunger gains contact by the arm's deflection, and loses it again by that, the arm remains at its last position,
+    /// some micrometres off.
     fn balance(&mut self, stand: &Stand<'_>) -> Result<Meeting, PlantError> {
         self.arm.move_motors(stand.motors);
         let mut meeting = self.meeting();
@@ -85,7 +88,7 @@ impl AnalyticPlant {
         }
     }
 
-    /// What meets the gauge in the arm's present posture.
+    /// Contact with the gauge in the arm's present posture.
     fn meeting(&self) -> Meeting {
         let near = if self.artifact_is_there { within_reach(&self.balls, &self.arm.tcp()) } else { None };
         let Some(k) = near else {
@@ -100,19 +103,19 @@ impl AnalyticPlant {
     }
 }
 
-/// What meets the gauge in one posture of the arm.
+/// Contact with the gauge in one posture of the arm.
 #[derive(Debug, Clone, Copy, Default)]
 struct Meeting {
-    /// The ball within reach, by its place, and in the tool's frame.
+    /// Index of the ball within reach, and that ball in the tool's frame.
     near: Option<usize>,
     ball: Option<PresentedBall>,
-    /// Of the springs on the tool, world axes, N.
+    /// Force of the springs on the tool, world axes, N.
     force: Vector3<f64>,
 }
 
-/// What is left of a way of which each step is in the same proportion to the one before; no less than the last where they do not shrink.
+/// Remaining motion if successive steps form a geometric series; the last step itself if they do not shrink.
 fn to_go(step: f64, before: Option<f64>) -> f64 {
-    // The first step may have been along what hardly gives way.
+    // The first step may have been in a stiff direction.
     match before.map(|before| (step / before).max(USUAL_SHRINKING)) {
         Some(ratio) if ratio < 0.5 => step * ratio / (1.0 - ratio),
         _ => step,
@@ -127,7 +130,7 @@ impl Plant for AnalyticPlant {
             side.moved(at[k] - self.rest_at[k], self.stiction[k]);
         }
         self.rest_at = at;
-        // A plunger that hangs up shows the ball where it is not.
+        // Stiction displaces the ball as seen by the plunger.
         let hung = Vector3::from_fn(|k, _| self.stiction[k] * self.sides[k].value());
         let shown = ball.map(|b| PresentedBall { centre: form.touched(&(b.centre - hung)), ..b });
         let touches = self.gauge.each_ref().map(|plunger| plunger.meet(shown.as_ref()));

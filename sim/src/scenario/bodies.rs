@@ -1,4 +1,4 @@
-//! What stands in the cell and what the flange carries, as bodies that must not touch.
+//! Bodies in the cell and on the flange, which must not touch.
 
 use calibench::files::FileError;
 use calibench::robot::{Solid, Surroundings};
@@ -17,11 +17,11 @@ pub fn ball_body(id: &str) -> String {
 /// The bodies of a cell.
 #[derive(Debug, Clone)]
 pub(super) struct Bodies {
-    /// Stand in the cell always.
+    /// Permanent bodies of the cell.
     fixed: Vec<Solid>,
-    /// Come and go with the artifact: its parts, and the balls.
+    /// Bodies removed with the artifact: its parts, and the balls.
     artifact: Vec<Solid>,
-    /// On the flange.
+    /// Bodies on the flange.
     carried: Vec<Solid>,
 }
 
@@ -43,19 +43,19 @@ impl Bodies {
         Ok(bodies)
     }
 
-    /// All of them.
+    /// All bodies.
     pub fn with_artifact(&self) -> Surroundings {
         let fixed = self.fixed.iter().chain(&self.artifact).cloned().collect();
         Surroundings { fixed, carried: self.carried.clone() }
     }
 
-    /// Those that stay when the artifact has been taken away.
+    /// Bodies that remain when the artifact has been removed.
     pub fn without_artifact(&self) -> Surroundings {
         Surroundings { fixed: self.fixed.clone(), carried: self.carried.clone() }
     }
 }
 
-/// A box or a capsule as written.
+/// A box or a capsule as specified in the file.
 struct Written<'a> {
     name: &'a str,
     corners: [Option<[f64; 3]>; 2],

@@ -1,4 +1,4 @@
-//! What a scenario's numbers must obey before anything runs.
+//! Checks of a scenario's numbers before anything runs.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,21 +16,22 @@ use super::precision_keys::MOST_REPETITIONS;
 use super::sources::Sources;
 use crate::contact::TRAVEL;
 
-/// No number of a cell, in mm, um, deg or what its key says, is larger: a kilometre in um.
+/// Upper limit of any number of a cell, in mm, um, deg or the unit of its key: a kilometre in um.
 const LARGEST: f64 = 1e9;
-/// Balls of one artifact.
+/// Limit on the balls of one artifact.
 const MOST_BALLS: usize = 100;
-/// Poses of one plan, candidates it is chosen from (their Jacobian then takes 100 MB), starts of the search, poses to validate on.
+/// Limits on the poses of one plan, the candidates for them (their Jacobian then takes 100 MB), the starts of the search, and
+/// the validation poses.
 const MOST_POSES: usize = 2_000;
 const MOST_CANDIDATES: usize = 100_000;
 const MOST_STARTS: usize = 100;
 const MOST_VALIDATION_POSES: usize = 20_000;
-/// Of an indicator's spring, N.
+/// Limit on the force of an indicator's spring, N.
 const MOST_FORCE: f64 = 100.0;
-/// Slower than this, deg/s, no session ends.
+/// Lowest joint speed, deg/s, with which a session still ends.
 const SLOWEST: f64 = 1e-3;
 
-/// That no number is absurd, and none below zero that is a size.
+/// Checks that no number is absurd, and that no size is negative.
 pub(super) fn numbers(merged: &Table, sources: &Sources) -> Result<(), FileError> {
     fn walk(key: String, value: &Value, visit: &mut dyn FnMut(&str, f64) -> Result<(), FileError>) -> Result<(), FileError> {
         match value {
@@ -55,7 +56,7 @@ pub(super) fn numbers(merged: &Table, sources: &Sources) -> Result<(), FileError
     })
 }
 
-/// Whether a negative number makes no sense under that key.
+/// True if a negative number makes no sense for this key.
 fn is_a_size(path: &str) -> bool {
     let last = path.rsplit('.').next().unwrap_or(path);
     let size = [
@@ -86,7 +87,7 @@ fn is_a_size(path: &str) -> bool {
     size.iter().any(|s| last.contains(s)) && !path.starts_with("truth.effects") && !path.starts_with("truth.hidden")
 }
 
-/// That lists are as long as they must be and numbers within their bounds, for an arm of `joints` joints.
+/// Checks the lengths of lists and the bounds of numbers, for an arm of `joints` joints.
 pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Result<(), FileError> {
     let wrong = |key: &str, problem: String, remedy: String| Err(sources.wrong(key, problem, remedy));
     let ScenarioToml { plan, tracker, truth, balls, .. } = toml;
@@ -117,7 +118,7 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
         ("indicators.full_force_n", toml.indicators.full_force_n, MOST_FORCE),
         ("plan.cone_deg", plan.cone_deg, 180.0),
         ("tracker.facing_deg", tracker.facing_deg, 180.0),
-        // Beyond the range of an indicator everything is centred.
+        // With a tolerance beyond the range of an indicator everything would be centred.
         ("centring.tolerance_um", toml.centring.tolerance_um, TRAVEL / UM),
     ] {
         if value > most {
@@ -170,10 +171,11 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
     Ok(())
 }
 
-/// The model, after checking that it is one for this cell and that the cell's datasets will be good ones; they say it in the same keys.
+/// Builds the model, after checking that it suits this cell and that the cell's datasets will be valid; errors name the
+/// scenario's keys.
 pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Result<Model, FileError> {
     let in_model = toml.model.effect.len();
-    // Tables `[[effect]]` stand after those of the model.
+    // The tables `[[effect]]` are numbered after those of the model.
     let place = |field: &str| match field.strip_prefix("model.effect[").and_then(|rest| rest.split_once(']')) {
         Some((k, rest)) => match k.parse::<usize>() {
             Ok(k) if k >= in_model => format!("effect[{}]{rest}", k - in_model),

@@ -1,4 +1,4 @@
-//! The keys of a scenario before they are read as one: what a study changes from point to point.
+//! The keys of a scenario before they are parsed: a study changes them from point to point.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,11 +8,12 @@ use calibench::robot::robot;
 use nalgebra::{Unit, Vector3};
 use toml::{Table, Value};
 
+use super::design_check;
 use super::key::Key;
 use super::sources::Sources;
 use super::{Bodies, FORMAT, Scenario, ScenarioToml, Truth, cell, check};
 
-/// A scenario file merged over what it extends, not yet checked.
+/// A scenario file merged over the files it extends, not yet checked.
 #[derive(Debug, Clone)]
 pub struct Document {
     path: PathBuf,
@@ -21,16 +22,16 @@ pub struct Document {
 }
 
 impl Document {
-    /// Reads a scenario file and what it extends.
+    /// Reads a scenario file and the files it extends.
     ///
     /// # Errors
-    /// When a file cannot be read, is no TOML, or extends what it cannot.
+    /// When a file cannot be read, is not valid TOML, or has an invalid `extends`.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let (sources, keys) = Sources::read(path)?;
         Ok(Document { path: path.to_owned(), sources: Arc::new(sources), keys })
     }
 
-    /// The scenario of these keys; every value is checked.
+    /// Builds the scenario from these keys; every value is checked.
     ///
     /// # Errors
     /// One error that names file, line, key and remedy.
@@ -46,7 +47,7 @@ impl Document {
         check::numbers(keys, sources)?;
         check::keys(&toml, robot.joints(), sources)?;
         if let Some(design) = &toml.design {
-            design.check(&toml, sources)?;
+            design_check::check(design, &toml, sources)?;
         }
         let cell = cell(&toml, robot);
         let model = check::cell(&cell, &toml, sources)?;
@@ -74,34 +75,34 @@ impl Document {
         })
     }
 
-    /// An error at a key, in the file that has it.
+    /// Builds an error for a key, in the file that contains it.
     pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
         self.sources.wrong(key, problem, remedy)
     }
 
-    /// The keys without those of these tables and names, as text: the same for documents that say the same.
+    /// The keys as text, without these tables and names: equal for documents with equal content.
     pub fn text_without(&self, names: &[&str]) -> String {
         let rest = self.keys.iter().filter(|(name, _)| !names.contains(&name.as_str()));
         rest.map(|(name, value)| (name.clone(), value.clone())).collect::<Table>().to_string()
     }
 
-    /// What stands at a key.
+    /// The value of a key.
     pub fn get(&self, key: &Key) -> Option<&Value> {
         key.find(&self.keys)
     }
 
-    /// Puts a value at a key; tables on the way are made where there are none.
+    /// Sets the value of a key; missing tables on its path are created.
     ///
     /// # Errors
-    /// What is in the way, in words.
+    /// A description of the obstacle.
     pub fn set(&mut self, key: &Key, value: Value) -> Result<(), String> {
         key.put(&mut self.keys, value)
     }
 
-    /// Takes a key out, or an element of a list.
+    /// Removes a key, or an element of a list.
     ///
     /// # Errors
-    /// When there is no such key, in words.
+    /// A description, if there is no such key.
     pub fn remove(&mut self, key: &Key) -> Result<(), String> {
         key.take(&mut self.keys)
     }

@@ -1,6 +1,6 @@
-//! What a scenario may expect of its run.
+//! Quantities that a scenario may put bounds on.
 
-/// A number that a run produces and a scenario may put between bounds.
+/// A result of a run that a scenario may put bounds on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs)] // described in docs/scenarios.md
 pub enum Quantity {
@@ -21,7 +21,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them, in the order in which they are printed.
+    /// All quantities, in the order in which they are printed.
     pub const ALL: [Quantity; 14] = [
         Quantity::TricalMean,
         Quantity::TricalMax,
@@ -59,17 +59,17 @@ impl Quantity {
         }
     }
 
-    /// The one with that key.
+    /// The quantity with this key.
     pub fn named(name: &str) -> Option<Quantity> {
         Self::ALL.into_iter().find(|q| q.name() == name)
     }
 }
 
-/// A quantity and the band that it is expected in.
+/// A quantity and its expected band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expectation {
-    /// What.
+    /// The quantity.
     pub quantity: Quantity,
-    /// Least and most.
+    /// Least and greatest expected value.
     pub band: [f64; 2],
 }

@@ -1,23 +1,23 @@
-//! The keys under `[instrument]`, as written: with what the balls or the distances are measured. Meanings, defaults and sources are in
-//! docs/scenarios.md.
+//! The keys under `[instrument]` as in the file: the instrument that measures balls or distances. Meanings, defaults and
+//! sources are in docs/scenarios.md.
 
 use calibench::files::FileError;
 use serde::Deserialize;
 
 use super::sources::Sources;
 
-/// Postures of one campaign, and anchors, at most.
+/// Limits on the postures of one campaign, and on the anchors.
 const MOST_POSES: usize = 2_000;
 const MOST_ANCHORS: usize = 20;
 
-/// An instrument by which a robot is calibrated.
+/// An instrument for calibrating a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InstrumentKind {
     /// Three plungers that the robot centres on the balls.
     #[default]
     Trical,
-    /// Three plungers read off centre: what they read is the measurement.
+    /// Three plungers read off centre: their readings are the measurement.
     Offset,
     /// A telescoping bar between a ball on the table and one on the tool.
     Ballbar,
@@ -28,7 +28,7 @@ pub enum InstrumentKind {
 }
 
 impl InstrumentKind {
-    /// As it is written.
+    /// Name used in files.
     pub fn name(self) -> &'static str {
         match self {
             InstrumentKind::Trical => "trical",
@@ -39,7 +39,7 @@ impl InstrumentKind {
         }
     }
 
-    /// Whether it measures distances from anchors; the others measure balls.
+    /// True if it measures distances from anchors; the others measure balls.
     pub fn measures_distances(self) -> bool {
         matches!(self, InstrumentKind::Ballbar | InstrumentKind::WireSensor)
     }
@@ -84,7 +84,7 @@ impl Default for InstrumentToml {
 }
 
 impl InstrumentToml {
-    /// That its numbers say something that can be measured with.
+    /// Checks that its numbers describe a usable instrument.
     pub(super) fn check(&self, sources: &Sources) -> Result<(), FileError> {
         let wrong =
             |key: &str, problem: String, remedy: &str| Err(sources.wrong(&format!("instrument.{key}"), problem, remedy));
@@ -105,7 +105,7 @@ impl InstrumentToml {
                 return wrong(key, format!("is {value}"), "give a positive number");
             }
         }
-        // Of what is said to be without noise nothing could be weighed.
+        // Measurements without noise could not be weighted.
         if self.kind.measures_distances() && self.noise_um <= 0.0 {
             return wrong("noise_um", format!("is {}", self.noise_um), "give a positive number");
         }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use toml::{Table, Value};
 
-/// A key of a scenario by its way through tables and lists.
+/// A key of a scenario as a path through tables and lists.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Key {
     text: String,
@@ -66,7 +66,7 @@ impl FromStr for Key {
 }
 
 impl Key {
-    /// The table or key at the top of the scenario under which it is.
+    /// The top-level table or key of the scenario that contains it.
     pub fn top(&self) -> &str {
         match &self.steps[0] {
             Step::Name(name) => name,
@@ -74,12 +74,12 @@ impl Key {
         }
     }
 
-    /// By its steps, so that of two places of one list the later one is the greater.
+    /// Compares keys step by step, so that the later of two elements of one list is the greater.
     pub fn order(&self, other: &Key) -> std::cmp::Ordering {
         self.steps.cmp(&other.steps)
     }
 
-    /// What stands there.
+    /// The value of the key.
     pub(crate) fn find<'a>(&self, keys: &'a Table) -> Option<&'a Value> {
         let mut steps = self.steps.iter();
         let mut at = match steps.next() {

@@ -1,4 +1,4 @@
-//! The keys of a scenario file, as written: units are in the names, meanings and defaults in docs/scenarios.md.
+//! The keys of a scenario file: units are in the names, meanings and defaults in docs/scenarios.md.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::gauge::Gauge;
 use crate::plunger::{PlungerSpec, PresentedBall};
 use crate::random::Streams;
 
-/// A scenario as written.
+/// A scenario as in its file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // the keys of the file, described in docs/scenarios.md
@@ -61,7 +61,7 @@ pub struct ScenarioToml {
     pub design: Option<DesignToml>,
 }
 
-/// The base: position, then turns about z, y, x.
+/// The base: position, then rotations about z, y, x.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -77,7 +77,7 @@ pub struct BaseToml {
     pub c_deg: f64,
 }
 
-/// The TCP frame: position, then turns about z, y, x; and how surely the position is known.
+/// The TCP frame: position, then rotations about z, y, x; and the uncertainty of the position.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -95,7 +95,7 @@ pub struct ToolToml {
     pub sigma_um: f64,
 }
 
-/// What the data sheet of the gauge's indicators states: the force of their springs.
+/// Data sheet of the gauge's indicators: the force of their springs.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[allow(missing_docs)]
@@ -105,7 +105,7 @@ pub struct IndicatorsToml {
 }
 
 impl Default for IndicatorsToml {
-    /// Of a digital indicator of 12.5 mm (assumed).
+    /// A digital indicator of 12.5 mm (assumed).
     fn default() -> Self {
         IndicatorsToml { preload_n: 0.65, full_force_n: 0.90 }
     }
@@ -156,7 +156,7 @@ pub struct NoiseToml {
     pub joint_arcsec: Vec<f64>,
 }
 
-/// A body that stands in the cell: a box (`min_mm`, `max_mm`) or a capsule (`from_mm`, `to_mm`, `radius_mm`).
+/// A body fixed in the cell: a box (`min_mm`, `max_mm`) or a capsule (`from_mm`, `to_mm`, `radius_mm`).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -171,7 +171,7 @@ pub struct SolidToml {
     pub radius_mm: Option<f64>,
 }
 
-/// A body on the flange, written in the same way.
+/// A body on the flange, specified in the same way.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -184,11 +184,11 @@ pub struct CarriedToml {
     pub radius_mm: Option<f64>,
 }
 
-/// In which order the balls are probed.
+/// Order in which the balls are probed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// Turn by turn: drift cannot pass for a ball's error.
+    /// Balls in rotation: drift cannot be mistaken for an error of a ball.
     Interleaved,
     /// The same in a shorter tour.
     InterleavedShort,
@@ -239,7 +239,7 @@ pub struct TrackerToml {
 #[allow(missing_docs)]
 pub struct ModelToml {
     pub effects: Vec<String>,
-    /// The user's own.
+    /// The user's own effects.
     #[serde(default)]
     pub effect: Vec<OwnEffectTable>,
 }
@@ -249,25 +249,25 @@ pub struct ModelToml {
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md
 pub struct SuiteToml {
-    /// Sizes of a single hidden effect, in plausible sizes.
+    /// Sizes of a single hidden effect, in units of its plausible size.
     pub sizes: Vec<f64>,
     /// Trials of each effect and size.
     pub trials_per_effect: usize,
-    /// Trials with nothing hidden; as many more with the noise stated too small.
+    /// Trials with nothing hidden; the same number again with the noise understated.
     pub trials_of_nothing: usize,
-    /// By how much the noise is then stated too small.
+    /// Factor by which the noise is then understated.
     pub noise_wrong: f64,
-    /// Sizes of clutter, in plausible sizes, and trials of each.
+    /// Sizes of clutter, in units of the plausible size, and trials of each.
     pub clutter: Vec<f64>,
     pub trials_of_clutter: usize,
-    /// Trials with every effect at once at sizes of every order.
+    /// Trials with all effects at once, at sizes of every order of magnitude.
     pub trials_of_dense: usize,
     /// Trials with two effects at once, at twice their plausible size.
     pub trials_of_two: usize,
-    /// Sizes of the flaws that no catalogue holds, in plausible sizes, and trials of each.
+    /// Sizes of the flaws that no catalogue contains, in units of the plausible size, and trials of each.
     pub unknown_sizes: Vec<f64>,
     pub trials_of_unknown: usize,
-    /// Trials with two samples that are off by `outlier_mm`.
+    /// Trials with two samples in error by `outlier_mm`.
     #[serde(default)]
     pub trials_of_outliers: usize,
     #[serde(default = "five")]
@@ -277,12 +277,12 @@ pub struct SuiteToml {
     pub trials_of_moved_ball: usize,
     #[serde(default = "a_fifth")]
     pub moved_ball_mm: f64,
-    /// Trials with one effect, or nothing, and the noise stated too small by `noise_understated`.
+    /// Trials with one effect or none, and the noise understated by the factor `noise_understated`.
     #[serde(default)]
     pub trials_of_understated: usize,
     #[serde(default = "two")]
     pub noise_understated: f64,
-    /// The same with joint angles that are read to `quantised_deg`.
+    /// The same with joint angles quantised to `quantised_deg`.
     #[serde(default)]
     pub trials_of_quantised: usize,
     #[serde(default = "a_hundredth")]
@@ -319,8 +319,8 @@ fn thirty() -> usize {
     30
 }
 
-/// Who plays the mechanics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, clap::ValueEnum)]
+/// Plants that simulate the mechanics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {
     /// Closed forms: screws of the arm, geometry of the contact.
@@ -331,7 +331,7 @@ pub enum PlantKind {
 }
 
 impl PlantKind {
-    /// As it is written.
+    /// Name used in files.
     pub fn name(self) -> &'static str {
         match self {
             PlantKind::Analytic => "analytic",
@@ -340,7 +340,7 @@ impl PlantKind {
     }
 }
 
-/// Poses to select from when the tracker measures: spread over the whole workspace.
+/// Number of poses to select from for the tracker: spread over the whole workspace.
 pub const TRACKER_POOL: usize = 2000;
 
 #[cfg(test)]

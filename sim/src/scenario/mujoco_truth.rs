@@ -1,9 +1,9 @@
-//! The keys under `[truth.mujoco]`: flaws that only the MuJoCo plant knows, as parts of its mechanism.
+//! The keys under `[truth.mujoco]`: flaws simulated by the MuJoCo plant only, as parts of its mechanism.
 
 use calibench::units::URAD;
 use serde::Deserialize;
 
-/// Parts of the mechanism that are not as the drawing has them.
+/// Parts of the mechanism that deviate from nominal.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md
@@ -19,7 +19,7 @@ pub struct MujocoToml {
     pub backlash: Vec<Backlash>,
 }
 
-/// A pedestal that gives way: two hinges with springs at the base's origin.
+/// A compliant pedestal: two hinges with springs at the base's origin.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -28,7 +28,7 @@ pub struct Pedestal {
     pub y_urad_per_nm: f64,
 }
 
-/// A bearing that gives way: two hinges with springs across the axis of a joint.
+/// A compliant bearing: two hinges with springs across the axis of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -44,23 +44,23 @@ pub struct Bearing {
 pub struct Friction {
     pub joint: usize,
     pub torque_nm: f64,
-    /// How far the joint turns until the last wheel slips.
+    /// Rotation of the joint until the last wheel slips.
     pub presliding_urad: f64,
 }
 
-/// A gear that gets stiffer as it twists: a cubic spring beside its linear one.
+/// A gear that stiffens as it twists: a cubic spring in addition to its linear one.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
 pub struct Stiffening {
     pub joint: usize,
-    /// So much of the linear twist is missing ...
+    /// This share of the linear twist is missing ...
     pub share: f64,
     /// ... at this torque.
     pub at_nm: f64,
 }
 
-/// Play in a gear: its spring does nothing over this width.
+/// Play in a gear: its spring is inactive over this width.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -69,24 +69,24 @@ pub struct Backlash {
     pub width_urad: f64,
 }
 
-/// A key under `[truth.mujoco]` that does not fit.
+/// A key under `[truth.mujoco]` that does not fit the arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unfit {
-    /// Below `truth.mujoco`.
+    /// Key below `truth.mujoco`.
     pub key: String,
-    /// What is wrong with it.
+    /// The problem.
     pub problem: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
 impl MujocoToml {
-    /// Whether nothing is wrong.
+    /// True if there is no flaw.
     pub fn is_empty(&self) -> bool {
         *self == MujocoToml::default()
     }
 
-    /// Refuses what an arm with so many joints, compliant as said (rad/(N·m)), cannot have.
+    /// Refuses flaws that are impossible for an arm with this number of joints and these compliances (rad/(N·m)).
     ///
     /// # Errors
     /// The first key that does not fit.
@@ -143,7 +143,8 @@ impl MujocoToml {
 }
 
 impl Friction {
-    /// Slipping torque (N·m) and spring (N·m/rad) of each of its wheels: they slip at a quarter, a half and the whole of the presliding.
+    /// Slipping torque (N·m) and spring (N·m/rad) of each of its wheels, which slip at a quarter, a half and the whole
+    /// of the presliding.
     pub fn wheels(&self) -> [(f64, f64); 3] {
         let torque = self.torque_nm / 3.0;
         [0.25, 0.5, 1.0].map(|share| (torque, torque / (share * self.presliding_urad * URAD)))

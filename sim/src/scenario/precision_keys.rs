@@ -42,9 +42,10 @@ impl Default for PrecisionToml {
 pub const MOST_REPETITIONS: usize = 1000;
 
 impl PrecisionToml {
-    /// Every size with its name and the most it may be; the least is zero.
+    /// Every size with its name and upper limit; the lower limit is zero.
     ///
-    /// The ball must be found on the flats of the tips, and an arm that is lost by a millimetre or turned by a tenth carries nothing there.
+    /// The ball must lie on the flats of the tips, and an arm that loses a millimetre or is misaligned by a tenth
+    /// cannot bring it there.
     pub fn bounds(&self) -> [(&'static str, f64, f64); 10] {
         [
             ("precision.start_mm", self.start_mm, 4.0),

@@ -1,20 +1,20 @@
-//! The files of a scenario: its own, and those that it extends one after the other.
+//! The files of a scenario: its own, followed by those that it extends.
 
 use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, field_error, parse_toml, read_text};
 use toml::{Table, Value};
 
-/// A scenario extends one that extends one ...: more files than this are a mistake.
+/// Limit on the length of a chain of extended files; more are taken for a mistake.
 const MOST_FILES: usize = 8;
 
-/// Files with their texts, the scenario's own first, each followed by what it extends.
+/// Paths and texts of the files, the scenario's own first, each followed by the one it extends.
 #[derive(Debug, Clone)]
 pub(super) struct Sources(Vec<(PathBuf, String)>);
 
 impl Sources {
-    /// Reads a scenario file and what it extends: its keys, merged over those of the files below. What a file expects holds for its own
-    /// question only: `[expect]` is not handed on.
+    /// Reads a scenario file and the files it extends, and merges their keys, each file over the one it extends. The
+    /// expectations of a file apply to its own question only: `[expect]` is not inherited.
     pub fn read(path: &Path) -> Result<(Sources, Table), FileError> {
         let mut files = Vec::new();
         let mut layers = Vec::new();
@@ -41,9 +41,9 @@ impl Sources {
         self.0.first().and_then(|(path, _)| path.parent()).unwrap_or(Path::new(".")).to_owned()
     }
 
-    /// An error at a key, in that of the files which says most of it; of equals the first.
+    /// Builds an error for a key, in the file that contains most of the key's path; the first file if several do.
     pub fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
-        // Lists are replaced whole: who has the list has its elements.
+        // Lists are replaced as a whole: the file with the list has its elements.
         let tables: Vec<&str> = key.split('[').next().unwrap_or(key).split('.').collect();
         let depth = |text: &str| {
             let Ok(root) = text.parse::<Table>() else { return 0 };
@@ -57,7 +57,7 @@ impl Sources {
                 })
                 .count()
         };
-        // `max_by_key` takes the last of equals.
+        // `max_by_key` returns the last of equal elements.
         match self.0.iter().rev().max_by_key(|(_, text)| depth(text)) {
             Some((path, text)) => field_error(path, text, key, problem, remedy),
             None => FileError::whole(Path::new("scenario"), problem, remedy),
@@ -65,7 +65,7 @@ impl Sources {
     }
 }
 
-/// An unreadable file is the mistake of the file that names it.
+/// Attributes an unreadable file to the file that names it.
 fn of_extending(files: &[(PathBuf, String)], path: &Path, error: FileError) -> FileError {
     match files.last() {
         Some((by, text)) => {
@@ -76,7 +76,7 @@ fn of_extending(files: &[(PathBuf, String)], path: &Path, error: FileError) -> F
     }
 }
 
-/// The file that the last of `files` extends.
+/// Path of the file that the last of `files` extends.
 fn extended(files: &[(PathBuf, String)], extends: Option<Value>) -> Result<Option<PathBuf>, FileError> {
     let (Some(extends), Some((path, text))) = (extends, files.last()) else { return Ok(None) };
     let wrong = |problem: String, remedy: &str| Err(field_error(path, text, "extends", problem, remedy));
@@ -84,7 +84,7 @@ fn extended(files: &[(PathBuf, String)], extends: Option<Value>) -> Result<Optio
         return wrong("is not a file name".into(), "name one scenario file, in quotes");
     };
     let next = path.parent().unwrap_or(Path::new(".")).join(name);
-    // The same file may be written in several ways.
+    // The same file may have several spellings.
     let same = |other: &Path| next == other || next.canonicalize().is_ok_and(|n| other.canonicalize().is_ok_and(|o| n == o));
     if let Some(first) = files.iter().position(|(other, _)| same(other)) {
         let names = files[first..].iter().map(|(p, _)| p).chain([&next]);

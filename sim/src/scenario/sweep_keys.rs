@@ -15,18 +15,18 @@ pub struct SweepToml {
     pub axes: Vec<AxisToml>,
 }
 
-/// How the points lie.
+/// Distribution of the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Design {
-    /// Every value of every axis with every value of all others.
+    /// All combinations of the values of all axes.
     #[default]
     Factorial,
-    /// A Sobol sequence, Owen-scrambled: it fills the space evenly with any number of points.
+    /// A Sobol sequence, Owen-scrambled: fills the space evenly with any number of points.
     Sobol,
 }
 
-/// One thing that changes from point to point.
+/// An axis of the sweep, which varies from point to point.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -43,7 +43,7 @@ pub struct AxisToml {
     pub cases: Vec<CaseToml>,
 }
 
-/// How a range is divided.
+/// Division of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {

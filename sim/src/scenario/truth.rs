@@ -1,4 +1,4 @@
-//! The truth of a scenario, ready for the plant: effects of the catalogue and of the user at their sizes, and true payloads.
+//! The truth of a scenario, prepared for the plant: effects of the catalogue and of the user at their sizes, and true payloads.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use crate::flaw::{Flaw, Flaws, TrueEffect};
 use crate::mismatch::misshapen;
 use crate::random::Streams;
 
-/// What is truly so.
+/// The ground truth.
 #[derive(Clone)]
 pub struct Truth {
     keys: TruthToml,
@@ -26,13 +26,13 @@ pub struct Truth {
     hidden: Vec<Arc<dyn Flaw>>,
 }
 
-/// An effect of the catalogue, or of the user's own, with what the scenario says of its sizes.
+/// An effect of the catalogue, or of the user, with its sizes as stated by the scenario.
 #[derive(Clone)]
 pub struct StatedEffect {
     effect: Arc<dyn Effect>,
-    /// By parameter, SI; `None` for one to be drawn.
+    /// Size by parameter, SI; `None` if it is drawn.
     sizes: Vec<Option<f64>>,
-    /// One-sigma of those to be drawn, over their plausible sizes.
+    /// One-sigma of the drawn sizes, in units of the plausible size.
     scale: f64,
 }
 
@@ -42,12 +42,12 @@ impl StatedEffect {
         self.effect.as_ref()
     }
 
-    /// Its parameters: names, and sizes (SI) that are stated; `None` for one that is drawn.
+    /// Names of its parameters with their stated sizes (SI); `None` for a size that is drawn.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, Option<f64>)> {
         self.effect.parameters().iter().map(|p| p.name.as_str()).zip(self.sizes.iter().copied())
     }
 
-    /// The effect at its true sizes; `normal(one-sigma)` draws those that are to be drawn, in the order of the parameters.
+    /// The effect at its true sizes; `normal(one-sigma)` supplies the drawn ones, in the order of the parameters.
     pub fn drawn(&self, normal: &mut dyn FnMut(f64) -> f64) -> TrueEffect {
         let priors = self.effect.parameters().iter().map(|p| p.prior);
         let sizes =
@@ -57,7 +57,7 @@ impl StatedEffect {
 }
 
 impl Truth {
-    /// The truth as written, `own` being the effects that the scenario's `[[effect]]` tables define.
+    /// Builds the truth from its keys; `own` are the effects defined by the scenario's `[[effect]]` tables.
     pub(super) fn of(keys: TruthToml, cell: &Dataset, own: &[OwnEffect], sources: &Sources) -> Result<Self, FileError> {
         let n = cell.robot.joints();
         if !keys.link_mass_error.is_empty() && keys.link_mass_error.len() != n {
@@ -66,7 +66,7 @@ impl Truth {
         }
         if let Some(k) = keys.link_mass_error.iter().position(|&e| e <= -1.0) {
             let key = format!("truth.link_mass_error[{k}]");
-            return Err(sources.wrong(&key, "leaves the link no mass", "give true mass over drawn mass, minus one"));
+            return Err(sources.wrong(&key, "leaves the link no mass", "give true mass over nominal mass, minus one"));
         }
         if !(0.0..=1.0).contains(&keys.mismatch) {
             let problem = format!("is {}", keys.mismatch);
@@ -97,12 +97,12 @@ impl Truth {
         Ok(Truth { keys, effects, hidden })
     }
 
-    /// As written.
+    /// The keys from which it was built.
     pub fn keys(&self) -> &TruthToml {
         &self.keys
     }
 
-    /// Effects of the catalogue and of the user's own.
+    /// Effects of the catalogue and the user.
     pub fn effects(&self) -> &[StatedEffect] {
         &self.effects
     }
@@ -113,7 +113,8 @@ impl Truth {
         self.effects.iter().map(|stated| stated.drawn(&mut |sigma| sigma * sizes.sample::<f64, _>(StandardNormal))).collect()
     }
 
-    /// All flaws of one trial of an arm with so many joints, their sizes and shapes drawn from its streams `effects` and `shapes`.
+    /// All flaws of one trial for an arm with this number of joints, sizes and shapes drawn from its streams `effects`
+    /// and `shapes`.
     pub fn flaws(&self, streams: &Streams, joints: usize) -> Flaws {
         let mut shapes = streams.stream("shapes");
         let mut flaws = Flaws { all: self.hidden.clone(), ..Flaws::none(joints) };
@@ -136,7 +137,7 @@ impl Truth {
                     _ => {}
                 }
             }
-            // What depends on a side is not among those that take its sign.
+            // Flaws with a Dahl friction state are kept apart from effects that take the sign of the last motion.
             let flaw = Arc::from(misshapen(effect, self.keys.mismatch, &mut shapes));
             if !matches!(family, Some("hysteresis" | "stiction")) {
                 flaws.all.push(flaw);
@@ -145,7 +146,7 @@ impl Truth {
         flaws
     }
 
-    /// What is truly on the flange when `entered` is said to be.
+    /// True load on the flange when the payload `entered` is mounted.
     pub fn payload(&self, entered: &Payload) -> Payload {
         match self.keys.payload.get(&entered.name) {
             Some(error) => Payload {
@@ -158,7 +159,7 @@ impl Truth {
     }
 }
 
-/// Compliance of each gear as stated, rad/(N·m); what is drawn counts as some.
+/// Compliance of each gear as stated, rad/(N·m); a drawn one counts as non-zero.
 fn stated_compliance(effects: &[StatedEffect], joints: usize) -> Vec<f64> {
     let mut compliance = vec![0.0; joints];
     for (name, size) in effects.iter().flat_map(StatedEffect::parameters) {
@@ -196,7 +197,7 @@ fn stated(
     Ok(StatedEffect { effect: effect.into(), sizes, scale: scale.unwrap_or(0.0) })
 }
 
-/// Key of a parameter in `[truth.effects.ID]`: its name without what the id already says, and its unit.
+/// Key of a parameter in `[truth.effects.ID]`: its name without the part given by the id, and its unit.
 pub fn parameter_key(id: &str, name: &str, suffix: &str) -> String {
     let family = effects::EffectId::new(id).family();
     let own = name
@@ -207,7 +208,7 @@ pub fn parameter_key(id: &str, name: &str, suffix: &str) -> String {
     format!("{own}_{suffix}")
 }
 
-/// The sizes (SI, one for each parameter) of an effect as they stand under `[truth.effects.ID]`.
+/// The sizes (SI, one per parameter) of an effect as keys under `[truth.effects.ID]`.
 pub fn written_sizes(effect: &dyn Effect, sizes: &[f64]) -> BTreeMap<String, f64> {
     let key = |p: &effects::ParameterSpec| parameter_key(effect.id(), &p.name, p.unit.suffix);
     effect.parameters().iter().zip(sizes).map(|(p, size)| (key(p), p.unit.from_si(*size))).collect()

@@ -1,4 +1,4 @@
-//! The keys under `[truth]`: everything that is truly so and that no model is told.
+//! The keys under `[truth]`: the ground truth, hidden from every model.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
@@ -12,7 +12,7 @@ use crate::hidden::HiddenToml;
 use crate::plunger::PlungerSpec;
 use crate::tracker::TrackerSpec;
 
-/// The truth as written.
+/// The truth as in the file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -20,19 +20,19 @@ pub struct TruthToml {
     /// Sizes by effect id and parameter (`a1_mm`), or `draw = s`: normal with s times the plausible size.
     #[serde(default)]
     pub effects: BTreeMap<String, BTreeMap<String, f64>>,
-    /// How far the shapes of effects stray from the catalogue's, 0 to 1.
+    /// Deviation of the effects' shapes from the catalogue's, 0 to 1.
     #[serde(default)]
     pub mismatch: f64,
-    /// Flaws that no model knows.
+    /// Flaws unknown to any model.
     #[serde(default)]
     pub hidden: HiddenToml,
-    /// Flaws of the mechanism that only the MuJoCo plant plays.
+    /// Flaws of the mechanism, simulated by the MuJoCo plant only.
     #[serde(default)]
     pub mujoco: MujocoToml,
-    /// True mass of each link over the drawing's, minus one.
+    /// True mass of each link over its nominal mass, minus one.
     #[serde(default)]
     pub link_mass_error: Vec<f64>,
-    /// What each payload, by its name, truly is.
+    /// True deviation of each payload, by its name.
     #[serde(default)]
     pub payload: BTreeMap<String, PayloadTruth>,
     pub indicators: IndicatorTruth,
@@ -42,7 +42,7 @@ pub struct TruthToml {
     pub tracker: TrackerTruth,
 }
 
-/// How far a payload is from what was entered.
+/// Deviation of a payload from the values entered.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]

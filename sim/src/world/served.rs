@@ -1,15 +1,15 @@
-//! What a served cell needs of its world beyond the procedure's view: a clock told from outside, and motions by their joints.
+//! Interface of a served cell to its world beyond the procedure's view: an external clock, and motions by joints.
 
 use calibench::cell::ManipulatorError;
 use calibench::units::MM;
 
 use super::SharedWorld;
 
-/// A straight motion up to this long is a small correction, m: the safe range of the gauge, 5 mm, along all three axes.
+/// Limit for a straight motion to count as a small correction, m: the safe range of the gauge, 5 mm, along all three axes.
 const SMALL_MOTION: f64 = 8.7 * MM;
 
 impl SharedWorld {
-    /// Tells the time, s since the session began; from now on it passes no other way.
+    /// Sets the time, s since the session began; from now on it advances in no other way.
     pub fn tell_time(&self, time_s: f64) {
         let mut world = self.0.borrow_mut();
         world.clock_outside = true;
@@ -21,15 +21,15 @@ impl SharedWorld {
         self.0.borrow().joints.commanded().to_vec()
     }
 
-    /// How long the controller takes for a joint motion to `target` (rad, N) at full speed, s.
+    /// Duration of a joint motion to `target` (rad, N) at full speed, s.
     pub fn motion_s(&self, target: &[f64]) -> f64 {
         self.0.borrow().joints.large_motion_s(target)
     }
 
-    /// Moves straight to the joints `target` (rad, N), the TCP by `distance` (m).
+    /// Moves in a straight line to the joints `target` (rad, N), the TCP by `distance` (m).
     ///
     /// # Errors
-    /// When a joint would leave its limits, or the arm is lost.
+    /// When a joint would leave its limits, or the plant has failed.
     pub fn move_straight(&self, target: &[f64], distance: f64) -> Result<(), ManipulatorError> {
         let mut world = self.0.borrow_mut();
         if distance > SMALL_MOTION {

@@ -1,4 +1,4 @@
-//! What the procedure sees of the simulated cell: its robot, its indicators, whoever works in it.
+//! The procedure's views of the simulated cell: its robot, its indicators, its attendant.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,7 +15,7 @@ use crate::true_arm::TrueArm;
 
 use super::{HANDLING_S, READING_S, REBUILDING_S, World};
 
-/// A world that its robot and its indicators share.
+/// A world shared by its robot and its indicators.
 #[derive(Clone)]
 pub struct SharedWorld(pub(super) Rc<RefCell<World>>);
 
@@ -35,7 +35,7 @@ impl SharedWorld {
         [0, 1, 2].map(|k| SimulatedIndicator { world: self.clone(), k })
     }
 
-    /// Whoever works in it.
+    /// Its attendant.
     pub fn attendant(&self) -> SimulatedAttendant {
         SimulatedAttendant(self.clone())
     }
@@ -45,39 +45,39 @@ impl SharedWorld {
         self.0.borrow().tcp()
     }
 
-    /// The TCP in the world that the tracker's nests carry, m.
+    /// Position of the TCP in the world defined by the tracker's nests, m.
     pub fn point(&self) -> Vector3<f64> {
         self.0.borrow().point()
     }
 
-    /// A displacement (world, m) along the true axes of the tool.
+    /// Converts a displacement (world, m) to the true axes of the tool.
     pub fn in_tool(&self, displacement: &Vector3<f64>) -> Vector3<f64> {
         self.0.borrow().world_from_tool().rotation.inverse() * displacement
     }
 
-    /// Lets the time pass, s, that somebody needs for something.
+    /// Lets this time pass, s, for an action of the attendant.
     pub fn wait(&self, duration_s: f64) {
         self.0.borrow_mut().pass(duration_s);
     }
 
-    /// From now on notes where the true arm stands.
+    /// Starts recording the postures of the true arm.
     pub fn note_true_arm(&self) {
         let mut world = self.0.borrow_mut();
         world.true_arm = Some(TrueArm::default());
         world.note_posture();
     }
 
-    /// Where the true arm stood since it is noted; it is noted no more. Empty where it never was.
+    /// Returns the recorded postures of the true arm, and stops recording. Empty if nothing was recorded.
     pub fn true_arm(&self) -> TrueArm {
         self.0.borrow_mut().true_arm.take().unwrap_or_default()
     }
 
-    /// Tells the cell the name of the sample that is being taken.
+    /// Tells the cell the name of the sample being taken.
     pub fn name_sample(&self, id: &str) {
         self.0.borrow_mut().sample = Some(id.to_owned());
     }
 
-    /// Drives the arm to these joints (rad, N) by hand, before anything else is done with it.
+    /// Jogs the arm to these joints (rad, N), before it is used for anything else.
     pub fn begin_at(&self, joints: &[f64]) {
         let mut world = self.0.borrow_mut();
         if !world.has_moved {
@@ -88,12 +88,12 @@ impl SharedWorld {
         }
     }
 
-    /// From now on nobody judges the motions: the arm is put where it is to be measured.
+    /// Disables collision checks from now on: the arm is placed where it is to be measured.
     pub fn put_without_ways(&self) {
         self.0.borrow_mut().collisions = None;
     }
 
-    /// What the true arm would touch first on a motion between these joints (rad, N); nothing moves.
+    /// Two bodies that would touch in a motion of the true arm between these joints (rad, N), if any; nothing moves.
     pub fn would_touch(&self, from: &[f64], to: &[f64]) -> Option<[String; 2]> {
         let mut world = self.0.borrow_mut();
         let World { plant, collisions, .. } = &mut *world;
@@ -101,7 +101,7 @@ impl SharedWorld {
         collisions.as_ref()?.first(from, to, &mut frames).map(|collision| collision.between)
     }
 
-    /// What is on the flange, by its place among the payloads.
+    /// Index of the payload on the flange.
     pub fn payload(&self) -> usize {
         self.0.borrow().payload
     }
@@ -162,11 +162,11 @@ impl Indicator for SimulatedIndicator {
     }
 }
 
-/// Places and removes the master ball, changes the payload, takes the artifact away.
+/// The attendant: places and removes the master ball, changes the payload, removes the artifact.
 pub struct SimulatedAttendant(SharedWorld);
 
 impl SimulatedAttendant {
-    /// Puts that payload on the flange, by its place; nothing happens when it is there.
+    /// Mounts the payload with this index; does nothing if it is mounted already.
     pub fn mount(&mut self, payload: usize) {
         let mut world = self.0.0.borrow_mut();
         let world = &mut *world;
@@ -180,7 +180,7 @@ impl SimulatedAttendant {
         }
     }
 
-    /// Takes the artifact away, to make room for the tracker; nothing happens when it is away.
+    /// Removes the artifact, to make room for the tracker; does nothing if it has been removed.
     pub fn remove_artifact(&mut self) {
         let mut world = self.0.0.borrow_mut();
         if world.artifact_is_there {

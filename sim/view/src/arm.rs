@@ -1,4 +1,4 @@
-//! The arm at a stop: as it stands, solid; and see-through, as its models have it, the difference exaggerated.
+//! The arm at a stop: its best known posture solid, those of its models translucent, with the difference exaggerated.
 
 use calibench::identify::{IdentifyError, Use};
 use calibench::measure::{Dataset, Sample};
@@ -14,39 +14,39 @@ use crate::paint::{self, solid};
 use crate::scene::{Looks, body, entity, transform};
 use crate::subject::Subject;
 
-/// Radius of the line that stands for a link without bodies, m.
+/// Radius of the line that represents a link without bodies, m.
 const LINE: f64 = 0.015;
 
-/// How far off a model's arm is shown where it is most off, m: beside the other arm, and not far from it.
+/// Displacement at which a model's arm is shown where it deviates most, m: beside the other arm, and not far from it.
 const BESIDE: f64 = 0.2;
 
 /// The arm at one stop.
 pub struct Stand {
-    /// As it truly stood; only a simulated cell knows.
+    /// True posture; known only for a simulated cell.
     pub truth: Option<Arm>,
-    /// By the identified model.
+    /// Posture by the identified model.
     pub identified: Arm,
-    /// By the drawing, at the same joints.
+    /// Posture by the nominal model, at the same joints.
     pub drawn: Arm,
 }
 
 impl Stand {
-    /// Where it stands, as well as it is known.
+    /// The best known posture.
     pub fn best(&self) -> &Arm {
         self.truth.as_ref().unwrap_or(&self.identified)
     }
 }
 
-/// A model's arm beside the one that stands.
+/// A model's arm, shown beside the actual one.
 pub struct Ghost {
-    /// In the path of its entities.
+    /// Name in the path of its entities.
     name: &'static str,
-    /// What a reader is told.
+    /// Title displayed.
     pub title: &'static str,
-    /// How many times farther off than it is.
+    /// Factor by which its deviation is exaggerated.
     pub factor: f64,
     colour: [u8; 3],
-    /// That colour in a word.
+    /// Name of that colour.
     pub colour_name: &'static str,
     of: fn(&Stand) -> &Arm,
 }
@@ -55,27 +55,27 @@ pub struct Ghost {
 pub struct Arms {
     /// The arm at every stop.
     pub stands: Vec<Stand>,
-    /// See-through: as drawn, and, where the truth is known, as identified.
+    /// Translucent arms: nominal and, if the truth is known, identified.
     pub ghosts: Vec<Ghost>,
-    /// In the path of the arm that stands.
+    /// Name in the path of the solid arm.
     name: &'static str,
 }
 
 impl Arms {
-    /// The arm at every stop; the models as many times farther off as is wished, or else so that the difference can be seen.
+    /// The arm at every stop; deviations of the models are exaggerated by the given factor, or else enough to be visible.
     ///
-    /// What the model wants to know of a stop besides its joints (payload, side of approach, temperature) is that of the sample of its
-    /// try, or, where that gave none, of another.
+    /// Other quantities needed by the model at a stop (payload, direction of approach, temperature) are taken from the sample
+    /// of its attempt, or, if that gave none, of another.
     ///
     /// # Errors
-    /// When the stops do not go with the calibration.
+    /// When the stops do not match the calibration.
     pub fn of(subject: &Subject, exaggerate: Option<f64>) -> Result<Self, IdentifyError> {
         let stands = stands(subject)?;
         let ghost = |name, title, (colour, colour_name), of: fn(&Stand) -> &Arm| {
             let most = stands.iter().map(|stand| stand.best().off(of(stand))).fold(0.0, f64::max);
             Ghost { name, title, factor: exaggerate.unwrap_or_else(|| magnification(most, BESIDE)), colour, colour_name, of }
         };
-        let mut ghosts = vec![ghost("drawn", "as drawn", (paint::DRAWN, "purple"), |stand| &stand.drawn)];
+        let mut ghosts = vec![ghost("drawn", "nominal", (paint::DRAWN, "purple"), |stand| &stand.drawn)];
         let simulated = stands.iter().any(|stand| stand.truth.is_some());
         if simulated {
             ghosts.push(ghost("identified", "as identified", (paint::AFTER, "sky blue"), |stand| &stand.identified));
@@ -149,7 +149,7 @@ fn stands(subject: &Subject) -> Result<Vec<Stand>, IdentifyError> {
     Ok(stands)
 }
 
-/// A line along every link, for an arm of which no bodies are known.
+/// A line along every link, for an arm without known bodies.
 fn lines(robot: &Robot) -> Vec<Solid> {
     let next = |k: usize| robot.links[k].mdh.transform(0.0).translation.vector;
     let line = |frame: usize| {
@@ -164,7 +164,7 @@ fn link(arm: &str, frame: usize) -> String {
     format!("world/arm {arm}/{}", entity(&name))
 }
 
-/// A frame moved on, beyond `to`, to `factor` times its displacement from `from`; turned likewise.
+/// Extrapolates a frame beyond `to`, to `factor` times its displacement from `from`; the rotation likewise.
 fn exaggerated(from: &Pose, to: &Pose, factor: f64) -> Pose {
     let shift = (to.translation.vector - from.translation.vector) * factor;
     let turn = (to.rotation * from.rotation.inverse()).scaled_axis() * factor;

@@ -1,4 +1,4 @@
-//! An arm at rest: where every link of it is.
+//! An arm at rest: the poses of all its links.
 
 use calibench::robot::Pose;
 

@@ -1,7 +1,7 @@
-//! How the viewer opens: the story on one screen.
+//! Initial layout of the viewer: the story on one screen.
 //!
-//! Written with the archetypes of the blueprint itself: the builder of the SDK sets no camera and no range of an axis, and names its
-//! views at random.
+//! Written with the archetypes of the blueprint itself: the builder of the SDK cannot set a camera or the range of an axis,
+//! and gives its views random names.
 
 use nalgebra::Vector3;
 use rerun::external::re_log_types::{BlueprintActivationCommand, LogMsg};
@@ -27,7 +27,7 @@ use crate::subject::Subject;
 
 /// A part of the screen.
 enum Part {
-    /// Parts side by side or on top of each other, with their shares.
+    /// Parts beside or above each other, with their shares.
     Container(ContainerKind, Vec<(Part, f32)>),
     /// A view.
     View(View),
@@ -39,15 +39,15 @@ struct View {
     title: String,
     origin: String,
     contents: Vec<String>,
-    /// Properties by their name in the blueprint.
+    /// Properties by their names in the blueprint.
     properties: Vec<(&'static str, Box<dyn AsComponents>)>,
 }
 
-/// What is on the screen.
+/// Layout of the screen.
 pub struct Layout(Part);
 
 impl Layout {
-    /// The screen for a subject whose arms and residuals are shown so.
+    /// The layout for a subject with these arms and residuals.
     pub fn of(subject: &Subject, arms: &Arms, residuals: &[Shown]) -> Self {
         let cell = Part::View(cell(subject, arms));
         let words = Part::View(View::new("TextDocument", "The story", "/story"));
@@ -113,18 +113,18 @@ fn eye(position: &Vector3<f64>, target: &Vector3<f64>) -> EyeControls3D {
     EyeControls3D::new().with_position(single(position)).with_look_target(single(target)).with_eye_up([0.0, 0.0, 1.0])
 }
 
-/// From where to look at things.
-struct Outlook {
-    /// The middle of them, and how far they reach from there, m.
+/// A viewpoint.
+struct Forecast {
+    /// Centre of the objects viewed, and their extent from there, m.
     middle: Vector3<f64>,
     extent: f64,
-    /// Level, from the robot to where it was measured, and to the right of that.
+    /// Horizontal direction from the robot to the measured targets, and the direction to the right of it.
     out: Vector3<f64>,
     side: Vector3<f64>,
 }
 
-impl Outlook {
-    /// On these points (m) of the cell.
+impl Forecast {
+    /// The viewpoint for these points (m) of the cell.
     fn on(points: &[Vector3<f64>], subject: &Subject) -> Self {
         let (base, targets) = (Vector3::from(subject.dataset.base.xyz), subject.targets());
         let out = targets.iter().map(|target| target - base).sum::<Vector3<f64>>();
@@ -132,19 +132,19 @@ impl Outlook {
         let corner = |pick: fn(f64, f64) -> f64| points.iter().copied().reduce(|a, b| a.zip_map(&b, pick)).unwrap_or(base);
         let middle = (corner(f64::min) + corner(f64::max)) / 2.0;
         let extent = points.iter().map(|point| (point - middle).norm()).fold(0.15, f64::max);
-        Outlook { middle, extent, side: out.cross(&Vector3::z()), out }
+        Forecast { middle, extent, side: out.cross(&Vector3::z()), out }
     }
 }
 
-/// How far bodies reach beyond the frames that carry them, m.
+/// Extent of bodies beyond the frames that carry them, m.
 const BODIES: f64 = 0.15;
 
-/// The cell, seen from beyond the balls and to their right, with the arm behind them.
+/// The cell, seen from beyond the balls and from their right, with the arm behind them.
 fn cell(subject: &Subject, arms: &Arms) -> View {
     let opening = subject.journal.settled(0).and_then(|k| arms.stands.get(k));
     let arm = opening.iter().flat_map(|stand| &stand.best().frames).map(|frame| frame.translation.vector);
     let points: Vec<Vector3<f64>> = arm.chain(subject.targets()).collect();
-    let Outlook { middle, extent, out, side } = Outlook::on(&points, subject);
+    let Forecast { middle, extent, out, side } = Forecast::on(&points, subject);
     let position = middle + (out * 0.56 + side * 0.64 + Vector3::z() * 0.52) * (2.0 * (extent + BODIES));
     View::new("3D", "The cell", "/world")
         .with_contents(["/world/**".into(), "- /world/residuals/**".into(), format!("- /{NUMBERS}")])
@@ -153,9 +153,9 @@ fn cell(subject: &Subject, arms: &Arms) -> View {
         .with("LineGrid3D", no_grid())
 }
 
-/// The arrows of every step; where there are more than two, the first beside tabs of the others.
+/// The arrows of every step; if there are more than two, the first beside tabs with the others.
 fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
-    let Outlook { middle, extent, out, side } = Outlook::on(&subject.targets(), subject);
+    let Forecast { middle, extent, out, side } = Forecast::on(&subject.targets(), subject);
     let position = middle + (out - side * 0.2 + Vector3::z() * 0.4) * (1.6 * extent);
     let view = |step: &Shown| {
         let contents = [format!("{}/**", step.path), "/world/residuals/targets".into(), "/world/residuals/names".into()];
@@ -172,7 +172,7 @@ fn arrows(subject: &Subject, steps: &[Shown]) -> Part {
     }
 }
 
-/// What happens over the session: the readings, and where it is known the clearance of the ways.
+/// Quantities over the session: the readings, and the clearance of the paths if it is known.
 fn over_the_session(subject: &Subject) -> Part {
     let readings = Part::View(readings());
     if subject.journal.tries.iter().all(|t| t.clearance_mm.is_none()) {
@@ -183,7 +183,7 @@ fn over_the_session(subject: &Subject) -> Part {
     Part::Container(ContainerKind::Tabs, vec![(readings, 1.0), (clearance, 1.0)])
 }
 
-/// The readings over the whole campaign, where they are about zero.
+/// The readings over the whole campaign, in the range about zero.
 fn readings() -> View {
     View::new("TimeSeries", "Readings over the session, um", "/readings")
         .with("ScalarAxis", ScalarAxis::new().with_range(Range1D::from([-12.0, 12.0])))
@@ -228,7 +228,7 @@ fn id(count: u128) -> Uuid {
     Uuid::from(rerun::external::uuid::Uuid::from_u128(count))
 }
 
-/// Writes a part and what is in it; its number.
+/// Writes a part and its contents; returns its number.
 fn place(rec: &RecordingStream, part: &Part, counted: &mut u128) -> Result<u128, ViewError> {
     *counted += 1;
     let mine = *counted;

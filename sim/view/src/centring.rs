@@ -1,5 +1,5 @@
-//! The centring in three charts: the readings falling into their band, the path of the ball to the centre of the gauge, and how every
-//! ball converged. Lengths are in decades, see [`crate::decades`].
+//! The centring in three charts: the readings converging to their band, the path of the ball to the centre of the gauge, and
+//! the convergence of every ball. Lengths are in decades, see [`crate::decades`].
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -15,20 +15,20 @@ use crate::paint::{self, solid};
 use crate::scene::entity;
 use crate::subject::Subject;
 
-/// Width of the chart of readings, in decades of its height.
+/// Width of the chart of readings, in the unit of its height, decades.
 const WIDTH: f64 = 9.0;
-/// Beyond the outermost line: a free plunger reads 6 mm.
+/// Edge beyond the outermost line: a free plunger reads 6 mm.
 const EDGE: f64 = OUTERMOST + 0.4;
-/// Width of a ball's panel, and the way to the next.
+/// Width of a ball's panel, and distance to the next.
 const PANEL: f64 = 5.5;
 const NEXT_PANEL: f64 = 6.5;
 
-/// What the viewer shows of the chart of readings: x, then y, which points down.
+/// Visible range of the chart of readings: x, then y, which points down.
 pub const READINGS: [[f64; 2]; 2] = [[-2.2, WIDTH + 0.5], [-EDGE - 0.6, EDGE + 1.4]];
-/// Of the chart of paths.
+/// Visible range of the chart of paths.
 pub const PATH: [[f64; 2]; 2] = [[-EDGE - 0.3, EDGE + 0.3], [-EDGE - 0.3, EDGE + 0.3]];
 
-/// Of the chart of so many balls.
+/// Visible range of the chart of this number of balls.
 pub fn balls(count: usize) -> [[f64; 2]; 2] {
     [[-2.2, NEXT_PANEL * count as f64 - 0.5], [-EDGE - 1.3, 0.5]]
 }
@@ -36,9 +36,9 @@ pub fn balls(count: usize) -> [[f64; 2]; 2] {
 /// The centring as charts.
 pub struct Charts<'a> {
     subject: &'a Subject,
-    /// Readings on the ball of every try, m.
+    /// Readings on the ball, for every attempt, m.
     tries: Vec<Vec<Vector3<f64>>>,
-    /// Most of them.
+    /// Largest number of readings of an attempt.
     most: usize,
 }
 
@@ -54,7 +54,7 @@ impl<'a> Charts<'a> {
         Charts { subject, tries, most }
     }
 
-    /// Draws what does not change: scales, bands, and every try.
+    /// Draws the static parts: scales, bands, and all attempts.
     pub fn frames(&self, rec: &RecordingStream) -> Result<(), ViewError> {
         self.reading_frame(rec)?;
         path_frame(rec)?;
@@ -97,7 +97,7 @@ impl<'a> Charts<'a> {
         labels(rec, "centring/balls/scale", LINES.iter().map(|&(y, name)| (at(-1.1, y + 0.4), name.to_owned())))
     }
 
-    /// Moves the charts to a stop: its try so far, bright.
+    /// Moves the charts to a stop: its attempt so far is highlighted.
     pub fn show(&self, rec: &RecordingStream, stop: usize) -> Result<(), ViewError> {
         let Journal { tries, stops, .. } = &self.subject.journal;
         let here = &stops[stop];
@@ -129,7 +129,7 @@ impl<'a> Charts<'a> {
         readings.iter().enumerate().map(|(k, r)| at(self.x(k, WIDTH), signed(r[axis]))).collect()
     }
 
-    /// The largest of the three readings, which decides.
+    /// The largest of the three readings, which decides on convergence.
     fn ball_strip(&self, readings: &[Vector3<f64>], ball: usize) -> Vec<Point> {
         let left = NEXT_PANEL * ball as f64;
         readings.iter().enumerate().map(|(k, r)| at(left + self.x(k, PANEL), decades(r.amax()))).collect()
@@ -139,7 +139,7 @@ impl<'a> Charts<'a> {
 /// The band in which a ball counts as centred, um.
 const LIMITS_UM: [i8; 2] = [3, -3];
 
-/// Entity of the least clearance on the way to the pose that is shown.
+/// Entity of the least clearance on the path to the displayed pose.
 const CLEARANCE: &str = "clearance/mm";
 
 fn series(axis: usize) -> String {
@@ -165,7 +165,7 @@ fn path_frame(rec: &RecordingStream) -> Result<(), ViewError> {
     Ok(())
 }
 
-/// Direction of a channel of the gauge, seen along its diagonal (1, 1, 1): three spokes a third of a turn apart.
+/// Direction of a channel of the gauge, seen along its diagonal (1, 1, 1): three spokes 120 degrees apart.
 fn spoke(axis: usize) -> f64 {
     FRAC_PI_2 + TAU * axis as f64 / 3.0
 }
@@ -174,7 +174,7 @@ fn on_ring(radius: f64, angle: f64) -> Point {
     at(radius * angle.cos(), radius * angle.sin())
 }
 
-/// The ball's way through the gauge, seen along the diagonal: direction as it is, distance in decades.
+/// The ball's path through the gauge, seen along the diagonal: direction as it is, distance in decades.
 fn path_strip(readings: &[Vector3<f64>]) -> Vec<Point> {
     let point = |r: &Vector3<f64>| {
         let (x, y) = (0..3).fold((0.0, 0.0), |(x, y), k| (x + r[k] * spoke(k).cos(), y + r[k] * spoke(k).sin()));

@@ -1,20 +1,20 @@
-//! What the charts are drawn with: lines that stand back, the line of now, bands, words.
+//! Elements of the charts: background lines, the current line, bands, labels.
 
 use rerun::{LineStrips2D, Points2D, Radius, RecordingStream};
 
 use crate::ViewError;
 use crate::paint::{self, dim, solid};
 
-/// Half the width of lines that stand back, of those of now, and of their stops, in points of the screen.
+/// Half the width of background lines and of current lines, and radius of the stops of the latter, in points of the screen.
 const FINE: f32 = 0.5;
 const BOLD: f32 = 1.75;
 const DOT: f32 = 4.0;
 
-/// Brightness of scales, and of what happened at other times.
+/// Brightness of scales, and of data of other times.
 const SCALE: f32 = 0.35;
 const OTHERS: f32 = 0.45;
 
-/// What lies over what.
+/// Drawing order.
 const BAND: f32 = -3.0;
 const GRID: f32 = -2.0;
 const BACK: f32 = -1.0;
@@ -33,7 +33,7 @@ pub fn scale(rec: &RecordingStream, path: &str, strips: impl IntoIterator<Item =
     lines(rec, path, strips, dim(paint::GRID, SCALE), GRID)
 }
 
-/// What happened at other times.
+/// Draws data of other times.
 pub fn others(
     rec: &RecordingStream,
     path: &str,
@@ -60,22 +60,22 @@ fn lines(
     Ok(())
 }
 
-/// The band in which a ball counts as centred, from one place to another at the height `y`, so far up and down.
+/// The band in which a ball counts as centred, from one place to another at the height `y`, extending by `half` up and down.
 pub fn band(rec: &RecordingStream, path: &str, [from, to]: [f64; 2], y: f64, half: f64) -> Result<(), ViewError> {
-    // A thick line: boxes of the viewer have no inside. Its ends are round and reach half its width further.
+    // A thick line: boxes of the viewer cannot be filled. Its ends are round and extend by half its width.
     let band = LineStrips2D::new([[at(from + half, y), at(to - half, y)]]).with_radii([Radius::new_scene_units(half as f32)]);
     rec.log_static(path, &band.with_colors([solid(paint::BAND)]).with_draw_order(BAND))?;
     Ok(())
 }
 
-/// The same about the origin.
+/// The same band about the origin.
 pub fn disc(rec: &RecordingStream, path: &str, radius: f64) -> Result<(), ViewError> {
     let disc = Points2D::new([at(0.0, 0.0)]).with_radii([Radius::new_scene_units(radius as f32)]);
     rec.log_static(path, &disc.with_colors([solid(paint::BAND)]).with_draw_order(BAND))?;
     Ok(())
 }
 
-/// Words.
+/// Labels.
 pub fn labels(rec: &RecordingStream, path: &str, words: impl IntoIterator<Item = (Point, String)>) -> Result<(), ViewError> {
     let (places, words): (Vec<Point>, Vec<String>) = words.into_iter().unzip();
     let points = Points2D::new(places).with_labels(words).with_show_labels(true).with_radii([Radius::new_ui_points(0.0)]);
@@ -83,7 +83,7 @@ pub fn labels(rec: &RecordingStream, path: &str, words: impl IntoIterator<Item =
     Ok(())
 }
 
-/// The line of now, with its stops.
+/// The current line, with its stops.
 pub fn now(rec: &RecordingStream, path: &str, strip: Vec<Point>, colour: [u8; 3]) -> Result<(), ViewError> {
     let stops = Points2D::new(strip.clone()).with_radii([Radius::new_ui_points(DOT)]);
     rec.log(format!("{path}/stops"), &stops.with_colors([solid(colour)]).with_draw_order(FRONT))?;

@@ -1,4 +1,4 @@
-//! Why there is no recording.
+//! Errors of making a recording.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use calibench::files::{FileError, one_line};
 use calibench::identify::IdentifyError;
 use thiserror::Error;
 
-/// Why there is no recording; a message is one line.
+/// Reasons why no recording was made; a message is one line.
 #[derive(Debug, Error)]
 pub enum ViewError {
     /// A file cannot be read or written.
@@ -15,12 +15,12 @@ pub enum ViewError {
     /// The folder is neither a run nor a dataset.
     #[error("{}: is neither a run nor a dataset; name the folder that `calibench run --out` wrote, or one with dataset.toml and samples.csv", one_line(&.0.display().to_string()))]
     NothingToReplay(PathBuf),
-    /// Data and calibration do not go together, or do not determine the robot.
+    /// Data and calibration do not match, or do not determine the robot.
     #[error("{}: {}", one_line(&folder.display().to_string()), one_line(&source.to_string()))]
     Identify {
         /// The folder.
         folder: PathBuf,
-        /// What is wrong.
+        /// The reason.
         source: Box<IdentifyError>,
     },
     /// The recorder failed.

@@ -1,4 +1,4 @@
-//! The recording: everything that moves, stop by stop, on the timelines `iteration`, `probing` and `time`.
+//! The recording: all animated entities, stop by stop, on the timelines `iteration`, `probing` and `time`.
 
 use std::fs::File;
 use std::path::Path;
@@ -15,27 +15,27 @@ use crate::steps::steps;
 use crate::subject::Subject;
 use crate::{ViewError, gauge, residuals, scene, story};
 
-/// What is asked of a recording.
+/// Options of a recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wishes {
-    /// How many times farther off than it is a model's arm is shown; where not said, so that the difference can be seen.
+    /// Factor by which deviations of a model's arm are exaggerated; chosen to make the difference visible if not given.
     pub exaggerate: Option<f64>,
     /// Climb the ladder of missing effects.
     pub ladder: bool,
 }
 
-/// Writes the recording of a calibration; the file appears whole or not at all.
+/// Writes the recording of a calibration; the file appears complete or not at all.
 ///
 /// # Errors
-/// When the data do not go together, the recorder fails, or the file cannot be written.
+/// When the data do not match, the recorder fails, or the file cannot be written.
 pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), ViewError> {
-    let arms = Arms::of(subject, wishes.exaggerate).map_err(|e| subject.blame(e))?;
-    let steps = steps(subject, wishes.ladder).map_err(|e| subject.blame(e))?;
-    let judgement = Judgement::of(subject).map_err(|e| subject.blame(e))?;
+    let arms = Arms::of(subject, wishes.exaggerate).map_err(|e| subject.locate(e))?;
+    let steps = steps(subject, wishes.ladder).map_err(|e| subject.locate(e))?;
+    let judgement = Judgement::of(subject).map_err(|e| subject.locate(e))?;
     let fail = |e: std::io::Error| {
         FileError::whole(output, format!("cannot be written: {e}"), "check the folder, its permissions and free space")
     };
-    // What takes the place of a folder or a device would leave none behind.
+    // Moving the finished file onto a folder or a device would replace it.
     if output.exists() && !output.is_file() {
         return Err(FileError::whole(output, "is not a file", "name a file").into());
     }
@@ -64,7 +64,7 @@ pub fn record(subject: &Subject, wishes: &Wishes, output: &Path) -> Result<(), V
     Ok(())
 }
 
-/// A recorder that writes the same content for the same subject: named, no clock, chunks cut by the entity and not by the moment.
+/// A recorder that writes identical content for the same subject: fixed name, no clock, chunks by entity rather than by time.
 fn recorder() -> RecordingStreamBuilder {
     RecordingStreamBuilder::new("calibench")
         .recording_id("calibench-run")
@@ -73,9 +73,9 @@ fn recorder() -> RecordingStreamBuilder {
         .batcher_config(ChunkBatcherConfig::NEVER)
 }
 
-/// Everything that moves. On `probing` there is one picture a try, settled on the ball.
+/// Records all animated entities. The timeline `probing` has one picture per attempt, settled on the ball.
 ///
-/// What is recorded is flushed part by part: what one entity has in several parts keeps their order, and two recordings are alike.
+/// The recording is flushed part by part: the parts of an entity keep their order, and two recordings are identical.
 fn play(rec: &RecordingStream, subject: &Subject, arms: &Arms) -> Result<(), ViewError> {
     let charts = Charts::new(subject);
     let journal = &subject.journal;

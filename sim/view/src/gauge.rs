@@ -10,18 +10,19 @@ use crate::ViewError;
 use crate::paint::{self, solid};
 use crate::scene::{single, transform};
 
-/// Of the drawn plungers, m: tip and spindle of an ordinary indicator; only the tip's radius matters to the measurement.
+/// Dimensions of the rendered plungers, m: tip and spindle of an ordinary indicator; only the tip's radius matters to
+/// the measurement.
 const TIP: f64 = 3.0 * MM;
 const SPINDLE: f64 = 36.0 * MM;
 const SPINDLE_RADIUS: f64 = 2.25 * MM;
 
-/// Entity of the plungers' numbers: where the gauge is small they would be in the way.
+/// Entity of the plungers' numbers: hidden where the gauge is shown small.
 pub const NUMBERS: &str = "world/tool/numbers";
 
-/// Draws what does not change in the gauge.
+/// Draws the static parts of the gauge.
 pub fn plungers(rec: &RecordingStream) -> Result<(), ViewError> {
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-    // A cylinder lies along z, and is to lie along the channel.
+    // A cylinder's axis is z, and must be turned along the channel.
     let along = [
         Quaternion::from_xyzw([0.0, std::f32::consts::FRAC_1_SQRT_2, 0.0, std::f32::consts::FRAC_1_SQRT_2]),
         Quaternion::from_xyzw([-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2]),
@@ -52,7 +53,7 @@ fn plunger_path(k: usize) -> String {
     format!("world/tool/plunger {}", k + 1)
 }
 
-/// Moves the gauge to a stop: the tip of each plunger touches the ball where the indicator says, or is free.
+/// Moves the gauge to a stop: the tip of each plunger touches the ball according to its reading, or is free.
 pub fn show(rec: &RecordingStream, world_from_tool: &Pose, reading: Option<&Vector3<f64>>) -> Result<(), ViewError> {
     let trical = TriCal::PAPER;
     rec.log("world/tool", &transform(world_from_tool))?;

@@ -7,19 +7,19 @@ use calibench::files::{CsvTable, FileError};
 use calibench::units::{DEG, UM};
 use nalgebra::Vector3;
 
-/// Where a file is not as it was written.
+/// Remedy for a damaged file.
 const REMEDY: &str = "give the file as `calibench run` wrote it";
 
-/// One try at a ball.
+/// One attempt at a ball.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Try {
-    /// The planned pose, whose name the sample carries.
+    /// Id of the planned pose, and of its sample.
     pub id: String,
     /// The ball.
     pub ball: String,
     /// `centred`, or the name of the failure.
     pub outcome: String,
-    /// Least gap on the planned way to the pose, mm, where it is known.
+    /// Least gap on the planned path to the pose, mm, if known.
     pub clearance_mm: Option<f64>,
 }
 
@@ -28,34 +28,34 @@ pub struct Try {
 pub struct Stop {
     /// Its row of `iterations.csv`, counted from 0.
     pub row: usize,
-    /// The try that it belongs to, by place.
+    /// Index of its attempt.
     pub probing: usize,
-    /// On the ball, not before it or back from it.
+    /// True if on the ball, rather than before it or back from it.
     pub on_ball: bool,
-    /// Since the session began, s.
+    /// Time since the session began, s.
     pub time_s: Option<f64>,
     /// Joints read back, rad (N).
     pub joints: Vec<f64>,
-    /// What the indicators said, m: the ball's centre in the tool frame.
+    /// Readings of the indicators, m: the ball's centre in the tool frame.
     pub reading: Option<Vector3<f64>>,
 }
 
 /// A campaign, in order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Journal {
-    /// Its tries.
+    /// Its attempts.
     pub tries: Vec<Try>,
     /// Its stops.
     pub stops: Vec<Stop>,
-    /// Rows of `iterations.csv`: stops at which the joints are not known are among them.
+    /// Number of rows of `iterations.csv`, including stops without known joints.
     pub rows: usize,
 }
 
 impl Journal {
-    /// Reads the journal of an arm of so many joints; `None` where the folder has none.
+    /// Reads the journal of an arm with this number of joints; `None` if the folder has none.
     ///
     /// # Errors
-    /// When a column is missing, a value is no number, a row belongs to no probing, or a probing has no row.
+    /// When a column is missing, a value is not a number, a row belongs to no probing, or a probing has no row.
     pub fn read(folder: &Path, joints: usize) -> Result<Option<Self>, FileError> {
         let [probings, iterations] = ["probings.csv", "iterations.csv"].map(|name| folder.join(name));
         if !probings.is_file() || !iterations.is_file() {
@@ -81,7 +81,7 @@ impl Journal {
             let probing = probing.ok_or_else(|| row.wrong("probing", format!("'{number}' is no row of probings.csv")))?;
             seen.insert(probing - 1);
             let joints = angles.iter().map(|column| row.number(column)).collect::<Result<Option<Vec<f64>>, _>>()?;
-            // A stop at which not even the joints are known shows nothing.
+            // A stop without known joints cannot be shown.
             let Some(joints) = joints else { continue };
             journal.stops.push(Stop {
                 row: journal.rows - 1,
@@ -101,7 +101,7 @@ impl Journal {
         }
     }
 
-    /// The stop at which a try is shown when only tries are counted: the last on the ball, else the last of all.
+    /// The stop at which an attempt is shown on the timeline of probings: the last on the ball, or else the last of all.
     pub fn settled(&self, probing: usize) -> Option<usize> {
         let of_it = |k: &usize| self.stops[*k].probing == probing;
         let last = |on_ball: bool| (0..self.stops.len()).rev().filter(of_it).find(|&k| !on_ball || self.stops[k].on_ball);

@@ -1,23 +1,23 @@
-//! What the poses say that were not fitted.
+//! Accuracy at poses not used in the fit.
 
 use calibench::assess::Validation;
 use calibench::identify::{Calibration, IdentifyError, Use};
 
 use crate::subject::Subject;
 
-/// Position errors at poses that were not fitted.
+/// Position errors at poses not used in the fit.
 pub struct Judgement {
-    /// Of the arm as drawn.
+    /// Errors of the nominal arm.
     pub before: Validation,
-    /// Of the calibrated arm.
+    /// Errors of the calibrated arm.
     pub after: Validation,
 }
 
 impl Judgement {
-    /// The judgement on a calibration; `None` where everything was fitted.
+    /// Evaluates a calibration; `None` if all poses were fitted.
     ///
     /// # Errors
-    /// When the poses do not go with the calibration.
+    /// When the poses do not match the calibration.
     pub fn of(subject: &Subject) -> Result<Option<Self>, IdentifyError> {
         if !subject.has_judging_points() {
             return Ok(None);
@@ -27,7 +27,7 @@ impl Judgement {
             None => (subject.name.as_str(), &subject.dataset),
         };
         let errors = |of: &Calibration| of.predict(&[judging], Use::Validation).map(|prediction| Validation::of(&prediction));
-        let (before, after) = (errors(&subject.calibration.as_drawn())?, errors(&subject.calibration)?);
+        let (before, after) = (errors(&subject.calibration.nominal())?, errors(&subject.calibration)?);
         Ok(before.zip(after).map(|(before, after)| Judgement { before, after }))
     }
 }

@@ -1,7 +1,7 @@
-//! Replay of a calibration: what a run folder holds, as a recording for the viewer [rerun](https://rerun.io).
+//! Replay of a calibration: converts a run folder to a recording for the viewer [rerun](https://rerun.io).
 //!
-//! Everything is told from files, by the procedure's library. The folder of a real campaign is replayed as that of a simulated one, and
-//! what a folder lacks is left out; a real one lacks where the arm truly stood.
+//! Everything is read from files, through the procedure's library. The folder of a real campaign is replayed like that of a
+//! simulated one, and missing parts are left out; a real one lacks the true postures of the arm.
 
 mod arm;
 mod at_rest;

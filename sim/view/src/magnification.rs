@@ -1,9 +1,9 @@
-//! How many times larger than it is something small is shown.
+//! Magnification of small quantities for display.
 
-/// What is smaller than the wanted size by more than this stays small: noise is not blown up.
+/// Largest magnification: noise is not blown up further.
 const MOST: f64 = 1e4;
 
-/// The factor by which something as large as `largest` becomes about as large as `wanted`, rounded down to a leading 1, 2 or 5.
+/// The factor that magnifies `largest` to about `wanted`, rounded down to a leading 1, 2 or 5.
 pub fn magnification(largest: f64, wanted: f64) -> f64 {
     let scale = (wanted / largest.abs()).clamp(1.0 / MOST, MOST);
     let ten = 10f64.powi(scale.log10().floor() as i32);

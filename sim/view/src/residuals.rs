@@ -1,4 +1,4 @@
-//! Residual arrows, before and after every step by which the error falls, and in the end.
+//! Residual arrows, before and after every step that reduces the error, and at the end.
 
 use calibench::units::MM;
 use rerun::{Arrows3D, Points3D, RecordingStream};
@@ -9,25 +9,26 @@ use crate::paint::{self, solid};
 use crate::scene::single;
 use crate::steps::{Left, Residual, Steps};
 
-/// Length of the longest arrow of a step, m: a third of what lies between two balls.
+/// Length of the longest arrow of a step, m: a third of the distance between two balls.
 const LONGEST: f64 = 0.15;
 
-/// Radius of the dot that stands for a ball or point, m: a whole ball would hide what is left after a step.
+/// Radius of the dot that represents a ball or point, m: a whole ball would hide the residual after a step.
 const TARGET: f32 = 0.002;
 
-/// Radii of arrows, m: what is after a step is short at the scale of what was before, and must be seen beside it.
+/// Radii of arrows, m: those after a step are short at the scale of those before, and must be visible beside them.
 const FINE: f32 = 0.0015;
 const BOLD: f32 = 0.004;
 
-/// One step as it is shown.
+/// One step as displayed.
 pub struct Shown {
-    /// Entity that holds its arrows.
+    /// Entity of its arrows.
     pub path: String,
-    /// What a reader is told: the models, the fall of the error, the magnification.
+    /// Title displayed: the models, the reduction of the error, the magnification.
     pub title: String,
 }
 
-/// Draws the arrows of every step, and what the last rung leaves once more, as large as that can be seen; says how.
+/// Draws the arrows of every step, and those remaining after the last step once more, enlarged to be visible; returns
+/// what is shown.
 pub fn arrows(rec: &RecordingStream, steps: &Steps) -> Result<Vec<Shown>, ViewError> {
     let mut targets: Vec<[f32; 3]> =
         steps.rungs.iter().take(1).flat_map(|left| &left.residuals).map(|r| single(&r.at)).collect();

@@ -1,4 +1,4 @@
-//! Bodies as the viewer draws them, and what stands in the cell.
+//! Bodies as drawn by the viewer, and the static scene of the cell.
 
 use calibench::identify::Use;
 use calibench::measure::Measured;
@@ -13,19 +13,19 @@ use crate::subject::Subject;
 /// Radius of a tracker point, in points of the screen.
 const POINT: f32 = 1.5;
 
-/// A point or vector as the viewer stores it: single precision, 0.06 um at 1 m.
+/// A point or vector in the viewer's format: single precision, 0.06 um at 1 m.
 pub fn single(v: &Vector3<f64>) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
 }
 
-/// A pose as the viewer stores it.
+/// A pose in the viewer's format.
 pub fn transform(pose: &Pose) -> Transform3D {
     let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation);
     let xyzw = [turn.i, turn.j, turn.k, turn.w].map(|x| x as f32);
     Transform3D::from_translation_rotation(single(&pose.translation.vector), Quaternion::from_xyzw(xyzw))
 }
 
-/// The looks of a body.
+/// Appearance of a body.
 #[derive(Clone, Copy)]
 pub struct Looks {
     /// Colour.
@@ -35,13 +35,13 @@ pub struct Looks {
 }
 
 impl Looks {
-    /// A surface of that colour.
+    /// A solid surface of this colour.
     pub fn solid(colour: [u8; 3]) -> Self {
         Looks { colour: solid(colour), fill: FillMode::Solid }
     }
 }
 
-/// Draws a body in the frame of the entity `parent`, once for all times.
+/// Draws a body in the frame of the entity `parent`, as a static part.
 pub fn body(rec: &RecordingStream, parent: &str, body: &Solid, looks: Looks) -> Result<(), ViewError> {
     let path = format!("{parent}/{}", entity(&body.name));
     match &body.shape {
@@ -61,12 +61,12 @@ pub fn body(rec: &RecordingStream, parent: &str, body: &Solid, looks: Looks) -> 
     Ok(())
 }
 
-/// A name as part of an entity's path: what would mean something there is escaped.
+/// A name as part of an entity's path, with special characters escaped.
 pub fn entity(name: &str) -> String {
     rerun::EntityPathPart::new(name).escaped_string()
 }
 
-/// What does not move: table, artifact, balls, tracker points.
+/// Draws the static scene: table, artifact, balls, tracker points.
 pub fn standing(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
     rec.log_static("world", &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
     for solid in subject.scene.iter().flat_map(|s| &s.fixed) {
@@ -84,7 +84,7 @@ pub fn standing(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewErro
     points(rec, subject)
 }
 
-/// Draws the points that the tracker measured: those that were fitted, and those that judge, the brighter the more is left there.
+/// Draws the points measured by the tracker, fitted and validation points: the brighter, the larger the residual.
 fn points(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
     let datasets = || {
         std::iter::once((subject.name.as_str(), &subject.dataset)).chain(subject.validation.as_ref().map(|d| ("validation", d)))
@@ -96,7 +96,7 @@ fn points(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
             if !taken.iter().any(|m| matches!(m, Measured::Point(_))) {
                 continue;
             }
-            let left = subject.calibration.predict(&[(dataset, d)], which).map_err(|e| subject.blame(e))?.residuals;
+            let left = subject.calibration.predict(&[(dataset, d)], which).map_err(|e| subject.locate(e))?.residuals;
             seen.extend(taken.iter().zip(&left).filter_map(|(measured, left)| match measured {
                 Measured::Point(point) => Some((*point, left.norm())),
                 Measured::Ball { .. } | Measured::Distance { .. } => None,
@@ -112,7 +112,7 @@ fn points(rec: &RecordingStream, subject: &Subject) -> Result<(), ViewError> {
     Ok(())
 }
 
-/// Writes the names of the balls, so far (m) above them.
+/// Writes the names of the balls, at this height (m) above them.
 fn names(rec: &RecordingStream, subject: &Subject, path: &str, above: f64) -> Result<(), ViewError> {
     let balls = &subject.dataset.balls;
     let places = balls.iter().map(|b| single(&(b.position + Vector3::z() * above)));

@@ -1,4 +1,4 @@
-//! The story in words, beside the pictures.
+//! The story in words, shown beside the pictures.
 
 use calibench::units::MM;
 
@@ -7,7 +7,7 @@ use crate::judgement::Judgement;
 use crate::steps::{Left, Steps};
 use crate::subject::Subject;
 
-/// The story, in Markdown.
+/// Returns the story in Markdown.
 pub fn story(subject: &Subject, arms: &Arms, steps: &Steps, judgement: Option<&Judgement>) -> String {
     let mut story = format!("# {}\n\n", subject.title);
     if let Some(question) = &subject.question {
@@ -26,8 +26,7 @@ pub fn story(subject: &Subject, arms: &Arms, steps: &Steps, judgement: Option<&J
         );
     }
     story += &centring(subject);
-    story +=
-        &format!("1. **Grey** is the arm {}", if subject.true_arm.is_some() { "as it truly stands" } else { "as identified" });
+    story += &format!("1. **Grey** is the arm {}", if subject.true_arm.is_some() { "true posture" } else { "as identified" });
     for ghost in &arms.ghosts {
         story += &format!("; **{}** {}, x{} as far off", ghost.colour_name, ghost.title, ghost.factor);
     }

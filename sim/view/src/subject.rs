@@ -1,4 +1,4 @@
-//! What is replayed: the files of a run folder, or of a dataset folder alone.
+//! The subject of a replay: the files of a run folder, or of a dataset folder alone.
 
 use std::path::{Path, PathBuf};
 
@@ -13,10 +13,10 @@ use crate::at_rest::Arm;
 use crate::journal::{Journal, Stop, Try};
 use crate::{ViewError, truth};
 
-/// What makes a folder a run.
+/// File that marks a folder as a run.
 const RESULT: &str = "result.json";
 
-/// The dataset of a run that is replayed.
+/// The dataset of a run to be replayed.
 const TRICAL: &str = "trical";
 
 /// A calibration to be replayed.
@@ -25,25 +25,25 @@ pub struct Subject {
     pub folder: PathBuf,
     /// The scenario, or the folder's name.
     pub title: String,
-    /// What the scenario asks.
+    /// Question of the scenario.
     pub question: Option<String>,
-    /// How the calibration calls the dataset.
+    /// Name of the dataset in the calibration.
     pub name: String,
-    /// What was fitted.
+    /// The fitted data.
     pub dataset: Dataset,
-    /// Points at poses that were not fitted.
+    /// Points at poses not used in the fit.
     pub validation: Option<Dataset>,
     /// The identified robot.
     pub calibration: Calibration,
-    /// What stands around.
+    /// Bodies around the arm.
     pub scene: Option<Surroundings>,
-    /// Every stop of the arm; of a dataset alone one a sample.
+    /// All stops of the arm; for a dataset alone, one per sample.
     pub journal: Journal,
-    /// Whether the journal is that of a campaign.
+    /// True if the journal is that of a campaign.
     pub is_campaign: bool,
-    /// Of a simulated cell where the arm truly stood, by the rows of the journal.
+    /// True postures of the arm in a simulated cell, by rows of the journal.
     pub true_arm: Option<Vec<Arm>>,
-    /// What the folder does not hold, and what is not shown therefore.
+    /// Missing parts of the folder, with what is not shown as a consequence.
     pub left_out: Vec<String>,
 }
 
@@ -109,7 +109,7 @@ impl Subject {
         }
     }
 
-    /// Takes in what else the folder tells of the cell.
+    /// Adds the other information of the folder on the cell.
     fn with_cell(mut self) -> Result<Self, ViewError> {
         let scene = self.folder.join("scene.toml");
         if scene.is_file() {
@@ -136,7 +136,7 @@ impl Subject {
         Ok(self)
     }
 
-    /// Where it was measured, world, m: the balls, or, where there are none, the points that were fitted.
+    /// Measured positions, world, m: the balls, or, if there are none, the points.
     pub fn targets(&self) -> Vec<Vector3<f64>> {
         let balls: Vec<_> = self.dataset.balls.iter().map(|b| b.position).collect();
         let point = |sample: &Sample| match &sample.measured {
@@ -146,23 +146,23 @@ impl Subject {
         if balls.is_empty() { self.dataset.samples.iter().filter_map(point).collect() } else { balls }
     }
 
-    /// Whether there are points that were not fitted.
+    /// True if there are points not used in the fit.
     pub fn has_judging_points(&self) -> bool {
         self.validation.is_some() || self.dataset.samples.iter().any(|s| s.set == SampleSet::Validation)
     }
 
-    /// Whether the indicators of a gauge were read.
+    /// True if the indicators of a gauge were read.
     pub fn has_gauge(&self) -> bool {
         self.journal.stops.iter().any(|stop| stop.reading.is_some())
     }
 
-    /// Puts the failure of an identification at the folder.
-    pub fn blame(&self, source: IdentifyError) -> ViewError {
+    /// Attributes the failure of an identification to the folder.
+    pub fn locate(&self, source: IdentifyError) -> ViewError {
         ViewError::Identify { folder: self.folder.clone(), source: Box::new(source) }
     }
 }
 
-/// The journal that a dataset is: every sample a try with one stop.
+/// The journal equivalent to a dataset: every sample is an attempt with one stop.
 fn one_stop_a_sample(dataset: &Dataset) -> Journal {
     let mut journal = Journal::default();
     for (probing, sample) in dataset.samples.iter().enumerate() {

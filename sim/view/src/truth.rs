@@ -1,4 +1,4 @@
-//! Where a simulated arm truly stood, from `true_arm.csv`; a real cell has no such file.
+//! True postures of a simulated arm, from `true_arm.csv`; a real cell has no such file.
 
 use std::path::Path;
 
@@ -9,13 +9,14 @@ use nalgebra::{Rotation3, Translation3, Vector3};
 
 use crate::at_rest::Arm;
 
-/// Where a file is not as it was written.
+/// Remedy for a damaged file.
 const REMEDY: &str = "give the file as `calibench run` wrote it, or remove it";
 
-/// Reads the true arm of so many joints at every one of so many rows of `iterations.csv`; `None` where the folder does not tell.
+/// Reads the true postures of an arm with this number of joints, one for each of this number of rows of `iterations.csv`;
+/// `None` if the folder has none.
 ///
 /// # Errors
-/// When the file is wrong, or does not go with `iterations.csv`.
+/// When the file is wrong, or does not match `iterations.csv`.
 pub fn read(folder: &Path, joints: usize, stops: usize) -> Result<Option<Vec<Arm>>, FileError> {
     let path = folder.join("true_arm.csv");
     if !path.is_file() {

@@ -1,5 +1,6 @@
-//! The folder of a run becomes a recording that the viewer itself finds whole, with everything in it that moves; the same run gives the
-//! same recording. Needs the viewer for its own word (docs/replay.md); where it is missing that part is skipped, unless nothing may be.
+//! The folder of a run becomes a recording that the viewer itself verifies, with all animated entities in it; the same run
+//! gives the same recording. Needs the viewer for its verdict (docs/replay.md); if it is missing that part is skipped, unless
+//! skipping is forbidden.
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
@@ -10,7 +11,7 @@ use std::time::Instant;
 
 use calibench::files::read_text;
 
-/// Of a recording of 80 probings: what can be mailed, and what one waits for.
+/// Limits for a recording of 80 probings: small enough to be mailed, and short enough to wait for.
 const LARGEST: u64 = 30_000_000;
 const LONGEST_S: f64 = 10.0;
 
@@ -25,7 +26,7 @@ fn make_run(scenario: &str, seed: &str) -> tempfile::TempDir {
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenarios/{scenario}.toml"));
     let run = folder.path().join("run");
     let arguments = ["calibench", "run", scenario.to_str().unwrap(), "--seed", seed, "--out", run.to_str().unwrap()];
-    calibench_sim::cli::main_with(arguments);
+    calibench_cli::verbs::main_with(arguments);
     assert!(run.join("result.json").is_file(), "the run was not written");
     folder
 }
@@ -42,7 +43,7 @@ fn record(folder: &Path, recording: &Path) -> String {
     said
 }
 
-/// The viewer, where it is installed.
+/// The viewer, if it is installed.
 fn viewer() -> Option<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let named = std::env::var_os("CALIBENCH_VENV").map(PathBuf::from);
@@ -75,7 +76,7 @@ fn a_recording_is_small_and_soon_made() {
     assert!(size < LARGEST && took < LONGEST_S, "{size} bytes in {took} s");
 }
 
-/// Rows of every piece of an entity, fewest first, by the lines that the viewer prints of a recording:
+/// Number of rows of every chunk of an entity, fewest first, from the lines printed by the viewer for a recording:
 /// `Chunk(ID) with 414 rows (80 KiB) - ENTITY - data columns: [...]`.
 fn rows(printed: &str, entity: &str) -> Vec<usize> {
     let named = format!(" - {entity} - ");
@@ -104,7 +105,7 @@ fn the_viewer_finds_everything_that_moves_at_every_stop() {
     assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stderr));
     let printed = String::from_utf8(rrd(&viewer, "print", &[&recording]).stdout).unwrap();
     let [stops, tries] = ["run/iterations.csv", "run/probings.csv"].map(|name| data_rows(&run().join(name)));
-    // One piece on the timelines that count stops, one on that which counts probings.
+    // One chunk on the timelines that count stops, one on the timeline that counts probings.
     for entity in [
         r"/world/arm\ true/base",
         r"/world/arm\ true/link\ 6",
@@ -119,11 +120,11 @@ fn the_viewer_finds_everything_that_moves_at_every_stop() {
         r"/centring/readings/now/axis\ 3/line",
     ] {
         let mut found = rows(&printed, entity);
-        // The looks of a plunger, once for all times.
+        // Drops the static appearance of a plunger.
         found.retain(|&count| count > 1);
         assert_eq!(found, [tries, stops], "{entity}");
     }
-    // The same, and what the lines look like.
+    // The same, plus the appearance of the lines.
     for entity in [r"/readings/axis\ 1\ um", r"/readings/axis\ 2\ um", r"/readings/axis\ 3\ um", r"/readings/band\ \+3\ um"] {
         assert_eq!(rows(&printed, entity), [1, tries, stops], "{entity}");
     }
@@ -151,7 +152,7 @@ fn the_viewer_finds_everything_that_moves_at_every_stop() {
 #[test]
 fn the_journal_of_a_real_cell_is_replayed_without_its_truth() {
     let Some(viewer) = viewer() else { return };
-    // What a real session leaves: its samples and its journal; no scene, no result, and nobody knows where the arm truly stood.
+    // The output of a real session: its samples and its journal; no scene, no result, and no true postures of the arm.
     let session = tempfile::tempdir().unwrap();
     let run = run().join("run");
     let dataset = fs::read_dir(run.join("trical")).unwrap().map(|file| file.unwrap().path());
@@ -200,7 +201,7 @@ fn the_ladder_shows_its_rungs() {
     let output = view(&[&run().join("run"), Path::new("--ladder"), Path::new("-o"), &recording]);
     assert!(output.status.success());
     let printed = String::from_utf8(rrd(&viewer, "print", &[&recording]).stdout).unwrap();
-    // The calibration, and the ripple that the scenario hides, which is the recommended model.
+    // The calibration, and the ripple hidden by the scenario, which is the recommended model.
     for (step, pieces) in [(1, 1), (2, 1), (3, 0)] {
         for side in ["before", "after"] {
             assert_eq!(rows(&printed, &format!(r"/world/residuals/step\ {step}/{side}")).len(), pieces, "{step} {side}");

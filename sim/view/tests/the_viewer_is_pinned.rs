@@ -1,4 +1,4 @@
-//! The viewer that is installed is the one that reads what is written: the version of the recorder.
+//! The installed viewer has the version of the recorder, so it can read the recordings.
 #![allow(clippy::unwrap_used)]
 
 const LOCK: &str = include_str!("../../../Cargo.lock");

@@ -1,5 +1,5 @@
-//! A dataset alone is replayed too: what it does not hold is left out, and said once. A folder that is neither, or whose files are
-//! wrong, ends in one line and exit code 2, and what lay at the output lies there still.
+//! A dataset alone is replayed too: missing parts are left out, and reported once. A folder that is neither, or whose files
+//! are wrong, ends in one line and exit code 2, and an existing output file is kept.
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
@@ -36,7 +36,7 @@ fn refused(folder: &Path, output: &Path) -> String {
     why
 }
 
-/// Points of the drawn UR5 at joints that move all of them.
+/// Points of the nominal UR5 at joints that move all of them.
 fn points() -> String {
     let robot = calibench::robot::built_in("ur5").unwrap();
     let tool = calibench::robot::FramePose { xyz: [0.01, 0.02, 0.1], rz_ry_rx: [0.0; 3] };

@@ -4,46 +4,14 @@
 //! view that explains most is taken first (Schwarz 1978, with the noise as the least that can be left), then given to the model, and the
 //! others are judged by what they show beyond it.
 
-use super::SIGNIFICANCE;
 use super::layout::Layout;
+use super::significance::SIGNIFICANCE;
+use super::standout::{Standout, Subject};
 use crate::assess::noise_floor::{NoiseFloor, fisher_chance};
 use crate::assess::residual_views::{Scores, Taken, ViewTest};
 
 /// More than this many findings are no findings: the model is wrong in many small ways.
 const MOST: usize = 5;
-
-/// What a finding is about, by place in the lists of the comparison.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Subject {
-    /// A ball.
-    Ball(usize),
-    /// The gauge or tool of a set-up.
-    Tool(usize),
-    /// The base of a set-up.
-    World(usize),
-    /// A curve of a joint.
-    Curve(usize),
-    /// The mean of a joint's apparent angle error.
-    Offset(usize),
-    /// One of the worst samples.
-    Sample(usize),
-}
-
-/// A view that shows more than chance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Standout {
-    /// Which.
-    pub subject: Subject,
-    /// Whether it is more than chance beyond the findings before it; the family is that of all views.
-    pub test: ViewTest,
-    /// What would take it away, SI: displacement of the ball (3), TCP off by (3, tool axes), motion of the base (3 m, 3 rad), bins of the
-    /// curve (rad), offset of the joint (1 rad), displacement of the sample (3).
-    pub sizes: Vec<f64>,
-    /// One-sigma of each.
-    pub sigmas: Vec<f64>,
-    /// Effects of the catalogue that the model lacks and that would leave such a mark.
-    pub effects: Vec<String>,
-}
 
 /// A view that explains less than this share of what noise does not explain is not worth a sentence, however surely it is there.
 const WORTH: f64 = 0.02;

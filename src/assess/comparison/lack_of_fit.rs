@@ -1,6 +1,6 @@
 //! What the model leaves above the noise.
 
-use super::SIGNIFICANCE;
+use super::significance::SIGNIFICANCE;
 use crate::assess::noise_floor::{NoiseFloor, NoiseSource, fisher_chance};
 use crate::assess::residual_views::Whitened;
 

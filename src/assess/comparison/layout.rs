@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::finding::Subject;
+use super::standout::Subject;
 use crate::assess::residual_views::{Bins, JointVariable, MOST_WORST, Patterns, SeenSample};
 use crate::measure::Dataset;
 

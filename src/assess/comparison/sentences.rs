@@ -95,7 +95,7 @@ impl Comparison {
                 chance(p)
             ),
             Some(p) if fit.noise_overstated => format!(
-                "The stated noise would leave {} mm, and {} mm is left ({}): it is stated too large, so the views are judged against each \
+                "The stated noise would leave {} mm, and the residual is {} mm ({}): it is stated too large, so the views are judged against each \
                  other. Measure ten targets twice to know the noise, and correct [noise] of dataset.toml.",
                 three(noise / MM),
                 three(self.rms / MM),
@@ -232,7 +232,7 @@ impl Comparison {
                                  something that is not shown here."
                     .into(),
                 (true, false) => "No ball, tool, base, joint or sample stands out from the rest.".into(),
-                (false, _) => "Nothing stands out: what is left is noise.".into(),
+                (false, _) => "Nothing stands out: the residual is noise.".into(),
             });
         }
         let left = format!("With {} taken away", if self.findings.len() == 1 { "that" } else { "those" });

@@ -1,7 +1,7 @@
 //! Which effects of the catalogue would leave the mark that was found.
 
-use super::finding::Subject;
 use super::layout::Layout;
+use super::standout::Subject;
 use crate::assess::residual_views::JointVariable;
 use crate::effects::{self, Family, Follows, Scan};
 use crate::identify::{Calibration, Model};

@@ -11,7 +11,7 @@ use crate::assess::hypotheses::Hypothesis;
 use crate::assess::noise_floor::fisher_chance;
 use crate::assess::relevance::Relevance;
 use crate::effects::EffectId;
-use crate::identify::ORDINARY_WIDTH;
+use crate::identify::BACKGROUND_WIDTH;
 use crate::measure::Dataset;
 
 /// Two effects are near-aliases when less than this share of what one explains is left to it beside the other.
@@ -55,7 +55,7 @@ pub(super) fn findings(
         let f = (explained / p.max(1.0)) / (left / (nu - p));
         let p_value = fisher_chance(f, p.max(1.0), (nu - p).max(1.0)).unwrap_or(1.0);
         let after: f64 = cross_validated(close, &folds, span.range()).iter().sum();
-        let (mean, covariance) = close.posterior(k, ORDINARY_WIDTH, unit * left / remainder.squares);
+        let (mean, covariance) = close.posterior(k, BACKGROUND_WIDTH, unit * left / remainder.squares);
         let parameters = span.range().enumerate().map(|(i, c)| {
             let parameter = &close.wide.parameters()[close.columns[c].parameter];
             let plausible = close.columns[c].plausible;

@@ -164,7 +164,7 @@ impl Evidence<'_> {
 
 /// The diagnosis of an examination, all samples taken at their word.
 pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
-    let background = examination.background()?;
+    let background = Background::new(examination)?;
     let (mut all, mut untestable) = hypotheses(examination, &background);
     untestable.splice(0..0, examination.library.untestable.iter().cloned());
     let heat_map = HeatMap::new(examination, &background);

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 
-use super::{Hypothesis, Place, Trial, plausible};
+use super::hypothesis::{Hypothesis, Moment, Place};
+use super::trial::{Trial, plausible};
 use crate::assess::background::Background;
 use crate::assess::evidence::ln_sum_exp;
 use crate::assess::examination::Examination;
@@ -14,18 +15,6 @@ use crate::assess::library::Untestable;
 use crate::assess::sweep::{self, Sweep};
 use crate::effects::{EffectId, Family, Follows, Offered, Origin, Scan};
 use crate::identify::Circumstance;
-
-/// Between which samples something moved.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Moment {
-    /// The session, where there are several.
-    pub session: Option<String>,
-    /// Samples just before and just after the likeliest moment.
-    pub between: [String; 2],
-    /// Samples between which it happened with 95 % probability, given that it is this effect: the last one before it at the earliest, and
-    /// the first one after it at the latest.
-    pub credible: [String; 2],
-}
 
 /// So many gaps between samples are all tried; of more, so many evenly spread, then again between the best one's neighbours.
 const TRIED_AT_ONCE: usize = 128;

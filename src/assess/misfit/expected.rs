@@ -125,7 +125,7 @@ fn deflections(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     for (k, shot) in campaign.shots.iter().enumerate() {
         let place = &campaign.places[shot.setup];
         posture.set(robot, &FramePose::from_pose(&frames.bases[shot.setup]), &place.tool, &shot.q, &none);
-        loads.weigh(robot, &posture, &Payload::none(), &place.gravity, &Vector3::zeros());
+        loads.compute(robot, &posture, &Payload::none(), &place.gravity, &Vector3::zeros());
         loads.tau.iter().enumerate().for_each(|(j, tau)| torques[(k, j)] = *tau);
     }
     let largest = torques.amax();

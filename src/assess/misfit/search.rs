@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::campaign::{Campaign, Seen};
+use super::data_fit::{Cause, SlipTried};
 use super::expected::expected;
 use super::frames::{Fitted, Frames, fit, flanges, misses};
 use super::slip::{LENGTHS, Slip, scaled};
-use super::{Cause, SlipTried};
 use crate::measure::Dataset;
 use crate::robot::Pose;
 use crate::units::DEG;

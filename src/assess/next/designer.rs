@@ -4,29 +4,15 @@ use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::outlook::{Outlook, WorkspaceErrors};
-use super::pool::Pool;
-use super::prospect::Prospect;
+use super::forecast::{Forecast, WorkspaceErrors};
 use super::rival::{Rival, State};
 use crate::assess::examination::Examination;
 use crate::assess::library::Candidate;
 use crate::assess::relevance::Relevance;
 use crate::assess::workspace::{self, SEED};
-use crate::identify::{IdentifyError, linalg};
+use crate::identify::IdentifyError;
+use crate::math::linalg;
 use crate::measure::Dataset;
-
-/// By what measurements are chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Criterion {
-    /// What tells the rivals apart.
-    Discrimination,
-    /// What lowers the error predicted over the workspace.
-    Accuracy,
-    /// What determines the fitted model (D-optimality).
-    Determination,
-    /// Chance, by that seed.
-    Random(u64),
-}
 
 /// Chooses measurements for an examined robot.
 pub struct Designer<'a> {
@@ -108,18 +94,13 @@ impl<'a> Designer<'a> {
     }
 
     /// How well the effect is named as things stand; `None` without two rivals.
-    pub fn now(&self) -> Option<Outlook> {
-        self.has_rivals().then(|| Outlook::now(&self.weights))
+    pub fn now(&self) -> Option<Forecast> {
+        self.has_rivals().then(|| Forecast::now(&self.weights))
     }
 
     /// Error expected over the workspace as things stand, the whole library fitted, mean, m; `None` when no workspace was named.
     pub fn error_now(&self) -> Option<f64> {
         let workspace = self.workspace.as_ref()?;
         Some(workspace.errors.mean_after([].iter()))
-    }
-
-    /// A pool to choose from.
-    pub fn before<'b>(&'b self, pool: &'b Pool) -> Prospect<'b> {
-        Prospect::new(self, pool)
     }
 }

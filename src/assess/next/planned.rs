@@ -1,7 +1,8 @@
 //! For which model measurements are planned.
 
+use crate::assess::hold_out::HoldOut;
 use crate::assess::ladder::{Ladder, ladder};
-use crate::assess::rung::{ProvingGround, Rung};
+use crate::assess::ladder_step::LadderStep;
 use crate::assess::verdict::Verdict;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
@@ -17,7 +18,7 @@ pub struct Planned {
 
 impl Planned {
     /// The model to plan for, fitted.
-    pub fn rung(&self) -> &Rung {
+    pub fn ladder_step(&self) -> &LadderStep {
         if self.in_question { self.ladder.first() } else { self.ladder.recommended() }
     }
 }
@@ -27,7 +28,7 @@ impl Planned {
 ///
 /// # Errors
 /// As [`ladder`].
-pub fn planned_for(datasets: &[(&str, &Dataset)], model: &Model, ground: ProvingGround<'_>) -> Result<Planned, IdentifyError> {
+pub fn planned_for(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Result<Planned, IdentifyError> {
     let ladder = ladder(datasets, model, ground, &mut |_| ())?;
     let first = &ladder.first().diagnosis;
     let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);

@@ -7,13 +7,15 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::designer::{Criterion, Designer};
-use super::outlook::{Outlook, WorkspaceOutlook};
+use super::criterion::Criterion;
+use super::designer::Designer;
+use super::forecast::{Forecast, WorkspaceOutlook};
 use super::pool::Pool;
 use super::rival::State;
 use super::rivalry::{Determination, Rivalry};
 use crate::assess::workspace::SEED;
-use crate::identify::{IdentifyError, linalg};
+use crate::identify::IdentifyError;
+use crate::math::linalg;
 
 /// Measurements after the artifact was moved that first determine where it stands now.
 const SEED_POSES: usize = 4;
@@ -28,11 +30,14 @@ pub struct Prospect<'a> {
     wide: OnceCell<DMatrix<f64>>,
 }
 
-impl<'a> Prospect<'a> {
-    pub(super) fn new(designer: &'a Designer<'a>, pool: &'a Pool) -> Self {
-        Prospect { designer, pool, close: OnceCell::new(), wide: OnceCell::new() }
+impl Designer<'_> {
+    /// A pool to choose from.
+    pub fn before<'b>(&'b self, pool: &'b Pool) -> Prospect<'b> {
+        Prospect { designer: self, pool, close: OnceCell::new(), wide: OnceCell::new() }
     }
+}
 
+impl Prospect<'_> {
     /// `count` measurements of the pool by a criterion, in the order in which they are chosen, each with regard to those before; fewer
     /// where the pool has no more, or the criterion nothing to go by.
     ///
@@ -80,12 +85,12 @@ impl<'a> Prospect<'a> {
     ///
     /// # Errors
     /// When the pool cannot be laid out.
-    pub fn outlook(&self, chosen: &[usize]) -> Result<Option<Outlook>, IdentifyError> {
+    pub fn outlook(&self, chosen: &[usize]) -> Result<Option<Forecast>, IdentifyError> {
         if !self.designer.has_rivals() {
             return Ok(None);
         }
         let columns = of_candidates(self.close()?, chosen);
-        Ok(Some(Outlook::after(&self.states(), &self.designer.weights, &columns, SEED)?))
+        Ok(Some(Forecast::after(&self.states(), &self.designer.weights, &columns, SEED)?))
     }
 
     /// Errors expected over the workspace after so many of those measurements, the whole library fitted, mean, m; none when no workspace

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::assess::diagnosis::Diagnosis;
 use crate::assess::examination::Examination;
-use crate::identify::{FitError, ORDINARY_WIDTH, linalg};
+use crate::identify::{BACKGROUND_WIDTH, FitError};
+use crate::math::linalg;
 
 /// Most rivals that are told apart at once; beyond the sixth they hold a few per cent of the probability.
 const MOST: usize = 6;
@@ -67,7 +68,7 @@ impl State {
             information[(k, k)] += known;
             gradient[k] -= known * fit.values[p];
         }
-        (m..size).for_each(|k| information[(k, k)] += ORDINARY_WIDTH.powi(-2));
+        (m..size).for_each(|k| information[(k, k)] += BACKGROUND_WIDTH.powi(-2));
         // Metres and radians to unit diagonal.
         let scale = information.diagonal().map(|d| 1.0 / d.sqrt());
         let scaled = DMatrix::from_fn(size, size, |r, c| information[(r, c)] * scale[r] * scale[c]);

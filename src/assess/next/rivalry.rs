@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, Vector3};
 
+use super::candidate_covariances::{CandidateCovariances, best_free};
 use super::rival::State;
-use super::sighting::{Sighting, best_free};
 
 /// One rival as a pool sees it.
 struct Side {
-    sighting: Sighting,
+    sighting: CandidateCovariances,
     /// What it would predict of every candidate if rival a had been the truth of all that was measured, for every a.
     predictions: Vec<Vec<Vector3<f64>>>,
     weight: f64,
@@ -28,7 +28,7 @@ impl Rivalry {
             let own = columns.select_rows(&state.rows);
             let shown = own.tr_mul(&state.mean);
             let prediction: Vec<Vector3<f64>> = shown.as_slice().chunks_exact(3).map(Vector3::from_column_slice).collect();
-            let sighting = Sighting::new(own, &state.covariance);
+            let sighting = CandidateCovariances::new(own, &state.covariance);
             Side { sighting, predictions: vec![prediction; count], weight }
         };
         Rivalry { sides: states.iter().zip(weights).map(side).collect(), separation: DMatrix::zeros(count, count) }
@@ -88,12 +88,12 @@ impl Rivalry {
 
 /// Choosing what determines the fitted model best (largest `det(I + X P X^T)`, as D-optimality extends a design).
 pub(super) struct Determination {
-    sighting: Sighting,
+    sighting: CandidateCovariances,
 }
 
 impl Determination {
     pub fn new(state: &State, columns: &DMatrix<f64>) -> Self {
-        Determination { sighting: Sighting::new(columns.select_rows(&state.rows), &state.covariance) }
+        Determination { sighting: CandidateCovariances::new(columns.select_rows(&state.rows), &state.covariance) }
     }
 
     /// Takes the candidate that adds most among those not taken; `None` when all are.

@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::{Row, rows};
-use crate::identify::{Fit, IdentifyError, Model, Problem, Use, fit, linalg};
+use crate::identify::{Fit, IdentifyError, Model, Problem, Use, fit};
+use crate::math::linalg;
 use crate::measure::{Dataset, Postures};
 
 /// A posture or sample further than this from what all others say, in robust one-sigmas, may be a suspect.

@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::sampler::Kind;
+use super::linear_model::Kind;
 use crate::identify::Circumstance;
 use crate::units::URAD;
 

@@ -3,7 +3,9 @@
 //! The fitted parameters, the candidates of the catalogue, curves of every joint's angle and smooth functions of two variables are drawn at
 //! once, and with them the noise; what looks white and is more than the instrument's noise is robot, at every pose another.
 
+mod chance;
 mod joint_errors;
+mod linear_model;
 mod sampler;
 mod solver;
 
@@ -11,13 +13,14 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
 use self::joint_errors::JointErrors;
-use self::sampler::{Draw, Group, Kind, LinearModel, Size};
+use self::linear_model::{Group, Kind, LinearModel, Size};
+use self::sampler::Draw;
 use super::at_new_poses::AtNewPoses;
 use super::examination::{Examination, Span};
 use super::level::is_noise_overstated;
 use super::noise::JointSteps;
 use crate::effects::{EffectId, Owner};
-use crate::identify::{IdentifyError, Knowledge, Model, Parameter};
+use crate::identify::{IdentifyError, Model, Parameter, Prior};
 use crate::measure::Dataset;
 
 /// Samples drawn from; of more, every so many-th.
@@ -52,12 +55,12 @@ fn drawn(parameter: &Parameter, value: f64, model: &Model) -> (Size, f64, f64) {
     let plausible = parameter.spec.prior;
     let from_nothing = -value / plausible;
     match parameter.knowledge {
-        Knowledge::Stated(sigma) => (Size::Known(1.0), sigma, -value / sigma),
-        Knowledge::Flat if parameter.owner != Owner::Robot => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
-        Knowledge::Flat if model.is_freely_fitted(&parameter.effect) => {
+        Prior::Certified(sigma) => (Size::Known(1.0), sigma, -value / sigma),
+        Prior::Uninformative if parameter.owner != Owner::Robot => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
+        Prior::Uninformative if model.is_unregularised(&parameter.effect) => {
             (Size::Known(FREE.max(2.0 * from_nothing.abs()).powi(2)), plausible, from_nothing)
         }
-        Knowledge::Flat | Knowledge::Plausible(_) => (Size::Drawn(Kind::Catalogue), plausible, from_nothing),
+        Prior::Uninformative | Prior::Plausible(_) => (Size::Drawn(Kind::Catalogue), plausible, from_nothing),
     }
 }
 

@@ -7,12 +7,13 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
-use rand::{Rng, RngExt, SeedableRng};
+use nalgebra::DVector;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rayon::prelude::*;
 
+use super::chance::{chi_squared, normal, one_of};
+use super::linear_model::{KINDS, LinearModel, Size, State};
 use super::solver::Solver;
 use crate::identify::FitError;
 
@@ -25,18 +26,6 @@ const KEPT: usize = 45;
 const SMALLEST: f64 = 0.01;
 const LARGEST: f64 = 3.0;
 const SIZE_STEPS: usize = 40;
-/// Kinds of groups, each with a common size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Effects of the catalogue.
-    Catalogue,
-    /// Curves of a joint's own angle.
-    Curves,
-    /// Functions of two variables.
-    Pairs,
-}
-
-const KINDS: [Kind; 3] = [Kind::Catalogue, Kind::Curves, Kind::Pairs];
 
 /// Where chains begin: what the data show grows within a few sweeps, what they do not shrinks slowly.
 const BEGIN: f64 = 0.02;
@@ -50,38 +39,6 @@ const COMMON_WEIGHT: f64 = 2.0;
 /// Number `k` of the common sizes.
 fn common_size(k: usize) -> f64 {
     SMALLEST * (k as f64 * (LARGEST / SMALLEST).ln() / (SIZE_STEPS - 1) as f64).exp()
-}
-
-/// What is known of some columns before the data.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Size {
-    /// Their variance.
-    Known(f64),
-    /// It is one of many of its kind that scatter about a common size.
-    Drawn(Kind),
-}
-
-/// Columns that have one size.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Group {
-    /// Their places.
-    pub columns: Range<usize>,
-    /// What is known of it.
-    pub size: Size,
-}
-
-/// What is drawn from.
-pub struct LinearModel {
-    /// One row a residual, in units of the noise, one column a coefficient.
-    pub x: DMatrix<f64>,
-    /// The residuals.
-    pub y: DVector<f64>,
-    /// Rows of each sample: they share a weight.
-    pub samples: Vec<Range<usize>>,
-    /// In the order of the columns, without gaps.
-    pub groups: Vec<Group>,
-    /// Variance of the noise as far as it is known, in units of the noise, and by how many degrees of freedom.
-    pub noise: Option<(f64, f64)>,
 }
 
 /// One draw.
@@ -223,40 +180,12 @@ impl LinearModel {
     }
 }
 
-/// Where a chain stands.
-pub struct State {
-    pub common: [f64; KINDS.len()],
-    pub variance: Vec<f64>,
-    pub weight: Vec<f64>,
-    pub noise: f64,
-    pub tail: f64,
-}
-
-pub fn normal(random: &mut impl Rng) -> f64 {
-    StandardNormal.sample(random)
-}
-
-fn chi_squared(freedom: f64, random: &mut impl Rng) -> f64 {
-    ChiSquared::new(freedom).map_or(freedom, |d| d.sample(random)).max(f64::MIN_POSITIVE)
-}
-
-/// One of `count`, by the logarithms of their weights.
-fn one_of(count: usize, ln: impl Fn(usize) -> f64, random: &mut impl Rng) -> usize {
-    let all: Vec<f64> = (0..count).map(ln).collect();
-    let largest = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = all.iter().map(|l| (l - largest).exp()).collect();
-    let mut left = random.random::<f64>() * weights.iter().sum::<f64>();
-    for (k, w) in weights.iter().enumerate() {
-        left -= w;
-        if left <= 0.0 {
-            return k;
-        }
-    }
-    count - 1
-}
-
 #[cfg(test)]
 mod tests {
+    use nalgebra::DMatrix;
+    use rand::RngExt;
+
+    use super::super::linear_model::Group;
     use super::*;
 
     const ROBOTS: u64 = 500;

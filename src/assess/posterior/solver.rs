@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
-use super::sampler::{Group, LinearModel, Size, State, normal};
+use super::chance::normal;
+use super::linear_model::{Group, LinearModel, Size, State};
 use crate::identify::FitError;
-use crate::identify::linalg::{self, Cholesky};
+use crate::math::linalg::{self, Cholesky};
 
 /// Sweeps between two looks at the weights of the samples where there are more rows than columns: their products are the dear part.
 const REWEIGH: usize = 10;

@@ -1,7 +1,7 @@
 //! The models that a campaign offers, judged on the same postures, and the one to use.
 
 use super::curves;
-use super::folds::Folds;
+use super::folds::{Folds, postures};
 use super::linear::{self, Linear};
 use super::rule::Gain;
 use crate::assess::examination::Examination;
@@ -120,7 +120,7 @@ pub fn recommend(
     library: &[(String, f64)],
 ) -> Result<Recommendation, IdentifyError> {
     let begin = examination.model();
-    let divisions = super::postures(&examination.circumstances);
+    let divisions = postures(&examination.circumstances);
     let postures = divisions.count();
     let bands = curves::bands(examination.problem().robot().joints(), postures);
     let plain: Vec<&String> = steps.iter().filter(|id| effects::set_aside_by(id).is_none()).collect();
@@ -186,7 +186,7 @@ pub fn recommend(
         for (place, information) in held {
             let id = &candidates[place].id;
             model = model.with(id);
-            let is_ordinary = begin.is_freely_fitted(id) || plain.contains(&id) && kind != Kind::Library;
+            let is_ordinary = begin.is_unregularised(id) || plain.contains(&id) && kind != Kind::Library;
             if !is_ordinary {
                 model.width.insert(id.clone(), information.sqrt().recip());
             }

@@ -96,3 +96,16 @@ impl Folds {
         all
     }
 }
+
+/// Fold of each sample where whole postures are drawn at random.
+pub(in crate::assess) fn random_folds(circumstances: &[Circumstance]) -> Vec<usize> {
+    let postures = postures(circumstances);
+    let folds = Folds::random(postures.count());
+    postures.of_samples().iter().map(|&p| folds.of[p]).collect()
+}
+
+/// Postures of a campaign, whatever the set-up or the target: what the arm does is the same.
+pub(in crate::assess) fn postures(circumstances: &[Circumstance]) -> Postures {
+    let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
+    Postures::of_joints(&joints, &vec![0; joints.len()])
+}

@@ -4,10 +4,11 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
-use super::folds::Folds;
+use super::folds::{Folds, postures};
 use crate::assess::examination::{Examination, Span};
 use crate::assess::misfit::reach;
-use crate::identify::{FitError, Parameter, Use, linalg};
+use crate::identify::{FitError, Parameter, Use};
+use crate::math::linalg;
 use crate::measure::{Dataset, Measured};
 use crate::units::DEG;
 
@@ -73,7 +74,7 @@ impl<'a> Linear<'a> {
     pub fn new(examination: &'a Examination, datasets: &[(&str, &Dataset)]) -> Self {
         let Examination { rows, fitted, spans, circumstances, problem, fit, .. } = examination;
         let parameters = problem.parameters();
-        let postures = super::postures(circumstances);
+        let postures = postures(circumstances);
         let weight2 = examination.yardstick.weight().powi(2);
         let information: Vec<f64> = fit.kept.iter().map(|&p| weight2 * parameters[p].knowledge.information()).collect();
         let pull = fit.kept.iter().zip(&information).map(|(&p, i)| -i * fit.values[p]).collect();

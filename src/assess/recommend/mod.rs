@@ -13,28 +13,15 @@ mod steps;
 
 pub use choices::{Choice, Kind, Recommendation, recommend};
 pub use folds::Division;
+pub(super) use folds::{postures, random_folds};
 pub use rule::Gain;
 pub(super) use steps::{gains, gains_of_each};
 
 use super::examination::Examination;
-use crate::identify::Circumstance;
-use crate::measure::{Dataset, Postures};
-
-/// Fold of each sample where whole postures are drawn at random.
-pub(super) fn random_folds(circumstances: &[Circumstance]) -> Vec<usize> {
-    let postures = postures(circumstances);
-    let folds = folds::Folds::random(postures.count());
-    postures.of_samples().iter().map(|&p| folds.of[p]).collect()
-}
+use crate::measure::Dataset;
 
 /// Place of each sample's ball, counted from 0; `None` where some sample has none, or there is only one.
 pub(super) fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Option<Vec<usize>> {
     let places: Option<Vec<usize>> = linear::places(examination, datasets).into_iter().collect();
     places.filter(|p| p.iter().any(|&place| place > 0))
-}
-
-/// Postures of a campaign, whatever the set-up or the target: what the arm does is the same.
-pub(super) fn postures(circumstances: &[Circumstance]) -> Postures {
-    let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
-    Postures::of_joints(&joints, &vec![0; joints.len()])
 }

@@ -6,7 +6,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::assess::examination::Span;
-use crate::identify::{FitError, linalg};
+use crate::identify::FitError;
+use crate::math::linalg;
 
 /// Rounds of the updates.
 const ROUNDS: usize = 10;

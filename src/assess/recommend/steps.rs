@@ -1,6 +1,6 @@
 //! What single steps gain: the effects that one model has beside another, judged at postures left out.
 
-use super::folds::Folds;
+use super::folds::{Folds, postures};
 use super::linear::Linear;
 use super::rule::Gain;
 use crate::assess::examination::Examination;
@@ -61,7 +61,7 @@ fn judged(
         sets.iter().map(|set| linear.with(set.iter().map(|id| (place(id), widths.width_of(id).powi(-2))))).collect();
     let base = linear.base();
     let mut all = vec![Vec::new(); sets.len()];
-    for folds in Folds::all(&super::postures(&wide.circumstances), &wide.circumstances, &linear.places) {
+    for folds in Folds::all(&postures(&wide.circumstances), &wide.circumstances, &linear.places) {
         let division = folds.division;
         let products = linear.fold_products(folds);
         let before = linear.held_out(&products, &base)?;

@@ -54,7 +54,7 @@ impl JointVariable {
     }
 
     /// Its value in a sample, SI; `None` where the sample does not say.
-    pub(crate) fn of(self, sample: &SeenSample<'_>) -> Option<f64> {
+    pub fn of(self, sample: &SeenSample<'_>) -> Option<f64> {
         let row = sample.sample;
         match self {
             JointVariable::Angle(j) => row.q.get(j - 1).copied(),

@@ -7,7 +7,8 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
 
-use crate::identify::{Problem, linalg};
+use crate::identify::Problem;
+use crate::math::linalg;
 
 /// A pattern of which the model takes up all but this share of its energy is not seen: what is left of it is the model's curvature.
 const SEEN: f64 = 1e-4;

@@ -10,14 +10,22 @@ use crate::robot::{FramePose, Loads, MdhEntry, Payload, Site};
 const NO_MOMENT: f64 = 1e-6;
 
 /// One sample as the calibrated arm stands in it; SI, world axes.
-pub(crate) struct SeenSample<'a> {
+pub struct SeenSample<'a> {
+    /// As measured.
     pub sample: &'a Sample,
+    /// Its dataset, by place.
     pub dataset: usize,
+    /// Its set-up, by place.
     pub setup: usize,
+    /// Its first row in the problem.
     pub first_row: usize,
+    /// How many rows it has: three, or one by a distance.
     pub height: usize,
+    /// Measured minus predicted.
     pub residual: Vector3<f64>,
+    /// Makes the noise of the residual white and of unit size.
     pub whitener: Matrix3<f64>,
+    /// Sum of the variances of the numbers of its residual, m².
     pub variance: f64,
     /// TCP from the origin of the robot's base.
     pub from_base: Vector3<f64>,
@@ -46,7 +54,7 @@ impl<'a> SeenSample<'a> {
             let payload = dataset.payloads.get(sample.payload).unwrap_or(&none);
             let mut tau = Vec::new();
             if robot.has_masses() {
-                loads.weigh(robot, posed.posture, payload, &dataset.gravity, &Vector3::zeros());
+                loads.compute(robot, posed.posture, payload, &dataset.gravity, &Vector3::zeros());
                 tau.extend(loads.tau.iter().map(|&t| if t.abs() < NO_MOMENT { 0.0 } else { t }));
             }
             let flange = posed.posture.flange();

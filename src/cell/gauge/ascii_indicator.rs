@@ -1,4 +1,4 @@
-//! An indicator that is asked for its value.
+//! An indicator that answers requests for its value.
 
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};
@@ -8,62 +8,64 @@ use super::{Dialect, DisplayUnit, GaugeReading, GaugeReply, LineReader, Port, Pr
 use crate::cell::{Indicator, IndicatorError};
 use crate::units::{MM, UM};
 
-/// How an indicator is asked, and what its numbers mean.
+/// Request protocol of an indicator and the meaning of its numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IndicatorSettings {
-    /// Its maker's.
+    /// Dialect of the maker.
     pub dialect: Dialect,
-    /// It counts down when the plunger is pushed in.
+    /// True if the value decreases when the plunger is pushed in.
     pub counts_down: bool,
     /// Longest wait for an answer. 2.5 s: waking a sleeping instrument by radio takes 2.1 s (Sylvac MEM-PM 292-1538-01).
     pub timeout: Duration,
-    /// Wait for the echo of a command that sets something; some instruments send none. 0.3 s: two connection intervals of a radio link.
+    /// Wait for the echo of a command that sets something; some instruments send none. 0.3 s: two connection intervals of a
+    /// radio link.
     pub echo: Duration,
 }
 
 impl IndicatorSettings {
-    /// The usual ones.
+    /// The usual settings for this dialect.
     pub fn new(dialect: Dialect) -> Self {
         let (timeout, echo) = (Duration::from_millis(2500), Duration::from_millis(300));
         IndicatorSettings { dialect, counts_down: false, timeout, echo }
     }
 }
 
-/// Who an indicator is and how it is; `None` where its dialect cannot say.
+/// Identity and condition of an indicator; `None` where its dialect has no query for it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Identity {
-    /// As `SY289`.
+    /// Name, e.g. `SY289`.
     pub name: Option<String>,
-    /// Firmware.
+    /// Firmware version.
     pub version: Option<String>,
-    /// Whether the battery is low.
+    /// True if the battery is low.
     pub battery_low: Option<bool>,
-    /// As `RES1`.
+    /// Resolution, e.g. `RES1`.
     pub resolution: Option<String>,
 }
 
-/// Bytes on a wire.
+/// Bytes transferred over a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Traffic {
-    /// Sent.
+    /// Bytes sent.
     pub sent: u64,
-    /// Received.
+    /// Bytes received.
     pub received: u64,
 }
 
-/// A reading that differs from a preset by more is another, m: far above flicker, far below what a ball displaces.
+/// Largest deviation of a reading from the preset it should show, m: far above flicker, far below the displacement by a ball.
 const PRESET_TAKEN: f64 = 10.0 * UM;
 
-/// After an answer that was lost or mangled, the line must be quiet so long before the next request.
+/// After a lost or garbled answer, the line must be quiet for this long before the next request.
 const QUIET: Duration = Duration::from_millis(100);
 
-/// Presets are given once more after an answer that was lost or mangled, so often in all.
+/// Number of attempts at a preset when an answer is lost or garbled.
 const PRESET_TRIES: usize = 3;
 
 /// An indicator of the family that answers ASCII requests, e.g. Sylvac, Mahr, Mitutoyo's converters.
 ///
-/// A request has a deadline, so a silent instrument never holds anybody up; an echo is passed over; after anything unexpected the line
-/// is emptied and, where the dialect can, the instrument asked who it is, so that a late answer is not taken for the next one.
+/// Every request has a deadline, so a silent instrument never blocks the caller. Echoes are skipped. After anything unexpected
+/// the line is drained and, if the dialect allows it, the instrument is asked for its identity, so that a late answer is not
+/// taken for the next one.
 pub struct AsciiIndicator<P> {
     port: P,
     settings: IndicatorSettings,
@@ -71,16 +73,16 @@ pub struct AsciiIndicator<P> {
     unit: DisplayUnit,
     decimals: Option<usize>,
     name: Option<String>,
-    /// What the driver adds to readings of an instrument that keeps no preset, m.
+    /// Offset added by the driver to the readings of an instrument that keeps no preset, m.
     offset: f64,
-    /// Of a command that was not echoed in time, what its echo would be.
+    /// Expected echo of a command that was not echoed in time.
     awaited_echo: Option<String>,
     is_in_step: bool,
     traffic: Traffic,
 }
 
 impl<P: Port> AsciiIndicator<P> {
-    /// The indicator at this port, of which nothing is known yet.
+    /// Creates an indicator at this port; nothing is sent yet.
     pub fn new(port: P, settings: IndicatorSettings) -> Self {
         AsciiIndicator {
             port,
@@ -96,10 +98,10 @@ impl<P: Port> AsciiIndicator<P> {
         }
     }
 
-    /// Asks who it is and sets it to millimetres.
+    /// Asks for the identity and sets the unit to millimetres.
     ///
     /// # Errors
-    /// When it does not answer, or stays in another unit.
+    /// When the indicator does not answer, or stays in another unit.
     pub fn identify(&mut self) -> Result<Identity, IndicatorError> {
         let Dialect { identity, version, battery, resolution, .. } = self.settings.dialect;
         let name = self.words(identity)?;
@@ -109,12 +111,12 @@ impl<P: Port> AsciiIndicator<P> {
         Ok(Identity { name, version: self.words(version)?, battery_low, resolution: self.words(resolution)? })
     }
 
-    /// Bytes so far.
+    /// Bytes transferred so far.
     pub fn traffic(&self) -> Traffic {
         self.traffic
     }
 
-    /// Digits that it shows after the point, once it was read.
+    /// Number of decimals shown; `None` before the first reading.
     pub fn decimals(&self) -> Option<usize> {
         self.decimals
     }
@@ -136,18 +138,18 @@ impl<P: Port> AsciiIndicator<P> {
         }
     }
 
-    /// What the instrument says to a query that it has; `None` for one that it has not.
+    /// The instrument's answer to a query; `None` if the dialect or the instrument has no such query.
     fn words(&mut self, query: Option<&str>) -> Result<Option<String>, IndicatorError> {
         let Some(query) = query else { return Ok(None) };
         match self.ask(query)? {
             GaugeReply::Words(words) => Ok(Some(words)),
-            // An older instrument of the family that does not know the question.
+            // An older instrument of the family, without this query.
             GaugeReply::Fault(1) => Ok(None),
             reply => Err(self.refuse(&reply)),
         }
     }
 
-    /// Value shown, in m and counted inwards, before the driver's own preset.
+    /// The displayed value, in m and counted inwards, without the driver's own preset.
     fn shown(&mut self) -> Result<f64, IndicatorError> {
         match self.ask(self.settings.dialect.read)? {
             GaugeReply::Reading(reading) if self.decimals.is_none_or(|decimals| decimals == reading.decimals) => {
@@ -162,7 +164,7 @@ impl<P: Port> AsciiIndicator<P> {
         if self.settings.counts_down { -1.0 } else { 1.0 }
     }
 
-    /// The instrument's own preset set to `value` m, verified.
+    /// Sets the instrument's own preset to `value` m and verifies it.
     fn preset_instrument(&mut self, value: f64, (store, query, recall): (&str, &str, &[&str])) -> Result<(), IndicatorError> {
         let decimals = self.decimals.unwrap_or(3);
         let number = self.inwards() * value / MM;
@@ -171,7 +173,7 @@ impl<P: Port> AsciiIndicator<P> {
             GaugeReply::Reading(GaugeReading { value: kept, .. }) => kept,
             reply => return Err(self.refuse(&reply)),
         };
-        // Half of its last digit, and rounding.
+        // Half of the last digit, plus rounding.
         if (kept - number).abs() > 0.6 * 10_f64.powi(-(decimals as i32)) {
             return Err(IndicatorError::Fault {
                 detail: format!("it stores {kept} mm where {number:+.decimals$} mm was sent"),
@@ -186,7 +188,8 @@ impl<P: Port> AsciiIndicator<P> {
         Err(IndicatorError::Fault { detail: "it stores a preset and does not take it".into() })
     }
 
-    /// Sends a command that sets something and waits a little for its echo; whether the instrument knows it.
+    /// Sends a command that sets something and waits briefly for its echo. Returns false if the instrument does not know the
+    /// command.
     fn set(&mut self, command: &str) -> Result<bool, IndicatorError> {
         self.send(command)?;
         self.awaited_echo = None;
@@ -212,7 +215,7 @@ impl<P: Port> AsciiIndicator<P> {
             if said == bare(query.as_bytes()) {
                 continue;
             }
-            // Either the echo of a command, come late, or an answer that is the same word: `MM` sets the unit and names it.
+            // Either the late echo of a command, or an answer that is the same word: `MM` sets the unit and names it.
             if self.awaited_echo.take().is_some_and(|echo| echo == said) {
                 deadline = deadline.min(Instant::now() + self.settings.echo);
                 perhaps_echo = Some(line);
@@ -227,15 +230,15 @@ impl<P: Port> AsciiIndicator<P> {
         Err(self.silent())
     }
 
-    /// No line came in time; what came without an end may say why.
+    /// Error for a missing line; the bytes of an unfinished line may show the cause.
     fn silent(&self) -> IndicatorError {
         of_another_frame(self.lines.unfinished()).map_or(IndicatorError::Silent, |frame| IndicatorError::Garbled { frame })
     }
 
-    /// The reply in a line.
+    /// Parses a line as a reply.
     ///
     /// # Errors
-    /// [`IndicatorError::Garbled`] where it came over a line of another frame.
+    /// [`IndicatorError::Garbled`] if the line came with another frame (parity, data bits).
     fn understood(&mut self, line: &[u8]) -> Result<GaugeReply, IndicatorError> {
         match GaugeReply::parse(line) {
             GaugeReply::Noise if let Some(words) = of_another_frame(line) => {
@@ -249,7 +252,7 @@ impl<P: Port> AsciiIndicator<P> {
     fn refuse(&mut self, reply: &GaugeReply) -> IndicatorError {
         match reply {
             GaugeReply::Fault(3) => IndicatorError::OverRange,
-            // The request was mangled on its way; the next one may not be.
+            // The request was garbled in transmission; the next one may succeed.
             GaugeReply::Fault(2) => IndicatorError::Garbled { frame: "ERR2".into() },
             GaugeReply::Fault(0) => IndicatorError::Fault { detail: "ERR0, of its sensor".into() },
             GaugeReply::Fault(1) => IndicatorError::Fault { detail: "ERR1, it does not know the command".into() },
@@ -276,14 +279,15 @@ impl<P: Port> AsciiIndicator<P> {
     }
 
     fn transmit(&mut self, command: &str) -> Result<(), IndicatorError> {
-        // In one piece: radio links send each piece as a packet of its own.
+        // In one write: radio links send each write as a packet of its own.
         let request = format!("{command}\r");
         self.port.write_all(request.as_bytes()).and_then(|()| self.port.flush()).map_err(gone)?;
         self.traffic.sent += request.len() as u64;
         Ok(())
     }
 
-    /// Waits until nothing more comes, then asks for the identity: what comes before that answer belongs to earlier requests.
+    /// Waits until the line is quiet, then asks for the identity; whatever comes before that answer belongs to earlier
+    /// requests.
     fn fall_into_step(&mut self) -> Result<(), IndicatorError> {
         let deadline = Instant::now() + self.settings.timeout;
         let mut quiet = Instant::now() + QUIET;
@@ -298,7 +302,7 @@ impl<P: Port> AsciiIndicator<P> {
             loop {
                 match self.receive(deadline)? {
                     Some(line) if line == name.as_bytes() => break,
-                    // An identity that comes in another frame is the answer, and so will be all to come.
+                    // An identity in another frame is the answer, and all later ones will come like it.
                     Some(line) => drop(self.understood(&line)?),
                     None => return Err(self.silent()),
                 }
@@ -308,7 +312,7 @@ impl<P: Port> AsciiIndicator<P> {
         Ok(())
     }
 
-    /// The next line that comes before the deadline.
+    /// Receives the next line before the deadline.
     fn receive(&mut self, deadline: Instant) -> Result<Option<Vec<u8>>, IndicatorError> {
         loop {
             if let Some(line) = self.lines.line() {
@@ -321,7 +325,7 @@ impl<P: Port> AsciiIndicator<P> {
         }
     }
 
-    /// Reads what is there, or waits a little; how much came.
+    /// Reads the available bytes, or waits briefly. Returns their number.
     fn take_in(&mut self) -> Result<usize, IndicatorError> {
         let mut bytes = [0; 64];
         match self.port.read(&mut bytes) {
@@ -357,7 +361,7 @@ impl<P: Port> Indicator for AsciiIndicator<P> {
     }
 }
 
-/// Instruments do not tell cases apart and pass over blanks.
+/// Removes case and blanks, which instruments ignore.
 fn bare(line: &[u8]) -> String {
     line.iter().filter(|byte| **byte != b' ').map(|byte| char::from(byte.to_ascii_uppercase())).collect()
 }

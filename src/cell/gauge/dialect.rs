@@ -1,4 +1,4 @@
-//! How the makers' dialects of the request protocol differ.
+//! Differences between the makers' dialects of the request protocol.
 
 /// Parity bit of a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,13 +14,13 @@ pub enum Parity {
 /// Settings of a serial line; a virtual one ignores them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineSettings {
-    /// Bits a second.
+    /// Bits per second.
     pub baud: u32,
-    /// 7 or 8.
+    /// Data bits, 7 or 8.
     pub data_bits: u8,
     /// The parity bit.
     pub parity: Parity,
-    /// 1 or 2.
+    /// Stop bits, 1 or 2.
     pub stop_bits: u8,
 }
 
@@ -30,7 +30,7 @@ impl LineSettings {
     /// Virtual ports, and Mitutoyo's converters: 9600 baud, 8 data bits, no parity, 1 stop bit.
     pub const VIRTUAL: LineSettings = LineSettings { baud: 9600, data_bits: 8, parity: Parity::None, stop_bits: 1 };
 
-    /// As written, e.g. `4800 7E2`; `None` for what is not written so.
+    /// Parses e.g. `4800 7E2`; `None` for any other format.
     pub fn parse(text: &str) -> Option<Self> {
         let (baud, frame) = text.trim().split_once(' ')?;
         let baud = baud.parse().ok().filter(|baud| (300..=4_000_000).contains(baud))?;
@@ -46,49 +46,50 @@ impl LineSettings {
     }
 }
 
-/// How an indicator is made to show a given value where its plunger stands.
+/// Method of making an indicator show a given value at the present plunger position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PresetManner {
-    /// The instrument keeps a preset: `PRE +6.350` stores one, `PRE?` tells it, and the first of `recall` that works sets the display.
+    /// The instrument keeps a preset: `PRE +6.350` stores it, `PRE?` queries it, and the first of `recall` that works sets the
+    /// display.
     Instrument {
-        /// Before the value.
+        /// Command before the value.
         store: &'static str,
-        /// Asks for it.
+        /// Query for the stored preset.
         query: &'static str,
-        /// Older and newer instruments differ.
+        /// Commands that recall it; older and newer instruments differ.
         recall: &'static [&'static str],
     },
-    /// The instrument keeps none; its driver remembers the difference.
+    /// The instrument keeps no preset; its driver stores the offset.
     Driver,
 }
 
-/// A dialect: commands without their end, which is CR in all of them; `None` for what a dialect has not.
+/// A dialect: commands without their terminator, which is CR in all of them; `None` for commands that a dialect lacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dialect {
-    /// As in files.
+    /// Name used in files.
     pub name: &'static str,
-    /// Of a cable.
+    /// Line settings of a cable.
     pub line: LineSettings,
-    /// Asks for the value.
+    /// Queries the value.
     pub read: &'static str,
-    /// Asks who it is.
+    /// Queries the identity.
     pub identity: Option<&'static str>,
-    /// Asks for its firmware.
+    /// Queries the firmware version.
     pub version: Option<&'static str>,
-    /// Asks for the unit.
+    /// Queries the unit.
     pub unit: Option<&'static str>,
     /// Sets the unit to millimetres.
     pub millimetres: Option<&'static str>,
-    /// Asks for the battery: `BAT1` is good, `BAT0` low.
+    /// Queries the battery: `BAT1` is good, `BAT0` low.
     pub battery: Option<&'static str>,
-    /// Asks for the resolution: `RES1`, `RES2`, `RES3`.
+    /// Queries the resolution: `RES1`, `RES2`, `RES3`.
     pub resolution: Option<&'static str>,
-    /// How it is mastered.
+    /// How the indicator is mastered.
     pub preset: PresetManner,
 }
 
 impl Dialect {
-    /// Sylvac and what is built by Sylvac (Teclock, Käfer, Bowers, Hexagon TESA).
+    /// Sylvac and instruments built by Sylvac (Teclock, Käfer, Bowers, Hexagon TESA).
     pub const SYLVAC: Dialect = Dialect {
         name: "sylvac",
         line: LineSettings::OPTO_RS,
@@ -99,11 +100,11 @@ impl Dialect {
         millimetres: Some("MM"),
         battery: Some("BAT?"),
         resolution: Some("RES?"),
-        // Recalling by `PRE` is the older manner, by `PRE ON` the newer (S_Mike PRO manual, Teclock SSH manual).
+        // Older instruments recall by `PRE`, newer ones by `PRE ON` (S_Mike PRO manual, Teclock SSH manual).
         preset: PresetManner::Instrument { store: "PRE", query: "PRE?", recall: &["PRE", "PRE ON"] },
     };
 
-    /// Mahr Millimar C1208, C1216, C1240 by OPTO-RS: the unit stands after the value, lines end with CR LF.
+    /// Mahr Millimar C1208, C1216, C1240 by OPTO-RS: the unit follows the value, lines end with CR LF.
     pub const MAHR: Dialect = Dialect {
         name: "mahr",
         millimetres: Some("mm"),
@@ -113,11 +114,12 @@ impl Dialect {
         ..Dialect::SYLVAC
     };
 
-    /// Mahr Millimar C1202: as the others at 9600 baud, the channel before the value.
+    /// Mahr Millimar C1202: as the others, but at 9600 baud and with the channel before the value.
     pub const MAHR_C1202: Dialect =
         Dialect { name: "mahr-c1202", line: LineSettings { baud: 9600, ..LineSettings::OPTO_RS }, ..Dialect::MAHR };
 
-    /// Mitutoyo's Digimatic converters: `1` asks channel 1, the answer is `01A+0000.123`. Others ask otherwise.
+    /// Mitutoyo's Digimatic converters: `1` queries channel 1, the answer is `01A+0000.123`. Other converters use other
+    /// requests.
     pub const MITUTOYO: Dialect = Dialect {
         name: "mitutoyo",
         line: LineSettings::VIRTUAL,
@@ -131,10 +133,10 @@ impl Dialect {
         preset: PresetManner::Driver,
     };
 
-    /// All of them.
+    /// All dialects.
     pub const ALL: [Dialect; 4] = [Dialect::SYLVAC, Dialect::MAHR, Dialect::MAHR_C1202, Dialect::MITUTOYO];
 
-    /// By its name.
+    /// Returns the dialect of this name.
     pub fn named(name: &str) -> Option<Dialect> {
         Dialect::ALL.into_iter().find(|dialect| dialect.name == name)
     }

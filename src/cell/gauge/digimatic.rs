@@ -1,7 +1,7 @@
-//! Mitutoyo's Digimatic word: what the instrument's own connector sends, 52 bits of which interfaces make text.
+//! Mitutoyo's Digimatic word: the 52 bits sent by the instrument's own connector, which interfaces convert to text.
 //!
-//! Thirteen digits of four bits, each its least significant bit first: F F F F, sign (0 or 8), six digits from the most significant,
-//! the number of decimals, the unit (0 mm, 1 inch; 2 to 7 the same with a verdict). Source: Mitutoyo 99MAF600B.
+//! Thirteen digits of four bits, each sent least significant bit first: F F F F, sign (0 or 8), six digits from the most
+//! significant, the number of decimals, the unit (0 mm, 1 inch; 2 to 7 the same with a verdict). Source: Mitutoyo 99MAF600B.
 
 use thiserror::Error;
 
@@ -11,21 +11,22 @@ use super::{DisplayUnit, GaugeReading, Tolerance};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DigimaticWord(pub [u8; 13]);
 
-/// Why bits are not a word.
+/// Reason why bits are not a word.
 #[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum DigimaticError {
-    /// A digit is not one that may stand in its place.
+    /// A digit is not allowed in its place.
     #[error("digit {place} of the Digimatic word is {digit:X}")]
     Digit {
         /// Counted from 1.
         place: usize,
-        /// What it is.
+        /// The digit.
         digit: u8,
     },
 }
 
 impl DigimaticWord {
-    /// From the bits in the order sent, the first as the most significant of 52.
+    /// Creates a word from its bits in the order sent, the first being the most significant of 52.
     pub fn from_bits(bits: u64) -> Self {
         DigimaticWord(std::array::from_fn(|k| {
             let sent = (bits >> (4 * (12 - k))) & 0xf;
@@ -33,13 +34,13 @@ impl DigimaticWord {
         }))
     }
 
-    /// The bits in the order sent, the first as the most significant of 52.
+    /// The bits in the order sent, the first being the most significant of 52.
     pub fn bits(&self) -> u64 {
         self.0.iter().fold(0, |bits, digit| (bits << 4) | u64::from((digit & 0xf).reverse_bits() >> 4))
     }
 
-    /// The word that shows `value` of `unit` with so many decimals (at most 5); `None` when six digits do not hold it, or the unit is none
-    /// of the two.
+    /// Encodes `value` of `unit` with this many decimals (at most 5); `None` if six digits cannot hold it, or the unit is
+    /// neither of the two.
     pub fn encode(value: f64, decimals: usize, unit: DisplayUnit) -> Option<Self> {
         let unit = match unit {
             DisplayUnit::Millimetre => 0,
@@ -62,10 +63,10 @@ impl DigimaticWord {
         Some(DigimaticWord(word))
     }
 
-    /// What the word shows.
+    /// Decodes the displayed value.
     ///
     /// # Errors
-    /// [`DigimaticError::Digit`]: the first digit that may not be.
+    /// [`DigimaticError::Digit`]: the first digit that is not allowed.
     pub fn decode(&self) -> Result<GaugeReading, DigimaticError> {
         let allowed = |place: usize, digit: u8| match place {
             0..=3 => digit == 0xf,
@@ -79,7 +80,7 @@ impl DigimaticWord {
         }
         let digits = self.0[5..11].iter().fold(0_u32, |number, &digit| 10 * number + u32::from(digit));
         let decimals = usize::from(self.0[11]);
-        // Divided by an exact power of ten the nearest double comes out, as from text.
+        // Division by an exact power of ten gives the nearest double, as parsing text does.
         let size = f64::from(digits) / 10_f64.powi(i32::from(self.0[11]));
         let (unit, tolerance) = match self.0[12] {
             0 => (DisplayUnit::Millimetre, None),

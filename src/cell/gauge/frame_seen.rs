@@ -1,16 +1,17 @@
-//! Lines that came in another frame than the port was set to: the bits that do not fit tell which.
+//! Detection of lines sent with another frame than the port is set to; the bits that do not fit tell which.
 
 use super::GaugeReply;
 
-/// What a system hands on in place of a byte whose parity bit is wrong (POSIX termios, `INPCK` without `IGNPAR` and `PARMRK`).
+/// Byte passed on by the system in place of one with wrong parity (POSIX termios, `INPCK` without `IGNPAR` and `PARMRK`).
 const WRONG_PARITY: u8 = 0;
 
-/// What came, and in which frame, where a parity bit explains bytes that no indicator sends.
+/// Describes the line and its frame, if a parity bit explains bytes that no indicator sends.
 pub(super) fn of_another_frame(line: &[u8]) -> Option<String> {
     seven_bits_in_eight(line).or_else(|| eight_bits_in_seven(line))
 }
 
-/// Seven data bits and a parity bit, read as eight data bits: all bytes have the same parity, and mean something without that bit.
+/// Seven data bits and a parity bit, read as eight data bits: all bytes have the same parity, and are meaningful without that
+/// bit.
 fn seven_bits_in_eight(line: &[u8]) -> Option<String> {
     let parity = [(0, "7E"), (1, "7O")].into_iter().find(|(odd, _)| line.iter().all(|byte| byte.count_ones() % 2 == *odd));
     let seven: Vec<u8> = line.iter().map(|byte| byte & 0x7f).collect();
@@ -20,8 +21,9 @@ fn seven_bits_in_eight(line: &[u8]) -> Option<String> {
     means_something.then(|| format!("{}, with a parity bit: the line is {frame}, not 8N", String::from_utf8_lossy(seven)))
 }
 
-/// Eight data bits or another parity, read as seven data bits and a parity bit: the system marks the bytes whose parity is wrong, and all
-/// others have the right one, the end of the line seldom among them. A byte that was disturbed on its way has neighbours of both kinds.
+/// Eight data bits or another parity, read as seven data bits and a parity bit: the system marks the bytes with wrong parity,
+/// and all others have the right one, rarely including the end of the line. A byte disturbed in transmission has neighbours of
+/// both kinds.
 fn eight_bits_in_seven(line: &[u8]) -> Option<String> {
     let (wrong, right): (Vec<u8>, Vec<u8>) = line.iter().partition(|byte| **byte == WRONG_PARITY);
     let is_text = right.iter().all(|byte| matches!(byte, 0x20..0x7f | b'\r' | b'\n'));

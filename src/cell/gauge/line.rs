@@ -1,13 +1,15 @@
-//! Lines in what comes over a serial line.
+//! Splitting of the bytes of a serial line into lines.
 
 /// Longest line kept, bytes: the longest answer of any of these instruments, a list of settings, has less than half.
 pub const LONGEST_LINE: usize = 120;
 
-/// CR with the parity bit of a line that has seven data bits and even parity, as a port set to eight shows it. It stays in its line: no
-/// answer may be taken from there, not even one whose digits all have their parity bit zero; but why can be told.
+/// CR with the parity bit of a line of seven data bits and even parity, as seen by a port set to eight. It does not end the
+/// line: no answer may be taken from such a line, not even one whose digits all have a zero parity bit; but the cause can be
+/// reported.
 const CR_WITH_PARITY: u8 = 0x8d;
 
-/// Finds lines that end with CR, LF or both, however they were cut; holds one unfinished line beside what was pushed last.
+/// Finds lines that end with CR, LF or both, however they are fragmented; holds one unfinished line besides the bytes pushed
+/// last.
 #[derive(Debug, Default)]
 pub struct LineReader {
     bytes: Vec<u8>,
@@ -15,12 +17,12 @@ pub struct LineReader {
 }
 
 impl LineReader {
-    /// Takes in what came.
+    /// Appends received bytes.
     pub fn push(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// The next line that is not empty, without its end. Of a line that is too long, the beginning, cut off: it is no answer.
+    /// Returns the next non-empty line, without its end. A line that is too long is truncated: it is no answer.
     pub fn line(&mut self) -> Option<Vec<u8>> {
         loop {
             match self.bytes.iter().position(|byte| matches!(*byte, b'\r' | b'\n' | CR_WITH_PARITY)) {
@@ -50,17 +52,17 @@ impl LineReader {
         }
     }
 
-    /// Whether a line has begun and not ended.
+    /// True if a line has begun and not ended.
     pub fn is_amid_line(&self) -> bool {
         !self.bytes.is_empty()
     }
 
-    /// What came of a line that has not ended.
+    /// The bytes of an unfinished line.
     pub(super) fn unfinished(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Forgets what has not been taken.
+    /// Discards all bytes not yet taken.
     pub fn clear(&mut self) {
         self.bytes.clear();
         self.skipping = false;

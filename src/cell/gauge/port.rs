@@ -1,4 +1,4 @@
-//! Ports on which indicators are found.
+//! Ports to which indicators are connected.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -9,13 +9,13 @@ use serialport::{ClearBuffer, DataBits, SerialPort, StopBits};
 use super::{LineSettings, Parity};
 use crate::cell::socket::connect;
 
-/// How long one look for bytes may take: short against any deadline, long against a busy loop.
+/// Longest duration of one read: short against any deadline, long against a busy loop.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// A line to an indicator. Reading waits for a short while only, and ends with [`ErrorKind::TimedOut`] or [`ErrorKind::WouldBlock`]
-/// when nothing came.
+/// A line to an indicator. Reads wait only briefly, and end with [`ErrorKind::TimedOut`] or [`ErrorKind::WouldBlock`] when
+/// nothing came.
 pub trait Port: Read + Write {
-    /// Throws away what came and was not read.
+    /// Discards received bytes that were not read.
     ///
     /// # Errors
     /// When the port is gone.
@@ -34,7 +34,7 @@ impl Port for TcpStream {
         let mut waste = [0; 256];
         let end = loop {
             match self.read(&mut waste) {
-                // Closed; whoever reads next will be told.
+                // Closed; the next read reports it.
                 Ok(0) => break Ok(()),
                 Ok(_) => {}
                 Err(e) if e.kind() == ErrorKind::WouldBlock => break Ok(()),
@@ -55,7 +55,7 @@ impl Port for Box<dyn Port + Send> {
 /// Opens a serial port, real or virtual, e.g. `/dev/ttyUSB0`, `COM3`.
 ///
 /// # Errors
-/// When there is none of that name, or it is in use.
+/// When there is no port of that name, or it is in use.
 pub fn open_serial(path: &str, line: LineSettings) -> io::Result<Box<dyn SerialPort>> {
     let parity = match line.parity {
         Parity::None => serialport::Parity::None,
@@ -71,7 +71,7 @@ pub fn open_serial(path: &str, line: LineSettings) -> io::Result<Box<dyn SerialP
 /// Connects to an indicator behind a socket, `HOST:PORT`.
 ///
 /// # Errors
-/// When nobody answers there within `timeout`.
+/// When there is no answer within `timeout`.
 pub fn open_socket(address: &str, timeout: Duration) -> io::Result<TcpStream> {
     let stream = connect(address, timeout)?;
     stream.set_read_timeout(Some(LOOK))?;

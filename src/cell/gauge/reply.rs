@@ -1,17 +1,17 @@
-//! What an indicator answers, as text.
+//! Answers of an indicator as text.
 //!
 //! ```text
 //! reading : [channel] [sign] 1..4 digits ('.' | ',') 1..6 digits [tolerance] [unit]
 //! fault   : "ERR" digit            0 sensor   1 incorrect command   2 parity error   3 measuring range exceeded
 //! ```
 //!
-//! Sylvac answers `+006.3500`, with `<`, `=` or `>` after it when its tolerance mode is on; Mahr puts the unit after the number;
-//! Mitutoyo's converters put `01A` before it. Sources: Käfer OPTO-RS manual, Sylvac MEM-PM 292-1806-01, Bowers UniCal manual, Mahr
-//! Millimar C1208 manual, Mitutoyo 99MAF600B.
+//! Sylvac answers `+006.3500`, with `<`, `=` or `>` after it when its tolerance mode is on; Mahr puts the unit after the
+//! number; Mitutoyo's converters put `01A` before it. Sources: Käfer OPTO-RS manual, Sylvac MEM-PM 292-1806-01, Bowers UniCal
+//! manual, Mahr Millimar C1208 manual, Mitutoyo 99MAF600B.
 
 use crate::units::{MM, UM};
 
-/// The unit that a display shows.
+/// The unit of a display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DisplayUnit {
     /// mm.
@@ -22,7 +22,7 @@ pub enum DisplayUnit {
     Micrometre,
 }
 
-/// What the tolerance mode says of a value.
+/// Verdict of the tolerance mode on a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tolerance {
     /// `<`
@@ -33,14 +33,14 @@ pub enum Tolerance {
     Above,
 }
 
-/// A value shown.
+/// A displayed value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GaugeReading {
-    /// In the unit of the display.
+    /// Value in the unit of the display.
     pub value: f64,
-    /// Digits after the point.
+    /// Number of decimals.
     pub decimals: usize,
-    /// The unit, where the answer says.
+    /// The unit, if the answer contains it.
     pub unit: Option<DisplayUnit>,
     /// The verdict, when the tolerance mode is on.
     pub tolerance: Option<Tolerance>,
@@ -60,7 +60,7 @@ pub enum GaugeReply {
 }
 
 impl DisplayUnit {
-    /// One of it in metres.
+    /// One of this unit, in metres.
     pub fn metres(self) -> f64 {
         match self {
             DisplayUnit::Millimetre => MM,
@@ -70,7 +70,7 @@ impl DisplayUnit {
         }
     }
 
-    /// From its name, as `mm`, `MM`, `IN`, `"`.
+    /// Parses a name such as `mm`, `MM`, `IN`, `"`.
     pub fn parse(name: &str) -> Option<Self> {
         match name.trim().to_ascii_lowercase().as_str() {
             "mm" => Some(DisplayUnit::Millimetre),
@@ -82,7 +82,7 @@ impl DisplayUnit {
 }
 
 impl GaugeReply {
-    /// Takes a line (without its end) apart.
+    /// Parses a line (without its end).
     pub fn parse(line: &[u8]) -> Self {
         let printable = line.iter().all(|byte| (0x20..0x7f).contains(byte));
         let Some(text) = printable.then(|| std::str::from_utf8(line).ok()).flatten().map(str::trim) else {
@@ -98,7 +98,7 @@ impl GaugeReply {
     }
 }
 
-/// `01A`, of Mitutoyo's converters, and `1_`, of Mahr's multi-channel ones, name the channel.
+/// Removes the channel: `01A` of Mitutoyo's converters, `1_` of Mahr's multi-channel instruments.
 fn without_channel(text: &str) -> &str {
     let digits = text.bytes().take_while(u8::is_ascii_digit).count();
     match (digits, &text[digits..]) {
@@ -140,20 +140,20 @@ fn verdict(sign: char) -> Option<Tolerance> {
     }
 }
 
-/// How an instrument writes its values.
+/// Format in which an indicator writes its values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadingFormat {
-    /// Digits before the point, filled up with zeros.
+    /// Digits before the point, padded with zeros.
     pub whole: usize,
-    /// Digits after it.
+    /// Digits after the point.
     pub decimals: usize,
-    /// A comma in place of the point.
+    /// True for a comma instead of the point.
     pub comma: bool,
-    /// What stands before the sign.
+    /// Text before the sign.
     pub before: &'static str,
-    /// What stands after the digits.
+    /// Text after the digits.
     pub after: &'static str,
-    /// What ends the line.
+    /// End of the line.
     pub end: &'static str,
 }
 
@@ -161,7 +161,7 @@ impl ReadingFormat {
     /// Sylvac at 0.1 um: `+006.3500` CR.
     pub const SYLVAC: ReadingFormat = ReadingFormat { whole: 3, decimals: 4, comma: false, before: "", after: "", end: "\r" };
 
-    /// The line that shows `value`, in the unit of the display.
+    /// Formats the line that shows `value`, in the unit of the display.
     pub fn encode(&self, value: f64) -> Vec<u8> {
         let ReadingFormat { whole, decimals, comma, before, after, end } = *self;
         let digits = format!("{:0width$.decimals$}", value.abs(), width = whole + 1 + decimals);

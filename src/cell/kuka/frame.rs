@@ -1,38 +1,39 @@
-//! What goes over the wire between a PC and the variable server on a KUKA controller: KUKAVARPROXY, and C3 Bridge's basic functions.
+//! Wire format between a PC and the variable server on a KUKA controller: KUKAVARPROXY, and C3 Bridge's basic functions.
 //!
 //! ```text
-//! request  : tag u16 | length u16 | function u8 | { length u16 | bytes } once or twice      0 reads name, 1 writes value to name
+//! request  : tag u16 | length u16 | function u8 | { length u16 | bytes } once or twice    0 reads name, 1 writes value to name
 //! response : tag u16 | length u16 | function u8 | length u16 | value | code u16 | success u8
 //! ```
 //!
-//! Integers are big-endian; the first length counts the bytes after it. Text is a byte a character (Windows-1252 on the controller, of
-//! which the names and numbers in use are the ASCII half; the other half is taken as Latin-1, so that nothing is lost on the way).
-//! Source: the servers' own sources (ImtsSrl/KUKAVARPROXY aa95b90, ulsu-tech/c3bridge-server a392195).
+//! Integers are big-endian; the first length counts the bytes after it. Text is one byte per character (Windows-1252 on the
+//! controller, of which the names and numbers in use are the ASCII half; the other half is read as Latin-1, so that nothing is
+//! lost). Source: the servers' own sources (ImtsSrl/KUKAVARPROXY aa95b90, ulsu-tech/c3bridge-server a392195).
 
 use thiserror::Error;
 
-/// Longest frame taken, bytes after the length field: twice what KUKAVARPROXY takes in at once. Longer is not this protocol.
+/// Longest frame accepted, bytes after the length field: twice what KUKAVARPROXY reads at once. A longer one is not this
+/// protocol.
 pub const LONGEST_FRAME: usize = 4096;
 
-/// Tag and length.
+/// Bytes of tag and length.
 const HEADER: usize = 4;
 
-/// What a client asks for.
+/// A client's request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Call {
-    /// The value of a variable (function 0).
+    /// Reads the value of a variable (function 0).
     Read {
-        /// As in KRL, `$OV_PRO`, `COM_E6POS.X`.
+        /// Name as in KRL, e.g. `$OV_PRO`, `COM_E6POS.X`.
         name: String,
     },
-    /// A new value for a variable (function 1).
+    /// Writes a value to a variable (function 1).
     Write {
-        /// As in KRL.
+        /// Name as in KRL.
         name: String,
-        /// As in KRL.
+        /// Value as in KRL.
         value: String,
     },
-    /// A function that this codec does not take apart.
+    /// A function that this codec does not parse.
     Other {
         /// Its number.
         function: u8,
@@ -44,46 +45,47 @@ pub enum Call {
 /// A request with the tag that its response will carry.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
-    /// Chosen by the client.
+    /// Tag, chosen by the client.
     pub tag: u16,
-    /// What is asked for.
+    /// The request itself.
     pub call: Call,
 }
 
 /// A response.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Response {
-    /// That of the request.
+    /// Tag of the request.
     pub tag: u16,
-    /// That of the request.
+    /// Function of the request.
     pub function: u8,
     /// The value read or written.
     pub value: String,
-    /// 1 for success; KUKAVARPROXY says so of failures too, C3 Bridge says which failure.
+    /// 1 for success; KUKAVARPROXY also sends it for failures, C3 Bridge sends the failure.
     pub code: u16,
-    /// The server's word for it; KUKAVARPROXY says it of variables that there are not, with an empty value.
+    /// True if the server reports success; KUKAVARPROXY also does so for variables that do not exist, with an empty value.
     pub success: bool,
 }
 
-/// Why bytes are not a frame.
+/// Reason why bytes are not a frame.
 #[derive(Debug, Error, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FrameError {
-    /// The length cannot be meant; where the next frame begins is not known, so the connection is of no further use.
+    /// The length is implausible; the start of the next frame is unknown, so the connection is of no further use.
     #[error("a frame of {length} bytes is longer than the {LONGEST_FRAME} of this protocol")]
     TooLong {
-        /// As stated.
+        /// Length stated.
         length: usize,
     },
     /// The parts do not fill the frame; the next frame is not affected.
     #[error("the parts of frame {tag} do not fill it")]
     Malformed {
-        /// Its tag.
+        /// Tag of the frame.
         tag: u16,
     },
 }
 
 impl Request {
-    /// As it goes over the wire.
+    /// Encodes the request for the wire.
     ///
     /// # Errors
     /// [`FrameError::TooLong`].
@@ -107,7 +109,7 @@ impl Request {
         frame(self.tag, &body)
     }
 
-    /// From the bytes after the length field.
+    /// Decodes the bytes after the length field.
     fn decode(tag: u16, body: &[u8]) -> Result<Self, FrameError> {
         let malformed = FrameError::Malformed { tag };
         let (&function, rest) = body.split_first().ok_or(malformed)?;
@@ -134,7 +136,7 @@ impl Request {
 }
 
 impl Response {
-    /// As it goes over the wire.
+    /// Encodes the response for the wire.
     ///
     /// # Errors
     /// [`FrameError::TooLong`].
@@ -146,7 +148,7 @@ impl Response {
         frame(self.tag, &body)
     }
 
-    /// From the bytes after the length field.
+    /// Decodes the bytes after the length field.
     fn decode(tag: u16, body: &[u8]) -> Result<Self, FrameError> {
         let parts = || {
             let (&function, rest) = body.split_first()?;
@@ -158,9 +160,9 @@ impl Response {
     }
 }
 
-/// Finds frames in what comes over a connection, however the network cut it.
+/// Finds frames in the bytes of a connection, however the network fragments them.
 ///
-/// Holds at most one unfinished frame beside what was pushed last, provided that frames are taken until there are none.
+/// Holds at most one unfinished frame besides the bytes pushed last, provided that frames are taken until there are none.
 #[derive(Debug, Default)]
 pub struct FrameReader {
     bytes: Vec<u8>,
@@ -168,22 +170,22 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
-    /// Takes in what came.
+    /// Appends received bytes.
     pub fn push(&mut self, bytes: &[u8]) {
         if self.lost.is_none() {
             self.bytes.extend_from_slice(bytes);
         }
     }
 
-    /// The next request, once all of it is there.
+    /// Returns the next request, once it is complete.
     ///
     /// # Errors
-    /// [`FrameError::Malformed`] once for that frame; [`FrameError::TooLong`] ever after.
+    /// [`FrameError::Malformed`] once for that frame; [`FrameError::TooLong`] from then on.
     pub fn request(&mut self) -> Result<Option<Request>, FrameError> {
         self.next(Request::decode)
     }
 
-    /// The next response, once all of it is there.
+    /// Returns the next response, once it is complete.
     ///
     /// # Errors
     /// As for requests.
@@ -191,7 +193,7 @@ impl FrameReader {
         self.next(Response::decode)
     }
 
-    /// Whether a frame has begun and not ended.
+    /// True if a frame has begun and not ended.
     pub fn is_amid_frame(&self) -> bool {
         !self.bytes.is_empty()
     }
@@ -223,7 +225,7 @@ fn frame(tag: u16, body: &[u8]) -> Result<Vec<u8>, FrameError> {
     Ok([&tag.to_be_bytes(), &length.to_be_bytes(), body].concat())
 }
 
-/// Text too long for its length field makes the frame too long as well, which is what is reported.
+/// Text too long for its length field also makes the frame too long, and that is the error reported.
 fn put_text(body: &mut Vec<u8>, text: &str) {
     let bytes: Vec<u8> = text.chars().map(|c| u8::try_from(u32::from(c)).unwrap_or(b'?')).collect();
     body.extend_from_slice(&u16::try_from(bytes.len()).unwrap_or(u16::MAX).to_be_bytes());

@@ -8,14 +8,14 @@ const AXES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
 const EXTERNAL: [&str; 6] = ["E1", "E2", "E3", "E4", "E5", "E6"];
 const FRAME: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
 
-/// `{E6AXIS: A1 .., A6 .., E1 0.0 ..}` of joint angles (rad, at most six); axes that are not given stand at zero.
+/// Returns `{E6AXIS: A1 .., A6 .., E1 0.0 ..}` of joint angles (rad, at most six); axes not given are zero.
 pub fn e6axis(joints: &[f64]) -> Structure {
     let angle = |k: usize| joints.get(k).map_or(0.0, |q| q / DEG);
     let axes = AXES.iter().enumerate().map(|(k, name)| (*name, angle(k)));
     Structure::of_reals("E6AXIS", axes.chain(EXTERNAL.map(|name| (name, 0.0))))
 }
 
-/// Joint angles (rad) of an E6AXIS; `None` when one is missing.
+/// Joint angles (rad) of an E6AXIS; `None` if one is missing.
 pub fn joints_of(axes: &Structure) -> Option<[f64; 6]> {
     Some(axes.numbers(AXES)?.map(|angle| angle * DEG))
 }
@@ -27,7 +27,7 @@ pub fn krl_frame(frame: &FramePose) -> Structure {
     Structure::of_reals("FRAME", FRAME.into_iter().zip([x, y, z, a, b, c]))
 }
 
-/// The frame in a FRAME, POS or E6POS; `None` when a member is missing.
+/// The frame in a FRAME, POS or E6POS; `None` if a member is missing.
 pub fn frame_of(position: &Structure) -> Option<FramePose> {
     let [x, y, z, a, b, c] = position.numbers(FRAME)?;
     Some(FramePose { xyz: [x * MM, y * MM, z * MM], rz_ry_rx: [a * DEG, b * DEG, c * DEG] })

@@ -1,4 +1,4 @@
-//! One client's way to the variable server, found again when it is lost.
+//! One client's connection to the variable server, re-established when it is lost.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -11,27 +11,29 @@ use crate::cell::ManipulatorError;
 use crate::cell::gauge::Traffic;
 use crate::cell::socket::connect;
 
-/// Why a variable was not read or written.
+/// Reason why a variable was not read or written.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum LinkError {
-    /// Nobody answers at the address.
+    /// There is no answer at the address.
     #[error("no connection to {address}: {error}")]
     NoConnection {
         /// Address.
         address: String,
-        /// What the system says.
+        /// Error of the operating system.
         error: std::io::Error,
     },
-    /// A connection that gives no answer: the cable is out, the server hangs, or somewhere between a table forgot the connection.
+    /// The connection gives no answer: the cable is out, the server hangs, or a device in between has dropped the connection
+    /// from its table.
     #[error("no answer within {:.1} s", waited.as_secs_f64())]
     Silent {
-        /// How long was waited.
+        /// Time waited.
         waited: Duration,
     },
-    /// The other side closed.
+    /// The connection was closed by the other side.
     #[error("the connection broke: {0}")]
     Broken(std::io::Error),
-    /// What comes is not the protocol.
+    /// The bytes received are not of the protocol.
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// No such variable.
@@ -53,15 +55,15 @@ pub enum LinkError {
     Unexpected {
         /// Name.
         name: String,
-        /// As it is.
+        /// Value received.
         value: String,
-        /// What it should be.
+        /// Kind expected.
         expected: &'static str,
     },
 }
 
 impl LinkError {
-    /// Whether it is the connection that failed, and not the variable.
+    /// True if the connection failed, not the variable.
     pub fn is_of_connection(&self) -> bool {
         !matches!(self, LinkError::Unknown { .. } | LinkError::NotTaken { .. } | LinkError::Unexpected { .. })
     }
@@ -77,10 +79,10 @@ impl From<LinkError> for ManipulatorError {
     }
 }
 
-/// Wait before a connection is sought again; the server may need it to notice that the old one is gone.
+/// Wait before reconnecting; the server may need it to notice that the old connection is gone.
 const BREATH: Duration = Duration::from_millis(200);
 
-/// How long one look at the socket may take.
+/// Longest duration of one read of the socket.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A connection to the variable server.
@@ -96,26 +98,26 @@ impl Link {
     /// Connects.
     ///
     /// # Errors
-    /// When nobody answers.
+    /// When there is no answer.
     pub fn open(address: &str, patience: Patience) -> Result<Self, LinkError> {
         let mut link = Link { address: address.into(), patience, connection: None, tag: 0, traffic: Traffic::default() };
         link.connect()?;
         Ok(link)
     }
 
-    /// Bytes so far.
+    /// Bytes transferred so far.
     pub fn traffic(&self) -> Traffic {
         self.traffic
     }
 
-    /// The value of a variable; reading changes nothing, so a lost connection is sought again.
+    /// Reads a variable. Reading changes nothing, so a lost connection is re-established.
     ///
     /// # Errors
     /// When the connection stays lost, or there is no such variable.
     pub fn read(&mut self, name: &str) -> Result<Value, LinkError> {
         let call = Call::Read { name: name.into() };
         let response = self.patiently(&call)?;
-        // One server says failure, the other success of nothing.
+        // One server reports failure, the other success with an empty value.
         if !response.success || response.value.is_empty() {
             return Err(LinkError::Unknown { name: name.into() });
         }
@@ -126,19 +128,19 @@ impl Link {
         })
     }
 
-    /// Gives a variable a value; to be used where doing so twice is the same as once, for a lost connection is sought again.
+    /// Writes a variable; only for writes that may be repeated, as a lost connection is re-established.
     ///
     /// # Errors
-    /// When the connection stays lost, or the controller does not take the value.
+    /// When the connection stays lost, or the controller does not accept the value.
     pub fn write(&mut self, name: &str, value: &str) -> Result<(), LinkError> {
         let response = self.patiently(&Call::Write { name: name.into(), value: value.into() })?;
         taken(&response, name, value)
     }
 
-    /// Gives a variable a value, asking once only: after an error of the connection it is not known whether the value arrived.
+    /// Writes a variable with a single attempt: after an error of the connection it is unknown whether the value arrived.
     ///
     /// # Errors
-    /// When the connection fails, or the controller does not take the value.
+    /// When the connection fails, or the controller does not accept the value.
     pub fn write_once(&mut self, name: &str, value: &str) -> Result<(), LinkError> {
         let response = self.exchange(&Call::Write { name: name.into(), value: value.into() })?;
         taken(&response, name, value)
@@ -166,7 +168,8 @@ impl Link {
         Ok(())
     }
 
-    /// One request and its answer. A connection on which that fails is dropped: its answer may yet come, and is not wanted.
+    /// Sends one request and returns its answer. A connection on which that fails is dropped, as its answer may still come
+    /// late.
     fn exchange(&mut self, call: &Call) -> Result<Response, LinkError> {
         if self.connection.is_none() {
             self.connect()?;
@@ -185,14 +188,14 @@ impl Link {
             return Err(LinkError::Broken(ErrorKind::NotConnected.into()));
         };
         let bytes = request.encode()?;
-        // KUKAVARPROXY does not put the pieces of a request together.
+        // In one write: KUKAVARPROXY does not reassemble a fragmented request.
         stream.write_all(&bytes).map_err(LinkError::Broken)?;
         self.traffic.sent += bytes.len() as u64;
         let began = Instant::now();
         let mut received = [0; 1024];
         loop {
             while let Some(response) = frames.response()? {
-                // An answer to an earlier request came late; it answers nothing now.
+                // A late answer to an earlier request is ignored.
                 if response.tag == request.tag {
                     return Ok(response);
                 }

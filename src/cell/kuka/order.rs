@@ -1,27 +1,28 @@
-//! What the program on the controller is told to do.
+//! Orders to the program on the controller.
 
 use super::{KukaSettings, e6axis, krl_frame};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 
-/// An order; its target is absolute, so that one which is given twice is done once.
+/// An order; its target is absolute, so that repeating it has no further effect.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Order {
     /// PTP to these joints, rad.
     Joints(Vec<f64>),
     /// LIN of the tool to this frame in the base.
     Line(FramePose),
-    /// This tool in the flange from now on.
+    /// Uses this tool in the flange from now on.
     Tool(FramePose),
-    /// This base from now on.
+    /// Uses this base from now on.
     Base(FramePose),
 }
 
-/// A motion has ended where it should within this, m and rad: more than a servo leaves, less than any step that matters twice.
+/// Tolerance on the end of a motion, m and rad: more than the residual servo error, less than any step for which repetition
+/// matters.
 const THERE: (f64, f64) = (0.005 * MM, 0.001 * DEG);
 
 impl Order {
-    /// Its action number, the variable that holds its target, and the target.
+    /// Its action number, the variable that holds its target, and the target value.
     pub fn words<'a>(&self, settings: &'a KukaSettings) -> (i64, &'a str, String) {
         let (actions, variables) = (&settings.actions, &settings.variables);
         match self {
@@ -32,7 +33,7 @@ impl Order {
         }
     }
 
-    /// Whether joints (rad) or frame show that it was carried out.
+    /// True if the joints (rad) or the frame show that it was carried out.
     pub fn is_done_at(&self, joints: &[f64], position: &FramePose) -> bool {
         match self {
             Order::Joints(target) => {
@@ -42,12 +43,12 @@ impl Order {
                 let (distance, angle) = apart(target, position);
                 distance < THERE.0 && angle < THERE.1
             }
-            // To set a frame again changes nothing.
+            // Setting a frame again changes nothing.
             Order::Tool(_) | Order::Base(_) => false,
         }
     }
 
-    /// Whether the arm moves.
+    /// True if the arm moves.
     pub fn is_motion(&self) -> bool {
         matches!(self, Order::Joints(_) | Order::Line(_))
     }
@@ -59,7 +60,7 @@ pub(super) fn apart(a: &FramePose, b: &FramePose) -> (f64, f64) {
     (between.translation.vector.norm(), between.rotation.angle())
 }
 
-/// The six numbers without the type, which is FRAME here and E6POS there: members that are not named keep their values.
+/// The six numbers without the type, which is FRAME in one place and E6POS in the other; members not named keep their values.
 fn members(frame: &FramePose) -> String {
     let mut structure = krl_frame(frame);
     structure.kind = None;

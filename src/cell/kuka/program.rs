@@ -1,4 +1,4 @@
-//! The program that runs on the controller and does what the driver asks for: a variable server alone cannot move an arm.
+//! The program that runs on the controller and carries out the driver's orders: a variable server alone cannot move an arm.
 //!
 //! ```text
 //! driver                                            program
@@ -8,8 +8,8 @@
 //! read COM_DONE (n) and COM_RESULT                  COM_RESULT, then COM_DONE = n, then COM_ACTION = 0
 //! ```
 //!
-//! Orders are numbered, so that one which is sent again because its answer was lost is not done again. Targets are absolute for the same
-//! reason. `COM_CANCEL = TRUE` brakes, and ends the order as cancelled.
+//! Orders are numbered, so that an order sent again because its answer was lost is not carried out twice. Targets are absolute
+//! for the same reason. `COM_CANCEL = TRUE` brakes, and ends the order as cancelled.
 
 /// Module name of the program on the controller.
 pub const PROGRAM_NAME: &str = "calibench";
@@ -20,34 +20,35 @@ const SOURCE: &str = include_str!("program/calibench.src");
 /// `calibench.dat`.
 const DATA: &str = include_str!("program/calibench.dat");
 
-/// The lines to be added to the controller's `$config.dat`.
+/// Lines to be added to the controller's `$config.dat`.
 const GLOBALS: &str = include_str!("program/config_dat_lines.txt");
 
-/// The files for the controller: their names and contents, lines ended as there.
+/// The files for the controller: names and contents, with the controller's line ends.
 pub fn program_files() -> [(&'static str, String); 3] {
     [("calibench.src", SOURCE), ("calibench.dat", DATA), ("config_dat_lines.txt", GLOBALS)]
         .map(|(name, text)| (name, text.lines().flat_map(|line| [line, "\r\n"]).collect()))
 }
 
-/// How an order went, as the program puts it in `COM_RESULT`.
+/// Outcome of an order, as reported by the program in `COM_RESULT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Verdict {
     /// 0
     Done,
-    /// 1: there is no such action.
+    /// 1: no such action.
     UnknownAction,
     /// 2: the controller finds no joint angles for the target.
     Unreachable,
-    /// 3: broken off by `COM_CANCEL`.
+    /// 3: interrupted by `COM_CANCEL`.
     Cancelled,
     /// 11 to 16: this joint (counted from 1) would leave its software limits.
     JointLimit(usize),
-    /// Anything else.
+    /// Any other number.
     Other(i64),
 }
 
 impl Verdict {
-    /// From its number.
+    /// The verdict of this number.
     pub fn of(number: i64) -> Self {
         match number {
             0 => Verdict::Done,
@@ -59,7 +60,7 @@ impl Verdict {
         }
     }
 
-    /// Its number.
+    /// The number of the verdict.
     pub fn number(self) -> i64 {
         match self {
             Verdict::Done => 0,

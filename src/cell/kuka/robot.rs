@@ -1,4 +1,4 @@
-//! A KUKA as the procedure sees it.
+//! A KUKA robot as a manipulator of the procedure.
 
 use std::time::{Duration, Instant};
 
@@ -7,41 +7,40 @@ use nalgebra::{Translation3, Vector3};
 use super::link::{Link, LinkError};
 use super::order::{Order, apart};
 use super::{KukaSettings, RobotProgram, Structure, Value, Verdict, frame_of, joints_of};
-use crate::cell::gauge::Traffic;
 use crate::cell::{Manipulator, ManipulatorError, StopRequest};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
 
-/// A KUKA behind a variable server.
+/// A KUKA robot behind a variable server.
 ///
-/// Before every motion and while it lasts the emergency stop, the operating mode and the program are looked at. A lost connection is
-/// sought again a few times; whether a motion was done in between is known by its number, or seen by where the arm stands, and what is not
-/// known is not done again.
+/// The emergency stop, the operating mode and the program are checked before and during every motion. A lost connection is
+/// re-established a limited number of times; whether a motion was done in between is known from its number, or inferred from
+/// the position of the arm. If it remains unknown, the motion is not repeated.
 pub struct KukaRobot {
     link: Link,
     settings: KukaSettings,
     stop: StopRequest,
     order: i64,
-    /// Where the tool was last sent in the base. A step from there, not from where the arm is seen, so that what the servos leave does
-    /// not add up and orientation does not creep.
+    /// Last commanded position of the tool in the base. Steps start from it, not from the reported position, so that residual
+    /// servo errors do not accumulate and the orientation does not drift.
     sent_to: Option<FramePose>,
     began: Instant,
 }
 
-/// The tool was moved by somebody else when it stands further from where it was sent, m and rad.
+/// The tool was moved by somebody else if it is further than this from its commanded position, m and rad.
 const MOVED_BY_OTHERS: (f64, f64) = (0.5 * MM, 0.1 * DEG);
 
-/// How long a motion that was cancelled may take to end.
+/// Longest time for a cancelled motion to end.
 const BRAKING: Duration = Duration::from_secs(2);
 
-/// State of the robot, as seen at one moment.
+/// State of the robot at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KukaState {
     /// Operating mode, without `#`.
     pub mode: String,
     /// State of the robot program, without `#`.
     pub program: String,
-    /// Whether the emergency stop is pressed; `None` where no variable says so.
+    /// True if the emergency stop is pressed; `None` if no variable reports it.
     pub emergency_stop: Option<bool>,
     /// Speed override, %.
     pub speed: f64,
@@ -50,14 +49,14 @@ pub struct KukaState {
 }
 
 impl KukaRobot {
-    /// Connects, and sees that the variables are there; nothing is written and nothing moves.
+    /// Connects and checks that the variables exist; nothing is written and nothing moves.
     ///
     /// # Errors
-    /// When nobody answers, or a variable is missing.
+    /// When there is no answer, or a variable is missing.
     pub fn connect(settings: KukaSettings, stop: StopRequest) -> Result<Self, LinkError> {
         let link = Link::open(&settings.address, settings.patience.clone())?;
         let mut robot = KukaRobot { link, settings, stop, order: 0, sent_to: None, began: Instant::now() };
-        robot.state()?;
+        robot.kuka_state()?;
         robot.read_joints()?;
         robot.position()?;
         if robot.settings.program == RobotProgram::Calibench {
@@ -67,15 +66,15 @@ impl KukaRobot {
         Ok(robot)
     }
 
-    /// The state.
+    /// Reads the state.
     ///
     /// # Errors
     /// When the controller does not answer, or a variable is missing.
-    pub fn state(&mut self) -> Result<KukaState, LinkError> {
+    pub fn kuka_state(&mut self) -> Result<KukaState, LinkError> {
         let names = self.settings.variables.clone();
         let (mode, program) = (self.enumerator(&names.mode)?, self.enumerator(&names.program)?);
         let (speed, action) = (self.number(&names.speed)?, self.integer(&names.action)?);
-        // Last, because it is the cause of what the others say: pressed between two questions, it is still the one that is named.
+        // Read last, because it is the cause of the others: if it is pressed between two queries, it is still the one reported.
         let emergency_stop = match self.link_value(&names.emergency_stop)? {
             None => None,
             Some(Value::Bool(value)) => Some(value == self.settings.fitness.pressed),
@@ -84,7 +83,7 @@ impl KukaRobot {
         Ok(KukaState { mode, program, emergency_stop, speed, action })
     }
 
-    /// Why the robot may not move now, if it may not.
+    /// Reason why the robot may not move now, if any.
     pub fn unfit(&self, state: &KukaState) -> Option<String> {
         let fitness = &self.settings.fitness;
         if state.emergency_stop == Some(true) {
@@ -99,12 +98,12 @@ impl KukaRobot {
         None
     }
 
-    /// Sets the speed override, %, and sees that it is taken.
+    /// Sets the speed override, %, and verifies it.
     ///
     /// # Errors
-    /// When it is not, or an action is under way that would be set free by it.
+    /// When it is not accepted, or an action is under way that it would release.
     pub fn set_speed(&mut self, percent: u8) -> Result<(), ManipulatorError> {
-        let state = self.state()?;
+        let state = self.kuka_state()?;
         if state.action != 0 {
             let reason =
                 format!("action {} of an earlier session is not done; reset the program on the controller", state.action);
@@ -120,7 +119,7 @@ impl KukaRobot {
         Err(ManipulatorError::Refused { reason: format!("its speed override stays at {is} % where {percent} % was asked for") })
     }
 
-    /// Sets the tool's frame in the flange, and sees that it is taken.
+    /// Sets the tool's frame in the flange and verifies it.
     ///
     /// # Errors
     /// When the program refuses it.
@@ -130,7 +129,7 @@ impl KukaRobot {
         self.verify_frame(&name, flange_from_tool)
     }
 
-    /// Sets the base's frame, and sees that it is taken.
+    /// Sets the base's frame and verifies it.
     ///
     /// # Errors
     /// When the program refuses it.
@@ -140,11 +139,11 @@ impl KukaRobot {
         self.verify_frame(&name, robot_from_base)
     }
 
-    /// Frame of the tool in the flange, and of the base in the robot's root, as the controller has them.
+    /// Frame of the tool in the flange, and of the base in the robot's root, as stored in the controller.
     ///
     /// # Errors
-    /// When it does not answer.
-    pub fn frames(&mut self) -> Result<(FramePose, FramePose), LinkError> {
+    /// When the controller does not answer.
+    pub fn tool_and_base(&mut self) -> Result<(FramePose, FramePose), LinkError> {
         let (tool, base) = (self.settings.variables.tool.clone(), self.settings.variables.base.clone());
         Ok((self.frame(&tool)?, self.frame(&base)?))
     }
@@ -158,16 +157,15 @@ impl KukaRobot {
         self.frame(&name)
     }
 
-    /// Bytes so far.
-    pub fn traffic(&self) -> Traffic {
-        self.link.traffic()
+    pub(super) fn link(&self) -> &Link {
+        &self.link
     }
 
     fn verify_frame(&mut self, name: &str, wanted: &FramePose) -> Result<(), ManipulatorError> {
         self.sent_to = None;
         let is = self.frame(name)?;
         let (distance, angle) = apart(&is, wanted);
-        // The controller keeps float32: 0.1 um and 1e-5 deg at the sizes of tools and bases.
+        // The controller stores float32: 0.1 um and 1e-5 deg at the sizes of tools and bases.
         if distance < 1e-3 * MM && angle < 1e-3 * DEG {
             return Ok(());
         }
@@ -222,12 +220,12 @@ impl KukaRobot {
         self.joints_in(&name)
     }
 
-    /// Has an order carried out, and waits until it is.
+    /// Has an order carried out and waits until it is done.
     fn carry_out(&mut self, order: &Order) -> Result<(), ManipulatorError> {
         if self.stop.is_made() {
             return Err(stopped("a stop was asked for"));
         }
-        let state = self.state()?;
+        let state = self.kuka_state()?;
         if let Some(reason) = self.unfit(&state) {
             return Err(ManipulatorError::Stopped { reason });
         }
@@ -247,7 +245,7 @@ impl KukaRobot {
         }
         match self.link.write_once(&settings.variables.action, &action.to_string()) {
             Ok(()) => {}
-            // By its number the program knows it again.
+            // The program recognises a repeated order by its number.
             Err(error) if error.is_of_connection() && is_numbered => {
                 self.link.write(&settings.variables.action, &action.to_string())?;
             }
@@ -258,7 +256,7 @@ impl KukaRobot {
         if is_numbered { self.verdict() } else { Ok(()) }
     }
 
-    /// Of an order that may or may not have arrived: it is under way, or the arm stands where it should end, or nothing is known.
+    /// Resolves an order that may or may not have arrived: it is under way, or the arm is at its end, or its state is unknown.
     fn see_what_became_of(&mut self, order: &Order, lost: &LinkError) -> Result<(), ManipulatorError> {
         let name = self.settings.variables.action.clone();
         if self.integer(&name)? != 0 {
@@ -284,7 +282,7 @@ impl KukaRobot {
                     format!("its program is at action {under_way} where {action} was asked for: somebody else commands it too");
                 return Err(ManipulatorError::Stopped { reason });
             }
-            let state = self.state()?;
+            let state = self.kuka_state()?;
             if let Some(reason) = self.unfit(&state).filter(|_| state.action != 0) {
                 return Err(ManipulatorError::Stopped { reason });
             }
@@ -301,8 +299,8 @@ impl KukaRobot {
         }
     }
 
-    /// Breaks off what is under way. Where the program cannot, the speed override goes to zero, and the rest of the motion is still in
-    /// the program: it must be reset before the override is raised again, which [`KukaRobot::set_speed`] sees to.
+    /// Interrupts the action under way. If the program cannot, the speed override is set to zero and the rest of the motion
+    /// stays in the program, which must be reset before the override is raised again; [`KukaRobot::set_speed`] ensures that.
     fn cancel(&mut self) -> Result<(), ManipulatorError> {
         let names = self.settings.variables.clone();
         if self.settings.program == RobotProgram::Calibench {
@@ -318,7 +316,7 @@ impl KukaRobot {
         Ok(self.link.write(&names.speed, "0")?)
     }
 
-    /// An order that had just ended when it was to be broken off takes no notice of that, and the next one would: nothing is under way now.
+    /// Withdraws a cancellation when nothing is under way: an order that had just ended ignores it, but the next one would not.
     fn take_cancel_back(&mut self) -> Result<(), LinkError> {
         if self.settings.program == RobotProgram::Plain {
             return Ok(());
@@ -327,7 +325,7 @@ impl KukaRobot {
         self.link.write(&name, "FALSE")
     }
 
-    /// What the program says of the last order.
+    /// Reads the program's verdict on the last order.
     fn verdict(&mut self) -> Result<(), ManipulatorError> {
         let names = self.settings.variables.clone();
         let (done, result) = (self.integer(&names.done)?, self.integer(&names.result)?);
@@ -387,7 +385,7 @@ impl Manipulator for KukaRobot {
     }
 }
 
-/// Numbers that an INT of KRL holds, never 0, which the program has before its first order.
+/// Next order number: it fits an INT of KRL and is never 0, the program's value before its first order.
 fn next_order(last: i64) -> i64 {
     if (0..i64::from(i32::MAX)).contains(&last) { last + 1 } else { 1 }
 }

@@ -1,4 +1,4 @@
-//! What differs from one KUKA to the next: names, numbers and patience. All of it is configuration, none of it a fact of the driver.
+//! Settings that differ between KUKA robots: names, numbers and timeouts. All are configuration, none is built into the driver.
 
 use std::time::Duration;
 
@@ -8,10 +8,10 @@ use serde::Deserialize;
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variables {
-    /// Joint angles at rest as the resolvers read them: `$AXIS_ACT_MEAS`. A controller that has no such variable tells those that it commands,
-    /// `$AXIS_ACT`, and what the servos leave is then taken for the robot's error.
+    /// Joint angles at rest as read by the resolvers: `$AXIS_ACT_MEAS`. A controller without this variable reports the
+    /// commanded ones, `$AXIS_ACT`, and the residual servo error is then attributed to the robot.
     pub joints: String,
-    /// Joint angles commanded, where `joints` are those read back; empty where they are not told apart.
+    /// Commanded joint angles, if `joints` are those read back; empty if the two are not distinguished.
     pub commanded: String,
     /// Position of the tool in the base.
     pub position: String,
@@ -25,23 +25,23 @@ pub struct Variables {
     pub mode: String,
     /// State of the robot program.
     pub program: String,
-    /// Whether the emergency stop is pressed; empty where no variable says so.
+    /// True while the emergency stop is pressed; empty if no variable reports it.
     pub emergency_stop: String,
-    /// The action asked of the robot-side program; 0 when it is done.
+    /// The action requested of the robot-side program; 0 when it is done.
     pub action: String,
     /// Target of a motion by joints.
     pub joint_target: String,
-    /// Target of a straight motion.
+    /// Target of a linear motion.
     pub line_target: String,
     /// A frame to be set.
     pub frame: String,
-    /// Number of the order given; our own program only, as all below.
+    /// Number of the order given; as all below, only used by the program of this library.
     pub order: String,
-    /// Number of the last order done.
+    /// Number of the last order carried out.
     pub done: String,
-    /// How it went: see [`super::Verdict`].
+    /// Its outcome: see [`super::Verdict`].
     pub result: String,
-    /// TRUE breaks off the motion under way.
+    /// TRUE interrupts the motion under way.
     pub cancel: String,
 }
 
@@ -71,7 +71,7 @@ impl Default for Variables {
 }
 
 impl Variables {
-    /// Those that must be named where this program runs, with their keys.
+    /// The variables that must be named for this program, with their keys.
     pub fn needed(&self, program: RobotProgram) -> impl Iterator<Item = (&'static str, &str)> {
         let always = [
             ("joints", &self.joints),
@@ -107,13 +107,13 @@ pub struct Actions {
 }
 
 impl Default for Actions {
-    /// Those of the programs in use; the last is ours.
+    /// Numbers of the programs in use; the last is that of this library.
     fn default() -> Self {
         Actions { joints: 2, line: 3, tool: 5, base: 14 }
     }
 }
 
-/// Which values mean that the robot may move.
+/// Values that allow the robot to move.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fitness {
@@ -121,7 +121,7 @@ pub struct Fitness {
     pub modes: Vec<String>,
     /// States of the program, without `#`.
     pub running: Vec<String>,
-    /// What the variable of the emergency stop is when it is pressed; `$ALARM_STOP` is an output that falls.
+    /// Value of the emergency-stop variable when pressed; `$ALARM_STOP` is an output that falls.
     pub pressed: bool,
 }
 
@@ -132,31 +132,31 @@ impl Default for Fitness {
     }
 }
 
-/// What runs on the controller.
+/// Program that runs on the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RobotProgram {
-    /// Ours: it numbers orders, acknowledges them, says why it refuses, and can be broken off.
+    /// The program of this library: it numbers orders, acknowledges them, reports why it refuses, and can be interrupted.
     #[default]
     Calibench,
-    /// Any loop that does an action and then sets it to zero.
+    /// Any loop that carries out an action and then sets it to zero.
     Plain,
 }
 
-/// How long to wait for what.
+/// Timeouts and intervals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patience {
-    /// To be connected.
+    /// Timeout of connecting.
     pub connect: Duration,
-    /// For one answer: a variable takes some 4 ms, a busy controller a hundred times that.
+    /// Timeout of one answer: a variable takes some 4 ms, a busy controller a hundred times that.
     pub answer: Duration,
-    /// For one motion.
+    /// Timeout of one motion.
     pub motion: Duration,
-    /// Between two looks at a motion.
+    /// Interval between two checks of a motion.
     pub poll: Duration,
-    /// After a motion, for the arm to stop swinging.
+    /// Wait after a motion, for the arm to stop oscillating.
     pub settle: Duration,
-    /// How often a lost connection is sought again.
+    /// Number of attempts to re-establish a lost connection.
     pub reconnects: usize,
 }
 
@@ -173,21 +173,21 @@ impl Default for Patience {
     }
 }
 
-/// A KUKA, and how to speak to it.
+/// A KUKA robot and its communication settings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct KukaSettings {
-    /// `HOST:PORT` of the variable server, port 7000 as a rule.
+    /// `HOST:PORT` of the variable server, usually port 7000.
     pub address: String,
-    /// Joints of the arm, at most six.
+    /// Number of joints of the arm, at most six.
     pub joints: usize,
-    /// What runs on the controller.
+    /// Program that runs on the controller.
     pub program: RobotProgram,
-    /// Names.
+    /// Names of the variables.
     pub variables: Variables,
-    /// Numbers.
+    /// Numbers of the actions.
     pub actions: Actions,
-    /// When it may move.
+    /// Conditions for a motion.
     pub fitness: Fitness,
-    /// How long to wait.
+    /// Timeouts.
     pub patience: Patience,
 }

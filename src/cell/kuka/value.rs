@@ -1,21 +1,21 @@
-//! Values of KRL variables as text: how the controller shows them, and what it takes.
+//! Values of KRL variables as text: as shown by the controller, and as accepted by it.
 
 use std::fmt;
 
 use thiserror::Error;
 
-/// Longest text taken as a value, bytes: a position with all its external axes has 200.
+/// Longest text accepted as a value, bytes: a position with all its external axes has 200.
 const LONGEST_VALUE: usize = 4096;
 
-/// Structures within structures: a KRL path point has two, more is not a value of this kind.
+/// Deepest nesting of structures: a KRL path point has two levels, more is not a value of this kind.
 const DEEPEST: usize = 4;
 
-/// A value.
+/// A value of a KRL variable.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// INT, also when written `'B010'` or `'H1F'`.
     Integer(i64),
-    /// REAL, of which the controller keeps a float32.
+    /// REAL, stored by the controller as a float32.
     Real(f64),
     /// BOOL.
     Bool(bool),
@@ -23,47 +23,48 @@ pub enum Value {
     Enumerator(String),
     /// CHAR\[\], without the quotes.
     Text(String),
-    /// E6AXIS, E6POS, FRAME and the like.
+    /// E6AXIS, E6POS, FRAME and similar.
     Structure(Structure),
 }
 
-/// Named members under the name of their type.
+/// Named members and the name of their type.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Structure {
-    /// E.g. `E6POS`; servers show it, clients may leave it out.
+    /// Type, e.g. `E6POS`; servers show it, clients may omit it.
     pub kind: Option<String>,
-    /// In the order of the text.
+    /// Members in the order of the text.
     pub members: Vec<(String, Value)>,
 }
 
-/// Why text is not a value.
+/// Reason why text is not a value.
 #[derive(Debug, Error, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ValueError {
-    /// Longer than any.
+    /// The text is longer than any value.
     #[error("{length} bytes are too long for a value")]
     TooLong {
-        /// Bytes.
+        /// Length, bytes.
         length: usize,
     },
-    /// It is none.
+    /// The text is not a value.
     #[error("'{text}' is not a KRL value")]
     NotAValue {
-        /// What stands there.
+        /// The text.
         text: String,
     },
     /// A structure has no such member.
     #[error("there is no member '{member}'")]
     NoSuchMember {
-        /// As named.
+        /// Name of the member.
         member: String,
     },
 }
 
 impl Value {
-    /// Reads a value: the name of a structure's type may be missing, and blanks may stand anywhere between words.
+    /// Parses a value: the type name of a structure is optional, and blanks are allowed anywhere between words.
     ///
     /// # Errors
-    /// When the text is none.
+    /// When the text is not a value.
     pub fn parse(text: &str) -> Result<Self, ValueError> {
         if text.len() > LONGEST_VALUE {
             return Err(ValueError::TooLong { length: text.len() });
@@ -71,7 +72,7 @@ impl Value {
         value(text.trim(), 0).ok_or_else(|| ValueError::NotAValue { text: text.trim().into() })
     }
 
-    /// As a number, where it is one.
+    /// The value as a number, if it is one.
     pub fn number(&self) -> Option<f64> {
         match self {
             Value::Integer(whole) => Some(*whole as f64),
@@ -80,7 +81,7 @@ impl Value {
         }
     }
 
-    /// As a structure, where it is one.
+    /// The value as a structure, if it is one.
     pub fn structure(&self) -> Option<&Structure> {
         match self {
             Value::Structure(structure) => Some(structure),
@@ -90,18 +91,18 @@ impl Value {
 }
 
 impl Structure {
-    /// A structure of numbers, e.g. an E6AXIS.
+    /// Creates a structure of numbers, e.g. an E6AXIS.
     pub fn of_reals<'a>(kind: &str, members: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
         let members = members.into_iter().map(|(name, number)| (name.to_owned(), Value::Real(number))).collect();
         Structure { kind: Some(kind.into()), members }
     }
 
-    /// A member by its name; KRL does not tell cases apart.
+    /// Returns a member by its name; KRL ignores case.
     pub fn get(&self, member: &str) -> Option<&Value> {
         self.members.iter().find(|(name, _)| name.eq_ignore_ascii_case(member)).map(|(_, value)| value)
     }
 
-    /// Members that are numbers, all of them or none.
+    /// Returns these members as numbers; `None` unless all are.
     pub fn numbers<const N: usize>(&self, members: [&str; N]) -> Option<[f64; N]> {
         let mut numbers = [0.0; N];
         for (number, member) in numbers.iter_mut().zip(members) {
@@ -110,10 +111,11 @@ impl Structure {
         Some(numbers)
     }
 
-    /// Takes over the members that `partial` names; the others keep their values, as when the controller is sent part of a structure.
+    /// Takes over the members named in `partial`; the others keep their values, as when the controller is sent part of a
+    /// structure.
     ///
     /// # Errors
-    /// [`ValueError::NoSuchMember`], and then nothing is taken over.
+    /// [`ValueError::NoSuchMember`], and then nothing is changed.
     pub fn update(&mut self, partial: &Structure) -> Result<(), ValueError> {
         if let Some((member, _)) = partial.members.iter().find(|(name, _)| self.get(name).is_none()) {
             return Err(ValueError::NoSuchMember { member: member.clone() });
@@ -128,7 +130,7 @@ impl Structure {
 }
 
 impl fmt::Display for Value {
-    /// As KSS 8 shows it.
+    /// Formats as KSS 8 does.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Value::Integer(whole) => write!(f, "{whole}"),
@@ -142,7 +144,7 @@ impl fmt::Display for Value {
 }
 
 impl fmt::Display for Structure {
-    /// As KSS 8 shows it: `{E6AXIS: A1 0.0, A2 -90.0}`.
+    /// Formats as KSS 8 does: `{E6AXIS: A1 0.0, A2 -90.0}`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("{")?;
         if let Some(kind) = &self.kind {
@@ -155,11 +157,11 @@ impl fmt::Display for Structure {
     }
 }
 
-/// A REAL as KSS 8 shows it: the float32 nearest, nine significant digits as by C's `%.9g`, `.0` after whole numbers.
+/// Formats a REAL as KSS 8 does: the nearest float32, nine significant digits as by C's `%.9g`, `.0` after whole numbers.
 ///
 /// Reproduces the digits of captured replies (1339.905 is shown as 1339.90503).
 fn real(number: f64) -> String {
-    // Outside the range of a float32 the controller has nothing either; the nearest it has is shown.
+    // The controller cannot hold a value outside the range of a float32 either; the nearest one it holds is shown.
     let number = f64::from(number.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32);
     if !number.is_finite() {
         return "0.0".into();
@@ -206,7 +208,7 @@ fn value(text: &str, depth: usize) -> Option<Value> {
     if text.eq_ignore_ascii_case("TRUE") || text.eq_ignore_ascii_case("FALSE") {
         return Some(Value::Bool(text.eq_ignore_ascii_case("TRUE")));
     }
-    // "inf" and "nan" are numbers to the parser of floats; no number of KRL begins with a letter.
+    // The parser of floats accepts "inf" and "nan"; no number of KRL begins with a letter.
     if !text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) || text.contains(['n', 'N', 'i', 'I']) {
         return None;
     }
@@ -238,7 +240,7 @@ fn structure(text: &str, depth: usize) -> Option<Structure> {
     Some(Structure { kind, members })
 }
 
-/// Splits at the commas that are in no inner structure and no text.
+/// Splits at the commas outside inner structures and texts.
 fn split_members(text: &str) -> Option<Vec<&str>> {
     let (mut braces, mut quoted, mut start) = (0_usize, false, 0);
     let mut members = Vec::new();

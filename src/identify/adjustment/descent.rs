@@ -1,41 +1,42 @@
-//! The ways down: by strides where loads follow quickly, else by steps that are taken only where chi-square under the loads there is lower.
+//! Iteration: undamped strides if loads follow quickly, otherwise steps accepted only if they lower chi-square under the
+//! loads at their end.
 
 use super::Adjustment;
 use crate::identify::Problem;
-use crate::identify::fit::{FitError, Outcome};
+use crate::identify::fit_result::{FitError, Outcome};
 
-/// Where nothing depends on the values, the fit has converged when the predicted change of the whitened residual vector is shorter than
-/// this.
+/// If nothing depends on the values, the fit has converged when the predicted change of the whitened residual vector is
+/// shorter than this.
 const STEP_TOLERANCE: f64 = 1e-8;
 
-/// Where loads depend on the values: the same by exact columns, in sigmas of what is left.
+/// The same if loads depend on the values: from exact columns, in sigmas of the residual.
 const GRADIENT_TOLERANCE: f64 = 1e-3;
 
 const MAX_ITERATIONS: usize = 60;
 
-/// The same where loads depend on the values: a product of parameters bends more than what they are the sum of, and a campaign of fifty
-/// poses beside larger ones, or of twenty alone, leaves a narrow valley that takes a thousand.
+/// Step limit if loads depend on the values: a product of parameters is more curved than a sum, and a campaign of fifty
+/// poses combined with larger ones, or of twenty alone, leaves a narrow valley that takes a thousand.
 const MOST_UNDER_LOADS: usize = 1200;
 
-/// Steps that end where loads are computed anew have converged when what is left of them is shorter than this; they shrink by the ratio of
-/// deflection to arm length or faster.
+/// Steps with loads recomputed at their end have converged when the remaining distance is shorter than this; they shrink by
+/// the ratio of deflection to arm length or faster.
 const LEFT_OVER: f64 = 1e-5;
 
-/// A step of exact differences, in units of each parameter's uncertainty, all others known.
+/// Step of exact differences, in units of each parameter's uncertainty with all others known.
 const DIFFERENCE: f64 = 1e-2;
 
-/// By how much chi-square under the loads at the values may differ from what the fast path left.
+/// Allowed relative difference of chi-square under the loads at the values from that of the fast path.
 const SAME: f64 = 1e-6;
 
-/// And by this share of the variance of unit weight, a tenth of a sigma, which no conclusion rests on.
+/// In addition, this share of the variance of unit weight, a tenth of a sigma, on which no conclusion rests.
 const OF_A_SIGMA: f64 = 1e-2;
 
-/// Holds a parameter where it is.
+/// Information that fixes a parameter at its value.
 const HELD: f64 = 1e12;
 
 impl Adjustment {
-    /// Brings all but what acts through the compliances near the minimum: a load and a compliance enter as their product, and of a
-    /// compliance that is not known yet any load may be made.
+    /// Brings all parameters except those that act through the compliances near the minimum: a load and a compliance enter
+    /// as their product, and with an unknown compliance the load is arbitrary.
     pub(super) fn approach(&mut self, problem: &Problem, start: &[f64]) -> Result<(), FitError> {
         let parameters = problem.parameters();
         if self.kept.iter().any(|&p| parameters[p].through && start[p] != 0.0) {
@@ -59,12 +60,12 @@ impl Adjustment {
         Ok(())
     }
 
-    /// Computes the loads where each step ends and steps on from there, as long as every step is at most half of the one before; whether
-    /// that led to the end. Sums of squares cannot tell: under other loads they are others.
+    /// Recomputes the loads at the end of each step and continues from there, as long as every step is at most half of the
+    /// previous one. Returns true if it converged. Sums of squares are no criterion: they differ under other loads.
     pub(super) fn stride(&mut self, problem: &Problem) -> bool {
         let mut before: Option<f64> = None;
         self.exact = false;
-        // Which of the two states holds the present loads.
+        // Index of the state that holds the present loads.
         let mut present: Option<usize> = None;
         if self.values.iter().any(|&v| v != 0.0) {
             self.settle(problem, false);
@@ -87,7 +88,7 @@ impl Adjustment {
                 return false;
             }
             let length = self.solve();
-            // The first has none before it: as much again may be left.
+            // The first step has no predecessor: assume that as much again may remain.
             let ratio = before.map_or(0.5, |before| length / before);
             if ratio > 0.5 || ratio.is_nan() {
                 return false;
@@ -104,7 +105,7 @@ impl Adjustment {
         false
     }
 
-    /// Steps down from the present values until no step lowers chi-square under the loads at the values.
+    /// Descends from the present values until no step lowers chi-square under the loads at the values.
     pub(super) fn descend(&mut self, problem: &Problem) -> Result<(), FitError> {
         let depends = problem.depends_on_values();
         self.linearise(problem, false);
@@ -131,7 +132,8 @@ impl Adjustment {
                     self.find_exact_columns(problem);
                     continue;
                 }
-                // So short a step changes chi-square by its square and the normal matrix less: neither is evaluated again.
+                // So short a step changes chi-square by its square and the normal matrix by less: neither is evaluated
+                // again.
                 if !depends {
                     self.iterations += 1;
                     std::mem::swap(&mut self.values, &mut self.trial);
@@ -142,7 +144,7 @@ impl Adjustment {
             self.iterations += 1;
             let before = self.chi2;
             self.linearise(problem, true);
-            // Within rounding of the sum of squares a step of the last digits may go either way.
+            // Within rounding of the sum of squares, a step in the last digits may go either way.
             if self.chi2.is_finite() && self.chi2 <= before * (1.0 + 1e-12) + 1e-18 {
                 std::mem::swap(&mut self.values, &mut self.trial);
                 self.exact = false;
@@ -156,7 +158,7 @@ impl Adjustment {
                 continue;
             }
             if length < 1e-5 || lambda > 1e8 {
-                // Nothing is left to gain but rounding.
+                // Only rounding remains to be gained.
                 let left = length * (1.0 + lambda).sqrt();
                 self.outcome = if length < 1e-5 && left < tolerance.max(1e-5) { Outcome::Converged } else { Outcome::Stalled };
                 break;
@@ -166,7 +168,7 @@ impl Adjustment {
         Ok(())
     }
 
-    /// Linearises the problem at the present values, or at the trial ones, under the loads there, and takes chi-square.
+    /// Linearises the problem at the present or the trial values under the loads there, and computes chi-square.
     fn linearise(&mut self, problem: &Problem, trial: bool) {
         self.settle(problem, trial);
         let values = if trial { &self.trial } else { &self.values };
@@ -182,7 +184,7 @@ impl Adjustment {
         }
     }
 
-    /// Chi-square under the loads at the present values, or at the trial ones.
+    /// Chi-square under the loads at the present or the trial values.
     fn chi2_at(&mut self, problem: &Problem, trial: bool) -> Result<f64, FitError> {
         self.settle(problem, trial);
         let values = if trial { &self.trial } else { &self.values };
@@ -192,7 +194,8 @@ impl Adjustment {
         if chi2.is_finite() { Ok(chi2) } else { Err(FitError::NotFinite) }
     }
 
-    /// Makes the columns at the present values exact, by differences: with how the loads follow the parameters.
+    /// Makes the columns at the present values exact by differences, including the dependence of the loads on the
+    /// parameters.
     fn find_exact_columns(&mut self, problem: &Problem) {
         self.exact = true;
         self.settle(problem, false);
@@ -212,11 +215,11 @@ impl Adjustment {
         self.form_normal_equations();
     }
 
-    /// Holds chi-square of the fast path against the one under the loads at the values, and against the one at `start`; goes on from the
-    /// better of both places where it does not hold.
+    /// Compares chi-square of the fast path with the one under the loads at the values, and with the one at `start`;
+    /// continues by descent from the better of the two places if the first two differ or `start` is better.
     ///
     /// # Errors
-    /// When the numbers are not finite.
+    /// When a value is not finite.
     pub(in crate::identify) fn confirm(&mut self, problem: &Problem, start: &[f64]) -> Result<(), FitError> {
         let chi2 = self.chi2_at(problem, false)?;
         let unit = if self.dof == 0 { 1.0 } else { chi2 / self.dof as f64 };
@@ -234,7 +237,7 @@ impl Adjustment {
         Ok(())
     }
 
-    /// [`GRADIENT_TOLERANCE`] in units of the noise stated, or of what is left where that is more or nothing is stated.
+    /// [`GRADIENT_TOLERANCE`] in units of the stated noise, or of the residual if that is larger or nothing is stated.
     fn gradient_tolerance(&self) -> f64 {
         let left = if self.dof == 0 { 1.0 } else { self.chi2 / self.dof as f64 };
         GRADIENT_TOLERANCE * if self.noise_stated { left.max(1.0) } else { left.max(1e-6) }.sqrt()

@@ -1,4 +1,4 @@
-//! From datasets and a model to a problem: set-ups, unknowns with their names, and rows.
+//! From datasets and a model to a problem: set-ups, named unknowns, and rows.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -7,17 +7,28 @@ use nalgebra::Vector3;
 
 use super::cell::{Cell, Placed};
 use super::distance_row::DistanceRow;
+use super::load_state::LoadState;
+use super::missing::{COMPLIANCE, missing};
 use super::order::joints_before;
 use super::sample_row::SampleRow;
-use super::start::{start, worlds_own};
-use super::weighing::LoadState;
-use super::{Knowledge, Parameter, Problem, ProblemError, Setup, Use};
+use super::start::{datum_freedoms, start};
+use super::{Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::effects::{self, Effect, Follows, Needs, Owner, ParameterSpec};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Robot, Site};
 
-/// Everything of a problem but its rows.
+impl Problem {
+    /// Lays out the samples of `datasets` (with a label each) selected by `which`, under `model`.
+    ///
+    /// # Errors
+    /// When an effect is unknown or lacks its data, the robots differ, or no sample remains.
+    pub fn new(datasets: &[(&str, &Dataset)], model: &Model, which: Use) -> Result<Self, ProblemError> {
+        Assembly::new(datasets, model, which)?.problem()
+    }
+}
+
+/// Everything in a problem except its rows.
 pub(super) struct Assembly<'a> {
     datasets: &'a [(&'a str, &'a Dataset)],
     robot: Arc<Robot>,
@@ -27,33 +38,33 @@ pub(super) struct Assembly<'a> {
     setups: Vec<Setup>,
     /// Set-up of (dataset, session).
     setup_of: HashMap<(usize, Option<&'a str>), usize>,
-    /// Where the balls of each dataset are taken to be, to begin with.
+    /// Initial positions of the balls of each dataset.
     balls: Vec<Vec<Vector3<f64>>>,
     parameters: Vec<Parameter>,
     /// Effects of each dataset, with the first parameter of each for every owner: robot, or set-up, or dataset.
     effects: Vec<Vec<Placed>>,
 }
 
-/// What is known of the size of an effect beforehand.
+/// Prior on the size of an effect.
 #[derive(Debug, Clone, Copy)]
-enum Belief {
+enum StatedPrior {
     Flat,
-    /// One-sigma of each of its numbers, SI.
+    /// 1 sigma of each of its parameters, SI.
     Stated(f64),
-    /// One-sigma in plausible sizes; may be infinite.
+    /// 1 sigma in plausible sizes; may be infinite.
     Width(f64),
-    /// A certificate, and beside it room for what happened since: both one-sigmas, the second in plausible sizes.
+    /// A certificate, combined with an allowance for changes since: 1 sigma each, the second in plausible sizes.
     StatedAndWidth(f64, f64),
 }
 
-impl Belief {
-    fn of(self, spec: &ParameterSpec) -> Knowledge {
+impl StatedPrior {
+    fn of(self, spec: &ParameterSpec) -> Prior {
         match self {
-            Belief::Flat => Knowledge::Flat,
-            Belief::Stated(sigma) => Knowledge::Stated(sigma),
-            Belief::Width(width) if width.is_finite() => Knowledge::Plausible(width * spec.prior),
-            Belief::StatedAndWidth(sigma, width) if width.is_finite() => Knowledge::Plausible(sigma.hypot(width * spec.prior)),
-            Belief::Width(_) | Belief::StatedAndWidth(..) => Knowledge::Flat,
+            StatedPrior::Flat => Prior::Uninformative,
+            StatedPrior::Stated(sigma) => Prior::Certified(sigma),
+            StatedPrior::Width(width) if width.is_finite() => Prior::Plausible(width * spec.prior),
+            StatedPrior::StatedAndWidth(sigma, width) if width.is_finite() => Prior::Plausible(sigma.hypot(width * spec.prior)),
+            StatedPrior::Width(_) | StatedPrior::StatedAndWidth(..) => Prior::Uninformative,
         }
     }
 }
@@ -103,7 +114,7 @@ impl<'a> Assembly<'a> {
                     session: session.unwrap_or_default().into(),
                     base: dataset.base,
                     start,
-                    worlds_own: worlds_own(dataset, self.which, *session, &sessions[..k], &start),
+                    datum_freedoms: datum_freedoms(dataset, self.which, *session, &sessions[..k], &start),
                     tool: dataset.tool,
                     gravity: dataset.gravity,
                     duration_s: duration(dataset, *session),
@@ -125,47 +136,48 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Effects of the model, and those that the datasets themselves ask for (free or uncertain balls and tools).
+    /// Effects of the model, and those required by the datasets (free or uncertain balls and tools).
     fn place_effects(&mut self) -> Result<(), ProblemError> {
         let model = self.model;
         let mut robot_owned: HashMap<String, usize> = HashMap::new();
         for (d, (label, dataset)) in self.datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
             let subject = model.subject(&self.robot, &balls);
-            let mut wanted: Vec<(String, Belief)> = Vec::new();
+            let mut wanted: Vec<(String, StatedPrior)> = Vec::new();
             let probed = |b: usize| {
                 let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
                 dataset.samples.iter().filter(|s| self.which.takes(s)).any(|s| on(&s))
             };
-            // Free balls first: where no ball is known, it is the base that cannot be told. A free tool before the links: it enters
-            // linearly, and the last joint, link and the tool share numbers as the base and the first ones do.
+            // Free balls first: if no ball is known, it is the base that cannot be determined. A free tool before the
+            // links: it enters linearly, and the last joint and link share parameters with the tool as the first ones do
+            // with the base.
             for (b, ball) in dataset.balls.iter().enumerate() {
                 if ball.free && probed(b) {
-                    wanted.push((format!("ball:{}", ball.id), Belief::Flat));
+                    wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
                 }
             }
             wanted.extend(model.effects.iter().map(|e| {
                 let width = model.width_of(e);
-                let belief = stated(dataset, e).map_or(Belief::Width(width), |s| Belief::StatedAndWidth(s, width));
+                let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
                 (e.clone(), belief)
             }));
             if dataset.tool_free {
                 wanted.retain(|(id, _)| id != "tool_frame");
                 let base = wanted.iter().position(|(id, _)| id == "base_frame");
                 let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
-                wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), Belief::Flat));
+                wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), StatedPrior::Flat));
             } else if dataset.tool_sigma > 0.0 {
-                wanted.push(("tool_frame".into(), Belief::Stated(dataset.tool_sigma)));
+                wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
             }
             for (b, ball) in dataset.balls.iter().enumerate() {
                 if !ball.free && ball.sigma > 0.0 && probed(b) {
-                    wanted.push((format!("ball:{}", ball.id), Belief::Stated(ball.sigma)));
+                    wanted.push((format!("ball:{}", ball.id), StatedPrior::Stated(ball.sigma)));
                 }
             }
             let mut placed: Vec<Placed> = Vec::new();
             for (id, belief) in wanted {
                 if placed.iter().any(|p| p.effect.id() == id) {
-                    continue; // named by the model as well, which then holds what is stated in its belief
+                    continue; // also in the model, which then holds the stated uncertainty in its prior
                 }
                 let effect = effects::build(&id, &subject)?;
                 if let Some(needs) = missing(effect.as_ref(), dataset, model, self.which) {
@@ -195,7 +207,7 @@ impl<'a> Assembly<'a> {
                                 "base_frame" => {
                                     place(&mut all[first[s]..], &setup.base.to_array(), &setup.start.to_array());
                                     setup
-                                        .worlds_own
+                                        .datum_freedoms
                                         .iter()
                                         .for_each(|&axis| all[first[s] + axis as usize].defines_world = true);
                                 }
@@ -213,7 +225,7 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Lets each session last as long as another.
+    /// Sets the duration of each session to that of the other's.
     pub(super) fn last_as_long_as(&mut self, others: &[Setup]) {
         for (own, other) in self.setups.iter_mut().zip(others) {
             own.duration_s = other.duration_s;
@@ -281,12 +293,12 @@ impl<'a> Assembly<'a> {
     }
 }
 
-/// The known distances of a dataset that say something of an unknown ball; `balls` are where they are taken to be to begin with.
+/// The known distances of a dataset that involve an unknown ball; `balls` are the initial positions.
 fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]) -> Vec<DistanceRow> {
     let rows = dataset.ball_distances.iter().filter_map(|known| {
         let ids = known.between.map(|b| format!("ball:{}", dataset.balls[b].id));
         let parameters = ids.map(|id| effects.iter().find(|p| p.effect.id() == id).map(|p| p.first[0]));
-        // A free ball that none of these samples probes has no position to measure from.
+        // A free ball probed by none of these samples has no position to measure from.
         let has_position = |k: usize| parameters[k].is_some() || !dataset.balls[known.between[k]].free;
         let says_something = parameters.iter().any(Option::is_some) && has_position(0) && has_position(1);
         says_something.then(|| DistanceRow {
@@ -299,7 +311,7 @@ fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]
     rows.collect()
 }
 
-/// One-sigma, SI, that the dataset states of what an effect of a model moves: the TCP, or a ball.
+/// 1 sigma, SI, that the dataset states for the TCP or ball moved by an effect of the model.
 fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
     let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
     let sigma = match effect {
@@ -309,8 +321,8 @@ fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
     sigma.filter(|s| *s > 0.0)
 }
 
-/// Appends the parameters of an effect; returns the place of the first.
-fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: Belief) -> usize {
+/// Appends the parameters of an effect; returns the index of the first.
+fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: StatedPrior) -> usize {
     let first = all.len();
     all.extend(effect.parameters().iter().map(|spec| Parameter {
         name: if label.is_empty() { spec.name.clone() } else { format!("{}@{label}", spec.name) },
@@ -327,7 +339,7 @@ fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: Belie
     first
 }
 
-/// Gives parameters of a set-up their drawing values and starts.
+/// Sets the nominal values and starts of a set-up's parameters.
 fn place(parameters: &mut [Parameter], nominal: &[f64], start: &[f64]) {
     for (p, (&nominal, &start)) in parameters.iter_mut().zip(nominal.iter().zip(start)) {
         p.spec.nominal = nominal;
@@ -335,61 +347,17 @@ fn place(parameters: &mut [Parameter], nominal: &[f64], start: &[f64]) {
     }
 }
 
-/// Length of a session, s: the longest time of any of its samples, whatever they are used for.
+/// Duration of a session, s: the longest time of any of its samples, whatever their use.
 fn duration(dataset: &Dataset, session: Option<&str>) -> Option<f64> {
     let times = dataset.samples.iter().filter(|s| s.session.as_deref() == session).filter_map(|s| s.time_s);
     times.reduce(f64::max)
 }
 
-/// Joint and place of every joint compliance among the parameters.
+/// Joint and index of every joint compliance among the parameters.
 fn compliances(parameters: &[Parameter], joints: usize) -> Vec<(usize, usize)> {
     let joint = |p: &Parameter| {
         let of_compliance = effects::family(&p.effect).is_some_and(|f| f.id == COMPLIANCE);
         (0..joints).find(|j| of_compliance && p.spec.name == format!("c{}", j + 1))
     };
     parameters.iter().enumerate().filter_map(|(k, p)| Some((joint(p)?, k))).collect()
-}
-
-/// The family whose parameters are the compliances of the joints.
-const COMPLIANCE: &str = "joint_compliance";
-
-/// What an effect needs and the samples that `which` selects, or the model, do not hold, in the words of the files; `None` when nothing is
-/// missing.
-///
-/// Rows that only judge ([`Use::Validation`], [`Use::All`]) may lack what has no side of its own (side of approach, readings, kinds of
-/// samples): there an effect of it is at its middle, which is nothing.
-pub fn missing(effect: &dyn Effect, dataset: &Dataset, model: &Model, which: Use) -> Option<&'static str> {
-    let samples = || dataset.samples.iter().filter(|s| which.takes(s));
-    let on_balls = || samples().filter(|s| matches!(s.measured, Measured::Ball { .. }));
-    let lacks = |has: fn(&Sample) -> bool| samples().any(|s| !has(s));
-    let masses = || (!dataset.robot.has_masses()).then_some("link masses in the robot's description");
-    let balls = || on_balls().next().is_none().then_some("samples of kind 'ball'");
-    let has_sides = |need: &Needs| {
-        use Needs::{Approach, Balls, Commanded, Plungers, Points, Readings};
-        matches!(need, Approach | Plungers | Readings | Commanded | Balls | Points)
-    };
-    effect.needs().iter().filter(|need| which == Use::Fit || !has_sides(need)).find_map(|need| match need {
-        Needs::Torques if model.measured_torques => lacks(|s| s.tau.is_some()).then_some("columns tau1_nm ... tauN_nm"),
-        Needs::Torques | Needs::Masses => masses(),
-        Needs::Compliance if model.measured_torques => {
-            Some("torques from link masses: to measured ones a wrong load makes no difference")
-        }
-        Needs::Compliance => {
-            let sought = model.effects.iter().any(|e| effects::family(e).is_some_and(|f| f.id == COMPLIANCE));
-            masses().or((!sought).then_some("joint_compliance in the model"))
-        }
-        Needs::Approach => lacks(|s| s.approach.is_some()).then_some("columns approach1 ... approachN"),
-        Needs::Plungers => {
-            balls().or(on_balls().any(|s| s.plungers.is_none()).then_some("columns plunger1, plunger2, plunger3"))
-        }
-        Needs::Readings => {
-            let unread = |s: &Sample| matches!(s.measured, Measured::Ball { reading: None, .. });
-            balls().or(on_balls().any(unread).then_some("columns r1_um, r2_um, r3_um"))
-        }
-        Needs::Commanded => lacks(|s| s.q_commanded.is_some()).then_some("columns qcmd1_deg ... qcmdN_deg"),
-        Needs::Time => lacks(|s| s.time_s.is_some()).then_some("column time_s"),
-        Needs::Temperature => lacks(|s| s.temp_c.is_some()).then_some("column temp_c"),
-        Needs::Balls => balls(),
-        Needs::Points => samples().all(|s| !matches!(s.measured, Measured::Point(_))).then_some("samples of kind 'point'"),
-    })
 }

@@ -1,4 +1,4 @@
-//! What the samples of one dataset share: the cell where they were taken, and the effects that move it.
+//! The data common to the samples of one dataset: the cell in which they were taken, and the effects acting on it.
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -6,18 +6,18 @@ use crate::effects::{ArtifactShape, Effect};
 use crate::measure::{Dataset, Noise};
 use crate::robot::{FramePose, Payload, Site};
 
-/// An effect with the parameters that it was given.
+/// An effect with the parameters assigned to it.
 pub(super) struct Placed {
     pub effect: Box<dyn Effect>,
-    /// First parameter by set-up; one entry where the owner is the robot or the artifact.
+    /// First parameter by set-up; one entry if the owner is the robot or the artifact.
     pub first: Vec<usize>,
 }
 
-/// What the samples of one dataset share.
+/// The data common to the samples of one dataset.
 pub(super) struct Cell {
     pub effects: Vec<Placed>,
     pub tool: FramePose,
-    /// Turns the tool's axes into those of the last frame.
+    /// Rotates the tool's axes into those of the last frame.
     pub tool_turn: Rotation3<f64>,
     /// Force of the plungers on the tool when a ball is centred, axes of the last frame, N.
     pub contact_force: Vector3<f64>,
@@ -30,7 +30,7 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// Of a dataset whose balls are taken to stand at `balls` to begin with.
+    /// The cell of a dataset whose balls are initially assumed at `balls`.
     pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, measured_torques: bool) -> Self {
         let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
         // A sample may name a payload that does not exist; it then carries nothing.
@@ -49,7 +49,7 @@ impl Cell {
         }
     }
 
-    /// The user's expression by which an effect moves a site, in words; empty where it is not written by a user.
+    /// The user's expression by which an effect moves a site, in words; empty for built-in effects.
     pub fn expression(&self, effect: &str, site: Site) -> String {
         let own = self.effects.iter().find(|p| p.effect.id() == effect).map(|p| &p.effect);
         let text = own.and_then(|e| (0..e.parameters().len()).find_map(|p| e.expression(p, site)));

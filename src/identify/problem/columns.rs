@@ -1,24 +1,24 @@
-//! Under which circumstances each sample was taken, as a diagnosis sees it.
+//! The circumstances under which each sample was taken, for the diagnosis.
 
 use nalgebra::Vector3;
 
 use super::assembly::Assembly;
-use super::{Knowledge, Parameter, Problem, ProblemError, Use, Workspace};
+use super::{Parameter, Prior, Problem, ProblemError, Use, Workspace};
 use crate::identify::Model;
 use crate::measure::Dataset;
 use crate::robot::{Loads, MdhEntry, Site};
 
-/// Under which circumstances a sample was taken, and how its whitened residual moves with the places that a scan varies.
+/// The circumstances of a sample, and the columns of its whitened residual for the sites that a scan varies.
 #[derive(Clone)]
 pub(crate) struct Circumstance {
     /// First scalar residual, and their number: three, or one for a distance.
     pub first_row: usize,
     pub height: usize,
-    /// Set-up that it belongs to.
+    /// Set-up to which it belongs.
     pub setup: usize,
-    /// The ball of unknown place that it is of, by its first parameter.
+    /// The ball with unknown position that it probes, by the ball's first parameter.
     pub free_ball: Option<usize>,
-    /// The ball that it probes, by place in its artifact.
+    /// The ball that it probes, by index in its artifact.
     pub ball: Option<usize>,
     /// Joint angles, rad (N).
     pub q: Vec<f64>,
@@ -35,15 +35,15 @@ pub(crate) struct Circumstance {
 }
 
 impl Circumstance {
-    /// Whitens by a noise larger by `1 / weight`.
+    /// Rescales the whitened columns for noise larger by `1 / weight`.
     pub(crate) fn scale(&mut self, weight: f64) {
         self.joints.iter_mut().chain(&mut self.base).chain(&mut self.tool).for_each(|column| *column *= weight);
     }
 }
 
 impl Problem {
-    /// Lays out samples as [`Problem::new`] does, each session lasting as long as that of `other`: a share of it then means the same in
-    /// both.
+    /// Lays out samples as [`Problem::new`] does, each session with the duration of that of `other`, so that a share of the
+    /// session means the same in both.
     ///
     /// # Errors
     /// As [`Problem::new`].
@@ -58,14 +58,14 @@ impl Problem {
         assembly.problem()
     }
 
-    /// Circumstances of every sample, the arm standing as `values` say.
+    /// Circumstances of every sample, the arm posed according to `values`.
     pub(crate) fn circumstances(&self, values: &[f64]) -> Vec<Circumstance> {
         let n = self.robot.joints();
         let mut work = Workspace::new(&self.robot);
         let mut loads = Loads::new(n);
         let is_free = |p: usize| {
             let Parameter { effect, knowledge, .. } = &self.parameters[p];
-            *knowledge == Knowledge::Flat && effect.starts_with("ball:")
+            *knowledge == Prior::Uninformative && effect.starts_with("ball:")
         };
         let state = self.load_state(values);
         let of_row = |(place, row): (usize, &super::SampleRow)| {
@@ -79,7 +79,7 @@ impl Problem {
             let column = |site: Site| whiten(work.posture.column(site));
             let setup = &self.setups[row.setup];
             let cell = &self.cells[row.cell];
-            loads.weigh(&self.robot, &work.posture, row.payload(cell), &setup.gravity, &Vector3::zeros());
+            loads.compute(&self.robot, &work.posture, row.payload(cell), &setup.gravity, &Vector3::zeros());
             row.load_further(cell, &work.posture, &mut loads);
             Circumstance {
                 first_row: row.first_row,

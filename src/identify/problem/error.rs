@@ -1,11 +1,12 @@
-//! Why no problem can be laid out.
+//! Errors in laying out a problem.
 
 use thiserror::Error;
 
 use crate::effects::EffectError;
 
-/// Why datasets and model do not make a problem.
+/// The reason why datasets and model do not make a problem.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ProblemError {
     /// An effect id is not in the catalogue or does not fit.
     #[error(transparent)]
@@ -18,7 +19,7 @@ pub enum ProblemError {
         /// Another robot.
         other: String,
     },
-    /// Two datasets of one name: their parameters could not be told apart.
+    /// Two datasets with the same name: their parameters would be indistinguishable.
     #[error("two datasets are named '{name}'; name each one differently")]
     SameName {
         /// The name.
@@ -27,31 +28,31 @@ pub enum ProblemError {
     /// Nothing to fit.
     #[error("there are no samples {of}; the dataset needs rows of that set")]
     NoSamples {
-        /// Which samples were wanted.
+        /// Which samples were requested.
         of: &'static str,
     },
-    /// An effect needs what the data do not hold.
+    /// An effect needs data that are missing.
     #[error("effect '{effect}' needs {needs}; add it to the data, or leave the effect out of the model")]
     Missing {
         /// The effect.
         effect: String,
-        /// The column or fact.
+        /// The missing column or fact.
         needs: &'static str,
     },
-    /// What an effect multiplies has no value at a sample.
+    /// The factor of an effect has no value at a sample.
     #[error("effect '{effect}' has no value at sample '{sample}'{expression}; leave the sample or the effect out")]
     NoValue {
         /// The effect.
         effect: String,
         /// The sample.
         sample: String,
-        /// The user's expression in words, where it is one; else empty.
+        /// The user's expression in words, if there is one; else empty.
         expression: String,
     },
     /// Samples of another campaign that was not made to the same plan.
     #[error("the samples are not those of the campaign that the problem was laid out for: {found}; lay it out anew")]
     AnotherPlan {
-        /// The first that differs, or how many there are.
+        /// The first that differs, or their number.
         found: String,
     },
 }

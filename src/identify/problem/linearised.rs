@@ -1,47 +1,47 @@
-//! The problem near some values: residuals and their derivatives.
+//! The problem linearised about given values: residuals and their derivatives.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 
-use super::abreast::{ABREAST, Abreast};
-use super::moves::Moves;
+use super::Problem;
+use super::batch::{BATCH, Batch, STRETCH};
+use super::jacobian_pattern::JacobianPattern;
+use super::load_state::{LoadState, RowTerms};
 use super::sample_row::SampleRow;
-use super::weighing::{LoadState, RowTerms};
-use super::{Problem, STRETCH};
 use crate::robot::{MdhEntry, Posture, Robot, Site, SiteIndex};
 
-/// Reused from evaluation to evaluation.
+/// Buffers reused between evaluations.
 pub(in crate::identify) struct Workspace {
     pub(super) posture: Posture,
     pub(super) deviations: Vec<f64>,
-    abreast: Abreast,
+    batch: Batch,
     destinations: Destinations,
     products: Vec<(usize, usize, f64)>,
 }
 
-/// Where the problem is evaluated: values of its parameters, SI, and loads.
+/// The point of evaluation: values of the parameters, SI, and loads.
 #[derive(Clone, Copy)]
 struct At<'a> {
     values: &'a [f64],
     state: &'a LoadState,
 }
 
-/// Where the terms of a pattern go.
+/// The destinations of a pattern's terms.
 #[derive(Default)]
 struct Destinations {
-    /// The pattern, by its place.
+    /// Index of the pattern.
     of: Option<usize>,
-    /// Of each term that goes anywhere: its number, the row of its parameter, and the place of its site, or [`NONE`] for a flex
-    /// displacement.
+    /// For each term with a destination: its number, the row of its parameter, and the index of its site, or [`NONE`] for a
+    /// flex displacement.
     all: Vec<[usize; 3]>,
 }
 
 impl Destinations {
-    fn lay_out(&mut self, pattern: usize, moves: &[Moves], row_of: &[usize]) {
+    fn lay_out(&mut self, pattern: usize, moves: &[JacobianPattern], row_of: &[usize]) {
         let going = moves.iter().enumerate().filter(|(_, moves)| row_of[moves.parameter] != NONE);
-        let place = |moves: &Moves| if matches!(moves.site, Site::Flex(..)) { NONE } else { moves.place };
+        let place = |moves: &JacobianPattern| if matches!(moves.site, Site::Flex(..)) { NONE } else { moves.place };
         self.of = Some(pattern);
         self.all.clear();
         self.all.extend(going.map(|(term, moves)| [term, row_of[moves.parameter], place(moves)]));
@@ -54,27 +54,28 @@ impl Workspace {
         Workspace {
             posture: Posture::new(robot),
             deviations: vec![0.0; sites],
-            abreast: Abreast::new(robot),
+            batch: Batch::new(robot),
             destinations: Destinations::default(),
             products: Vec::new(),
         }
     }
 }
 
-/// No row: further than any.
+/// No row: an index beyond any row.
 const NONE: usize = usize::MAX;
 
-/// The whitened problem near some values, `r - J step`, transposed: one row a parameter, the last the residuals themselves, and one
-/// column a scalar residual, so that a sample writes one stretch of memory and `[J r]^T [J r]` is all that a step needs.
+/// The whitened problem linearised about given values, `r - J step`, transposed: one row per parameter, the last row the
+/// residuals themselves, and one column per scalar residual, so that a sample writes contiguous memory and `[J r]^T [J r]`
+/// is all that a step needs.
 pub(in crate::identify) struct Linearised {
-    /// Row of each parameter of the problem; [`NONE`] for the others'.
+    /// Row of each parameter of the problem; [`NONE`] for those not included.
     row_of: Vec<usize>,
     /// (Parameters + 1) x residuals.
     pub transposed: DMatrix<f64>,
 }
 
 impl Linearised {
-    /// Room for the derivatives by these parameters.
+    /// Allocates the derivatives with respect to these parameters.
     pub fn new(problem: &Problem, parameters: &[usize]) -> Self {
         let mut row_of = vec![NONE; problem.parameters.len()];
         parameters.iter().enumerate().for_each(|(k, &p)| row_of[p] = k);
@@ -93,7 +94,7 @@ impl Linearised {
 }
 
 impl Problem {
-    /// Poses the arm of one sample, by its place, under those loads.
+    /// Poses the arm of one sample, by index, under the given loads.
     pub(super) fn pose(&self, place: usize, values: &[f64], state: &LoadState, work: &mut Workspace) {
         let (row, terms): (&SampleRow, &RowTerms) = (&self.rows[place], &state.rows[place]);
         work.deviations.fill(0.0);
@@ -101,20 +102,20 @@ impl Problem {
         row.pose(&self.robot, &self.setups[row.setup], &mut work.posture, &work.deviations);
     }
 
-    /// Residual of one sample, m, of the arm as posed; with the line of sight for a distance.
+    /// Residual of one sample, m, with the arm as posed; with the line of sight for a distance.
     pub(super) fn residual(&self, row: &SampleRow, work: &Workspace) -> (Vector3<f64>, Option<Vector3<f64>>) {
         let at = SiteIndex::new(self.robot.joints()).target();
         row.residual(&work.posture.tcp(), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
     }
 
-    /// Residuals in metres, three a sample (a distance has one and two zeros), without weighting, under the loads at `values`.
+    /// Unweighted residuals in metres, three per sample (a distance has one and two zeros), under the loads at `values`.
     pub fn residuals(&self, values: &[f64]) -> Vec<Vector3<f64>> {
         let state = self.load_state(values);
-        let mut abreast = Abreast::new(&self.robot);
+        let mut batch = Batch::new(&self.robot);
         let mut residuals = Vec::with_capacity(self.rows.len());
-        for (chunk, rows) in self.rows.chunks(ABREAST).enumerate() {
-            abreast.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, chunk * ABREAST)));
-            let residual = |(lane, row): (usize, &SampleRow)| row.residual(&abreast.tcp(lane), &abreast.target_moved(lane)).0;
+        for (chunk, rows) in self.rows.chunks(BATCH).enumerate() {
+            batch.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, chunk * BATCH)));
+            let residual = |(lane, row): (usize, &SampleRow)| row.residual(&batch.tcp(lane), &batch.target_moved(lane)).0;
             residuals.extend(rows.iter().enumerate().map(residual));
         }
         residuals
@@ -122,7 +123,8 @@ impl Problem {
 
     /// Evaluates whitened residuals and derivatives of the model side at `values` under the loads `state`.
     ///
-    /// The derivatives leave out how the posture changes the loads, which is the ratio of deflection to arm length of them.
+    /// The derivatives neglect the effect of the posture on the loads, which is smaller by the ratio of deflection to arm
+    /// length.
     pub(in crate::identify) fn linearise(
         &self,
         values: &[f64],
@@ -163,7 +165,7 @@ impl Problem {
         }
     }
 
-    /// The same of some rows alone, into their own stretch of memory.
+    /// The same for a range of rows, into their own part of memory.
     fn linearise_rows(
         &self,
         rows: Range<usize>,
@@ -175,31 +177,31 @@ impl Problem {
     ) {
         let m = width - 1;
         let At { values, state } = at;
-        let Workspace { abreast, destinations, products, .. } = work;
+        let Workspace { batch, destinations, products, .. } = work;
         destinations.of = None;
-        let places = rows.clone().step_by(ABREAST);
-        for (first, rows) in places.zip(self.rows[rows].chunks(ABREAST)) {
-            abreast.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, first)));
-            abreast.find_columns();
+        let places = rows.clone().step_by(BATCH);
+        for (first, rows) in places.zip(self.rows[rows].chunks(BATCH)) {
+            batch.pose(&self.robot, &self.setups, rows, Some(state.deviating(values, first)));
+            batch.find_columns();
             for (lane, (row, terms)) in rows.iter().zip(&state.rows[first..]).enumerate() {
                 let pattern = &state.patterns[terms.pattern];
                 if destinations.of != Some(terms.pattern) {
                     destinations.lay_out(terms.pattern, pattern, row_of);
                 }
                 self.find_products(terms, at, row_of, products);
-                let (residual, sight) = row.residual(&abreast.tcp(lane), &abreast.target_moved(lane));
+                let (residual, sight) = row.residual(&batch.tcp(lane), &batch.target_moved(lane));
                 let (own, others) = cells.split_at_mut(row.height() * width);
                 cells = others;
-                // Here and not all at once, while it is near.
+                // Cleared here, not all at once, while it is in the cache.
                 own.fill(0.0);
                 if let Some(sight) = sight {
                     for &[term, k, place] in &destinations.all {
-                        let flex = || abreast.flex_column(lane, pattern[term].site);
-                        let column = abreast.columns().get(place).map_or_else(flex, |columns| columns.at(lane));
+                        let flex = || batch.flex_column(lane, pattern[term].site);
+                        let column = batch.columns().get(place).map_or_else(flex, |columns| columns.at(lane));
                         own[k] += terms.weights[term] * sight.dot(&column);
                     }
                     for &(k, place, weight) in products.iter() {
-                        own[k] += weight * sight.dot(&abreast.columns()[place].at(lane));
+                        own[k] += weight * sight.dot(&batch.columns()[place].at(lane));
                     }
                     own[m] = residual.x;
                     own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
@@ -210,20 +212,20 @@ impl Problem {
                 let z = &mut z[..width];
                 for &[term, k, place] in &destinations.all {
                     let weight = terms.weights[term];
-                    // Each on its own: put together in one place, a column would wait there for its parts.
-                    if let Some(column) = abreast.columns().get(place) {
+                    // Each component separately: assembling a column first would stall on its parts.
+                    if let Some(column) = batch.columns().get(place) {
                         x[k] += weight * column.x[lane];
                         y[k] += weight * column.y[lane];
                         z[k] += weight * column.z[lane];
                     } else {
-                        let column = abreast.flex_column(lane, pattern[term].site);
+                        let column = batch.flex_column(lane, pattern[term].site);
                         x[k] += weight * column.x;
                         y[k] += weight * column.y;
                         z[k] += weight * column.z;
                     }
                 }
                 for &(k, place, weight) in products.iter() {
-                    let column = abreast.columns()[place].at(lane);
+                    let column = batch.columns()[place].at(lane);
                     x[k] += weight * column.x;
                     y[k] += weight * column.y;
                     z[k] += weight * column.z;
@@ -234,8 +236,8 @@ impl Problem {
         }
     }
 
-    /// What a joint's compliance moves besides its own torque: an effect that acts through it is a product of both. Row of the compliance,
-    /// place of the joint's angle, weight.
+    /// Effects of a joint's compliance besides its own torque: an effect that acts through it is a product of both. Row of
+    /// the compliance, index of the joint's angle, weight.
     fn find_products(&self, terms: &RowTerms, at: At<'_>, row_of: &[usize], products: &mut Vec<(usize, usize, f64)>) {
         products.clear();
         if !self.acts_through_compliance {
@@ -253,7 +255,7 @@ impl Problem {
         }
     }
 
-    /// One-sigma of the whitened residuals: 1 where the noise is stated; elsewhere what they are at `values`.
+    /// 1 sigma of the whitened residuals: 1 if the noise is stated; otherwise that of the residuals at `values`.
     pub fn noise_at(&self, values: &[f64]) -> f64 {
         if self.noise_stated() {
             return 1.0;
@@ -263,8 +265,9 @@ impl Problem {
         (near.chi2() / self.row_count.max(1) as f64).sqrt()
     }
 
-    /// Jacobian of the positions in SI, without weighting, of those parameters: what observability indices are defined on. Of a
-    /// distance only the first of its three rows is filled; known distances between balls follow, a row each.
+    /// Unweighted Jacobian of the positions with respect to these parameters, SI, on which observability indices are
+    /// defined. For a distance only the first of its three rows is filled; known distances between balls follow, one row
+    /// each.
     pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
         let mut work = Workspace::new(&self.robot);
         let mut j = DMatrix::zeros(3 * self.rows.len() + self.distances.len(), columns.len());

@@ -1,11 +1,11 @@
-//! The order in which samples were measured, and the posture from which each was approached.
+//! The order in which samples were measured, and the posture preceding each.
 
 use std::collections::BTreeMap;
 
 use crate::measure::Sample;
 
-/// Joints (rad) of the sample before each in the same session: by time where all samples of the session have one, else as they are listed.
-/// `None` for the first of a session. Samples count whatever they are used for.
+/// Joints (rad) of the sample preceding each in the same session: by time if all samples of the session have one, otherwise
+/// in the order listed. `None` for the first of a session. All samples count, whatever their use.
 pub(super) fn joints_before(samples: &[Sample]) -> Vec<Option<&[f64]>> {
     let mut sessions: BTreeMap<Option<&str>, Vec<usize>> = BTreeMap::new();
     for (i, sample) in samples.iter().enumerate() {

@@ -1,34 +1,35 @@
-//! One sample in the least-squares problem: where the TCP should be, how surely, and which parameters move it there.
+//! One sample in the least-squares problem: the target of the TCP, its uncertainty, and the parameters that move it.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::Setup;
 use super::cell::Cell;
-use super::moves::{Found, Moves};
+use super::jacobian_pattern::{JacobianPattern, Term};
 use crate::effects::{Kind, Situation};
 use crate::measure::{Measured, Sample};
-use crate::robot::{FramePose, InLane, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex, Standing};
+use crate::robot::{FramePose, LanePosture, Loads, MdhEntry, Payload, Posture, PostureView, Robot, Site, SiteIndex};
 use crate::units::MM;
 
-/// One-sigma taken for the weighting of samples whose noise is not stated; their common scale is then estimated from the fit.
+/// Standard uncertainty assumed to weight samples whose noise is not stated; their common scale is then estimated from the
+/// fit.
 const UNSTATED_SIGMA: f64 = 0.1 * MM;
 
-/// A joint that gravity loads less than this, N·m, is taken as unloaded.
+/// A joint with a smaller gravity load than this, N·m, is treated as unloaded.
 const UNLOADED: f64 = 1e-6;
 
-/// What weighing one sample's arm takes besides the sample: the arm as it stands, and what gravity loads it with.
-pub(super) struct Scale<'a> {
+/// The inputs needed to compute the loads of one sample's arm besides the sample: the arm as posed, and the gravity loads.
+pub(super) struct EvaluationContext<'a> {
     pub robot: &'a Robot,
     pub setup: &'a Setup,
-    pub posture: &'a dyn Standing,
-    /// Compliance of each joint at present, rad/(N·m).
+    pub posture: &'a dyn PostureView,
+    /// Present compliance of each joint, rad/(N·m).
     pub compliance: &'a [f64],
     /// Name of the sample.
     pub sample: &'a str,
     pub loads: &'a mut Loads,
 }
 
-/// What one sample compares the TCP with.
+/// The reference with which one sample compares the TCP.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Target {
     Position(Vector3<f64>),
@@ -48,7 +49,7 @@ pub(super) struct SampleRow {
     sigma: Option<f64>,
     payload: usize,
     tau: Option<Vec<f64>>,
-    /// Ball or anchor, by place.
+    /// Index of the ball or anchor.
     ball: Option<usize>,
     anchor: Option<usize>,
     time_s: Option<f64>,
@@ -57,12 +58,12 @@ pub(super) struct SampleRow {
     plungers: Option<[i8; 3]>,
     reading: Option<Vector3<f64>>,
     q_commanded: Option<Vec<f64>>,
-    /// Joints of the sample before in its session, rad.
+    /// Joints of the previous sample in its session, rad.
     pub q_before: Option<Vec<f64>>,
 }
 
 impl SampleRow {
-    /// A sample of set-up `setup`; what moves it is still to be found.
+    /// A sample of set-up `setup`, with its moves still to be found.
     pub fn new(cells: &[Cell], cell: usize, setup: usize, first_row: usize, sample: &Sample) -> Self {
         let mut row = SampleRow {
             cell,
@@ -89,7 +90,7 @@ impl SampleRow {
         row
     }
 
-    /// Scalar residuals.
+    /// Number of scalar residuals.
     pub fn height(&self) -> usize {
         if self.anchor.is_some() { 1 } else { 3 }
     }
@@ -99,17 +100,17 @@ impl SampleRow {
         &self.q
     }
 
-    /// Whether it shares set-up and cell with another, so that constant terms move it by as much.
+    /// True if it shares set-up and cell with another, so that constant terms move both equally.
     pub fn is_set_up_as(&self, other: &SampleRow) -> bool {
         self.setup == other.setup && self.cell == other.cell
     }
 
-    /// Whether its noise is stated.
+    /// True if its noise is stated.
     pub fn noise_stated(&self) -> bool {
         self.sigma.is_some()
     }
 
-    /// Whether a sample measures what this one does, and tells as much about how.
+    /// True if a sample measures the same thing as this one, with the same circumstances recorded.
     pub fn is_like(&self, sample: &Sample) -> bool {
         let (ball, anchor) = aims(&sample.measured);
         ball == self.ball
@@ -123,7 +124,7 @@ impl SampleRow {
             && sample.q_commanded.is_some() >= self.q_commanded.is_some()
     }
 
-    /// Takes over what was measured, of a sample that [is like](SampleRow::is_like) this one.
+    /// Takes over the measured values of a sample that [is like](SampleRow::is_like) this one.
     pub fn take(&mut self, cell: &Cell, sample: &Sample) {
         self.q.copy_from_slice(&sample.q);
         (self.ball, self.anchor) = aims(&sample.measured);
@@ -155,13 +156,13 @@ impl SampleRow {
         self.q_commanded.clone_from(&sample.q_commanded);
     }
 
-    /// Moves the arm to this sample, its sites deviating by `deviations`.
+    /// Poses the arm at this sample, with its sites deviating by `deviations`.
     #[inline]
     pub fn pose(&self, robot: &Robot, setup: &Setup, posture: &mut Posture, deviations: &[f64]) {
         posture.set(robot, &setup.start, &self.tool, &self.q, deviations);
     }
 
-    /// Writes joints (rad), base and TCP of this sample into a lane of several samples'.
+    /// Writes joints (rad), base and TCP of this sample into one lane of a batch.
     #[inline]
     pub fn lay_in<const L: usize>(
         &self,
@@ -176,7 +177,8 @@ impl SampleRow {
         q.iter_mut().zip(&self.q).for_each(|(q, angle)| q[lane] = *angle);
     }
 
-    /// Residual with the TCP there, m: three numbers, or one and two zeros for a distance; with the line of sight for a distance.
+    /// Residual for a TCP at `tcp`, m: three components, or one and two zeros for a distance; with the line of sight for a
+    /// distance.
     #[inline]
     pub fn residual(&self, tcp: &Vector3<f64>, target_moved: &Vector3<f64>) -> (Vector3<f64>, Option<Vector3<f64>>) {
         match self.target {
@@ -189,20 +191,21 @@ impl SampleRow {
         }
     }
 
-    /// Finds how much of each parameter moves the TCP in the situation of this sample; what moves it, where that is other than `pattern`.
+    /// Computes the weight of each parameter that moves the TCP in the situation of this sample; returns its moves if they
+    /// differ from `pattern`.
     pub fn weigh_moves(
         &self,
         cell: &Cell,
-        scale: &mut Scale<'_>,
-        pattern: &[Moves],
+        scale: &mut EvaluationContext<'_>,
+        pattern: &[JacobianPattern],
         into: &mut Vec<f64>,
-    ) -> Option<Vec<Moves>> {
+    ) -> Option<Vec<JacobianPattern>> {
         let mut weights = std::mem::take(into);
         weights.clear();
         weights.reserve(pattern.len());
-        let mut found = Found { sites: SiteIndex::new(scale.robot.joints()), pattern, weights, other: None };
+        let mut found = Term { sites: SiteIndex::new(scale.robot.joints()), pattern, weights, other: None };
         self.find_moves(cell, scale, &mut found);
-        let Found { weights, mut other, .. } = found;
+        let Term { weights, mut other, .. } = found;
         if other.is_none() && weights.len() < pattern.len() {
             other = Some(pattern[..weights.len()].to_vec());
         }
@@ -210,14 +213,14 @@ impl SampleRow {
         other
     }
 
-    /// What the flange carries.
+    /// The payload on the flange.
     pub fn payload<'a>(&self, cell: &'a Cell) -> &'a Payload {
         &cell.payloads[self.payload]
     }
 
-    /// Adds to gravity's loads on the arm of this sample, standing as in `posture`, those of the plungers' springs, or takes torques as
-    /// measured.
-    pub fn load_further(&self, cell: &Cell, posture: &dyn Standing, loads: &mut Loads) {
+    /// Adds the plungers' spring forces to gravity's loads on the arm of this sample, posed as in `posture`, or replaces
+    /// the torques by measured ones.
+    pub fn load_further(&self, cell: &Cell, posture: &dyn PostureView, loads: &mut Loads) {
         if self.ball.is_some() && cell.contact_force != Vector3::zeros() {
             push(loads, posture, &posture.flange().direction(&cell.contact_force));
         }
@@ -226,7 +229,7 @@ impl SampleRow {
         }
     }
 
-    /// The ball that it probes, by place in its artifact.
+    /// The ball that it probes, by index in its artifact.
     pub fn ball(&self) -> Option<usize> {
         self.ball
     }
@@ -236,8 +239,8 @@ impl SampleRow {
         self.time_s
     }
 
-    fn find_moves(&self, cell: &Cell, scale: &mut Scale<'_>, found: &mut Found<'_>) {
-        let Scale { robot, setup, posture, compliance, sample, loads } = scale;
+    fn find_moves(&self, cell: &Cell, scale: &mut EvaluationContext<'_>, found: &mut Term<'_>) {
+        let EvaluationContext { robot, setup, posture, compliance, sample, loads } = scale;
         self.load_further(cell, *posture, loads);
         let (kind, target) = match self.target {
             Target::Distance { .. } => (Kind::Distance, None),
@@ -274,8 +277,8 @@ impl SampleRow {
         }
     }
 
-    /// Finds W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, the arm standing as in `posture`.
-    pub fn state_noise<const L: usize>(&mut self, cell: &Cell, posture: &InLane<'_, L>) {
+    /// Computes W with W^T W = Sigma^-1, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, the arm posed as in `posture`.
+    pub fn state_noise<const L: usize>(&mut self, cell: &Cell, posture: &LanePosture<'_, L>) {
         let sigma = self.sigma.unwrap_or(UNSTATED_SIGMA);
         let joint_sigmas = &cell.noise.joint;
         if joint_sigmas.is_empty() {
@@ -310,7 +313,7 @@ impl SampleRow {
     }
 }
 
-/// Ball or anchor of a measurement, by place.
+/// Index of the ball or anchor of a measurement.
 fn aims(measured: &Measured) -> (Option<usize>, Option<usize>) {
     match measured {
         Measured::Ball { ball, .. } => (Some(*ball), None),
@@ -319,9 +322,10 @@ fn aims(measured: &Measured) -> (Option<usize>, Option<usize>) {
     }
 }
 
-/// Adds a force on the TCP (world, N) to the loads of gravity, but not on joints that gravity leaves unloaded: the springs' force is
-/// known from a data sheet only, and a compliance seen through nothing else would be a calibration of the springs.
-fn push(loads: &mut Loads, posture: &dyn Standing, force: &Vector3<f64>) {
+/// Adds a force on the TCP (world, N) to the loads of gravity, except on joints that gravity leaves unloaded: the springs'
+/// force is known from a data sheet only, and a compliance determined by nothing else would be a calibration of the
+/// springs.
+fn push(loads: &mut Loads, posture: &dyn PostureView, force: &Vector3<f64>) {
     for i in 0..loads.tau.len() {
         let (axis, origin) = posture.joint_axis(i);
         let moment = (posture.tcp() - origin).cross(force);

@@ -1,37 +1,37 @@
-//! A look at every sample of a problem: how the arm stands in it, what is left over, and what the noise makes of that.
+//! Read access to every sample of a problem: the posture of the arm, the residual and its noise.
 
 use nalgebra::{DMatrix, Matrix3, RowVector3, Vector3};
 
 use super::{Linearised, Problem, Workspace};
 use crate::robot::Posture;
 
-/// One sample of a problem, the arm standing as the model says.
+/// One sample of a problem, the arm posed according to the model.
 pub struct PosedSample<'a> {
-    /// Its place among the samples.
+    /// Its index among the samples.
     pub place: usize,
-    /// Its dataset, by place.
+    /// Index of its dataset.
     pub dataset: usize,
-    /// Its set-up, by place.
+    /// Index of its set-up.
     pub setup: usize,
     /// First of its scalar residuals among those of the problem.
     pub first_row: usize,
-    /// How many scalar residuals it has: three, or one for a distance.
+    /// Number of its scalar residuals: three, or one for a distance.
     pub height: usize,
     /// The arm.
     pub posture: &'a Posture,
-    /// Measured minus predicted, world axes, m; of a distance along the line of sight.
+    /// Measured minus predicted, world axes, m; for a distance, along the line of sight.
     pub residual: Vector3<f64>,
-    /// W (3 x 3, 1/m): a displacement of the TCP by `d` (world, m) takes `W d` off the whitened residual `W residual`. Of a distance
-    /// only the first row is not zero.
+    /// W (3 x 3, 1/m): a displacement of the TCP by `d` (world, m) subtracts `W d` from the whitened residual `W residual`.
+    /// For a distance only the first row is non-zero.
     pub whitener: Matrix3<f64>,
-    /// Sum of the variances of the residual's numbers, m²: of what is stated, or, where nothing is, taken for the weighting.
+    /// Sum of the variances of the residual's components, m²: as stated, or as assumed for the weighting if not stated.
     pub variance: f64,
-    /// From the anchor to the TCP, unit length, for a distance.
+    /// Unit vector from the anchor to the TCP, for a distance.
     pub sight: Option<Vector3<f64>>,
 }
 
 impl Problem {
-    /// Shows every sample, in order, at `values`.
+    /// Calls `visit` for every sample, in order, at `values`.
     pub fn for_each_sample(&self, values: &[f64], visit: &mut dyn FnMut(PosedSample<'_>)) {
         let mut work = Workspace::new(&self.robot);
         let state = self.load_state(values);
@@ -40,7 +40,7 @@ impl Problem {
             let (residual, sight) = self.residual(row, &work);
             let w = row.whitener;
             let (residual, whitener, variance) = match sight {
-                // d(distance)/d(TCP) is the line of sight, so a residual of the distance is one of the TCP along it.
+                // d(distance)/d(TCP) is the line of sight, so a distance residual is a TCP residual along it.
                 Some(sight) => {
                     let along = RowVector3::from(sight.transpose()) * w[(0, 0)];
                     let mut whitener = Matrix3::zeros();
@@ -64,8 +64,8 @@ impl Problem {
         }
     }
 
-    /// The whitened problem at `values`, transposed: a row for each of `parameters`, the last the residuals; a column a scalar residual.
-    /// A parameter's row is what one of it (SI) takes off the residuals.
+    /// The whitened problem at `values`, transposed: one row per parameter of `parameters`, the last row the residuals; one
+    /// column per scalar residual. A parameter's row is the amount that one SI unit of it subtracts from the residuals.
     pub fn whitened(&self, values: &[f64], parameters: &[usize]) -> DMatrix<f64> {
         let mut near = Linearised::new(self, parameters);
         self.linearise(values, &self.load_state(values), &mut Workspace::new(&self.robot), &mut near);

@@ -1,37 +1,39 @@
-//! Where a fit begins: the base of every set-up, found in closed form where the drawing of the cell is no guide, and which part of it
-//! no measurement can tell because nothing in the world is known.
+//! The start of a fit: the base of every set-up, found in closed form if the nominal cell is no guide, and the part of it
+//! that no measurement can determine because nothing in the world is known.
 
 use std::collections::HashMap;
 
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 
 use super::Use;
-use crate::identify::linalg;
+use crate::math::linalg;
 use crate::measure::{Ball, Dataset, Measured, Sample};
 use crate::robot::{Axis6, FramePose, Robot, rigid_fit, world_from_tool};
 use crate::units::MM;
 
-/// A nominal base further than this from what the measured places say (rms) is replaced by a closed-form start, and a free ball further
-/// than this from where it was probed. Gauss-Newton needs no
-/// help within a decimetre, and a base turned to make up for a wrong tool would be a worse start than the drawing's.
+/// A nominal base that disagrees with the measured positions by more than this (rms) is replaced by a closed-form start,
+/// and so is a free ball further than this from where it was probed. Gauss-Newton needs no help within a decimetre, and a
+/// base rotated to compensate a wrong tool would be a worse start than the nominal one.
 const NOMINAL_IS_CLOSE: f64 = 100.0 * MM;
 
-/// Known places that spread by less than this share of their distance from the base are one place: they hold no direction.
+/// Known positions that spread by less than this share of their distance from the base count as one: they define no
+/// direction.
 const SPREAD: f64 = 1e-3;
 
-/// Where the sessions of a dataset begin.
+/// Starting values of the sessions of a dataset.
 pub(super) struct Start {
     /// Base of each session.
     pub bases: Vec<FramePose>,
-    /// Position of every ball: the stated one, or, of a free ball decimetres from where the arm probed it, the mean of the TCPs.
+    /// Position of every ball: the stated one, or, for a free ball decimetres from where the arm probed it, the mean of the
+    /// TCPs.
     pub balls: Vec<Vector3<f64>>,
 }
 
-/// Base of each session of a dataset, from which Gauss-Newton starts: the nominal one, or, where measured places contradict it by
-/// decimetres, the rigid motion that carries the nominal TCPs onto them (Kabsch 1976).
+/// Starting base of each session of a dataset: the nominal one, or, if measured positions contradict it by decimetres, the
+/// rigid motion that maps the nominal TCPs onto them (Kabsch 1976).
 ///
-/// Places are tracker points and the balls whose position is known; a free ball is a place from the second session on, where the
-/// first has put it.
+/// The positions are tracker points and balls with known positions; a free ball counts from the second session on, with the
+/// position found in the first.
 pub(super) fn start(robot: &Robot, dataset: &Dataset, which: Use, sessions: &[Option<&str>], base_is_sought: bool) -> Start {
     let mut found: HashMap<usize, Vector3<f64>> = HashMap::new();
     let mut bases = Vec::with_capacity(sessions.len());
@@ -72,7 +74,7 @@ fn closer_base(nominal: FramePose, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Fr
     rigid_fit(pairs).map_or(nominal, |pose| FramePose::from_pose(&pose))
 }
 
-/// Nominal TCP of a sample in the robot's base, a left-over reading taken in.
+/// Nominal TCP of a sample in the robot's base, including a residual reading.
 fn tcp(robot: &Robot, dataset: &Dataset, sample: &Sample) -> Vector3<f64> {
     let tool = world_from_tool(robot, &FramePose::default(), &dataset.tool, &sample.q);
     match &sample.measured {
@@ -81,7 +83,7 @@ fn tcp(robot: &Robot, dataset: &Dataset, sample: &Sample) -> Vector3<f64> {
     }
 }
 
-/// Where in the world the TCP was, for samples that say so.
+/// World position of the TCP, for samples that define it.
 fn place(dataset: &Dataset, sample: &Sample, found: &HashMap<usize, Vector3<f64>>) -> Option<Vector3<f64>> {
     match sample.measured {
         Measured::Point(point) => Some(point),
@@ -91,11 +93,11 @@ fn place(dataset: &Dataset, sample: &Sample, found: &HashMap<usize, Vector3<f64>
     }
 }
 
-/// Which numbers of a base (x, y, z, rz, ry, rx) define the world of a session instead of lying in it: those that could be changed at
-/// will, with everything unknown in the world carried along, since no known place is there to contradict them.
+/// The base components (x, y, z, rz, ry, rx) that define the world of a session instead of a pose in it: those that could
+/// be changed arbitrarily, together with everything unknown in the world, because no known position contradicts them.
 ///
-/// `earlier` holds the sessions of the dataset that were set up before: the free balls they probed are places by now.
-pub(super) fn worlds_own(
+/// `earlier` holds the sessions of the dataset already set up: the free balls they probed now have positions.
+pub(super) fn datum_freedoms(
     dataset: &Dataset,
     which: Use,
     session: Option<&str>,
@@ -121,7 +123,7 @@ pub(super) fn worlds_own(
     if arms.is_empty() {
         return Axis6::ALL.to_vec();
     }
-    // d(place)/d(base): a shift, and a turn about each axis of the world, which span what a base can do.
+    // d(position)/d(base): a translation, and a rotation about each world axis, which span the motions of a base.
     let mut motions = DMatrix::zeros(3 * arms.len(), 6);
     for (k, arm) in arms.iter().enumerate() {
         motions.fixed_view_mut::<3, 3>(3 * k, 0).copy_from(&Matrix3::identity());

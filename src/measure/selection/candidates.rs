@@ -1,9 +1,9 @@
 //! The pool of candidate poses, laid out so that one pass over it costs no more than reading it.
 
-use super::SelectionError;
+use super::error::SelectionError;
 
-/// Candidates that stand side by side in memory. Nine running sums of four numbers are what the registers of a processor with
-/// 256-bit vectors hold; eight a side made the pass four times slower.
+/// Candidates interleaved in a batch. Nine running sums of four numbers are what the registers of a processor with 256-bit
+/// vectors hold; batches of eight made the pass four times slower.
 pub(super) const LANES: usize = 4;
 
 /// One number of each of [`LANES`] candidates.
@@ -17,17 +17,17 @@ pub(super) type Symmetric<T> = [T; 6];
 pub struct Candidates {
     parameters: usize,
     groups: Vec<usize>,
-    /// Three rows of `parameters` a candidate, columns scaled.
+    /// Three rows of `parameters` per candidate, columns scaled.
     rows: Vec<f64>,
-    /// The same, [`LANES`] candidates interleaved: block, parameter, row, lane.
+    /// The same, in batches of [`LANES`] candidates: block, parameter, row, lane.
     blocks: Vec<Block>,
-    /// Natural logarithms of the column scales taken out, summed.
+    /// Sum of the natural logarithms of the column scales removed.
     log_scale: f64,
 }
 
 impl Candidates {
-    /// From `rows`: for each candidate three rows of the Jacobian (SI, row-major 3 x `parameters`), one candidate after the other;
-    /// and the group of each candidate, for instance its ball.
+    /// Creates the pool from `rows`: for each candidate three rows of the Jacobian (SI, row-major 3 x `parameters`), one
+    /// candidate after the other; and from the group of each candidate, for instance its ball.
     ///
     /// # Errors
     /// When the sizes do not fit, a number is not finite, or a column is zero in the whole pool.
@@ -38,7 +38,7 @@ impl Candidates {
         if let Some(place) = rows.iter().position(|x| !x.is_finite()) {
             return Err(SelectionError::NotFinite { candidate: place / (3 * parameters), column: place % parameters });
         }
-        // A common scale makes the average candidate weigh one in every column; the determinant's maximum stays where it is.
+        // Scaling makes the average candidate's entry one in every column; the maximum of the determinant is unchanged.
         let mut scale = vec![0.0; parameters];
         for row in rows.chunks_exact(parameters) {
             scale.iter_mut().zip(row).for_each(|(s, x)| *s += x * x);
@@ -65,7 +65,7 @@ impl Candidates {
         self.groups.len()
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     pub fn is_empty(&self) -> bool {
         self.groups.is_empty()
     }
@@ -94,25 +94,25 @@ impl Candidates {
     }
 }
 
-/// A number of each row and lane, so placed that no register is filled from two lines of the cache.
+/// One number per row and lane, aligned so that no register is filled from two cache lines.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 struct Block([Lanes; 3]);
 
-/// A change of the inverse information by `-sign F F^T`, with F of m x 3.
+/// An update of the inverse information by `-sign F F^T`, with F of m x 3.
 #[derive(Debug, Clone)]
 pub(super) struct Turn {
     pub(super) sign: f64,
     pub(super) factor: Vec<[f64; 3]>,
 }
 
-/// `G_i = A_i M^-1 A_i^T` of every candidate: what a pose would still teach.
+/// `G_i = A_i M^-1 A_i^T` of every candidate: the information that a pose would add.
 #[derive(Debug, Clone)]
 pub(super) struct Field {
     variance: Vec<Symmetric<Lanes>>,
 }
 
-/// The candidate that would add most, and `det(I + G)` of it.
+/// The candidate that would add most, and its `det(I + G)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Best {
     pub(super) candidate: usize,
@@ -132,13 +132,14 @@ impl Field {
         self.variance.copy_from_slice(&other.variance);
     }
 
-    /// Applies the turns and finds the best candidate among those that are `open` (one, else zero), in one pass over the pool.
+    /// Applies the updates and finds the best candidate among those that are `open` (one, else zero), in one pass over the
+    /// pool.
     ///
-    /// The pass is compiled for several generations of processors and takes the best there is. Multiplications and additions are
-    /// not contracted and their order is fixed, so the numbers do not depend on which it takes.
+    /// The pass is compiled for several generations of processors and uses the best available. Multiplications and additions
+    /// are not contracted and their order is fixed, so the numbers do not depend on the choice.
     pub(super) fn pass(&mut self, candidates: &Candidates, turns: &[Turn], open: &[Lanes]) -> Option<Best> {
         let pass = Pass { field: self, candidates, turns, open };
-        // Registers of eight numbers would be put together from two blocks, and taken apart again.
+        // Registers of eight numbers would be assembled from two blocks, and split again.
         #[cfg(target_arch = "x86_64")]
         if let Some(four) = pulp::x86::V3::try_new() {
             return pulp::Simd::vectorize(four, pass);

@@ -3,13 +3,14 @@
 use nalgebra::DMatrix;
 
 use super::candidates::{Best, Candidates, Field, LANES, Lanes, Symmetric, Turn};
-use crate::identify::linalg::{Cholesky, LinalgError, normal_matrix};
+use crate::math::linalg::{Cholesky, LinalgError, normal_matrix};
 
-/// Information of an imaginary first measurement, as a share of that of one pose. It keeps a design of too few poses, met on the
-/// way, invertible (DuMouchel & Jones 1994), and is far below what any pose worth keeping adds. Results are judged without it.
+/// Information of an imaginary first measurement, as a fraction of that of one pose. It keeps an intermediate design with too
+/// few poses invertible (DuMouchel & Jones 1994), and is far below the contribution of any useful pose. Results are evaluated
+/// without it.
 const PRIOR: f64 = 1e-8;
 
-/// What is left of a pose's directions when it is taken away is held above this, whatever rounding says.
+/// Lower bound on the remainder of a pose's directions when it is removed, against rounding.
 const LEAST_PIVOT: f64 = 1e-12;
 
 /// A pose of the design and its `G = A M^-1 A^T`.
@@ -31,12 +32,12 @@ pub(super) struct Design<'a> {
     /// `M^-1`, m x m.
     inverse: Vec<f64>,
     log_det: f64,
-    /// What the field of the pool has not been told yet.
+    /// Updates not yet applied to the field of the pool.
     pending: Vec<Turn>,
 }
 
 impl<'a> Design<'a> {
-    /// The design of these poses, and `field` to go with it.
+    /// Creates the design of these poses, and its `field`.
     pub(super) fn new(
         candidates: &'a Candidates,
         groups: &'a [usize],
@@ -82,7 +83,7 @@ impl<'a> Design<'a> {
         DMatrix::from_vec(self.candidates.parameters(), 3 * self.members.len(), rows)
     }
 
-    /// Computes everything from the poses alone, so that the rounding of many moves does not add up.
+    /// Recomputes everything from the poses alone, so that rounding errors of many moves do not accumulate.
     pub(super) fn refresh(&mut self, field: &mut Field) -> Result<(), LinalgError> {
         let m = self.candidates.parameters();
         let mut information = DMatrix::zeros(m, m);
@@ -97,7 +98,7 @@ impl<'a> Design<'a> {
         for k in 0..self.members.len() {
             self.members[k].variance = self.directions(self.members[k].candidate).1;
         }
-        // M^-1 = S S^T: three columns of S at a time are turns, from nothing, like any other.
+        // M^-1 = S S^T: three columns of S at a time are updates from zero, like any other.
         let mut root = DMatrix::zeros(m, m);
         cholesky.inverse_root(&mut root);
         field.clear();
@@ -126,7 +127,7 @@ impl<'a> Design<'a> {
         (w, variance)
     }
 
-    /// The candidate, not in the design and of an `eligible` group, that adds most; brings `field` up to date.
+    /// The best candidate to add, not in the design and of an `eligible` group; brings `field` up to date.
     pub(super) fn best_addition(
         &mut self,
         field: &mut Field,
@@ -146,12 +147,12 @@ impl<'a> Design<'a> {
         best
     }
 
-    /// The field is up to date: it has been told by a copy of this design.
+    /// Marks the field as up to date: a copy of this design has applied the updates.
     pub(super) fn told(&mut self) {
         self.pending.clear();
     }
 
-    /// The pose that is missed least, among those that are `removable`.
+    /// The pose that contributes least, among those that are `removable`.
     pub(super) fn least_missed(&self, removable: impl Fn(usize) -> bool) -> Option<usize> {
         let left = |member: &Member| {
             let [xx, xy, xz, yy, yz, zz] = member.variance;
@@ -172,7 +173,7 @@ impl<'a> Design<'a> {
         self.pending.push(turn);
     }
 
-    /// Takes a pose away; nothing happens if it is not in the design.
+    /// Removes a pose; nothing happens if it is not in the design.
     pub(super) fn remove(&mut self, candidate: usize) {
         let Some(place) = self.members.iter().position(|member| member.candidate == candidate) else {
             return;
@@ -183,7 +184,7 @@ impl<'a> Design<'a> {
         self.pending.push(turn);
     }
 
-    /// Changes inverse, determinant and the members' variances by `M += sign A^T A` (Woodbury):
+    /// Updates inverse, determinant and the members' variances for `M += sign A^T A` (Woodbury):
     /// `M^-1 -= sign F F^T`, `F = M^-1 A^T C^-T`, `C C^T = I + sign G`.
     fn turn(&mut self, candidate: usize, sign: f64) -> Turn {
         let m = self.candidates.parameters();

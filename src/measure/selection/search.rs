@@ -1,30 +1,65 @@
-//! DETMAX from one start: excursions from the design at home, those kept that come back with a larger determinant.
+//! DETMAX from one start: excursions from the current design; those that return with a larger determinant are kept.
 
 use super::candidates::{Field, LANES, Lanes};
 use super::design::Design;
-use super::{Plan, SelectionError};
+use super::error::SelectionError;
+use super::plan::Plan;
+use crate::math::Observability;
+use crate::math::linalg::singular_values;
 
-/// An excursion must gain this much in `ln det M`, well above rounding (1e-12) and 1e-11 of O1, to count.
+/// Smallest gain in `ln det M` that counts, well above rounding (1e-12) and equal to 1e-11 of O1.
 const GAIN: f64 = 1e-9;
 
-/// Accepted excursions between two computations from the poses alone.
+/// Accepted excursions between two recomputations from the poses alone.
 const REFRESH: usize = 64;
 
-/// A start under way: the design at home, and the field of the pool that goes with it.
-pub(super) struct Search<'a> {
-    plan: &'a Plan<'a>,
-    pub home: Design<'a>,
-    field: Field,
-    /// The field on an excursion.
-    away: Field,
-    /// Room for which candidates may be added.
-    open: Vec<Lanes>,
+/// Singular values below this share of the largest, of columns at equal scale, are rounding (1e-16) rather than information.
+const LEAST_SEEN: f64 = 1e-10;
+
+/// The outcome of one start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Observability index O1, SI.
+    pub o1: f64,
+    /// Poses added or removed until no excursion gave an improvement.
     pub moves: usize,
 }
 
+impl Plan<'_> {
+    /// A design that no excursion improves, from the random beginning of this start.
+    pub fn run(&self, start: usize) -> Result<(Vec<usize>, Start), SelectionError> {
+        let mut search = Search::new(self, &self.beginning(start))?;
+        search.fill()?;
+        search.improve()?;
+        let poses: Vec<usize> = search.home.poses().collect();
+        Ok((poses, Start { o1: self.o1(&search.home)?, moves: search.moves }))
+    }
+
+    /// Observability index O1 (SI) of the poses alone.
+    fn o1(&self, design: &Design<'_>) -> Result<f64, SelectionError> {
+        let scaled = Observability::new(&singular_values(&design.transposed_jacobian())?, design.len());
+        if scaled.o2 < LEAST_SEEN {
+            return Err(SelectionError::NotIdentifiable { condition: scaled.condition() });
+        }
+        Ok(scaled.o1 * (self.candidates.log_scale() / self.candidates.parameters() as f64).exp())
+    }
+}
+
+/// State of a start: the current design, and the field of the pool for it.
+struct Search<'a> {
+    plan: &'a Plan<'a>,
+    home: Design<'a>,
+    field: Field,
+    /// The field on an excursion.
+    away: Field,
+    /// Buffer for the candidates that may be added.
+    open: Vec<Lanes>,
+    moves: usize,
+}
+
 impl<'a> Search<'a> {
-    /// Of a plan, with these poses to begin with.
-    pub fn new(plan: &'a Plan<'a>, beginning: &[usize]) -> Result<Self, SelectionError> {
+    /// Creates the search for a plan, with these poses to begin with.
+    fn new(plan: &'a Plan<'a>, beginning: &[usize]) -> Result<Self, SelectionError> {
         let Plan { candidates, groups, quotas, .. } = plan;
         let mut field = Field::new(candidates);
         Ok(Search {
@@ -38,7 +73,7 @@ impl<'a> Search<'a> {
     }
 
     /// Adds the best poses until every quota is met.
-    pub fn fill(&mut self) -> Result<(), SelectionError> {
+    fn fill(&mut self) -> Result<(), SelectionError> {
         let quotas = &self.plan.quotas;
         loop {
             let short: Vec<bool> = self.home.counts().iter().zip(quotas).map(|(count, quota)| count < quota).collect();
@@ -54,8 +89,8 @@ impl<'a> Search<'a> {
         Ok(self.home.refresh(&mut self.field)?)
     }
 
-    /// Goes on longer and longer excursions until the longest fails.
-    pub fn improve(&mut self) -> Result<(), SelectionError> {
+    /// Makes longer and longer excursions until the longest fails.
+    fn improve(&mut self) -> Result<(), SelectionError> {
         let mut accepted = 0;
         while self.too_many() || self.too_few() {
             accepted += 1;
@@ -66,7 +101,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Excursions that first take poses too many. Whether one succeeded; home is then where it ended.
+    /// Excursions that first add surplus poses. Returns true if one succeeded; its result is then the current design.
     fn too_many(&mut self) -> bool {
         let mut out = self.home.clone();
         for length in 1..=self.plan.request.excursion {
@@ -96,7 +131,7 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// Excursions that first give poses away.
+    /// Excursions that first remove poses.
     fn too_few(&mut self) -> bool {
         let mut out = self.home.clone();
         for length in 1..=self.plan.request.excursion {

@@ -1,24 +1,25 @@
-//! The home posture: where the arm is out of the way of everything, near to all that it does.
+//! The home posture: clear of everything, and close to all other postures.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{WayRequest, turn};
+use super::polyline::turn;
+use super::request::WayRequest;
 use crate::robot::{ClearanceCheck, Posture, SiteIndex};
 use crate::units::{DEG, MM};
 
-/// Postures drawn.
+/// Number of postures drawn.
 const DRAWS: usize = 4_000;
-/// Room that is enough, m: more is worth no longer way.
+/// Sufficient clearance, m: more does not justify a longer path.
 const ROOM: f64 = 120.0 * MM;
-/// How far home stays from the joint limits, rad.
+/// Distance of home from the joint limits, rad.
 const FROM_LIMITS: f64 = 15.0 * DEG;
 
-/// Postures offered.
+/// Number of postures returned.
 const OFFERED: usize = 4;
 
-/// Postures (rad, N) with room around them, the first the one from which the arm gets soonest to `postures` (rad), on average. None where no
-/// posture stands free by the margin of the request.
+/// Returns postures (rad, N) with clearance around them: those with the most clearance first, among equals those with the
+/// shortest mean motion to `postures` (rad). Empty if no posture is clear by the margin of the request.
 pub(super) fn home_postures(request: &WayRequest<'_>, postures: &[&[f64]]) -> Vec<Vec<f64>> {
     let WayRequest { robot, base, tool, surroundings, margin, seed, .. } = *request;
     let mut check = ClearanceCheck::new(robot, surroundings);
@@ -42,7 +43,7 @@ pub(super) fn home_postures(request: &WayRequest<'_>, postures: &[&[f64]]) -> Ve
             continue;
         }
         let room = check.clearance(&posture).map_or(ROOM, |c| c.distance.min(ROOM));
-        // Room first, then the way.
+        // Clearance first, then the path.
         found.push(((room, -far(&q)), q));
     }
     found.sort_by(|(a, _), (b, _)| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)));

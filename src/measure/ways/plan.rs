@@ -1,4 +1,4 @@
-//! The ways of a whole plan: home and back from every pose, and from pose to pose.
+//! The ways of a whole plan: from every pose home and back, and from pose to pose.
 
 use std::collections::BTreeMap;
 
@@ -6,15 +6,17 @@ use nalgebra::{Unit, Vector3};
 use thiserror::Error;
 
 use super::home::home_postures;
-use super::{Blocked, Way, WayFinder, WayRequest, turn};
+use super::polyline::turn;
+use super::request::WayRequest;
+use super::{Blocked, Way, WayFinder};
 use crate::measure::PlannedPose;
 use crate::robot::{Clearance, FramePose, Robot, world_from_tool};
 use crate::units::DEG;
 
-/// Where the arm stands in a campaign, as far as its ways know.
+/// Position of the arm in a campaign, as far as its ways know it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum ArmAt {
-    /// Somewhere: no way from there is known.
+    /// Anywhere: no path from there is known.
     #[default]
     Unknown,
     /// At the home posture.
@@ -28,37 +30,39 @@ pub enum ArmAt {
 pub struct HomeWays {
     /// The home posture, rad (N).
     pub home: Vec<f64>,
-    /// Where the gauge is mastered, its socket upwards, rad (N), and the way there from home; `None` where no such posture is clear.
+    /// Posture in which the gauge is mastered, its socket upwards, rad (N), and the way there from home; `None` if no such
+    /// posture is clear.
     pub mastering: Option<(Vec<f64>, Way)>,
     /// From home to the approach of each pose, by its id.
     pub to: BTreeMap<String, Way>,
 }
 
 impl HomeWays {
-    /// The joints by which the arm gets from the approach of one pose to that of another, by way of home; both ends excluded, rad.
+    /// The joints on the path from the approach of one pose to that of another, through home; both ends excluded, rad.
     pub fn between(&self, from: &str, to: &str) -> Vec<Vec<f64>> {
         [self.home_from(from), self.from_home(to).to_vec()].concat()
     }
 
-    /// The joints by which it gets from the approach of a pose home, the approach excluded, rad.
+    /// The joints on the path from the approach of a pose to home, the approach excluded, rad.
     pub fn home_from(&self, from: &str) -> Vec<Vec<f64>> {
         let back = self.from_home(from).iter().rev().cloned();
         back.chain([self.home.clone()]).collect()
     }
 
-    /// The joints by which it gets from home to the approach of a pose, both excluded, rad.
+    /// The joints on the path from home to the approach of a pose, both excluded, rad.
     pub fn from_home(&self, to: &str) -> &[Vec<f64>] {
         self.to.get(to).map_or(&[], |way| &way.via)
     }
 }
 
-/// Why a plan has no ways.
+/// Reason why a plan has no ways.
 #[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum WaysError {
-    /// No posture of the arm stands clear by the margin.
+    /// No posture of the arm is clear by the margin.
     #[error("no posture of the arm stands clear of everything, from which its ways could begin")]
     NoHome,
-    /// Some poses cannot be reached clear; there is at least one.
+    /// Some poses cannot be reached without contact; there is at least one.
     #[error("{}", .0.iter().take(3).map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Blocked(Vec<BlockedPose>),
 }
@@ -69,21 +73,21 @@ pub enum WaysError {
 pub struct BlockedPose {
     /// Its id.
     pub pose: String,
-    /// The body of its ball, where it has one.
+    /// The body of its ball, if it has one.
     pub ball: Option<String>,
-    /// What is in the way.
+    /// The obstruction.
     pub why: Blocked,
 }
 
-/// A home from which more poses cannot be reached is none.
+/// Largest number of unreachable poses before a home is rejected.
 const MOST_BLOCKED: usize = 8;
 
-/// Directions of the socket that still hold the master ball, rad off the vertical.
+/// Largest tilt of the socket that still holds the master ball, rad off the vertical.
 const UPRIGHT: f64 = 10.0 * DEG;
 
-/// Finds the ways of `poses`: those from home, and by how each is reached from the one before it, which is written into the pose. Reserves
-/// are reached from home. `bodies` are the names of the balls' own bodies, which the gauge may touch; `socket` is the opening's direction
-/// in the axes of the tool.
+/// Finds the ways of `poses`: those from home, and that of each pose from the preceding one, which is written into the pose.
+/// Reserves are reached from home. `bodies` are the names of the balls' own bodies, which the gauge may touch; `socket` is the
+/// opening's direction in the axes of the tool.
 ///
 /// # Errors
 /// [`WaysError`]: every pose that has no way, by its id.
@@ -105,7 +109,7 @@ pub fn plan_ways(
                 Ok(way) => drop(to.insert(pose.id.clone(), reversed(way))),
                 Err(why) => blocked.push(blocked_pose(pose, bodies, why)),
             }
-            // From another home more may be seen.
+            // Another home may reach more.
             if blocked.len() > MOST_BLOCKED {
                 break;
             }
@@ -133,7 +137,7 @@ fn reversed(way: Way) -> Way {
     Way { via: way.via.into_iter().rev().collect(), ..way }
 }
 
-/// Writes into every pose how it is reached from the one before it, the first from home; the poses that cannot be.
+/// Writes into every pose its path from the preceding one, from home for the first; returns the poses that cannot be reached.
 fn join(finder: &mut WayFinder<'_>, ways: &HomeWays, bodies: &[String], poses: &mut [PlannedPose]) -> Vec<BlockedPose> {
     let mut blocked = Vec::new();
     let mut before: Option<(String, Vec<f64>, usize)> = None;
@@ -145,7 +149,7 @@ fn join(finder: &mut WayFinder<'_>, ways: &HomeWays, bodies: &[String], poses: &
             blocked.push(blocked_pose(pose, bodies, Blocked { narrowest: onto }));
             continue;
         }
-        // Another payload is screwed on at home.
+        // Another payload is mounted at home.
         let way = match before.as_ref().filter(|(.., payload)| !pose.reserve && *payload == pose.payload) {
             None => from_home.clone(),
             Some((id, from, _)) => {
@@ -176,7 +180,7 @@ fn narrower<'c>(a: Option<&'c Clearance>, b: Option<&'c Clearance>) -> Option<&'
     }
 }
 
-/// A posture near home in which the socket opens upwards, and the way there: home with its last joints turned, else of all postures drawn.
+/// A posture near home in which the socket opens upwards, and the way there: home with its last three joints turned.
 fn mastering(
     finder: &mut WayFinder<'_>,
     request: &WayRequest<'_>,
@@ -193,7 +197,7 @@ fn mastering(
     })
 }
 
-/// Postures tried for mastering.
+/// Maximum number of postures tried for mastering.
 const MOST_TRIED: usize = 12;
 
 /// The angle between the socket's opening and the vertical, rad.

@@ -1,33 +1,35 @@
-//! Where an arm stands among the motions of a plan, so that it gets off a ball and home again whatever interrupted it.
+//! Locating the arm among the motions of a plan, so that it can leave a ball and return home after any interruption.
 
-use super::{ArmAt, HomeWays, turn};
+use super::plan::{ArmAt, HomeWays};
+use super::polyline::turn;
 use crate::measure::PlannedPose;
 use crate::units::{DEG, MM};
 
 use crate::robot::{FramePose, Robot, world_from_tool};
 
-/// An arm so near to a planned motion is on it, rad: a tenth of what its clearance is for, at the reach of a small robot.
+/// Largest distance of an arm on a planned motion, rad: a tenth of the deviation allowed for in its clearance, at the reach of
+/// a small robot.
 const ON_THE_WAY: f64 = 0.1 * DEG;
 
-/// An arm that centres a ball stands so near to the motion onto it: joints, rad, and TCP, m. Centring takes it up to the gauge's safe range off
-/// along each axis, and joints near a singular posture turn by more.
+/// Largest distance from the motion onto a ball while it is centred: joints, rad, and TCP, m. Centring moves the arm by up to
+/// the gauge's safe range along each axis, and joints near a singular posture turn by more.
 const CENTRING_TURN: f64 = 8.0 * DEG;
 const CENTRING_REACH: f64 = 15.0 * MM;
 
-/// Where an arm stands among the motions of a plan.
+/// Location of an arm among the motions of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Whereabouts {
-    /// At a ball, or on its way there or back: of the pose at this place, whose approach is the way out.
+    /// At a ball, or on the path to or from it: the index of the pose, whose approach is the way out.
     AtBall(usize),
-    /// On a way, which goes on by these joints (rad) to the station.
+    /// On a way, which continues through these joints (rad) to the station.
     OnWay(Vec<Vec<f64>>, ArmAt),
     /// At the posture in which the gauge is mastered.
     AtMastering,
-    /// On no motion that the plan knows.
+    /// On no known motion of the plan.
     Unknown,
 }
 
-/// Where the arm stands with its joints at `q` (rad, N), the TCP frame of the nominal arm on its base being `tool`.
+/// Locates the arm with its joints at `q` (rad, N); the nominal arm's base and TCP frame are `base` and `tool`.
 pub fn whereabouts(
     poses: &[PlannedPose],
     ways: Option<&HomeWays>,
@@ -86,7 +88,7 @@ fn reversed(via: &[Vec<f64>]) -> Vec<Vec<f64>> {
     via.iter().rev().cloned().collect()
 }
 
-/// The posture of the motion from `from` to `to` that is nearest to `q`, in the sum of squares over the joints.
+/// The posture nearest to `q` on the motion from `from` to `to`, by the sum of squares over the joints.
 fn nearest(from: &[f64], to: &[f64], q: &[f64]) -> Vec<f64> {
     let (mut along, mut length) = (0.0, 0.0);
     for ((a, b), q) in from.iter().zip(to).zip(q) {
@@ -97,7 +99,7 @@ fn nearest(from: &[f64], to: &[f64], q: &[f64]) -> Vec<f64> {
     from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect()
 }
 
-/// What is left of a way from where the arm stands on it, if it does.
+/// The remaining part of a way from the position of the arm on it, if it is on it.
 fn rest_of(way: &[Vec<f64>], q: &[f64]) -> Option<Vec<Vec<f64>>> {
     let leg = way.windows(2).rposition(|leg| turn(&nearest(&leg[0], &leg[1], q), q) < ON_THE_WAY)?;
     Some(way[leg + 1..].to_vec())
@@ -141,18 +143,18 @@ mod tests {
         let b = ArmAt::Approach("b".into());
         assert_eq!(find(&home), Whereabouts::OnWay(Vec::new(), ArmAt::Home));
         assert_eq!(find(&poses[1].approach), Whereabouts::OnWay(Vec::new(), b.clone()));
-        // On the ball, beside it as centring leaves the arm, and half way out.
+        // On the ball, beside it as after a centring, and half way out.
         let mut centring = poses[0].contact.clone();
         centring[4] += 0.03;
         assert_eq!(find(&centring), Whereabouts::AtBall(0));
         assert_eq!(find(&between(&poses[1].approach, &poses[1].contact, 0.4)), Whereabouts::AtBall(1));
-        // On a leg of a way: on by its other points.
+        // On a leg of a way: continues through its other points.
         let first_leg = between(&poses[0].approach, &via, 0.6);
         assert_eq!(find(&first_leg), Whereabouts::OnWay(vec![via.clone(), poses[1].approach.clone()], b.clone()));
         let last_leg = between(&via, &poses[1].approach, 0.3);
         assert_eq!(find(&last_leg), Whereabouts::OnWay(vec![poses[1].approach.clone()], b.clone()));
         assert_eq!(find(&between(&home, &poses[1].approach, 0.5)), Whereabouts::OnWay(vec![poses[1].approach.clone()], b));
-        // A degree beside it nothing is known.
+        // A degree beside it, the location is unknown.
         let mut beside = first_leg;
         beside[2] += 1.0 * DEG;
         assert_eq!(find(&beside), Whereabouts::Unknown);

@@ -3,16 +3,16 @@
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 
-use super::super::lanes::{Axes, Group, Vector, in_lanes};
 use super::super::{Axis6, MdhEntry, Site, Vectors};
 use super::Postures;
-use super::lines::{Lines, Turn};
+use super::mdh_rows::{MdhRows, Turn};
+use crate::math::simd::{Axes, Group, Vector, in_lanes};
 
 impl<const L: usize> Postures<L> {
-    /// The [column](super::Posture::column) of every site at its place (see [`SiteIndex`](crate::robot::SiteIndex)), but for those of
-    /// flex displacements.
+    /// The [column](super::Posture::column) of every site at its index (see [`SiteIndex`](crate::robot::SiteIndex)), except
+    /// those of flex displacements.
     ///
-    /// All at once they are worked out side by side; one by one each would wait for the choice of its site.
+    /// The columns are computed as a batch; one by one, each would wait for a branch on its site.
     #[inline]
     pub fn columns(&self, columns: &mut [Vectors<L>]) {
         in_lanes::<L, _>(WriteColumns { postures: self, columns });
@@ -49,7 +49,7 @@ impl<const L: usize> Postures<L> {
     }
 
     /// The [column](super::Posture::column) of a site in a group of postures.
-    // Always: handed back through memory, each of a Jacobian's columns would wait for the stores of its parts.
+    // Always inlined: returned through memory, each of a Jacobian's columns would wait for the stores of its parts.
     #[inline(always)]
     fn column_of<S: Simd>(&self, group: Group<S>, site: Site) -> Vector<S> {
         let tcp = self.tcp.of(group);
@@ -67,7 +67,7 @@ impl<const L: usize> Postures<L> {
                     MdhEntry::Alpha => previous.x.of(group).cross(tcp - previous.o.of(group)),
                     MdhEntry::A => previous.x.of(group),
                     MdhEntry::Beta => {
-                        let Lines { alpha, a, .. } = &self.lines[i];
+                        let MdhRows { alpha, a, .. } = &self.lines[i];
                         let alpha = alpha.of(group);
                         let y = previous.y.of(group) * alpha.cos + previous.z.of(group) * alpha.sin;
                         y.cross(tcp - previous.o.of(group) - previous.x.of(group) * group.of(a))
@@ -93,7 +93,7 @@ impl<const L: usize> Postures<L> {
     }
 }
 
-/// [`Postures::columns`] for the vectors that the processor has.
+/// [`Postures::columns`] with the processor's vectors.
 struct WriteColumns<'a, const L: usize> {
     postures: &'a Postures<L>,
     columns: &'a mut [Vectors<L>],
@@ -108,7 +108,8 @@ impl<const L: usize> WithSimd for WriteColumns<'_, L> {
     }
 }
 
-/// Column of one number of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the translation).
+/// Column of one component of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the
+/// translation).
 #[inline(always)]
 fn displacement_column<S: Simd>(frame: &Axes<S>, axis: Axis6, [rz, ry]: [Turn<S>; 2], tcp: Vector<S>) -> Vector<S> {
     let arm = tcp - frame.o;

@@ -1,25 +1,25 @@
-//! The arm in one posture: what it is asked for by whoever works on one at a time.
+//! A single posture of the arm: the interface for callers that work on one at a time.
 
 use nalgebra::Vector3;
 
-use super::{Postures, Stances};
+use super::{BatchInput, Postures};
 use crate::robot::{Frame, FramePose, Pose, Robot, Site};
 
 /// The arm in one posture.
 pub type Posture = Postures<1>;
 
 impl Posture {
-    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI number a
-    /// site, see [`SiteIndex`](crate::robot::SiteIndex)).
+    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI value per site,
+    /// see [`SiteIndex`](crate::robot::SiteIndex)).
     #[inline]
     pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
         let (base, tool) = (base.to_array().map(|x| [x]), tool.xyz.map(|x| [x]));
         let (q, deviations) = (q.as_chunks().0, deviations.as_chunks().0);
-        self.set_all(robot, &Stances { base: &base, tool: &tool, q, deviations });
+        self.set_all(robot, &BatchInput { base: &base, tool: &tool, q, deviations });
     }
 
-    /// Turns the joints to `q` (rad, N) where base, tool and links are as they were set last: of the deviations, only those of the
-    /// joints' angles are other than they were then.
+    /// Turns the joints to `q` (rad, N) with base, tool and links as last set: only the deviations of the joints' angles
+    /// may differ from those given then.
     #[inline]
     pub fn turn_to(&mut self, robot: &Robot, q: &[f64], deviations: &[f64]) {
         self.turn_all(robot, q.as_chunks().0, deviations.as_chunks().0);
@@ -37,18 +37,18 @@ impl Posture {
         self.frame_at(0, k)
     }
 
-    /// The last frame, that carries the flange and the tool.
+    /// The last frame, which carries the flange and the tool.
     #[inline]
     pub fn flange(&self) -> Frame {
         self.frame_at(0, self.lines.len())
     }
 
-    /// `world_from_tool`, the tool's axes turned in the flange as `tool` says.
+    /// `world_from_tool`, the tool's axes rotated in the flange as given by `tool`.
     pub fn world_from_tool(&self, tool: &FramePose) -> Pose {
         self.world_from_turned(&FramePose { xyz: [0.0; 3], ..*tool }.pose())
     }
 
-    /// `world_from_tool`, the tool's axes turned in the flange by `turned`.
+    /// `world_from_tool`, the tool's axes rotated in the flange by `turned`.
     pub fn world_from_turned(&self, turned: &Pose) -> Pose {
         Frame { o: self.tcp(), ..self.flange() }.pose() * turned
     }
@@ -59,7 +59,7 @@ impl Posture {
         self.joint_axis_at(0, i)
     }
 
-    /// d(TCP)/d(site), m per SI unit of the site; for a target site, d(target)/d(site) with the sign that makes it a column of the model's side.
+    /// d(TCP)/d(site), m per SI unit of the site; for a target site, d(target)/d(site) with the sign of the model side.
     ///
     /// The residual is `target - tcp`, so a target site counts negatively here.
     #[inline(always)]

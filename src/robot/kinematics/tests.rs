@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::robot::{Axis6, Link, MdhEntry, MdhLink, Site};
 
-/// Step of the central difference; its truncation (1e-10 relative) and rounding (1e-11) are both under the tolerance.
+/// Step of the central difference; its truncation (1e-10 relative) and rounding (1e-11) are both below the tolerance.
 const STEP: f64 = 1e-5;
 const TOLERANCE: f64 = 1e-8;
 
@@ -108,7 +108,7 @@ fn a_workspace_keeps_nothing_of_the_posture_before() {
     }
 }
 
-/// Bits and all: no lane knows of its neighbours.
+/// Bit for bit: lanes are independent of their neighbours.
 #[test]
 fn postures_side_by_side_are_those_that_each_has_alone() {
     const LANES: usize = 8;
@@ -123,7 +123,7 @@ fn postures_side_by_side_are_those_that_each_has_alone() {
             };
             let (base, tool): ([_; 6], [_; 3]) = (numbers(6, 1.0).try_into().unwrap(), numbers(3, 0.2).try_into().unwrap());
             let (mut q, mut deviations) = (numbers(joints, 3.0), numbers(index.len(), 0.3));
-            // Where the polynomials of sine and cosine end, one posture must not decide for the others.
+            // Beyond the range of the polynomials of sine and cosine, one posture must not decide for the others.
             q[0][3] = 2e6;
             for k in 0..=joints {
                 let stiff = |l: usize| round < 2 || (round + k + l).is_multiple_of(3);
@@ -134,7 +134,7 @@ fn postures_side_by_side_are_those_that_each_has_alone() {
             if round == 5 {
                 deviations[index.of(Site::mdh(0, MdhEntry::Beta))][2] = -robot.links[0].mdh.beta;
             }
-            together.set_all(&robot, &Stances { base: &base, tool: &tool, q: &q, deviations: &deviations });
+            together.set_all(&robot, &BatchInput { base: &base, tool: &tool, q: &q, deviations: &deviations });
             let (mut columns, mut own) = (vec![Vectors::ZERO; index.len()], vec![Vectors::ZERO; index.len()]);
             together.columns(&mut columns);
             for lane in 0..LANES {

@@ -1,14 +1,15 @@
 //! Clearance along a joint motion: conservative advancement.
 //!
-//! No body of the arm moves faster than its joints' speeds times the furthest that it can be from their axes. So the gap of a pair tells
-//! how much of the motion must pass before it can have closed, and only then is it looked at again: no step is guessed, no gap is skipped,
-//! and pairs that are far from each other are looked at a few times only.
+//! No body of the arm moves faster than the sum of its joints' speeds times its largest possible distance from their axes.
+//! So the gap of a pair gives the part of the motion that must pass before it can have closed, and the pair is not
+//! evaluated again until then: no step size is guessed, no gap is skipped, and pairs that are far apart are evaluated a few
+//! times only.
 
 use super::ClearanceCheck;
 use crate::robot::{Clearance, FramePose, Link, Posture, Robot, SiteIndex, Surroundings};
 use crate::units::MM;
 
-/// The narrowest gap is found to this, mm: where a pair stays as near as it ever comes, it is looked at so often.
+/// Tolerance of the narrowest gap, mm: it limits the evaluations of a pair that stays near its narrowest.
 const FOUND_WITHIN: f64 = 0.5;
 
 /// The pace of a pair that may touch.
@@ -17,13 +18,13 @@ const EXCEPTED: f64 = -1.0;
 /// The narrowest gap of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Narrowest {
-    /// The gap, and what it is between. The true one is at most half a millimetre narrower.
+    /// The gap and its bodies. The true gap is at most half a millimetre narrower.
     pub clearance: Clearance,
-    /// Where on the way: 0 at its start, 1 at its end.
+    /// Position along the motion: 0 at its start, 1 at its end.
     pub share: f64,
 }
 
-/// Looks for the narrowest gap of joint motions: all joints move in proportion, as in a synchronous point-to-point motion.
+/// Finds the narrowest gap of joint motions: all joints move in proportion, as in a synchronous point-to-point motion.
 #[derive(Debug, Clone)]
 pub struct SweptCheck<'a> {
     robot: &'a Robot,
@@ -32,17 +33,18 @@ pub struct SweptCheck<'a> {
     check: ClearanceCheck,
     posture: Posture,
     nominal: Vec<f64>,
-    /// Of each pair, how far a point of one body can be from the axis of each joint that moves it against the other, mm; 0 for the others.
+    /// For each pair, the largest distance of a point of one body from the axis of each joint that moves it relative to the
+    /// other, mm; 0 for other joints.
     levers: Vec<Vec<f64>>,
-    /// Of each pair, by how much its gap changes at most over the whole motion, mm.
+    /// For each pair, the largest change of its gap over the whole motion, mm.
     pace: Vec<f64>,
-    /// Of each pair, the share of the motion up to which it need not be looked at.
+    /// For each pair, the share of the motion up to which it need not be evaluated.
     due: Vec<f64>,
     q: Vec<f64>,
 }
 
 impl<'a> SweptCheck<'a> {
-    /// For the nominal arm on its base, with this tool, in these surroundings.
+    /// Creates the check for the nominal arm on its base, with this tool, in these surroundings.
     pub fn new(robot: &'a Robot, base: &'a FramePose, tool: &'a FramePose, surroundings: &Surroundings) -> Self {
         let check = ClearanceCheck::new(robot, surroundings);
         // Without Hayati's angle `a` and `d` are at right angles.
@@ -56,7 +58,7 @@ impl<'a> SweptCheck<'a> {
             lengths[joint + 1..solid.frame].iter().sum::<f64>() + solid.shape.reach() / MM
         };
         let of_pair = |&[i, j]: &[usize; 2]| -> Vec<f64> {
-            // Of two that move, what moves both alike brings them no nearer; what stands is listed last.
+            // Joints that move both bodies of a pair do not change their gap; fixed bodies are listed last.
             let (mover, after) = match (check.solids[i].frame, check.solids[j].frame) {
                 _ if j >= check.moving => (i, 0),
                 (a, b) if a < b => (j, a),
@@ -79,13 +81,13 @@ impl<'a> SweptCheck<'a> {
         }
     }
 
-    /// The place of a standing body, for the motions that may touch it.
+    /// The index of a fixed body, for motions that may touch it.
     pub fn fixed_named(&self, name: &str) -> Option<usize> {
         self.check.fixed_named(name)
     }
 
-    /// The narrowest gap of the motion from `from` to `to` (rad, N), both ends included, or the first that is narrower than `enough` (m);
-    /// `None` where there are no two bodies to compare. What the arm carries may touch the standing body `except`.
+    /// The narrowest gap of the motion from `from` to `to` (rad, N), both ends included, or the first that is narrower than
+    /// `enough` (m); `None` if there are no two bodies to compare. Carried bodies may touch the fixed body `except`.
     pub fn narrowest(&mut self, from: &[f64], to: &[f64], enough: f64, except: Option<usize>) -> Option<Narrowest> {
         let except = except.map(|k| self.check.moving + k);
         for ((pace, levers), [i, j]) in self.pace.iter_mut().zip(&self.levers).zip(&self.check.pairs) {
@@ -140,7 +142,8 @@ mod tests {
     use crate::robot::{Solid, built_in};
     use nalgebra::Vector3;
 
-    /// Looked at in thousands of postures, no motion is narrower than it is said to be by more than half a millimetre, nor ever wider.
+    /// Sampled at thousands of postures, no motion is narrower than reported by more than half a millimetre, nor ever
+    /// wider.
     #[test]
     fn the_narrowest_gap_is_that_of_a_thousand_looks() {
         let mut random = ChaCha8Rng::seed_from_u64(5);
@@ -174,14 +177,14 @@ mod tests {
                     posture.set(&robot, &base, &tool, &q, &nominal);
                     seen = seen.min(check.clearance(&posture).unwrap().distance);
                 }
-                // Of bodies that overlap parry tells no depth.
+                // parry gives no depth for overlapping bodies.
                 let (said, seen) = (said.clearance.distance.max(0.0), seen.max(0.0));
                 assert!(said - 0.5001e-3 <= seen && seen <= said + 0.3e-3, "{name}: {said} against {seen}");
             }
         }
     }
 
-    /// A gap that is just enough ends no search: what is asked for is often what an end of the motion has, to the last bit.
+    /// A gap equal to `enough` does not end the search: the requested gap is often exactly that of an end of the motion.
     #[test]
     fn a_motion_is_looked_at_whole_where_its_end_has_what_is_asked_for() {
         let mut random = ChaCha8Rng::seed_from_u64(6);
@@ -206,7 +209,7 @@ mod tests {
         assert!(hits > 20, "{hits} motions hit between clear ends");
     }
 
-    /// What the arm carries may touch its ball; the arm itself may not.
+    /// Carried bodies may touch the ball; the arm itself may not.
     #[test]
     fn only_what_is_carried_may_touch_the_excepted_body() {
         let robot = built_in("kr6_r700").unwrap();

@@ -15,9 +15,9 @@ use calibench::identify::{Model, Use, identify, read_calibration, read_model};
 use calibench::import::{ImportOptions, import};
 use calibench::measure::{Conditions, Dataset, Journal, read_cell, read_dataset, read_plan};
 use calibench::robot::load_robot;
+use calibench_lab::study::RowsReader;
+use calibench_serve::{Instrument, Manner};
 use calibench_sim::scenario::load_scenario;
-use calibench_sim::serve::{Instrument, Manner};
-use calibench_sim::study::RowsReader;
 use tempfile::TempDir;
 
 /// A reader, and the folder of its corpus.

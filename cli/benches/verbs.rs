@@ -1,0 +1,117 @@
+//! W8: whole verbs, from datasets in memory to the printed text: diagnosis of 80 centrings and of 11,911 tracker points, a step
+//! of the ladder, and the response times of the workbench.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+#[path = "../../tests/it/oracles.rs"]
+mod oracles;
+
+use std::hint::black_box;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use calibench::assess::{
+    Examination, Extrapolation, HoldOut, WorkspaceError, WorkspacePoses, best_step, data_fit, diagnose_examined, ladder_step,
+};
+use calibench::identify::{Model, Use};
+use calibench::import::{ImportOptions, import};
+use calibench::measure::Dataset;
+use calibench_cli::case::Case;
+use calibench_cli::workbench::{Bench, Place};
+use calibench_report::{Forecast, Recommended, diagnosis_text};
+use calibench_sim::plans::Plans;
+use calibench_sim::random::Streams;
+use calibench_sim::run::measure_all;
+use calibench_sim::scenario::load_scenario;
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use serde_json::Value;
+
+/// The effect missing from the model of the 80 centrings' robot.
+const MISSING: &str = "harmonic:3:202";
+
+/// 80 centrings of the simulated cell, whose robot has gear ripple.
+fn centred() -> Dataset {
+    let scenario = load_scenario(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/gear-ripple.toml")).unwrap();
+    let seed = 1;
+    let plans = Plans::new(&scenario, seed).unwrap();
+    measure_all(&scenario, Streams { seed, trial: 0 }, &plans, &mut ()).unwrap().fit
+}
+
+/// The grid of the UR10 among the public data.
+fn ur10() -> Dataset {
+    let file = oracles::data("ur10-ipa").join("Series_A/measurements_grid.csv");
+    import("ur10-ipa", &[file], &ImportOptions::default()).unwrap().0
+}
+
+/// `diagnose`, from the gate to the printed text.
+fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
+    assert!(data_fit(named, Use::Fit).iter().all(|fit| fit.misfit.is_none()));
+    let examination = Examination::new(named, model).unwrap();
+    let diagnosis = diagnose_examined(named, &examination).unwrap();
+    let poses = WorkspacePoses::of(named);
+    let error = WorkspaceError::predict(named, &examination, &poses.q).unwrap();
+    let ranges = examination.problem().joint_ranges();
+    let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
+    let outlook = Ok(Forecast { error: error.unwrap(), source: poses.source, extrapolation });
+    diagnosis_text(&diagnosis, &outlook, &Recommended::default(), false)
+}
+
+fn verbs(c: &mut Criterion) {
+    let small = centred();
+    let mut group = c.benchmark_group("W8");
+    group.sample_size(10);
+    let model = Model::paper();
+    let named = [("W8", &small)];
+    assert!(diagnose(&named, &model).contains(MISSING));
+    group.bench_function("diagnose, 80 centrings", |b| b.iter(|| black_box(diagnose(&named, &model))));
+    let large = ur10();
+    group.bench_function("diagnose, 11,911 points", |b| b.iter(|| black_box(diagnose(&[("W8", &large)], &model))));
+
+    let poses = WorkspacePoses::of(&named);
+    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let first = ladder_step(&named, &model, ground).unwrap();
+    let step = || best_step(&named, &first, ground, &mut |_| ()).unwrap();
+    assert_eq!(step().unwrap().added, [MISSING]);
+    group.bench_function("a step of the ladder, 80 centrings", |b| b.iter(|| black_box(step().is_ok())));
+    workbench(&mut group, small);
+    group.finish();
+}
+
+/// Actions for which a user waits; undoing them in between is not timed.
+fn workbench(group: &mut BenchmarkGroup<'_, WallTime>, dataset: Dataset) {
+    let case = Case {
+        title: "W8".into(),
+        question: None,
+        model: Model::default_for(&dataset),
+        datasets: vec![("W8".into(), dataset)],
+        misfits: Vec::new(),
+        judged: None,
+        commands: Recommended::default(),
+        commands_from: String::new(),
+        campaign: None,
+        pictures: Vec::new(),
+        run: Value::Null,
+    };
+    let place = Place::new(std::env::temp_dir(), None);
+    let Ok(mut bench) = Bench::new(case, place) else { panic!("the data determine the model") };
+    let mut timed = |name: &str, work: &mut dyn FnMut(&mut Bench), after: &mut dyn FnMut(&mut Bench)| {
+        group.bench_function(name, |b| {
+            b.iter_custom(|times| {
+                let mut whole = Duration::ZERO;
+                for _ in 0..times {
+                    let began = Instant::now();
+                    work(&mut bench);
+                    whole += began.elapsed();
+                    after(&mut bench);
+                }
+                whole
+            });
+        });
+    };
+    let undone = &mut |bench: &mut Bench| _ = bench.undo().ok();
+    timed("workbench: add", &mut |bench| assert!(bench.add(MISSING, false).is_ok()), undone);
+    timed("workbench: the next experiment", &mut |bench| assert!(bench.next_experiment().is_ok()), &mut |_| ());
+}
+
+criterion_group!(benches, verbs);
+criterion_main!(benches);

@@ -1,0 +1,66 @@
+//! The input of a page: measurements of one robot, and the data that accompany them.
+
+use calibench::identify::Model;
+use calibench::measure::Dataset;
+use calibench_report::{CampaignRecord, CellPicture, PageSubject, Recommended};
+use serde_json::Value;
+
+/// A run, or datasets, as read from their folders.
+pub struct Case {
+    /// Heading.
+    pub title: String,
+    /// The question asked, if any.
+    pub question: Option<String>,
+    /// Datasets by name; their rows of set `fit` are examined.
+    pub datasets: Vec<(String, Dataset)>,
+    /// Datasets that do not fit their robot but are used nevertheless: name, and the sentence repeated in every result.
+    pub misfits: Vec<(String, String)>,
+    /// The dataset that judges the model, if other than the datasets themselves.
+    pub judged: Option<(String, Dataset)>,
+    /// The initial model.
+    pub model: Model,
+    /// The arguments of recommended commands.
+    pub commands: Recommended,
+    /// The directory from which to give them.
+    pub commands_from: String,
+    /// The campaign as carried out.
+    pub campaign: Option<CampaignRecord>,
+    /// Pictures of the cell.
+    pub pictures: Vec<CellPicture>,
+    /// `result.json` of a run.
+    pub run: Value,
+}
+
+impl Case {
+    /// Calls `tell` with the subject of a page on the datasets `chosen`, by index, with `model` and `commands` replacing the
+    /// initial ones.
+    pub fn subject<T>(
+        &self,
+        chosen: &[usize],
+        model: &Model,
+        commands: &Recommended,
+        tell: impl FnOnce(&PageSubject<'_>) -> T,
+    ) -> T {
+        let datasets: Vec<(&str, &Dataset)> =
+            chosen.iter().filter_map(|&k| self.datasets.get(k)).map(|(name, d)| (name.as_str(), d)).collect();
+        let judged: Vec<(&str, &Dataset)> = match &self.judged {
+            Some((name, d)) => vec![(name.as_str(), d)],
+            None => datasets.clone(),
+        };
+        let misfit = self.misfits.iter().find(|(name, _)| datasets.iter().any(|(n, _)| n == name));
+        tell(&PageSubject {
+            title: self.title.clone(),
+            question: self.question.clone(),
+            misfit: misfit.map(|(_, sentence)| sentence.clone()),
+            datasets: &datasets,
+            judged: &judged,
+            model,
+            commands: commands.clone(),
+            commands_from: self.commands_from.clone(),
+            climb: false,
+            campaign: self.campaign.as_ref(),
+            pictures: &self.pictures,
+            run: &self.run,
+        })
+    }
+}

@@ -1,0 +1,86 @@
+//! Files of proposed measurements, in the formats that a cell accepts.
+
+use std::path::Path;
+
+use calibench::assess::{CellLayout, Kind, Offer, Proposal};
+use calibench::files::{FileError, write_whole};
+use calibench::measure::{
+    Dataset, PlannedPose, ProbingPlan, WAY_MARGIN, WayRequest, WaysError, interleave, plan_ways, write_plan,
+};
+use calibench::units::DEG;
+
+use calibench_sim::planning::retreat;
+
+/// Writes the plan of the best probing action with the artifact in its present place and, if tracker points are best of all, a
+/// list of them; returns descriptions of the files written. `reference` is the plan's reference to the robot; with the `layout`
+/// of a known cell the plan holds its ways and omits unreachable poses.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_proposal(
+    path: &Path,
+    proposal: &Proposal,
+    reference: &str,
+    layout: Option<&CellLayout>,
+) -> Result<Vec<String>, FileError> {
+    let mut written = Vec::new();
+    let on_balls = |o: &Offer| o.action.kind.is_probing() && !matches!(o.action.kind, Kind::MovedArtifact { .. });
+    if let Some((offer, step)) = proposal.best(on_balls) {
+        let poses = offer.action.poses(&offer.chosen[..step.count]);
+        let cell = Dataset { robot_reference: reference.into(), ..offer.action.pool.dataset.clone() };
+        // A pose and its repetition from the other side stay adjacent.
+        let ordered = match offer.action.kind {
+            Kind::OtherSide => poses,
+            _ => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
+        };
+        let plan = with_ways(ordered, &cell, layout.filter(|layout| layout.is_known));
+        write_plan(path, &plan, &cell)?;
+        written.push(format!("{} {} planned in {}", plan.poses.len(), offer.action.words(), path.display()));
+        if plan.ways.is_none() {
+            written.push(
+                "what stands in the cell is not known: the plan holds no ways, and its motions may touch something".into(),
+            );
+        }
+    }
+    if let Some((offer, step)) = proposal.best(|_| true)
+        && offer.action.kind == Kind::Points
+    {
+        let beside = path.with_extension("points.csv");
+        write_whole(&beside, points(offer, step.count).as_bytes())?;
+        written.push(format!("{} {} listed in {}", step.count, offer.action.words(), beside.display()));
+    }
+    Ok(written)
+}
+
+/// A plan of the poses reachable without collision, with their ways; of all poses, without ways, if the cell is unknown or no
+/// pose is reachable.
+fn with_ways(mut poses: Vec<PlannedPose>, cell: &Dataset, layout: Option<&CellLayout>) -> ProbingPlan {
+    while let Some(layout) = layout {
+        let Dataset { robot, base, tool, .. } = cell;
+        let surroundings = &layout.surroundings;
+        let request = WayRequest { robot, base, tool, surroundings, margin: WAY_MARGIN, guards: None, seed: 1 };
+        match plan_ways(request, &layout.bodies, &-retreat(), &mut poses) {
+            Ok(ways) => return ProbingPlan { poses, ways: Some(ways) },
+            Err(WaysError::Blocked(blocked)) if blocked.len() < poses.len() => {
+                let is_blocked = |id: &String| blocked.iter().any(|b| b.pose == *id);
+                poses.retain(|pose| !is_blocked(&pose.id) && !pose.reverses.as_ref().is_some_and(is_blocked));
+            }
+            Err(_) => break,
+        }
+    }
+    ProbingPlan { poses, ways: None }
+}
+
+/// Points as rows of `samples.csv`, without the columns to be measured.
+fn points(offer: &Offer, count: usize) -> String {
+    let dataset = &offer.action.pool.dataset;
+    let joints: Vec<String> = (1..=dataset.robot.joints()).map(|j| format!("q{j}_deg")).collect();
+    let mut text = format!("id,kind,payload,{}\n", joints.join(","));
+    for (n, &k) in offer.chosen[..count].iter().enumerate() {
+        let Some(sample) = offer.action.candidate(k) else { continue };
+        let payload = dataset.payloads.get(sample.payload).map_or("", |p| p.name.as_str());
+        let q: Vec<String> = sample.q.iter().map(|v| format!("{:.6}", v / DEG)).collect();
+        text.push_str(&format!("n{:02},point,{payload},{}\n", n + 1, q.join(",")));
+    }
+    text
+}

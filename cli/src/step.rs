@@ -1,0 +1,131 @@
+//! One step of a hunt: an effect, given by its id, added to a fitted model.
+
+use calibench::assess::{Curve, Examination, HoldOut, LadderStep, Variable, add, place, step};
+use calibench::effects::{self, EffectError, EffectId, Subject};
+use calibench::files::nearest_name;
+use calibench::identify::{IdentifyError, Model, Use};
+use calibench::measure::Dataset;
+use thiserror::Error;
+
+/// The reason why a step cannot be taken.
+#[derive(Debug, Error)]
+pub enum StepError {
+    /// The effect does not exist or does not apply to these data.
+    #[error("{0}")]
+    Effect(String),
+    /// The data do not determine the effect.
+    #[error(transparent)]
+    Data(IdentifyError),
+    /// The model before the step, or the curve to be added, does not match these data.
+    #[error(transparent)]
+    Model(IdentifyError),
+}
+
+/// The effect to be added.
+pub enum Wanted {
+    /// An effect, possibly without its place.
+    Effect(String),
+    /// The curve of a cell of the heat map, joint counted from 0.
+    Curve {
+        /// The joint.
+        joint: usize,
+        /// The variable that its error follows.
+        variable: Variable,
+    },
+}
+
+impl Wanted {
+    /// Parses an id: an effect as listed by `effects`, one without its place, or `curve:J:VARIABLE`.
+    ///
+    /// # Errors
+    /// If this robot has no such effect, these data have no such ball or sample, or the model already contains it.
+    pub fn parse(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> Result<Self, StepError> {
+        let wrong = |why: String| StepError::Effect(why);
+        let Some((_, dataset)) = datasets.first() else { return Err(wrong("there are no data to add it to".into())) };
+        let joints = dataset.robot.joints();
+        if let Some(rest) = id.strip_prefix("curve:") {
+            let (joint, variable) = rest.split_once(':').unwrap_or((rest, ""));
+            let joint = joint.parse::<usize>().ok().filter(|j| (1..=joints).contains(j));
+            return match (joint, Variable::parse(variable, joints)) {
+                (Some(joint), Some(variable)) => Ok(Wanted::Curve { joint: joint - 1, variable }),
+                _ => Err(wrong(format!(
+                    "effect '{id}' is no curve; write curve:J:VARIABLE with a joint from 1 to {joints} and one of q1 ... q{joints}, q2+q3, tau1 ... tau{joints}, time_s"
+                ))),
+            };
+        }
+        if model.effects.iter().any(|e| e == id) {
+            return Err(wrong(format!("effect '{id}' is in the model already")));
+        }
+        let balls = dataset.ball_ids();
+        let fitted = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)));
+        let samples: Vec<String> = fitted.map(|s| s.id.clone()).collect();
+        let subject = Subject { samples: Some(&samples), ..model.subject(&dataset.robot, &balls) };
+        let unplaced = unplaced(&subject);
+        if !unplaced.iter().any(|u| u == id) {
+            effects::build(id, &subject).map_err(|e| wrong(explained(&e, id, &subject, &unplaced)))?;
+        }
+        Ok(Wanted::Effect(id.to_owned()))
+    }
+
+    /// Adds the effect to the model of `before`, refits and judges it; an effect without a place gets the one that fits best.
+    ///
+    /// # Errors
+    /// If the effect does not apply to these data, or they do not determine it.
+    pub fn take(
+        &self,
+        datasets: &[(&str, &Dataset)],
+        before: &LadderStep,
+        ground: HoldOut<'_>,
+    ) -> Result<LadderStep, StepError> {
+        let model = &before.model;
+        match self {
+            Wanted::Effect(id) => {
+                let wrong = |why: String| StepError::Effect(format!("effect '{id}': {why}"));
+                // Most ids state their place, so the data need not be searched for it.
+                let subject_balls = datasets[0].1.ball_ids();
+                let subject = model.subject(&datasets[0].1.robot, &subject_balls);
+                let placed = if unplaced(&subject).iter().any(|u| u == id) {
+                    let examination = Examination::new(datasets, model).map_err(StepError::Model)?;
+                    place(&examination, id).map_err(|e| wrong(e.to_string()))?
+                } else {
+                    id.clone()
+                };
+                add(datasets, before, &[placed], ground).map_err(StepError::Data)
+            }
+            Wanted::Curve { joint, variable } => {
+                let wrong = |why: String| StepError::Effect(format!("effect 'curve:{}:{}': {why}", joint + 1, variable.name()));
+                let examination = Examination::new(datasets, model).map_err(StepError::Model)?;
+                let curve = Curve::of(&examination, *joint, *variable).map_err(|e| wrong(e.to_string()))?;
+                let curve =
+                    curve.ok_or_else(|| wrong(format!("{} does not vary in these data, or is not known", variable.name())))?;
+                let name = curve.effect_name();
+                if model.effects.contains(&name) {
+                    return Err(wrong(format!("the model holds it already, as '{name}'")));
+                }
+                step(datasets, before, &curve.added_to(model), vec![name], ground).map_err(StepError::Model)
+            }
+        }
+    }
+}
+
+/// Ids without the place that a scan finds.
+fn unplaced(subject: &Subject<'_>) -> Vec<String> {
+    let scanned = subject.registry.families().flat_map(|f| f.scanned(subject, ""));
+    scanned.map(|id| id.trim_end_matches(':').to_owned()).collect()
+}
+
+/// Explains why an effect does not exist and suggests the nearest id.
+fn explained(error: &EffectError, id: &str, subject: &Subject<'_>, unplaced: &[String]) -> String {
+    let all = effects::ids(subject);
+    let families = || subject.registry.families().map(|f| f.id);
+    let known = all.iter().chain(unplaced).map(String::as_str).chain(families());
+    let nearest = nearest_name(id, known).or_else(|| nearest_name(EffectId::new(id).family(), families()));
+    if let EffectError::Argument { .. } = error {
+        let form = subject.registry.family(id).map(|f| format!("; write `{}{}`", f.id, f.arguments));
+        return format!("{error}{}", form.unwrap_or_default());
+    }
+    match nearest {
+        Some(near) if near != id => format!("{error}; did you mean `{near}`?"),
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,106 @@
+//! `add EFFECT DATASET... [--model M] [-o MODEL]`.
+
+use std::path::PathBuf;
+
+use calibench::assess::{HoldOut, Objection, WorkspacePoses, ladder_step};
+use calibench::identify::{Use, write_model, write_model_like};
+use calibench_report::{added_sentences, ladder_step_table, objection_sentence, parameter_rows, step_json, symptom_sentence};
+
+use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, warn_of_poses};
+use super::data_gate::gate;
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::progress::Waiting;
+use crate::step::{StepError, Wanted};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Effect to add, as listed by `effects`; `base_step`, `tool_step`, `joint_step:J`, `harmonic:J` and `outlier` without
+    /// their moment, order or sample take the one that fits best; `curve:J:VARIABLE` is the curve of joint J over q1, tau2,
+    /// q2+q3, time_s ...
+    effect: String,
+    /// Dataset folders of one robot; each session in each has its own base and tool
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Model file, updated in place; the default is the paper's model: base_frame, mdh, joint_compliance
+    #[arg(long)]
+    model: Option<PathBuf>,
+    /// Output file for the new model, which leaves the old one's file unchanged; an existing file is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Campaigns not included in the fit: a step that makes one worse is refused
+    #[arg(long, num_args = 1.., value_name = "DATASET")]
+    check: Vec<PathBuf>,
+    /// Take the step even if it is refused, and continue with data that do not fit their robot
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.output.as_ref().or(arguments.model.as_ref()))?;
+    let datasets = read_datasets(&arguments.datasets)?;
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
+    let named = named(&datasets);
+    let wanted = Wanted::parse(&arguments.effect, &model, &named)?;
+    let checks = check_datasets(&arguments.check, &datasets)?;
+    let checks = super::data::named(&checks);
+    let poses = WorkspacePoses::of(&named);
+    let ground = HoldOut { poses: &poses.q, checks: &checks };
+    let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let waiting = Waiting::new("fitting");
+    let before = ladder_step(&named, &model, ground).map_err(locate)?;
+    let after = wanted.take(&named, &before, ground).map_err(|e| -> Failure {
+        match e {
+            StepError::Effect(_) => Box::new(e),
+            // The data are deficient, not the model file.
+            StepError::Data(e) => Box::new(locate_in_data(&arguments.datasets, &datasets, None, &e)),
+            StepError::Model(e) => Box::new(locate(e)),
+        }
+    })?;
+    drop(waiting);
+    let objections = after.objections(&before);
+    let refused = objections.iter().any(Objection::refuses);
+    let accepted = !refused || arguments.force;
+    let target = arguments.output.as_deref().or(arguments.model.as_deref());
+    if let Some(path) = target.filter(|_| accepted) {
+        match &arguments.model {
+            Some(like) => write_model_like(&after.model, like, path)?,
+            None => write_model(&after.model, path)?,
+        }
+    }
+    let added = after.added.join(" ");
+    if arguments.json {
+        let mut document = step_json(&before, &after, &objections, accepted);
+        gate.mark(&mut document);
+        print_json(&document)?;
+    } else {
+        gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
+        print(&ladder_step_table(&[&before, &after]))?;
+        print(&format!("\nFOUND: {added}\n{}", parameter_rows(&after.calibration, &after.added)))?;
+        added_sentences(&after.added, &[&before]).iter().try_for_each(|sentence| print(sentence))?;
+        for symptom in after.symptoms.iter().filter(|s| !before.symptoms.iter().any(|b| b.parameter == s.parameter)) {
+            print(&symptom_sentence(symptom))?;
+        }
+        for objection in &objections {
+            let weight = if objection.refuses() { "Against it" } else { "Note" };
+            print(&format!("{weight}: {}.", objection_sentence(objection)))?;
+        }
+        match (target, accepted) {
+            (Some(path), true) => print(&format!("Taken. The model with {added} is in {}.", path.display()))?,
+            (None, true) => print("Taken. Name a file with -o to keep the model.")?,
+            (_, false) => {}
+        }
+    }
+    warn_of_poses(&after.calibration, &poses);
+    if accepted {
+        return Ok(Outcome::Done);
+    }
+    let why: Vec<String> = objections.iter().filter(|o| o.refuses()).map(objection_sentence).collect();
+    let untouched = arguments.model.as_ref().map_or(String::new(), |m| format!("; {} is untouched", m.display()));
+    eprintln!("calibench: {added} is refused: {}{untouched}; --force takes the step all the same", why.join("; "));
+    Ok(Outcome::ExpectationFailed)
+}

@@ -1,0 +1,150 @@
+//! `effects`, `robots`: the built-in effects and robots.
+
+use calibench::effects::{CATALOGUE, Effect, EffectId, Family, Origin, Scan, Subject, build};
+use calibench::robot::{BUILT_IN, built_in};
+use calibench::units::{DEG, MM, Unit};
+use calibench_report::plain_table;
+use serde_json::json;
+
+use super::failure::{Failure, Outcome};
+use super::output::{print, print_json};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Print one JSON document instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let robot = built_in("kr6_r700").ok_or("the KR6 is built in")?;
+    let balls = ["1".to_owned()];
+    let subject = Subject::new(&robot, &balls);
+    let mut documents = Vec::new();
+    for origin in Origin::ALL {
+        let mut rows = Vec::new();
+        for family in CATALOGUE.iter().filter(|f| f.origin == origin) {
+            let effect = build(&example(family, &subject), &subject)?;
+            let needs: Vec<&str> = effect.needs().iter().map(|n| n.words()).collect();
+            let parameters: Vec<_> = effect
+                .parameters()
+                .iter()
+                .map(|p| json!({"name": p.name, "unit": p.unit.symbol, "plausible": p.unit.from_si(p.prior)}))
+                .collect();
+            rows.push([
+                format!("{}{}", family.id, family.arguments),
+                family.what.into(),
+                family.equation.into(),
+                plausible(effect.as_ref()),
+                needs.join(", "),
+            ]);
+            documents.push(json!({"id": family.id, "arguments": family.arguments, "origin": origin.name(),
+                "scan": scan(family.scan), "what": family.what, "equation": family.equation, "example": effect.id(),
+                "members": family.ids(&subject), "parameters": parameters, "needs": needs}));
+        }
+        if !arguments.json {
+            let table = plain_table(&["effect", "what it is", "what it adds", "plausible", "needs"], &rows);
+            print(&format!("Of the {}:\n{table}", origin.name()))?;
+        }
+    }
+    if arguments.json {
+        print_json(&json!({"format": "calibench-effects/1", "effects": documents}))?;
+    } else {
+        print(
+            "J, K: a joint. B: a ball. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
+        )?;
+        print(
+            "t: time as a share of the session, 0 to 1. h: height over the lowest ball, 1 at the highest. e: an indicator's axis. r: its reading.",
+        )?;
+        print("tau: the load's moment about a joint. c: its compliance in the model. The sizes are those of the KR6.")?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// An example of a family: the member for joint 2, ball 1 or indicator 1, with order 17 or time 600 if it needs such an
+/// argument.
+fn example(family: &Family, subject: &Subject<'_>) -> String {
+    let of_second_joint = |ids: Vec<String>| {
+        let second =
+            ids.iter().find(|id| EffectId::new(id).argument(0) == Some("2")).filter(|_| family.arguments.starts_with(":J"));
+        second.or(ids.first()).cloned().unwrap_or_else(|| family.id.to_owned())
+    };
+    match family.scan {
+        Scan::None => of_second_joint(family.ids(subject)),
+        Scan::Order => of_second_joint(family.scanned(subject, "17")),
+        Scan::Time => of_second_joint(family.scanned(subject, "600")),
+        Scan::Sample => of_second_joint(family.scanned(subject, "p001")),
+    }
+}
+
+fn scan(scan: Scan) -> Option<&'static str> {
+    match scan {
+        Scan::None => None,
+        Scan::Order => Some("order"),
+        Scan::Time => Some("time"),
+        Scan::Sample => Some("sample"),
+    }
+}
+
+/// The distinct plausible sizes of an effect's parameters: `0.05 deg, 0.3 mm`; if there are many, the first and the last only.
+fn plausible(effect: &dyn Effect) -> String {
+    let mut sizes: Vec<(String, &str)> = Vec::new();
+    for p in effect.parameters() {
+        let size = p.unit.from_si(p.prior);
+        // A plausible size has no more than two significant digits.
+        let digits = (1 - size.abs().log10().floor() as i32).clamp(0, 9) as usize;
+        let text = format!("{size:.digits$}");
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
+        let symbol = if p.unit == Unit::RATIO { "" } else { p.unit.symbol };
+        if !sizes.contains(&(text.clone(), symbol)) {
+            sizes.push((text, symbol));
+        }
+    }
+    match &sizes[..] {
+        [(first, unit), .., (last, same)] if sizes.len() > 2 && unit == same => format!("{first} ... {last} {unit}"),
+        _ => sizes.iter().map(|(size, unit)| format!("{size} {unit}").trim_end().to_owned()).collect::<Vec<_>>().join(", "),
+    }
+}
+
+pub fn robots(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let all: Vec<_> = BUILT_IN.iter().filter_map(|name| built_in(name)).collect();
+    if arguments.json {
+        let documents: Vec<_> = all
+            .iter()
+            .map(|r| {
+                let links: Vec<_> = r
+                    .links
+                    .iter()
+                    .map(|l| json!({"alpha_deg": l.mdh.alpha / DEG, "a_mm": l.mdh.a / MM, "beta_deg": l.mdh.beta / DEG,
+                        "theta_deg": l.mdh.theta / DEG, "d_mm": l.mdh.d / MM, "min_deg": l.limits[0] / DEG, "max_deg": l.limits[1] / DEG,
+                        "mass_kg": l.mass}))
+                    .collect();
+                json!({"name": r.name, "source": r.source, "joints": r.joints(), "links": links})
+            })
+            .collect();
+        print_json(&json!({"format": "calibench-robots/1", "robots": documents}))?;
+        return Ok(Outcome::Done);
+    }
+    for robot in &all {
+        print(&format!("{} ({} joints): {}", robot.name, robot.joints(), robot.source))?;
+        let rows: Vec<[String; 7]> = robot
+            .links
+            .iter()
+            .enumerate()
+            .map(|(i, l)| {
+                let g = |v: f64| format!("{v:.3}");
+                [
+                    (i + 1).to_string(),
+                    g(l.mdh.alpha / DEG),
+                    g(l.mdh.a / MM),
+                    g(l.mdh.theta / DEG),
+                    g(l.mdh.d / MM),
+                    format!("{:.0} .. {:.0}", l.limits[0] / DEG, l.limits[1] / DEG),
+                    g(l.mass),
+                ]
+            })
+            .collect();
+        print(&plain_table(&["i", "alpha_{i-1} deg", "a_{i-1} mm", "theta_i deg", "d_i mm", "limits deg", "mass kg"], &rows))?;
+    }
+    Ok(Outcome::Done)
+}

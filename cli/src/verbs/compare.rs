@@ -1,0 +1,95 @@
+//! `compare CALIBRATION DATASET...`.
+
+use std::path::PathBuf;
+
+use calibench::assess::{Comparison, Examination, Extrapolation, WorkspacePoses};
+use calibench::files::check_output_folder;
+use calibench::identify::{Calibration, IdentifyError, Use};
+use calibench::measure::Dataset;
+use calibench_report::{
+    Forecast, PLOTS_MARK, comparison_json, comparison_text, extrapolation_sentence, write_comparison_plots,
+};
+
+use super::data::{locate_in_data, named, outlook, read_calibration_to_use, read_datasets};
+use super::failure::{Failure, Outcome};
+use super::output::{print, print_json};
+use super::progress::Waiting;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Calibration file written by `identify`
+    calibration: PathBuf,
+    /// Dataset folders; their rows of set 'fit' are compared
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Compare the rows of set 'validation' instead
+    #[arg(long, conflicts_with = "all")]
+    validation: bool,
+    /// Compare all rows
+    #[arg(long)]
+    all: bool,
+    /// Estimate base, free tool and free balls from these data first: the robot was set up anew for them
+    #[arg(long)]
+    set_up_anew: bool,
+    /// Folder for plotting, with one CSV file per view; files of an earlier comparison are replaced
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if let Some(folder) = &arguments.plots {
+        check_output_folder(folder, "comparison", PLOTS_MARK)?;
+    }
+    let mut calibration = read_calibration_to_use(&arguments.calibration)?;
+    if arguments.set_up_anew {
+        calibration = calibration.set_up_anew();
+    }
+    let datasets = read_datasets(&arguments.datasets)?;
+    let which = match (arguments.all, arguments.validation) {
+        (true, _) => Use::All,
+        (_, true) => Use::Validation,
+        _ => Use::Fit,
+    };
+    let waiting = Waiting::new("comparing");
+    let comparison = Comparison::of(&calibration, &named(&datasets), which)
+        .map_err(|e| locate_in_data(&arguments.datasets, &datasets, None, &e))?;
+    let beyond =
+        Extrapolation::of_samples(&calibration.joint_ranges, &calibration.model, &named(&datasets), |s| which.takes(s));
+    if let Some(warning) = extrapolation_sentence(&beyond) {
+        waiting.say(&warning);
+    }
+    let outlook = of_fitted_rows(&calibration, &named(&datasets));
+    drop(waiting);
+    if let Some(folder) = &arguments.plots {
+        write_comparison_plots(&comparison, outlook.as_ref().ok(), folder)?;
+    }
+    if arguments.json {
+        print_json(&comparison_json(&comparison, outlook.as_ref().ok(), &beyond))?;
+    } else {
+        print(&comparison_text(&comparison, &outlook))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// The expected error over the workspace, from the rows that the calibration was fitted to; otherwise the reason why it cannot
+/// be predicted.
+fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Forecast, String> {
+    let why = |e: IdentifyError| format!("The position error to expect over the workspace cannot be predicted: {e}.");
+    let of_hash = |hash: &String| datasets.iter().find(|(_, d)| d.hash == *hash).copied();
+    let mut fitted: Vec<(&str, &Dataset)> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
+    if fitted.is_empty() || fitted.len() < calibration.dataset_hashes.len() {
+        // A calibration that lists none of these files is recognised by its values: they are optimal for these rows.
+        let has_fit_rows = |d: &Dataset| d.samples.iter().any(|s| Use::Fit.takes(s));
+        fitted = datasets.iter().copied().filter(|(_, d)| has_fit_rows(d)).collect();
+        let is_fit = |rows: &[(&str, &Dataset)]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.standing.fitted);
+        if fitted.is_empty() || !is_fit(&fitted) {
+            return Err("The position error to expect over the workspace cannot be predicted from these data: it takes the rows to which the calibration was fitted; name their dataset as well."
+                .into());
+        }
+    }
+    let examination = Examination::new(&fitted, &calibration.model).map_err(why)?;
+    outlook(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(why)?
+}

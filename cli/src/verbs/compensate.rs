@@ -1,0 +1,325 @@
+//! `compensate CALIBRATION [TARGETS.csv -o FAKE.csv]`.
+
+use std::path::{Path, PathBuf};
+
+use calibench::assess::Extrapolation;
+use calibench::compensate::{
+    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, Target, Task, WorkFrame, fake_csv, flange_frame,
+    read_targets, urdf,
+};
+use calibench::effects::Needs;
+use calibench::files::{FileError, write_whole};
+use calibench::identify::{Calibration, read_calibration};
+use calibench::robot::{FramePose, Payload, Pose, to_toml};
+use calibench::units::{DEG, MM};
+use calibench_report::{extrapolation_json, extrapolation_sentence, plain_table};
+use nalgebra::{Point3, Vector3};
+use serde_json::{Value, json};
+
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Calibration file written by `identify`
+    calibration: PathBuf,
+    /// Targets: id with x_mm, y_mm, z_mm, a_deg, b_deg, c_deg of the TCP, or id with q1_deg ... at which a nominal robot would
+    /// reach it
+    #[arg(requires = "out")]
+    targets: Option<PathBuf>,
+    /// Output file for the fake targets, one row per target
+    #[arg(short, long, visible_alias = "output", value_name = "FAKE.csv", requires = "targets")]
+    out: Option<PathBuf>,
+    /// Set-up of the calibration, if it has several
+    #[arg(long)]
+    session: Option<String>,
+    /// Frame of the targets: `world`, the world of the set-up, or X,Y,Z,A,B,C (mm, deg) relative to the robot's root, KUKA's
+    /// $BASE; the default is the robot's root
+    #[arg(long, value_parser = work_frame, allow_hyphen_values = true)]
+    base: Option<WorkFrame>,
+    /// TCP relative to the flange, X,Y,Z,A,B,C (mm, deg), KUKA's $TOOL; the default is the tool of the set-up
+    #[arg(long, value_parser = tool, allow_hyphen_values = true, value_name = "X,Y,Z,A,B,C")]
+    tool: Option<FramePose>,
+    /// Load on the flange and its centre of mass relative to the flange, KG,X,Y,Z (kg, mm); the default is the first payload of
+    /// the set-up
+    #[arg(long, value_parser = load, allow_hyphen_values = true, value_name = "KG,X,Y,Z")]
+    load: Option<[f64; 4]>,
+    /// Write the targets as a KRL module as well, NAME.src and NAME.dat beside FAKE.csv
+    #[arg(long, value_name = "NAME", requires = "out")]
+    krl: Option<String>,
+    /// Move to the fake poses in straight lines in the KRL module, not by joints
+    #[arg(long, requires = "krl")]
+    lin: bool,
+    /// Write the rigid part of the identified robot as a URDF
+    #[arg(long, value_name = "FILE")]
+    urdf: Option<PathBuf>,
+    /// Write the rigid part of the identified robot as a robot file, for use by a dataset
+    #[arg(long, value_name = "FILE")]
+    mdh: Option<PathBuf>,
+    /// Print one JSON document instead of sentences
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.out.iter().chain(&arguments.urdf).chain(&arguments.mdh))?;
+    if arguments.targets.is_none() && arguments.urdf.is_none() && arguments.mdh.is_none() {
+        return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
+    }
+    let calibration = read_calibration(&arguments.calibration)?;
+    if let Some(outcome) = calibration.unconverged() {
+        let why = "a robot must not be sent anywhere by it; identify it anew from more postures, or with fewer effects";
+        return Err(format!("{}: the fit {}: {why}", arguments.calibration.display(), outcome.in_words()).into());
+    }
+    let open = calibration.undetermined_set_up();
+    if !open.is_empty() {
+        eprintln!(
+            "WARNING: {} kept at their nominal values, because the data of this calibration do not determine them: targets in the world are \
+             missed by as much as these are off.",
+            open.join(", ")
+        );
+    }
+    let task = Task {
+        setup: arguments.session.clone(),
+        frame: arguments.base.unwrap_or(Task::default().frame),
+        tool: arguments.tool,
+        payload: arguments.load.map(|load| payload(&calibration, load)),
+    };
+    let locate = |e: &dyn std::fmt::Display| format!("{}: {e}", arguments.calibration.display());
+    let mut compensator = Compensator::new(&calibration, &task).map_err(|e| locate(&e))?;
+    let mut document = json!({"format": "calibench-compensation/1", "robot": calibration.robot.name});
+    let mut outcome = Outcome::Done;
+    if let (Some(path), Some(out)) = (&arguments.targets, &arguments.out) {
+        let targets = read(path, &compensator, &task)?;
+        let results: Vec<Compensated> = targets.iter().map(|target| compensator.compensate(target)).collect();
+        let krl =
+            arguments.krl.as_deref().map(|name| program(name, arguments.lin, &compensator, &targets, &results)).transpose()?;
+        write_whole(out, fake_csv(calibration.robot.joints(), &targets, &results).as_bytes())?;
+        if let (Some(name), Some(Some([src, dat]))) = (&arguments.krl, &krl) {
+            for (extension, text) in [("src", src), ("dat", dat)] {
+                write_whole(&out.with_file_name(format!("{name}.{extension}")), text.as_bytes())?;
+            }
+        }
+        let reached = results.iter().filter_map(|r| r.outcome.as_ref().ok()).map(|fake| fake.q.as_slice());
+        let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, reached);
+        if let Some(warning) = extrapolation_sentence(&beyond) {
+            eprintln!("{warning}");
+        }
+        if matches!(krl, Some(None)) {
+            eprintln!(
+                "no KRL module was written: a program with a hole in it is another program; take the targets out that are refused"
+            );
+        }
+        if results.iter().any(|r| r.outcome.is_err()) {
+            outcome = Outcome::ExpectationFailed;
+        }
+        if arguments.json {
+            targets_json(&mut document, &compensator, &targets, &results);
+            document["outside_range"] = extrapolation_json(&beyond);
+        } else {
+            tell(&compensator, &targets, &results)?;
+        }
+    }
+    if arguments.urdf.is_some() || arguments.mdh.is_some() {
+        let rigid = compensator.rigid();
+        if let Some(path) = &arguments.urdf {
+            write_whole(path, urdf(&rigid).as_bytes())?;
+        }
+        if let Some(path) = &arguments.mdh {
+            write_whole(path, to_toml(&rigid.robot).as_bytes())?;
+        }
+        let [mean, max] = [rigid.left_out.mean, rigid.left_out.max].map(|e| e / MM);
+        if arguments.json {
+            document["rigid"] = json!({"left_out_effects": rigid.effects, "left_out_mean_mm": mean, "left_out_max_mm": max});
+        } else if rigid.effects.is_empty() {
+            print("The calibration is all links: nothing of it is left out of URDF and robot file.")?;
+        } else {
+            print(&format!(
+                "URDF and robot file hold the links alone; what they cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most.",
+                rigid.effects.join(", ")
+            ))?;
+        }
+    }
+    if arguments.json {
+        print_json(&document)?;
+    }
+    Ok(outcome)
+}
+
+fn read(path: &Path, compensator: &Compensator<'_>, task: &Task) -> Result<Vec<Target>, FileError> {
+    let calibration = compensator.calibration();
+    let by_temperature = compensator.arm().needs().find(|(_, needs)| needs.contains(&Needs::Temperature)).map(|(id, _)| id);
+    // A load given on the command line applies to every target.
+    let payloads = if task.payload.is_some() { &[][..] } else { compensator.payloads() };
+    let targets = read_targets(path, &Expected { robot: &calibration.robot, payloads, by_temperature })?;
+    if compensator.all_in_the_foot(&targets) {
+        let problem = "every target lies in the foot of the robot, as if it were given in metres";
+        return Err(FileError { field: "x_mm".into(), ..FileError::whole(path, problem, "give the targets in mm") });
+    }
+    Ok(targets)
+}
+
+/// The KRL module, or `None` if a target was refused.
+fn program(
+    name: &str,
+    lin: bool,
+    compensator: &Compensator<'_>,
+    targets: &[Target],
+    results: &[Compensated],
+) -> Result<Option<[String; 2]>, Failure> {
+    let fakes = results.iter().zip(targets).filter_map(|(r, t)| Some((t.id.as_str(), r.outcome.as_ref().ok()?)));
+    let fakes: Vec<(&str, &Fake)> = fakes.collect();
+    let whole = fakes.len() == targets.len();
+    let motion = if lin { Motion::Lin } else { Motion::Ptp };
+    let program = KrlProgram::new(name, motion, compensator.root_from_work(), &compensator.flange_from_tool(), fakes)?;
+    Ok(whole.then(|| [program.src(), program.dat()]))
+}
+
+/// Number of refused targets printed; the file lists all.
+const MOST_TOLD: usize = 20;
+
+fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> Result<(), Failure> {
+    let fakes: Vec<&Fake> = results.iter().filter_map(|r| r.outcome.as_ref().ok()).collect();
+    print(&format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
+    let refused: Vec<[String; 3]> = targets
+        .iter()
+        .zip(results)
+        .filter_map(|(t, r)| r.outcome.as_ref().err().map(|e| [t.id.clone(), e.name().into(), e.to_string()]))
+        .collect();
+    if !refused.is_empty() {
+        print(&plain_table(&["refused", "status", ""], &refused[..refused.len().min(MOST_TOLD)]))?;
+        if refused.len() > MOST_TOLD {
+            print(&format!("and {} more, each with its status in the file", refused.len() - MOST_TOLD))?;
+        }
+    }
+    let warned = |of: fn(&Compensated) -> bool| results.iter().filter(|r| of(r)).count();
+    let near = warned(|r| r.warnings.near_singular);
+    if near > 0 {
+        print(&format!(
+            "{near} near a singularity: the arm reaches it, but small motions of the tool are large ones of its joints"
+        ))?;
+    }
+    if !fakes.is_empty() {
+        let row = |name: &str, of: fn(&Fake) -> f64| {
+            let mean = fakes.iter().map(|f| of(f)).sum::<f64>() / fakes.len() as f64;
+            let max = fakes.iter().map(|f| of(f)).fold(0.0, f64::max);
+            [name.to_owned(), format!("{:.3}", mean / MM), format!("{:.3}", max / MM)]
+        };
+        let rows = [
+            row("shift of the target", |f| f.shift),
+            row("predicted 1-sigma, worst axis", |f| f.uncertainty.worst_axis),
+            row("predicted 1-sigma, 3-D", |f| f.uncertainty.three_d),
+        ];
+        print(&plain_table(&["mm", "mean", "max"], &rows))?;
+        print(
+            "The prediction holds where samples were taken; elsewhere the error may be larger, and `calibench compare` tells by how much.",
+        )?;
+    }
+    print(&format!("controller's base  {}", words(compensator.root_from_work())))?;
+    print(&format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
+    for sentence in compensator.assumptions(targets) {
+        print(&format!("assumed: {sentence}"))?;
+    }
+    if compensator.calibration().absolute_accuracy == Some(true) {
+        print(
+            "WARNING: the robot was measured with its controller's own absolute accuracy on; fake targets are for a controller that computes with the drawing, so switch it off and measure again.",
+        )?;
+    }
+    Ok(())
+}
+
+fn words(pose: &Pose) -> String {
+    let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
+    let ([x, y, z], [a, b, c]) = (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG));
+    // Adding zero removes the sign of a negative zero.
+    let tidy = |v: f64| (v * 1e5).round() / 1e5 + 0.0;
+    let [x, y, z, a, b, c] = [x, y, z, a, b, c].map(tidy);
+    format!("X {x:.4}  Y {y:.4}  Z {z:.4}  A {a:.5}  B {b:.5}  C {c:.5}")
+}
+
+fn targets_json(document: &mut Value, compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) {
+    let frame = |pose: &Pose| {
+        let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
+        let ([x, y, z], [a, b, c]) = (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG));
+        json!({"x_mm": x, "y_mm": y, "z_mm": z, "a_deg": a, "b_deg": b, "c_deg": c})
+    };
+    let of = |(target, result): (&Target, &Compensated)| {
+        let warnings: Vec<&str> = result.warnings.names().collect();
+        let mut row = json!({"id": target.id, "warnings": warnings, "target": frame(&result.wanted)});
+        match &result.outcome {
+            Ok(fake) => {
+                row["status"] = json!("ok");
+                row["fake"] = frame(&fake.pose);
+                row["q_deg"] = json!(fake.q.iter().map(|q| q / DEG).collect::<Vec<_>>());
+                row["s"] = json!(fake.status_turn.map(|s| s.status));
+                row["t"] = json!(fake.status_turn.map(|s| s.turn));
+                row["sigma_worst_mm"] = json!(fake.uncertainty.worst_axis / MM);
+                row["sigma_3d_mm"] = json!(fake.uncertainty.three_d / MM);
+                row["shift_mm"] = json!(fake.shift / MM);
+            }
+            Err(refusal) => {
+                row["status"] = json!(refusal.name());
+                row["why"] = json!(refusal.to_string());
+            }
+        }
+        row
+    };
+    document["compensated"] = json!(results.iter().filter(|r| r.outcome.is_ok()).count());
+    document["base"] = frame(compensator.root_from_work());
+    document["tool"] = frame(&compensator.flange_from_tool());
+    document["assumed"] = json!(compensator.assumptions(targets));
+    document["targets"] = Value::Array(targets.iter().zip(results).map(of).collect());
+}
+
+/// A load as given: its centre of mass relative to the maker's flange.
+fn payload(calibration: &Calibration, [mass, x, y, z]: [f64; 4]) -> Payload {
+    let on_flange = Point3::from(Vector3::new(x, y, z) * MM);
+    Payload { name: "--load".into(), mass, com: (flange_frame(&calibration.robot).pose() * on_flange).coords }
+}
+
+/// Parses `N` finite numbers separated by commas.
+fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
+    let wrong = || format!("give {N} numbers between commas, {what}");
+    let values: Option<Vec<f64>> =
+        text.split(',').map(|part| part.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
+    values.and_then(|values| values.try_into().ok()).ok_or_else(wrong)
+}
+
+/// Parses a frame at most `farthest` mm away along each axis.
+fn frame_within(text: &str, farthest: f64) -> Result<FramePose, String> {
+    let [x, y, z, a, b, c] = numbers(text, "X,Y,Z in mm and A,B,C in deg")?;
+    if [x, y, z].iter().any(|v| v.abs() > farthest) {
+        return Err(format!("that is more than {farthest} mm away, as in no cell; give X,Y,Z in mm"));
+    }
+    Ok(FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) })
+}
+
+/// Longest accepted tool, mm.
+const LONGEST_TOOL: f64 = 1e4;
+/// Greatest accepted distance of a frame from the robot, mm.
+const FARTHEST_FRAME: f64 = 5e4;
+/// Heaviest accepted load, kg.
+const HEAVIEST: f64 = 5e3;
+
+fn tool(text: &str) -> Result<FramePose, String> {
+    frame_within(text, LONGEST_TOOL)
+}
+
+fn work_frame(text: &str) -> Result<WorkFrame, String> {
+    if text == "world" {
+        Ok(WorkFrame::World)
+    } else {
+        frame_within(text, FARTHEST_FRAME).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
+    }
+}
+
+fn load(text: &str) -> Result<[f64; 4], String> {
+    let load = numbers(text, "KG in kg and X,Y,Z in mm")?;
+    if load[0] < 0.0 {
+        return Err("a load does not weigh less than nothing; give its mass in kg".into());
+    }
+    if load[0] > HEAVIEST || load[1..].iter().any(|v| v.abs() > LONGEST_TOOL) {
+        return Err(format!("no arm carries more than {HEAVIEST} kg, or farther out than {LONGEST_TOOL} mm; give kg and mm"));
+    }
+    Ok(load)
+}

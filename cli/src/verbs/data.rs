@@ -1,0 +1,146 @@
+//! Reading of the datasets, models and calibrations given to verbs.
+
+use std::path::{Path, PathBuf};
+
+use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
+use calibench::effects::Subject;
+use calibench::files::with_reasons;
+use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_calibration, read_model};
+use calibench::measure::{Dataset, SampleSet, read_dataset};
+use calibench_report::{Forecast, Recommended, extrapolation_sentence, no_forecast_sentence};
+
+use super::failure::{Failure, LocatedError};
+
+/// Attributes an identification error to the data or to the model.
+pub fn locate_in_data(
+    folders: &[PathBuf],
+    datasets: &[(String, Dataset)],
+    model: Option<&Path>,
+    error: &IdentifyError,
+) -> LocatedError {
+    let at = |k: usize, file: &str| folders.get(k).map(|f| f.join(file)).unwrap_or_default();
+    let of_robot = |name: &str| datasets.iter().position(|(_, d)| d.robot.name == name).unwrap_or(0);
+    let (path, field) = match (error, model) {
+        (
+            IdentifyError::OtherRobot { measured: other, .. }
+            | IdentifyError::Problem(ProblemError::DifferentRobots { other, .. }),
+            _,
+        ) => (at(of_robot(other), "dataset.toml"), "robot"),
+        (IdentifyError::Problem(ProblemError::Effect(_) | ProblemError::Missing { .. }), Some(model)) => {
+            (model.to_owned(), "effects")
+        }
+        (IdentifyError::Problem(ProblemError::NoSamples { .. }), _) => (at(0, "samples.csv"), "set"),
+        _ => (at(0, "samples.csv"), "rows"),
+    };
+    LocatedError { path, field, problem: with_reasons(error) }
+}
+
+/// Reads datasets and names them by their folders: the last component of the path, or as many as make the names unique.
+pub fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {
+    // `.` and `D/` are named after the folders they denote.
+    let whole: Vec<PathBuf> = folders.iter().map(|f| f.canonicalize().unwrap_or_else(|_| f.clone())).collect();
+    let parts = |folder: &Path| folder.iter().map(|part| part.to_string_lossy().into_owned()).collect::<Vec<String>>();
+    let end = |folder: &Path, length: usize| {
+        let parts = parts(folder);
+        parts[parts.len().saturating_sub(length)..].join("/")
+    };
+    let distinct = |length: &usize| {
+        let names: Vec<String> = whole.iter().map(|f| end(f, *length)).collect();
+        (1..names.len()).all(|k| whole[..k].contains(&whole[k]) || !names[..k].contains(&names[k]))
+    };
+    let longest = whole.iter().map(|f| f.iter().count()).max().unwrap_or(1);
+    let length = (1..=longest).find(distinct).unwrap_or(longest);
+    let mut datasets: Vec<(String, Dataset)> = Vec::with_capacity(folders.len());
+    for (folder, whole) in folders.iter().zip(&whole) {
+        let dataset = read_dataset(folder)?;
+        // A copy would count the same measurements twice.
+        if let Some((first, _)) = datasets.iter().find(|(_, d)| d.hash == dataset.hash) {
+            eprintln!("{} holds the same data as {first}; they are counted once.", folder.display());
+            continue;
+        }
+        datasets.push((end(whole, length), dataset));
+    }
+    Ok(datasets)
+}
+
+/// The model of the given file, or the default model for the data.
+pub fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Model, Failure> {
+    let first = &datasets[0].1;
+    Ok(match path {
+        Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
+        None => Model::default_for(first),
+    })
+}
+
+/// Reads campaigns of the same arm that are judged but not fitted; one that is also fitted is dropped.
+pub fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Result<Vec<(String, Dataset)>, Failure> {
+    let mut checks = read_datasets(folders)?;
+    let first = &fitted[0].1;
+    if let Some((name, other)) = checks.iter().find(|(_, d)| !d.robot.is_same_arm(&first.robot)) {
+        let problem = format!(
+            "is of '{}', the data are of '{}'; check against campaigns of the same robot",
+            other.robot.name, first.robot.name
+        );
+        let folder = folders.iter().find(|f| f.ends_with(name)).unwrap_or(&folders[0]);
+        return Err(Box::new(LocatedError { path: folder.join("dataset.toml"), field: "robot", problem }));
+    }
+    checks.retain(|(name, check)| {
+        // Rows of set `validation` are judged, not fitted.
+        let is_fitted =
+            check.samples.iter().all(|s| s.set == SampleSet::Fit) && fitted.iter().any(|(_, d)| d.hash == check.hash);
+        if is_fitted {
+            eprintln!("{name} is among the data that are fitted; it is no check, and is left out of them.");
+        }
+        !is_fitted
+    });
+    Ok(checks)
+}
+
+/// The expected error of an examined fit at `poses`, or the reason why it cannot be predicted.
+pub fn outlook(
+    named: &[(&str, &Dataset)],
+    examination: &Examination,
+    poses: &WorkspacePoses,
+) -> Result<Result<Forecast, String>, IdentifyError> {
+    let Some(error) = WorkspaceError::predict(named, examination, &poses.q)? else {
+        return Ok(Err(no_forecast_sentence(&undetermined(examination))));
+    };
+    let ranges = examination.problem().joint_ranges();
+    let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
+    Ok(Ok(Forecast { error, source: poses.source, extrapolation }))
+}
+
+/// Reads a calibration; warns on standard error if its fit did not converge.
+pub fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
+    let calibration = read_calibration(path)?;
+    if let Some(outcome) = calibration.unconverged() {
+        eprintln!("warning: {}: the fit {}: do not use this calibration", path.display(), outcome.in_words());
+    }
+    Ok(calibration)
+}
+
+/// Warns on standard error of poses of a prediction beyond the joint ranges of a calibration.
+pub fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) {
+    let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+    if let Some(warning) = extrapolation_sentence(&beyond) {
+        eprintln!("{warning}");
+    }
+}
+
+/// The arguments of recommended commands after the verb.
+pub fn recommended(folders: &[PathBuf], model: Option<&Path>) -> Recommended {
+    let quoted = |path: &Path| {
+        let text = path.display().to_string();
+        let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+:".contains(c));
+        if plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+    };
+    Recommended {
+        datasets: folders.iter().map(|f| quoted(f)).collect::<Vec<_>>().join(" "),
+        model: model.map_or(String::new(), |m| format!(" --model {}", quoted(m))),
+    }
+}
+
+/// Borrows the datasets in the form that the library expects.
+pub fn named(datasets: &[(String, Dataset)]) -> Vec<(&str, &Dataset)> {
+    datasets.iter().map(|(n, d)| (n.as_str(), d)).collect()
+}

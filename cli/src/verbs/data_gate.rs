@@ -1,0 +1,75 @@
+//! Check that data fit their robot, made by every verb before it fits anything.
+
+use calibench::assess::{DataFit, Misfit, data_fit};
+use calibench::identify::Use;
+use calibench::measure::Dataset;
+use calibench_report::{misfit_json, misfit_sentence, nominal_fit_lines};
+
+use super::data::named;
+use super::failure::Failure;
+use super::output::{print, print_json};
+
+/// Data that do not fit their robot: rejected unless forced.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct DoNotFit(pub(super) String);
+
+/// The nominal fit of the data and, if they do not fit but the user continues, the reason.
+pub(super) struct Gate {
+    pub(super) fits: Vec<DataFit>,
+    /// The sentence repeated in every result.
+    pub(super) misfit: Option<String>,
+}
+
+impl Gate {
+    /// Prints the nominal fits and any misfit, ahead of other text.
+    pub(super) fn tell(&self) -> Result<(), Failure> {
+        nominal_fit_lines(&self.fits).iter().try_for_each(|line| print(line))?;
+        self.misfit.iter().try_for_each(|sentence| print(sentence))
+    }
+
+    /// Adds the misfit to a JSON document.
+    pub(super) fn mark(&self, document: &mut serde_json::Value) {
+        if let Some(sentence) = &self.misfit {
+            document["misfit"] = sentence.as_str().into();
+        }
+    }
+
+    /// All datasets that do not fit, each with its sentence: they need not all be examined together.
+    pub(super) fn misfits(&self) -> Vec<(String, String)> {
+        let misfits = self.fits.iter().filter_map(|fit| fit.misfit.as_ref());
+        misfits.map(|m| (m.nominal.dataset.clone(), sentence(m))).collect()
+    }
+}
+
+/// Checks, before any identification, that the data fit their robot, based on the rows selected by `which`. A dataset that has
+/// no folder yet has no name. Impossible session times are reported on standard error: they only spoil effects of time.
+///
+/// # Errors
+/// If the data do not fit, unless `force`: exit code 2, and with `json` one document on standard output.
+pub(super) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
+    for (name, dataset) in datasets {
+        let file = if name.is_empty() { String::new() } else { format!("{name}/samples.csv: ") };
+        dataset.long_sessions().iter().for_each(|session| eprintln!("warning: {file}{session}"));
+    }
+    // Data of different arms are rejected as such elsewhere.
+    let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
+    let fits = if one_arm { data_fit(&named(datasets), which) } else { Vec::new() };
+    let misfit = fits.iter().find_map(|fit| fit.misfit.as_ref());
+    if let (Some(misfit), false) = (misfit, force) {
+        if json {
+            print_json(&misfit_json(misfit))?;
+        }
+        return Err(Box::new(DoNotFit(sentence(misfit))));
+    }
+    let misfit = misfit.map(sentence);
+    Ok(Gate { fits, misfit })
+}
+
+/// The misfit in words, prefixed with the file to look into.
+fn sentence(misfit: &Misfit) -> String {
+    match misfit.nominal.dataset.as_str() {
+        "" => misfit_sentence(misfit),
+        name => format!("{name}/samples.csv: {}", misfit_sentence(misfit)),
+    }
+}

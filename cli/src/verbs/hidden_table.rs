@@ -1,0 +1,113 @@
+//! The hidden effects of a simulated cell compared with those found, as a table and as JSON.
+
+use calibench::assess::Verdict;
+use calibench_report::plain_table;
+use serde_json::{Value, json};
+
+use calibench_sim::ground_truth::{GroundTruth, Hidden, HiddenNumber, Met};
+
+/// Number of an effect's values shown individually; more are summarised.
+const SHOWN: usize = 3;
+
+/// One line per effect, and the overall result of the diagnosis.
+pub fn hidden_text(truth: &GroundTruth) -> String {
+    if truth.hidden.is_empty() {
+        return format!("nothing is hidden in this cell; {}", said(truth));
+    }
+    let rows: Vec<[String; 5]> = truth.hidden.iter().map(row).collect();
+    let header = ["hidden", "size", "found", "estimate", "x noise"];
+    format!("{}\n{}", plain_table(&header, &rows), said(truth))
+}
+
+fn said(truth: &GroundTruth) -> String {
+    let verdict = match truth.verdict {
+        Verdict::NothingLeft => "The diagnosis says that nothing is left but noise".to_owned(),
+        other => format!("The diagnosis says '{}'", other.name().replace('_', " ")),
+    };
+    match &truth.named {
+        Some((first, false)) => format!("{verdict}, and names {first} first, which is there."),
+        Some((first, true)) => format!("{verdict}, and names {first} first, which is not what is hidden."),
+        None => format!("{verdict}."),
+    }
+}
+
+fn row(hidden: &Hidden) -> [String; 5] {
+    let found = match hidden.met {
+        Met::InModel => "in the model",
+        Met::First => "named first",
+        Met::InSet => "in the credible set",
+        Met::Among => "among the findings",
+        Met::SaidSo => "said to be unknown",
+        Met::Untestable => "not testable here",
+        Met::NotNamed => "not named",
+    };
+    let visible = hidden.visible.map(|v| format!("{v:.2}")).unwrap_or_default();
+    [hidden.effect.clone(), size(hidden), found.into(), estimate(hidden), visible]
+}
+
+fn size(hidden: &Hidden) -> String {
+    let numbers = &hidden.numbers;
+    match hidden.plausible_sizes {
+        None => hidden.size.clone(),
+        Some(sizes) if numbers.len() > SHOWN => format!("{} numbers, {sizes:.1} plausible sizes", numbers.len()),
+        Some(sizes) => format!("{}, {sizes:.1} plausible", listed(hidden, |n| Some(digits(n, n.truth)))),
+    }
+}
+
+fn estimate(hidden: &Hidden) -> String {
+    let numbers = &hidden.numbers;
+    if numbers.len() <= SHOWN {
+        return listed(hidden, |n| n.found.map(|[value, sigma]| format!("{} ± {}", digits(n, value), digits(n, sigma))));
+    }
+    let found: Vec<(&HiddenNumber, [f64; 2])> = numbers.iter().filter_map(|n| Some((n, n.found?))).collect();
+    let near = found.iter().filter(|(n, [value, sigma])| (value - n.truth).abs() <= 2.0 * sigma).count();
+    if found.is_empty() { String::new() } else { format!("{near} of {} within 2 sigma", found.len()) }
+}
+
+/// Values with their unit; empty if there are none.
+fn listed(hidden: &Hidden, text: impl Fn(&HiddenNumber) -> Option<String>) -> String {
+    let all: Vec<String> = hidden.numbers.iter().filter_map(text).collect();
+    match hidden.numbers.first() {
+        Some(first) if !all.is_empty() => format!("{} {}", all.join(", "), first.unit.symbol),
+        _ => String::new(),
+    }
+}
+
+/// Formats to three decimals, or to one from 10 on.
+fn digits(number: &HiddenNumber, value: f64) -> String {
+    let value = number.unit.from_si(value);
+    if value.abs() >= 10.0 { format!("{value:.1}") } else { format!("{value:.3}") }
+}
+
+/// The result of the diagnosis as JSON.
+pub fn named_json(truth: &GroundTruth) -> Value {
+    json!({
+        "verdict": truth.verdict.name(),
+        "named_first": truth.named.as_ref().map(|(name, _)| name),
+        "named_first_is_hidden": truth.named.as_ref().map(|(_, wrongly)| !wrongly),
+    })
+}
+
+/// The hidden effects as JSON, one entry each: values in their units.
+pub fn hidden_json(truth: &GroundTruth) -> Value {
+    let number = |n: &HiddenNumber| {
+        let [value, sigma] = n.found.map_or([None, None], |found| found.map(|v| Some(n.unit.from_si(v))));
+        json!({"name": n.name, "truth": n.unit.from_si(n.truth), "estimate": value, "sigma": sigma, "unit": n.unit.symbol})
+    };
+    let hidden: Vec<Value> = truth
+        .hidden
+        .iter()
+        .map(|h| {
+            json!({
+                "effect": h.effect,
+                "size": size(h),
+                "plausible_sizes": h.plausible_sizes,
+                "parameters": h.numbers.iter().map(number).collect::<Vec<_>>(),
+                "in_model": h.met == Met::InModel,
+                "found": h.met.name(),
+                "visible_over_noise": h.visible,
+            })
+        })
+        .collect();
+    hidden.into()
+}

@@ -1,0 +1,122 @@
+//! `identify DATASET... [--model M] -o CALIBRATION`.
+
+use std::path::PathBuf;
+
+use calibench::assess::{Shifts, unbelievable};
+use calibench::identify::{
+    Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, read_calibration, write_calibration,
+};
+use calibench::units::MM;
+use calibench_report::{
+    calibration_json, parameter_table, shifts_json, shifts_text, unbelievable_json, unbelievable_sentence,
+    unresolved_sentences, wider_sentence,
+};
+
+use super::data::{locate_in_data, model_for, named, read_datasets};
+use super::data_gate::{DoNotFit, gate};
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::progress::Waiting;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Dataset folders of one robot; each session in each has its own base and tool
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
+    #[arg(long)]
+    model: Option<PathBuf>,
+    /// Output file for the calibration (TOML); an existing file is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Show how every effect missing from the model would shift the parameters at its plausible size
+    #[arg(long)]
+    shifts: bool,
+    /// Continue with data that do not fit the robot; every result says so
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
+    let datasets = read_datasets(&arguments.datasets)?;
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let waiting = Waiting::new("fitting");
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
+    let calibration = match identify(&named(&datasets), &model) {
+        Err(e @ IdentifyError::Inconsistent { .. }) => return Err(e.into()),
+        other => other.map_err(locate)?,
+    };
+    let shifts = match arguments.shifts {
+        true => Some(Shifts::of(&named(&datasets), &model).map_err(locate)?),
+        false => None,
+    };
+    drop(waiting);
+    let corrections = unbelievable(&calibration);
+    let absurd = unbelievable_sentence(&corrections);
+    if let (Some(sentence), false) = (&absurd, arguments.force) {
+        if arguments.json {
+            print_json(&unbelievable_json(&corrections))?;
+        }
+        return Err(Box::new(DoNotFit(sentence.clone())));
+    }
+    if let Some(path) = &arguments.output {
+        write_calibration(&calibration, path)?;
+        // A device or a pipe cannot be read back.
+        if path.is_file() {
+            calibration.check_residual(&named(&datasets), &read_calibration(path)?)?;
+        }
+    }
+    if arguments.json {
+        let mut document = calibration_json(&calibration);
+        gate.mark(&mut document);
+        if let Some(shifts) = &shifts {
+            document["shifts"] = shifts_json(shifts);
+        }
+        print_json(&document)?;
+    } else {
+        gate.tell()?;
+        absurd.iter().try_for_each(|sentence| print(sentence))?;
+        print(&story(&calibration))?;
+        shifts.iter().try_for_each(|shifts| print(&shifts_text(shifts)))?;
+    }
+    match calibration.unconverged() {
+        None => Ok(Outcome::Done),
+        Some(other) => {
+            eprintln!("warning: the fit {}: do not use this calibration", other.in_words());
+            Ok(Outcome::ExpectationFailed)
+        }
+    }
+}
+
+/// A calibration in words and tables.
+pub fn story(c: &Calibration) -> String {
+    let mut out = parameter_table(c);
+    let o = &c.observability;
+    out.push_str(&format!(
+        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D), chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps, {}\n",
+        c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations, c.outcome.map_or("outcome not stated", FitOutcome::name)
+    ));
+    out.push_str(&wider_sentence(c));
+    if !c.noise_stated {
+        out.push_str(
+            "The data do not state their noise: uncertainties are scaled by the residuals, and chi2 says nothing of the fit.\n",
+        );
+    }
+    out.push_str(&format!(
+        "Observability (SI): O1 {:.4}, O2 {:.2e}, O3 {:.3}, O4 {:.2e}, O5 {:.4}; condition of the scaled Jacobian {:.0}\n",
+        o.o1, o.o2, o.o3, o.o4, o.o5, c.condition
+    ));
+    let unresolved = unresolved_sentences(c);
+    if !unresolved.is_empty() {
+        out.push_str("Kept at their nominal values, because these data cannot distinguish them:\n");
+        for sentence in unresolved {
+            out.push_str(&format!("  {sentence}\n"));
+        }
+    }
+    out
+}

@@ -1,0 +1,115 @@
+//! `import FORMAT FILE... -o DATASET`.
+
+use std::path::PathBuf;
+
+use calibench::files::check_output_folder;
+use calibench::identify::Use;
+use calibench::import::{Holdout, ImportOptions, import};
+use calibench::measure::{DATASET_TOML, SampleSet, write_dataset};
+use calibench::units::MM;
+use calibench_report::nominal_fit_line;
+use serde_json::json;
+
+use super::choices::seed;
+use super::data_gate::gate;
+use super::failure::{Failure, Outcome};
+use super::output::{print, print_json};
+use super::progress::Waiting;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Format of the files: ur10-ipa, ur5-jacobi, mukca, or generic
+    format: String,
+    /// Files to read (for mukca folders as well)
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Output folder for the dataset; an existing dataset is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: PathBuf,
+    /// A file, or with mukca also the folder of a place, to keep for validation; may be repeated, and may be one of FILE...
+    #[arg(long, value_name = "FILE")]
+    validation: Vec<PathBuf>,
+    /// For generic: file that assigns a meaning to each column
+    #[arg(long)]
+    map: Option<PathBuf>,
+    /// For mukca: the measured robot, built-in or a file, if it is not the Panda
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<PathBuf>,
+    /// Fraction of the rows to keep for validation, chosen at random
+    #[arg(long, value_parser = fraction)]
+    holdout: Option<f64>,
+    /// Seed of the random choice
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
+    seed: u64,
+    /// Write the dataset even if its data do not fit the robot
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if (0.0..1.0).contains(&v) => Ok(v),
+        _ => Err("give a share of at least 0 and below 1, e.g. 0.3".into()),
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_output_folder(&arguments.output, "dataset", DATASET_TOML)?;
+    let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
+    let (files, sets) = sets(arguments)?;
+    let options = ImportOptions { holdout, map: arguments.map.clone(), robot: arguments.robot.clone(), sets };
+    let waiting = Waiting::new("reading");
+    let (dataset, report) = import(&arguments.format, &files, &options)?;
+    let datasets = [(String::new(), dataset)];
+    let gate = gate(&datasets, Use::All, arguments.force, arguments.json)?;
+    drop(waiting);
+    let [(_, dataset)] = datasets;
+    let folder = arguments.output.display().to_string();
+    write_dataset(&dataset, &arguments.output)?;
+    let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
+    let all = dataset.samples.len();
+    if arguments.json {
+        let fit = gate.fits.first().map(|f| {
+            let n = &f.nominal;
+            json!({ "residual_mm": n.residual / MM, "residual_all_rows_mm": n.plain / MM, "expected_mm": n.expected / MM,
+                "residual_percent_of_reach": 100.0 * n.residual / n.reach, "words": nominal_fit_line(n) })
+        });
+        let mut document = json!({ "format": "calibench-import-report/1", "rows_read": report.rows_read, "rows_kept": report.rows_kept,
+            "rows_skipped": report.skipped.len(), "samples": all, "validation": kept, "dataset": folder, "nominal_fit": fit });
+        gate.mark(&mut document);
+        print_json(&document)?;
+        return Ok(Outcome::Done);
+    }
+    print(&report.to_string())?;
+    gate.tell()?;
+    print(&format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
+    Ok(Outcome::Done)
+}
+
+/// All files, those to be fitted first, with the set of each; no sets if the user leaves the choice to the format.
+fn sets(arguments: &Arguments) -> Result<(Vec<PathBuf>, Vec<SampleSet>), Failure> {
+    let same = |a: &PathBuf, b: &PathBuf| a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    let mut named: Vec<PathBuf> = Vec::new();
+    for file in &arguments.files {
+        if named.iter().any(|n| same(n, file)) {
+            eprintln!("{} is named twice; it is counted once.", file.display());
+        } else {
+            named.push(file.clone());
+        }
+    }
+    if arguments.validation.is_empty() {
+        return Ok((named, Vec::new()));
+    }
+    let fitted = named.iter().filter(|f| !arguments.validation.iter().any(|v| same(v, f)));
+    let mut files: Vec<PathBuf> = fitted.cloned().collect();
+    if files.is_empty() {
+        return Err("all files are kept for validation; leave at least one to be fitted".into());
+    }
+    let mut sets = vec![SampleSet::Fit; files.len()];
+    files.extend(arguments.validation.iter().cloned());
+    sets.resize(files.len(), SampleSet::Validation);
+    Ok((files, sets))
+}

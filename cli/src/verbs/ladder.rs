@@ -1,0 +1,124 @@
+//! `ladder DATASET... [--model M] [--check DATASET...]`.
+
+use std::path::PathBuf;
+
+use calibench::assess::{ChoiceKind, Climb, Extrapolation, HoldOut, LadderStep, WorkspacePoses, ladder};
+use calibench::identify::{Use, write_model, write_model_like};
+use calibench_report::{
+    added_sentences, advice, extrapolation_json, ladder_json, ladder_step_sentence, ladder_step_table, no_forecast_sentence,
+    objection_sentence, symptom_sentence, top_sentences,
+};
+
+use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, warn_of_poses};
+use super::data_gate::gate;
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::progress::Waiting;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Dataset folders of one robot; each session in each has its own base and tool
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Initial model file; the default is the paper's model: base_frame, mdh, joint_compliance
+    #[arg(long)]
+    model: Option<PathBuf>,
+    /// Campaigns not included in the fit: the robot is set up anew in each, and a step that makes one worse is refused
+    #[arg(long, num_args = 1.., value_name = "DATASET")]
+    check: Vec<PathBuf>,
+    /// Output file for the recommended model (TOML), in the layout of --model; an existing file is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Write the model of the whole library, whatever is recommended
+    #[arg(long, requires = "output")]
+    whole: bool,
+    /// Continue with data that do not fit their robot
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
+    let datasets = read_datasets(&arguments.datasets)?;
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
+    let checks = check_datasets(&arguments.check, &datasets)?;
+    let checks = super::data::named(&checks);
+    let named = named(&datasets);
+    let poses = WorkspacePoses::of(&named);
+    let ground = HoldOut { poses: &poses.q, checks: &checks };
+    let waiting = Waiting::new("diagnosing");
+    let climbed = ladder(&named, &model, ground, &mut |climb| narrate(&waiting, &climb));
+    drop(waiting);
+    let climbed = climbed.map_err(|e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e))?;
+    let chosen = climbed.recommended();
+    let written = if arguments.whole {
+        let library = climbed.recommendation.of_kind(ChoiceKind::Library);
+        let none = "there is no model of the whole library: nothing is missing, or these data do not determine it";
+        &library.ok_or(none)?.model
+    } else {
+        &chosen.model
+    };
+    if let Some(path) = &arguments.output {
+        match &arguments.model {
+            Some(like) => write_model_like(written, like, path)?,
+            None => write_model(written, path)?,
+        }
+    }
+    warn_of_poses(&chosen.calibration, &poses);
+    if arguments.json {
+        let mut document = ladder_json(&climbed);
+        let calibration = &chosen.calibration;
+        let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+        gate.mark(&mut document);
+        document["outside_range"] = extrapolation_json(&beyond);
+        print_json(&document)?;
+        return Ok(Outcome::Done);
+    }
+    gate.tell()?;
+    print(&ladder_step_table(&climbed.rungs.iter().chain(&climbed.other).collect::<Vec<&LadderStep>>()))?;
+    let rungs: Vec<&LadderStep> = climbed.rungs.iter().collect();
+    for (k, ladder_step) in rungs.iter().enumerate() {
+        added_sentences(&ladder_step.added, &rungs[..k]).iter().try_for_each(|sentence| print(sentence))?;
+    }
+    for sentence in top_sentences(&climbed.top, &recommended(&arguments.datasets, arguments.model.as_deref())) {
+        print(&sentence)?;
+    }
+    for check in &chosen.checks {
+        if let Err(because) = &check.result {
+            print(&format!("Check {} cannot be judged: {because}.", check.name))?;
+        }
+    }
+    for symptom in &chosen.symptoms {
+        print(&symptom_sentence(symptom))?;
+    }
+    if chosen.workspace.is_none() {
+        print(&no_forecast_sentence(&chosen.undetermined))?;
+    }
+    print(&advice(&climbed))?;
+    if let Some(path) = &arguments.output {
+        let which = if arguments.whole { "model of the whole library" } else { "recommended model" };
+        print(&format!("The {which} is in {}.", path.display()))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Prints one line per step, accepted or refused, on standard error.
+fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
+    let say = |line: String| waiting.say(&line);
+    match climb {
+        Climb::Trying(effect) => waiting.now(format!("trying {effect}")),
+        Climb::Refused(effect, objections) => {
+            say(format!("  not {effect}: {}", objections.first().map(objection_sentence).unwrap_or_default()));
+        }
+        Climb::Reached(ladder_step) => {
+            say(ladder_step_sentence(ladder_step));
+            ladder_step.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
+            waiting.now("looking for the next step");
+        }
+        Climb::Choosing => waiting.now("choosing between steps, error curves and the whole library"),
+    }
+}

@@ -1,0 +1,156 @@
+//! `measure SCENARIO -o DATASET`: probes the balls of the simulated cell; with `--cell CELL`, those of a real one.
+
+use std::path::{Path, PathBuf};
+
+use calibench::files::check_output_folder;
+use calibench::measure::{
+    Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, DATASET_TOML, Dataset, Journal, JournalSession,
+    OpenedJournal, ProbingPlan, Sample, SampleSet, read_plan,
+};
+
+use super::choices::PlantChoice;
+use super::choices::seed;
+use super::failure::{Failure, Interrupted, Outcome};
+use super::measure_cell;
+use super::output::print;
+use super::progress::{CampaignBar, Waiting};
+use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
+use calibench_sim::plans::session_s;
+use calibench_sim::random::Streams;
+use calibench_sim::run::RunError;
+use calibench_sim::scenario::PlantKind;
+use calibench_sim::scenario::{Document, Scenario};
+use calibench_sim::session::{Session, centring};
+
+/// Two forms of call; clap's generated usage would merge them.
+const USAGE: &str = "calibench measure <SCENARIO> --output <DATASET> [OPTIONS]
+       calibench measure --cell <CELL> --plan <PLAN> --output <DATASET> [OPTIONS]";
+
+#[derive(clap::Args)]
+#[command(override_usage = USAGE)]
+pub struct Arguments {
+    /// Scenario file
+    #[arg(required_unless_present = "cell", conflicts_with = "cell")]
+    scenario: Option<PathBuf>,
+    /// Output folder for the dataset, which must not exist; until it is complete, DATASET.journal beside it holds the
+    /// measurements
+    #[arg(short, long, visible_alias = "out", value_name = "DATASET", required_unless_present = "dry_run")]
+    output: Option<PathBuf>,
+    /// Resume an interrupted campaign from its journal; start it if there is none
+    #[arg(long)]
+    resume: bool,
+    /// Plan file written by `plan`; the default is to plan anew
+    #[arg(long)]
+    plan: Option<PathBuf>,
+    /// Seed that replaces the scenario's
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, conflicts_with = "cell")]
+    seed: Option<u64>,
+    /// Plant that simulates the mechanics of the cell, overriding the scenario's choice
+    #[arg(long, value_enum, conflicts_with = "cell")]
+    plant: Option<PlantChoice>,
+    #[command(flatten)]
+    real: measure_cell::CellArguments,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let Arguments { scenario, output, resume, plan: plan_file, real, .. } = arguments;
+    match (scenario, output, &real.cell, plan_file) {
+        (_, output, Some(cell), Some(plan)) => measure_cell::run(cell, real, plan, output.as_deref(), *resume),
+        (Some(scenario), Some(output), ..) => simulate(scenario, output, arguments),
+        // The command-line parser ensures that they are given.
+        _ => Err("name a scenario and an output, or a cell and a plan".into()),
+    }
+}
+
+fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_output_folder(output, "dataset", DATASET_TOML)?;
+    let document = Document::read(scenario)?;
+    let mut scenario = document.scenario()?;
+    scenario.expect_trical("measure")?;
+    scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let cell = scenario.dataset();
+    let waiting = Waiting::new("planning");
+    let planned = match &arguments.plan {
+        Some(path) => read_plan(path, &cell)?,
+        None => plan(&scenario, seed).map_err(|e| scenario.locate_plan(&e))?.probing,
+    };
+    let poses = &planned.poses;
+    // The plan file holds poses on balls; if the tracker adds points, the scenario states how many.
+    let home = planned.ways.as_ref().map(|ways| ways.home.as_slice());
+    let points = if scenario.plan.point_poses > 0 {
+        plan_tracker(&scenario, seed, home).map_err(|e| scenario.locate_plan(&PlanError::Tracker(Box::new(e))))?.points
+    } else {
+        Tour::default()
+    };
+    drop(waiting);
+    let cell = Dataset { contact_force: scenario.indicators.contact_force(), ..cell };
+    // The scenario represents all that is hidden in the cell.
+    let text = document.text_without(&["question", "expect", "suite", "design", "seed", "plant"]);
+    let under = Conditions::of(poses, &cell)
+        .and_text("scenario", &text)
+        .and("seed", seed)
+        .and("plant", scenario.plant.name())
+        .and_settings("centring", &centring(&scenario))
+        .and_settings("campaign", &CampaignSettings::default());
+    let mut journal = match Journal::open(output, &under, arguments.resume)? {
+        OpenedJournal::Ready(journal) => *journal,
+        OpenedJournal::Finished { probings } => {
+            let dataset = output.display();
+            print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+            return Ok(Outcome::Done);
+        }
+        // A simulated cell has no guards of its own.
+        OpenedJournal::Changed { what } => return Err(format!("{}: {}", output.display(), what.join("; ")).into()),
+        other => return Err(format!("{}: the campaign cannot go on from {other:?}", output.display()).into()),
+    };
+    journal.live_through_again();
+    let mut bar = CampaignBar::new(wanted(poses));
+    let measured = measure(&scenario, Streams { seed, trial: 0 }, &planned, &points, &mut journal, &mut bar);
+    drop(bar);
+    let interrupted =
+        |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
+    let (record, points) = match measured {
+        Ok(measured) => measured,
+        Err(RunError::Campaign(Abort::NotJournalled { why })) => return Err(interrupted(why, &journal).into()),
+        // The same cell would end the campaign in the same way again.
+        Err(e) => {
+            journal.discard()?;
+            return Err(scenario.locate(&e).into());
+        }
+    };
+    let told = format!(
+        "{} of {} planned probings{} measured; dataset in {}",
+        record.samples.len(),
+        wanted(poses),
+        if points.is_empty() { String::new() } else { format!(" and {} points", points.len()) },
+        output.display()
+    );
+    let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
+    journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
+    print(&told)?;
+    Ok(Outcome::Done)
+}
+
+fn measure(
+    scenario: &Scenario,
+    streams: Streams,
+    plan: &ProbingPlan,
+    points: &Tour,
+    journal: &mut Journal,
+    observer: &mut dyn CampaignObserver,
+) -> Result<(CampaignRecord, Vec<Sample>), RunError> {
+    let session = Session::begin(scenario, streams, session_s(scenario, &plan.poses, points.poses.len()))?;
+    let began = journal.begin_session(JournalSession::first(session.mastering().clone()));
+    began.map_err(|e| Abort::NotJournalled { why: e.to_string() })?;
+    let record = session.probe(plan, Some(journal), observer);
+    if let Some(abort) = record.aborted {
+        return Err(abort.into());
+    }
+    let mut tracked = Vec::new();
+    if !points.poses.is_empty() {
+        let tracker = session.set_up_tracker()?;
+        tracked = session.points(&tracker, points, "t", SampleSet::Fit)?.samples;
+    }
+    Ok((record, tracked))
+}

@@ -1,0 +1,273 @@
+//! `measure --cell CELL --plan PLAN -o DATASET`: probes the balls of a real cell.
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use calibench::cell::gauge::CellGauge;
+use calibench::cell::gauge::Traffic;
+use calibench::cell::{Driver, Guarded, Manipulator, Motion, MotionRecord, OffsetClock};
+use calibench::files::cannot_be_written;
+use calibench::measure::{
+    ArmAt, CalledOff, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, Cell, CenteringController, Conditions,
+    Dataset, Journal, JournalSession, OpenedJournal, ProbingPlan, parts_by_payload, read_cell, read_plan,
+};
+use calibench::units::{DEG, MM};
+
+use super::cell::disagreement_verdict;
+use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
+use super::operator::Operator;
+use super::output::print;
+use super::progress::CampaignBar;
+use super::rehearsal::rehearse;
+use super::start::{Before, FirstMotion, begin, guard_conditions, preflight};
+use calibench_sim::planning::wanted;
+
+#[derive(clap::Args)]
+pub struct CellArguments {
+    /// Cell file of a real cell to measure, instead of a scenario
+    #[arg(long, requires = "plan")]
+    pub cell: Option<PathBuf>,
+    /// Print every motion of the plan without connecting to or moving anything
+    #[arg(long, requires = "cell")]
+    pub dry_run: bool,
+    /// Do not ask: the robot may move, the master ball lies in the socket, and is taken away within 5 s of being used
+    #[arg(long, requires = "cell")]
+    yes: bool,
+    /// Use the gauge's readings as they are: it is mastered, and nothing touches it
+    #[arg(long, requires = "cell")]
+    mastered: bool,
+    /// Start a new session: robot, artifact or gauge were moved since the campaign was interrupted
+    #[arg(long, requires = "resume")]
+    moved: bool,
+    /// Continue although guards or speed of the cell were changed since the campaign was interrupted
+    #[arg(long, requires = "resume")]
+    accept_changes: bool,
+    /// Speed override that replaces the cell's, %
+    #[arg(long, requires = "cell", value_parser = clap::value_parser!(u8).range(1..=100))]
+    speed: Option<u8>,
+}
+
+pub fn run(
+    path: &Path,
+    arguments: &CellArguments,
+    plan: &Path,
+    output: Option<&Path>,
+    resume: bool,
+) -> Result<Outcome, Failure> {
+    let mut cell = read_cell(path)?;
+    cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
+    let planned = read_plan(plan, &cell.dataset)?;
+    if arguments.dry_run {
+        return rehearse(&cell, &planned);
+    }
+    preflight(&cell, &planned, plan)?;
+    let output = output.ok_or("say where to write the dataset: -o DATASET")?;
+    let mut operator = Operator::new(arguments.yes)?;
+    let poses = &planned.poses;
+    let under = Conditions::of(poses, &cell.dataset)
+        .and_settings("centring", &cell.centring)
+        .and_settings("trical", &cell.trical)
+        .and_settings("campaign", &CampaignSettings::default())
+        .and_settings("guards", &guard_conditions(&cell))
+        .and("robot.speed_percent", cell.speed_percent);
+    let Some(mut journal) = open_journal(output, &under, arguments, &operator, resume)? else { return Ok(Outcome::Done) };
+    let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
+    let mut gauges = open_gauges(&cell)?;
+    let wall_clock_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
+    if let Some(jump) = journal.clock_jump(wall_clock_s) {
+        eprintln!("warning: {jump}");
+    }
+    let from_s = journal.clock_s(wall_clock_s) - robot.clock_s();
+    prepare(&cell, robot.as_mut())?;
+    let first = FirstMotion::from(&cell, &planned, &robot.joints().map_err(|e| hardware(&e))?)?;
+    if let Some(words) = &first.words {
+        eprintln!("{words}");
+    }
+    let left = wanted(poses).saturating_sub(journal.done_before());
+    let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
+    operator.ask(&question).map_err(|_| "called off; nothing moved")?;
+    let log = motion_log(output)?;
+    let mut guarded =
+        Guarded::new(OffsetClock::new(robot.as_mut(), from_s), cell.guards.clone(), operator.stop(), Box::new(log));
+    let before = Before { session: journal.last_session(), mastered: arguments.mastered, moved: arguments.moved };
+    let (session, stands) = begin((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges))?;
+    let free_reading = session.mastering.free_reading;
+    journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
+    let mut bar = CampaignBar::new(wanted(poses));
+    let campaign = ReadyCampaign { cell: &cell, plan: &planned, operator: &operator, free_reading };
+    let record = campaign.run((guarded, stands), &mut gauges, &mut journal, &mut bar);
+    drop(bar);
+    let interrupted =
+        |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
+    let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
+    let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
+    print(&told(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
+    if let Some(abort) = &record.aborted {
+        return Err(interrupted(abort.to_string(), &journal).into());
+    }
+    journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
+    print(&format!("dataset in {}", output.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// Opens the journal to continue with; `None` if the campaign is finished. Asks for confirmation if guards or speed have
+/// changed since.
+fn open_journal(
+    output: &Path,
+    under: &Conditions,
+    arguments: &CellArguments,
+    operator: &Operator,
+    resume: bool,
+) -> Result<Option<Journal>, Failure> {
+    let case = match Journal::open(output, under, resume)? {
+        OpenedJournal::Changed { what } => {
+            let changed = format!("since the campaign was interrupted {}", what.join("; "));
+            if arguments.accept_changes {
+                eprintln!("{changed}: accepted");
+            } else if arguments.yes {
+                return Err(format!("{changed}; say --accept-changes to go on so, or put it back").into());
+            } else {
+                let question = format!("{changed}. Go on so?");
+                operator.ask(&question).map_err(|_| "called off; nothing moved")?;
+            }
+            Journal::open_changed(output, under)?
+        }
+        case => case,
+    };
+    match case {
+        OpenedJournal::Ready(journal) => Ok(Some(*journal)),
+        OpenedJournal::Finished { probings } => {
+            print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {}", output.display()))?;
+            Ok(None)
+        }
+        OpenedJournal::Changed { what } => Err(format!("changed again meanwhile: {}", what.join("; ")).into()),
+        other => Err(format!("{}: the campaign cannot go on from {other:?}", output.display()).into()),
+    }
+}
+
+/// Summary of a campaign: probings done, their time, and the bytes exchanged.
+fn told(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
+    let time: f64 = record.probings.iter().map(|p| p.probing.duration_s).sum();
+    format!(
+        "{} of {wanted} planned probings measured, {:.2} s each; {traffic}",
+        record.samples.len(),
+        time / record.probings.len().max(1) as f64
+    )
+}
+
+/// Opens and identifies the indicators.
+pub fn open_gauges(cell: &Cell) -> Result<[CellGauge; 3], Failure> {
+    let mut gauges = cell.open_indicators().map_err(|e| hardware(&e))?;
+    for (axis, gauge) in gauges.iter_mut().enumerate() {
+        let named = |why: String| Hardware(format!("indicator {}: {why}", axis + 1));
+        let identity = gauge.identify().map_err(|e| named(e.to_string()))?;
+        // A low battery would not last a campaign, which takes about an hour.
+        if identity.battery_low == Some(true) {
+            return Err(named("its battery is low".into()).into());
+        }
+    }
+    Ok(gauges)
+}
+
+/// Checks that controller and model describe the same arm, and sets speed and tool. Nothing moves.
+pub fn prepare(cell: &Cell, robot: &mut dyn Driver) -> Result<(), Failure> {
+    let joints = robot.joints().map_err(|e| hardware(&e))?;
+    let (distance, angle) = cell.disagreement(robot, &joints).map_err(|e| hardware(&e))?;
+    if let Some(why) = disagreement_verdict(distance, angle) {
+        let by = format!("by {:.1} mm and {:.2} deg", distance / MM, angle / DEG);
+        return Err(Hardware(format!("the controller's arm is not the model's, {by}: {why}")).into());
+    }
+    robot.prepare(cell.speed_percent, &cell.flange_from_tool()).map_err(|e| hardware(&e).into())
+}
+
+/// The campaign's state before the first motion.
+struct ReadyCampaign<'a> {
+    cell: &'a Cell,
+    plan: &'a ProbingPlan,
+    operator: &'a Operator,
+    free_reading: [f64; 3],
+}
+
+impl ReadyCampaign<'_> {
+    /// Probes the balls with each payload in the order of the plan, and goes home.
+    fn run<M: Manipulator>(
+        &self,
+        (mut robot, mut stands): (M, ArmAt),
+        gauges: &mut [CellGauge; 3],
+        journal: &mut Journal,
+        observer: &mut dyn CampaignObserver,
+    ) -> Result<CampaignRecord, CalledOff> {
+        let ReadyCampaign { cell, plan, operator, free_reading } = *self;
+        let mut record = CampaignRecord::default();
+        let parts = parts_by_payload(&plan.poses);
+        for (k, part) in parts.iter().enumerate() {
+            if parts.len() > 1 {
+                if k > 0 {
+                    stands = self.go_home(&mut robot, stands);
+                }
+                let name = &cell.dataset.payloads[part.payload].name;
+                operator.ask(&format!("Mount the payload '{name}' on the arm, if it is not there."))?;
+            }
+            let (gauges, centring) = (gauges.each_mut(), cell.centring.clone());
+            let controller = CenteringController::new(&mut robot, gauges, cell.trical, free_reading, centring);
+            let mut campaign = Campaign::new(controller, CampaignSettings::default());
+            if let Some(ways) = &plan.ways {
+                campaign = campaign.by(ways.clone(), stands);
+            }
+            let done = campaign.run_journalled(&part.poses, journal, observer);
+            stands = campaign.stands().clone();
+            if !record.add(part, done) {
+                return Ok(record);
+            }
+        }
+        self.go_home(&mut robot, stands);
+        Ok(record)
+    }
+
+    /// Goes home and returns where the arm then stands. A refusal does not lose the measurements.
+    fn go_home(&self, robot: &mut impl Manipulator, stands: ArmAt) -> ArmAt {
+        let (Some(ways), ArmAt::Approach(at)) = (&self.plan.ways, &stands) else { return stands };
+        match robot.move_along(&ways.home_from(at)) {
+            Ok(()) => ArmAt::Home,
+            Err(error) => {
+                eprintln!("warning: the arm did not go home: {error}");
+                ArmAt::Unknown
+            }
+        }
+    }
+}
+
+fn traffic_of(robot: &dyn Driver, gauges: &[CellGauge; 3]) -> String {
+    let robot = robot.traffic();
+    let gauges = gauges.iter().map(CellGauge::traffic).fold(Traffic::default(), |sum, traffic| Traffic {
+        sent: sum.sent + traffic.sent,
+        received: sum.received + traffic.received,
+    });
+    format!(
+        "bytes sent and received: robot {} and {}, indicators {} and {}",
+        robot.sent, robot.received, gauges.sent, gauges.received
+    )
+}
+
+/// Appends every motion to `DATASET.motions.csv` beside the dataset.
+fn motion_log(output: &Path) -> Result<impl FnMut(&MotionRecord) + use<>, Failure> {
+    let mut path = output.as_os_str().to_owned();
+    path.push(".motions.csv");
+    let path = PathBuf::from(path);
+    let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(|e| cannot_be_written(&path, e))?;
+    if file.metadata().map_err(|e| cannot_be_written(&path, e))?.len() == 0 {
+        writeln!(file, "time_s,duration_s,motion,target,error").map_err(|e| cannot_be_written(&path, e))?;
+    }
+    Ok(move |record: &MotionRecord| {
+        let (motion, target) = match &record.motion {
+            Motion::Joints(q) => ("joints_deg", q.iter().map(|q| format!("{:.5}", q / DEG)).collect::<Vec<_>>()),
+            Motion::Tool(offset) => ("tool_mm", offset.iter().map(|v| format!("{:.5}", v / MM)).collect()),
+        };
+        let error = record.error.as_ref().map(|e| e.to_string().replace('"', "'")).unwrap_or_default();
+        let target = target.join(" ");
+        // The journal holds the essential data; failing to log a motion stops nothing.
+        drop(writeln!(file, "{:.3},{:.3},{motion},{target},\"{error}\"", record.time_s, record.duration_s));
+    })
+}

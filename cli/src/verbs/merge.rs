@@ -1,0 +1,40 @@
+//! `merge SHARD...`: combines the shards of a study.
+
+use std::path::{Path, PathBuf};
+
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::progress::Waiting;
+use super::study_tables::{Products, study_json, study_text};
+use calibench_lab::study::merge;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Tables of one study written by `study`, in any order; a single one is summarised
+    #[arg(required = true)]
+    shards: Vec<PathBuf>,
+    /// Output file for the combined table (CSV), byte-identical to that of a single run
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    products: Products,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
+    let waiting = Waiting::new("reading");
+    let merged = merge(&arguments.shards, arguments.output.as_deref())?;
+    let tables: Vec<&Path> = merged.shards.iter().map(PathBuf::as_path).collect();
+    let document = study_json(&merged.summary, merged.extent);
+    arguments.products.make(&tables, &document)?;
+    drop(waiting);
+    if arguments.json {
+        print_json(&document)?;
+    } else {
+        print(&study_text(&merged.summary, merged.extent))?;
+    }
+    Ok(Outcome::Done)
+}

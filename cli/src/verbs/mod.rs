@@ -1,0 +1,201 @@
+//! The command line: one file per verb. Exit codes: 0 done, 1 an expectation or consistency check failed, 2 bad input, 3 the
+//! cell or the disk.
+
+mod add;
+mod catalogue;
+mod cell;
+mod choices;
+mod compare;
+mod compensate;
+mod data;
+mod data_gate;
+mod design;
+mod design_tables;
+mod diagnose;
+mod failure;
+mod hidden_table;
+mod identify;
+mod import;
+mod ladder;
+mod measure;
+mod measure_cell;
+mod merge;
+mod next;
+mod operator;
+mod output;
+mod plan;
+mod plan_cell;
+mod precision;
+mod precision_tables;
+mod progress;
+mod prove;
+mod rehearsal;
+mod repeatability;
+mod repeatability_cell;
+mod repeatability_tables;
+mod report;
+mod run;
+mod serve;
+mod start;
+mod study;
+mod study_tables;
+mod suite;
+mod suite_tables;
+mod validate;
+mod workbench;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+use calibench::files::one_line;
+use calibench::files::with_reasons;
+use calibench::identify::IdentifyError;
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+
+use self::failure::{BAD_INPUT, HARDWARE, Hardware, Interrupted, Outcome, hint, is_closed_pipe, is_of_disk};
+
+/// A simulation-first testbench for calibrating industrial robots.
+#[derive(Parser)]
+#[command(name = "calibench", version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Run the whole procedure on a simulated cell (plan, master, probe, identify, validate) and check the scenario's
+    /// expectations
+    Run(run::Arguments),
+    /// Choose the poses to probe, by observability
+    Plan(plan::Arguments),
+    /// Probe the balls of a simulated or real cell, and write a dataset
+    Measure(measure::Arguments),
+    /// Check the devices of a real cell, or write the program for its robot
+    Cell(cell::Arguments),
+    /// Identify the robot's parameters from datasets
+    Identify(identify::Arguments),
+    /// Judge a calibration on unseen poses
+    Validate(validate::Arguments),
+    /// Find the effect missing from the model
+    Diagnose(diagnose::Arguments),
+    /// Add one effect to the model, refit, and judge the step
+    Add(add::Arguments),
+    /// Diagnose, add and refit until only noise remains or nothing helps
+    Ladder(ladder::Arguments),
+    /// Propose the extra measurements that best separate the rival effects or most reduce the predicted error
+    Next(next::Arguments),
+    /// Repeat the whole procedure with every error drawn anew: the spread of its results, at one point or along a sweep
+    Study(study::Arguments),
+    /// Place the balls of an artifact: smallest worst-case uncertainty over the workspace, against size and weight
+    Design(design::Arguments),
+    /// Combine the shards of a study and summarise them
+    Merge(merge::Arguments),
+    /// Estimate the distance of a centred ball from the master ball's position (paper Table 3), and its error budget
+    Precision(precision::Arguments),
+    /// Measure the robot's repeatability (RP after ISO 9283) and the lost motion of each joint on reversal, with the gauge
+    Repeatability(repeatability::Arguments),
+    /// Test the advice on measured campaigns: divide them, and judge on one part what the other recommends
+    Prove(prove::Arguments),
+    /// Run blind trials of the diagnosis against the ground truth
+    Suite(suite::Arguments),
+    /// Locate the errors of a calibration: noise floor, lack of fit, residuals by ball, tool, base and joint
+    Compare(compare::Arguments),
+    /// Apply a calibration: the targets to command so that the tool reaches the desired pose; KRL, URDF, MDH
+    Compensate(compensate::Arguments),
+    /// Write one HTML page: the errors in words, then in pictures
+    Report(report::Arguments),
+    /// Serve the simulated cell over the interfaces of a real one: three indicators and a robot that any program can talk to
+    Serve(serve::Arguments),
+    /// Serve the report's page live on the loopback address: add effects, undo, write user-defined ones, save
+    Workbench(workbench::Arguments),
+    /// Convert third-party data into a dataset
+    Import(import::Arguments),
+    /// List the catalogue of effects: what can be wrong with an arm
+    Effects(catalogue::Arguments),
+    /// List the built-in robots
+    Robots(catalogue::Arguments),
+}
+
+/// Runs the program with the arguments of the process.
+pub fn main() -> ExitCode {
+    main_with(std::env::args_os())
+}
+
+/// Runs the program with these arguments; the first is the program's name.
+pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
+    #[cfg(feature = "mujoco")]
+    calibench_mujoco::provide();
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(e) => {
+            // Help and version are not errors.
+            if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+                drop(e.print());
+                return ExitCode::from(if e.use_stderr() { BAD_INPUT } else { 0 });
+            }
+            return refuse(&misuse(&e), BAD_INPUT);
+        }
+    };
+    let result = match &arguments.verb {
+        Verb::Run(a) => run::run(a),
+        Verb::Plan(a) => plan::run(a),
+        Verb::Measure(a) => measure::run(a),
+        Verb::Cell(a) => cell::run(a),
+        Verb::Identify(a) => identify::run(a),
+        Verb::Validate(a) => validate::run(a),
+        Verb::Diagnose(a) => diagnose::run(a),
+        Verb::Add(a) => add::run(a),
+        Verb::Ladder(a) => ladder::run(a),
+        Verb::Next(a) => next::run(a),
+        Verb::Study(a) => study::run(a),
+        Verb::Design(a) => design::run(a),
+        Verb::Merge(a) => merge::run(a),
+        Verb::Precision(a) => precision::run(a),
+        Verb::Repeatability(a) => repeatability::run(a),
+        Verb::Prove(a) => prove::run(a),
+        Verb::Suite(a) => suite::run(a),
+        Verb::Compare(a) => compare::run(a),
+        Verb::Compensate(a) => compensate::run(a),
+        Verb::Report(a) => report::run(a),
+        Verb::Serve(a) => serve::run(a),
+        Verb::Workbench(a) => workbench::run(a),
+        Verb::Import(a) => import::run(a),
+        Verb::Effects(a) => catalogue::effects(a),
+        Verb::Robots(a) => catalogue::robots(a),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::ExpectationFailed) => ExitCode::from(1),
+        Err(failure) => {
+            if is_closed_pipe(failure.as_ref()) {
+                return ExitCode::SUCCESS;
+            }
+            let inconsistent = matches!(failure.downcast_ref(), Some(IdentifyError::Inconsistent { .. }));
+            let code = match () {
+                () if failure.is::<Interrupted>() || failure.is::<Hardware>() || is_of_disk(failure.as_ref()) => HARDWARE,
+                () if inconsistent => 1,
+                () => BAD_INPUT,
+            };
+            let hint = hint(failure.as_ref()).map(|hint| format!("; {hint}")).unwrap_or_default();
+            refuse(&format!("{}{hint}", with_reasons(failure.as_ref())), code)
+        }
+    }
+}
+
+/// Prints one line on standard error and returns that exit code.
+fn refuse(message: &str, code: u8) -> ExitCode {
+    drop(writeln!(std::io::stderr(), "calibench: {}", one_line(message)));
+    ExitCode::from(code)
+}
+
+/// Describes the error of a command line in one line.
+fn misuse(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    // The paragraphs after the first show the usage, for which --help is better; tips and lists of values are kept.
+    let told = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
+    let told: Vec<&str> = told.filter(|l| !l.is_empty()).collect();
+    format!("{}; `calibench --help` and `calibench VERB --help` tell more", told.join(" ").trim_start_matches("error: "))
+}

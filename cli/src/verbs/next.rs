@@ -1,0 +1,134 @@
+//! `next DATASET... [--model M] [--scenario S] -o PLAN`.
+
+use std::path::{Path, PathBuf};
+
+use calibench::assess::{
+    CellLayout, Examination, HoldOut, WORKSPACE_POSES, WorkspacePoses, diagnose_examined, planned_for, propose, workspace_poses,
+};
+use calibench::identify::Use;
+use calibench::measure::Dataset;
+use calibench::units::MM;
+use calibench_report::{next_json, next_sentences, next_table, planned_sentence, recommended_json};
+
+use super::choices::seed;
+use super::data::{locate_in_data, model_for, named, read_datasets};
+use super::data_gate::gate;
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::progress::Waiting;
+use crate::proposal_files::write_proposal;
+use calibench_sim::planning::layout;
+use calibench_sim::scenario::load_scenario;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Dataset folders of one robot; the next measurements are for the first set-up of the first
+    #[arg(required = true)]
+    datasets: Vec<PathBuf>,
+    /// Model file to plan for; the default is the one that `ladder` recommends from the paper's model: base_frame, mdh,
+    /// joint_compliance
+    #[arg(long)]
+    model: Option<PathBuf>,
+    /// Scenario of the cell, for the bodies in it; without it only robot and balls are known
+    #[arg(long)]
+    scenario: Option<PathBuf>,
+    /// Output file for the poses of the best probing action (TOML), and beside it, if they are better still, the points of a
+    /// tracker (CSV); existing files are replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Seed of the candidate postures
+    #[arg(long, value_parser = seed, default_value = "1", allow_negative_numbers = true)]
+    seed: u64,
+    /// Continue with data that do not fit the robot
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// Largest distance between two positions of the same ball, m: a CMM certificate is better, and a wrong scenario is decimetres
+/// off.
+const SAME_PLACE: f64 = 1.0 * MM;
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
+    let datasets = read_datasets(&arguments.datasets)?;
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
+    let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let first = &datasets[0].1;
+    let (layout, reference) = match &arguments.scenario {
+        Some(path) => of_scenario(path, first)?,
+        None => (CellLayout::of_dataset(first), first.robot_reference.clone()),
+    };
+    let named = named(&datasets);
+    let waiting = Waiting::new("diagnosing");
+    let poses = workspace_poses(first, WORKSPACE_POSES);
+    // A model given explicitly is used as it is.
+    let planned = match &arguments.model {
+        Some(_) => None,
+        None => {
+            let at = WorkspacePoses::of(&named);
+            Some(planned_for(&named, &model, HoldOut { poses: &at.q, checks: &[] }).map_err(locate)?)
+        }
+    };
+    let model = planned.as_ref().map_or(&model, |p| &p.ladder_step().model);
+    let examination = Examination::new(&named, model).map_err(locate)?;
+    let diagnosis = diagnose_examined(&named, &examination).map_err(locate)?;
+    waiting.now("designing");
+    let proposal =
+        propose(&named, &examination, &diagnosis, &diagnosis.relevance, &layout, &poses, arguments.seed).map_err(locate)?;
+    drop(waiting);
+    let written = match &arguments.output {
+        Some(path) => write_proposal(path, &proposal, &reference, Some(&layout))?,
+        None => Vec::new(),
+    };
+    if arguments.json {
+        let mut document = next_json(&proposal);
+        document["cell_known"] = layout.is_known.into();
+        document["written"] = written.into();
+        if let Some(planned) = &planned {
+            document["planned_for"] = planned_sentence(planned).into();
+            document["recommended"] = recommended_json(&planned.ladder);
+        }
+        gate.mark(&mut document);
+        print_json(&document)?;
+        return Ok(Outcome::Done);
+    }
+    gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
+    print(&next_table(&proposal))?;
+    planned.iter().try_for_each(|p| print(&planned_sentence(p)))?;
+    for sentence in next_sentences(&proposal) {
+        print(&sentence)?;
+    }
+    for not in &proposal.not_offered {
+        print(&format!("Not offered: {}: {}.", not.what, not.because))?;
+    }
+    if !layout.is_known {
+        print(
+            "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven, or name a scenario.",
+        )?;
+    }
+    written.iter().try_for_each(|line| print(line))?;
+    Ok(Outcome::Done)
+}
+
+/// Reads the cell of a scenario, which must be that of the dataset, and its reference to the robot.
+fn of_scenario(path: &Path, dataset: &Dataset) -> Result<(CellLayout, String), Failure> {
+    let scenario = load_scenario(path)?;
+    let cell = scenario.dataset();
+    if !cell.robot.is_same_arm(&dataset.robot) {
+        let problem = format!("is '{}', but the dataset's robot is '{}'", cell.robot.name, dataset.robot.name);
+        return Err(scenario.wrong("robot", problem, "name the scenario of the cell in which the data were taken").into());
+    }
+    let same = |b: usize| {
+        let (here, there) = (&cell.balls[b], &dataset.balls[b]);
+        here.id == there.id && (here.position - there.position).norm() < SAME_PLACE
+    };
+    if cell.balls.len() != dataset.balls.len() || !(0..cell.balls.len()).all(same) {
+        let problem = "are not those of the dataset";
+        return Err(scenario.wrong("ball", problem, "name the scenario of the cell in which the data were taken").into());
+    }
+    Ok((layout(&scenario), cell.robot_reference.clone()))
+}

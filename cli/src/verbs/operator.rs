@@ -1,0 +1,135 @@
+//! The operator of a real cell: confirms motions, places the master ball, and can request a stop.
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::Duration;
+
+use calibench::cell::StopRequest;
+use calibench::measure::{Attendant, CalledOff};
+
+use super::failure::Failure;
+
+/// Time allowed for taking the master ball away when no questions are asked.
+const TAKEN_AWAY: Duration = Duration::from_secs(5);
+
+/// Interval at which a question checks for a stop request.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// The operator of the cell; from its creation on, `q` and Enter, or Ctrl-C, request a stop.
+pub struct Operator {
+    lines: Receiver<String>,
+    stop: StopRequest,
+    is_asked: bool,
+}
+
+impl Operator {
+    /// An operator at the terminal; with `yes`, no questions are asked.
+    ///
+    /// # Errors
+    /// If there is no terminal to ask at.
+    pub fn new(yes: bool) -> Result<Self, Failure> {
+        if !yes && !std::io::stdin().is_terminal() {
+            return Err("the robot will move, and nobody can be asked here; run it in a terminal, or say --yes".into());
+        }
+        let stop = StopRequest::default();
+        let lines = listen(&stop);
+        stop_on_signals(&stop);
+        Ok(Operator { lines, stop, is_asked: !yes })
+    }
+
+    /// The stop request.
+    pub fn stop(&self) -> StopRequest {
+        self.stop.clone()
+    }
+
+    /// True if all questions were answered in advance on the command line.
+    pub fn asks_nobody(&self) -> bool {
+        !self.is_asked
+    }
+
+    /// Shows a question and waits for Enter.
+    ///
+    /// # Errors
+    /// If the operator called it off.
+    pub fn ask(&self, question: &str) -> Result<(), CalledOff> {
+        if !self.is_asked {
+            return if self.stop.is_made() { Err(CalledOff) } else { Ok(()) };
+        }
+        drop(write!(std::io::stderr(), "{question}\n[Enter to go on, q and Enter to stop] "));
+        loop {
+            if self.stop.is_made() {
+                return Err(CalledOff);
+            }
+            match self.lines.recv_timeout(LOOK) {
+                Ok(_) => return if self.stop.is_made() { Err(CalledOff) } else { Ok(()) },
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err(CalledOff),
+            }
+        }
+    }
+}
+
+impl Attendant for Operator {
+    fn place_master_ball(&mut self) -> Result<(), CalledOff> {
+        self.ask("Put the master ball into the socket of the gauge, which points upwards, and let go of it.")
+    }
+
+    fn remove_master_ball(&mut self) -> Result<(), CalledOff> {
+        if !self.is_asked {
+            std::thread::sleep(TAKEN_AWAY);
+        }
+        self.ask("The indicators are set. Take the master ball away; nothing may touch the plungers.")
+    }
+}
+
+/// Receives typed lines; `q` requests a stop at any time.
+fn listen(stop: &StopRequest) -> Receiver<String> {
+    let (sender, lines) = channel();
+    let stop = stop.clone();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lock().lines() {
+            let Ok(line) = line else { return };
+            if line.trim().eq_ignore_ascii_case("q") {
+                stop.make();
+            }
+            if sender.send(line).is_err() {
+                return;
+            }
+        }
+    });
+    lines
+}
+
+/// The first Ctrl-C or similar signal stops the robot, the second one ends the program.
+fn stop_on_signals(stop: &StopRequest) {
+    let stop = stop.clone();
+    std::thread::spawn(move || {
+        let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_io().build() else { return };
+        runtime.block_on(async {
+            interrupted().await;
+            drop(writeln!(std::io::stderr(), "\nstopping the robot; once more to end the program at once"));
+            stop.make();
+            interrupted().await;
+            // The exit code by which a shell reports an interrupted program.
+            std::process::exit(130);
+        });
+    });
+}
+
+#[cfg(unix)]
+async fn interrupted() {
+    use tokio::signal::unix::{SignalKind, signal};
+    let Ok(mut terminate) = signal(SignalKind::terminate()) else {
+        drop(tokio::signal::ctrl_c().await);
+        return;
+    };
+    tokio::select! {
+        _ = tokio::signal::ctrl_c() => {}
+        _ = terminate.recv() => {}
+    }
+}
+
+#[cfg(not(unix))]
+async fn interrupted() {
+    drop(tokio::signal::ctrl_c().await);
+}

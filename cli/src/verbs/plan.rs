@@ -1,0 +1,78 @@
+//! `plan SCENARIO|CELL -o PLAN`.
+
+use std::path::PathBuf;
+
+use calibench::assess::Detectability;
+use calibench::measure::write_plan;
+use calibench_report::{detectability_json, detectability_text};
+
+use super::choices::seed;
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::plan_cell::{is_cell, scenario_of};
+use super::progress::Waiting;
+use calibench_sim::planning::{Chosen, nominal_samples, plan_within, shown};
+use calibench_sim::scenario::load_scenario;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file, or the cell.toml of a real cell that refers to one
+    #[arg(value_name = "SCENARIO|CELL")]
+    scenario: PathBuf,
+    /// Output file for the plan (TOML); an existing file is replaced
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Seed that replaces the scenario's
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Print one JSON document: the detectability of effects by the plan
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
+    let (scenario, dataset, guards) = if is_cell(&arguments.scenario) {
+        let (scenario, cell) = scenario_of(&arguments.scenario)?;
+        (scenario, cell.dataset, Some(cell.guards))
+    } else {
+        let scenario = load_scenario(&arguments.scenario)?;
+        scenario.expect_trical("plan")?;
+        let dataset = scenario.dataset();
+        (scenario, dataset, None)
+    };
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let waiting = Waiting::new("planning");
+    let plan = plan_within(&scenario, seed, guards.as_ref()).map_err(|e| scenario.locate_plan(&e))?;
+    drop(waiting);
+    if let Some(path) = &arguments.output {
+        write_plan(path, &plan.probing, &dataset)?;
+    }
+    let drawn = nominal_samples(&scenario, &plan.probing.poses, seed);
+    let detectability = Detectability::of_plan(&drawn, &shown(&scenario.model, &drawn))?;
+    if arguments.json {
+        print_json(&detectability_json(&detectability))?;
+        return Ok(Outcome::Done);
+    }
+    print(&chosen_sentence("probings", plan.wanted(), &plan.trical))?;
+    print(&detectability_text(&detectability))?;
+    Ok(Outcome::Done)
+}
+
+/// Describes the choice of poses in words.
+pub fn chosen_sentence(what: &str, count: usize, chosen: &Chosen) -> String {
+    let o = &chosen.observability;
+    let best = chosen.starts.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = chosen.starts.iter().copied().fold(f64::INFINITY, f64::min);
+    format!(
+        "{count} {what} of {} feasible ones, chosen for {} parameters: O1 {:.4}, O2 {:.2e}, O3 {:.3}, O4 {:.2e}, O5 {:.4} (SI); {} starts reached O1 {least:.4} to {best:.4}",
+        chosen.pool,
+        chosen.parameters.len(),
+        o.o1,
+        o.o2,
+        o.o3,
+        o.o4,
+        o.o5,
+        chosen.starts.len()
+    )
+}

@@ -1,0 +1,167 @@
+//! `report RUN` and `report DATASET...`: one HTML file.
+
+use std::path::{Path, PathBuf};
+
+use calibench::files::{FileError, read_text, write_whole};
+use calibench::identify::{IdentifyError, Model, Use, read_calibration};
+use calibench::measure::read_dataset;
+use calibench_report::{CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
+use serde_json::Value;
+
+use super::data::{locate_in_data, model_for, read_datasets, recommended};
+use super::data_gate::gate;
+use super::failure::{Failure, LocatedError, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::progress::Waiting;
+use crate::case::Case;
+
+/// Default file name of a report.
+pub const FILE: &str = "report.html";
+
+/// File in the folder of a run that holds the model used for its calibration.
+pub const MODEL: &str = "model.toml";
+
+/// File that marks a folder as a run.
+const RESULT: &str = "result.json";
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Folder of a run (`run --out`), or dataset folders of one robot
+    #[arg(required = true, value_name = "RUN|DATASET")]
+    folders: Vec<PathBuf>,
+    /// Model file, for datasets; the default is the paper's model: base_frame, mdh, joint_compliance. A run has its own
+    #[arg(long)]
+    model: Option<PathBuf>,
+    /// Output file for the page; the default is report.html, in the folder of the run
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    /// Climb the whole ladder instead of the next step only; takes seconds
+    #[arg(long)]
+    ladder: bool,
+    /// Continue with data that do not fit the robot; the page says so
+    #[arg(long)]
+    force: bool,
+    /// Print the document of the page instead of writing the page
+    #[arg(long, conflicts_with = "output")]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let default = || run_folder(&arguments.folders).map_or_else(|| PathBuf::from(FILE), |run| run.join(FILE));
+    let path = arguments.output.clone().unwrap_or_else(default);
+    if !arguments.json {
+        check_outputs([&path])?;
+    }
+    let model = arguments.model.as_deref();
+    let case = open(&arguments.folders, model, arguments.force, arguments.json)?;
+    let waiting = Waiting::new("diagnosing");
+    let page = page(&case, &arguments.folders, model, arguments.ladder)?;
+    drop(waiting);
+    if arguments.json {
+        print_json(&page.document)?;
+        return Ok(Outcome::Done);
+    }
+    write_whole(&path, page_html(&page.document).as_bytes())?;
+    let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
+    case.misfits.iter().try_for_each(|(_, sentence)| print(sentence))?;
+    print(&format!("{}. {}\nWritten to {}", say("headline"), say("means"), path.display()))?;
+    Ok(Outcome::Done)
+}
+
+/// Writes the report of a run into its folder, even if its data do not fit: they were used for the identification, and the page
+/// says so.
+pub fn write_report_of(run: &Path) -> Result<(), Failure> {
+    let page = page(&passed(open_run(run)?, true, false)?, &[run.to_owned()], None, false)?;
+    Ok(write_whole(&run.join(FILE), page_html(&page.document).as_bytes())?)
+}
+
+fn page(case: &Case, folders: &[PathBuf], model: Option<&Path>, climb: bool) -> Result<Page, Failure> {
+    let all: Vec<usize> = (0..case.datasets.len()).collect();
+    let page = case.subject(&all, &case.model, &case.commands, |s| Page::new(&PageSubject { climb, ..s.clone() }));
+    page.map_err(|e| locate_in_case(case, folders, model, &e).into())
+}
+
+/// Attributes an identification error to the opened folder or to the model.
+pub(super) fn locate_in_case(case: &Case, folders: &[PathBuf], model: Option<&Path>, error: &IdentifyError) -> LocatedError {
+    match run_folder(folders) {
+        Some(run) => locate_in_data(&[run.join("trical")], &[], None, error),
+        None => locate_in_data(folders, &case.datasets, model, error),
+    }
+}
+
+/// The run folder, if `folders` is a single one that holds a run.
+pub(super) fn run_folder(folders: &[PathBuf]) -> Option<&Path> {
+    folders.first().map(PathBuf::as_path).filter(|f| folders.len() == 1 && f.join(RESULT).is_file())
+}
+
+/// Reads a run or datasets; the data must fit their robot unless `force`.
+pub(super) fn open(folders: &[PathBuf], model: Option<&Path>, force: bool, json: bool) -> Result<Case, Failure> {
+    let case = match run_folder(folders) {
+        Some(_) if model.is_some() => {
+            let problem = "--model is for datasets: a run is reported with the model that it was calibrated with; name its dataset instead";
+            return Err(problem.into());
+        }
+        Some(run) => open_run(run),
+        None => open_datasets(folders, model),
+    };
+    passed(case?, force, json)
+}
+
+/// Passes the opened data through the gate, keeping their misfits.
+fn passed(case: Case, force: bool, json: bool) -> Result<Case, Failure> {
+    let misfits = gate(&case.datasets, Use::Fit, force, json)?.misfits();
+    Ok(Case { misfits, ..case })
+}
+
+/// Reads the TriCal data of a run, judged on its validation poses, from files alone.
+fn open_run(run: &Path) -> Result<Case, Failure> {
+    let result = read_result(&run.join(RESULT))?;
+    let [dataset, validation] = [read_dataset(&run.join("trical"))?, read_dataset(&run.join("validation"))?];
+    let calibration = read_calibration(&run.join("trical.toml"))?;
+    let text = |key: &str| result[key].as_str().map(str::to_owned);
+    // Other verbs use the default model without a file.
+    let ordinary = calibration.model == Model::default_for(&dataset);
+    Ok(Case {
+        title: text("scenario").unwrap_or_else(|| "run".into()),
+        question: text("question"),
+        misfits: Vec::new(),
+        datasets: vec![("trical".into(), dataset)],
+        judged: Some(("validation".into(), validation)),
+        model: calibration.model,
+        commands: Recommended {
+            datasets: "trical".into(),
+            model: if ordinary { String::new() } else { format!(" --model {MODEL}") },
+        },
+        commands_from: "the folder of the run".into(),
+        campaign: CampaignRecord::read(run)?,
+        pictures: CellPicture::read(run)?,
+        run: result,
+    })
+}
+
+fn open_datasets(folders: &[PathBuf], model: Option<&Path>) -> Result<Case, Failure> {
+    let datasets = read_datasets(folders)?;
+    let names: Vec<&str> = datasets.iter().map(|(name, _)| name.as_str()).collect();
+    Ok(Case {
+        title: names.join(", "),
+        question: None,
+        misfits: Vec::new(),
+        model: model_for(model, &datasets)?,
+        judged: None,
+        commands: recommended(folders, model),
+        commands_from: String::new(),
+        campaign: None,
+        pictures: Vec::new(),
+        run: Value::Null,
+        datasets,
+    })
+}
+
+fn read_result(path: &Path) -> Result<Value, FileError> {
+    let wrong = |problem: String| FileError::whole(path, problem, "give the file as `calibench run` wrote it");
+    let value: Value = serde_json::from_str(&read_text(path)?).map_err(|e| wrong(format!("is no JSON: {e}")))?;
+    if value["format"] != "calibench-run/1" {
+        return Err(wrong(format!("has the format {}, not \"calibench-run/1\"", value["format"])));
+    }
+    Ok(value)
+}

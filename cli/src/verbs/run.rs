@@ -1,0 +1,315 @@
+//! `run SCENARIO`: the whole procedure in words, from the plan to the paper's Table 9.
+
+use std::path::{Path, PathBuf};
+
+use calibench::files::{FileError, check_output_folder, replace_folder, write_whole};
+use calibench::identify::{write_calibration, write_model};
+use calibench::measure::{Phase, write_dataset};
+use calibench::units::{MM, UM};
+use calibench_report::{calibration_json, histogram, plain_table, validation_json, validation_row, validation_table};
+use serde_json::{Value, json};
+
+use super::choices::PlantChoice;
+use super::choices::seed;
+use super::failure::{Failure, Outcome};
+use super::hidden_table::{hidden_json, hidden_text, named_json};
+use super::identify::story;
+use super::output::{print, print_json};
+use super::plan::chosen_sentence;
+use super::progress::{CampaignBar, Waiting};
+#[cfg(feature = "mujoco")]
+use calibench::files::with_reasons;
+use calibench_sim::compensation::Compensation;
+use calibench_sim::ground_truth::{GroundTruth, ground_truth};
+use calibench_sim::plans::Plans;
+use calibench_sim::random::Streams;
+use calibench_sim::run::{Check, Method, Run, RunError, run as procedure};
+use calibench_sim::scenario::PlantKind;
+use calibench_sim::scenario::{Scenario, load_scenario};
+
+/// The paper's Table 9, mm: mean, maximum, standard deviation.
+const PAPER: [(&str, [f64; 3]); 2] = [("trical", [0.326, 0.624, 0.107]), ("tracker", [0.231, 0.539, 0.087])];
+
+/// File of the simulated arm's true positions, for the replay; never read by calibration or judgement.
+const TRUE_ARM: &str = "true_arm.csv";
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// Output folder for datasets, calibrations, iterations, result.json and report.html; an existing run is replaced
+    #[arg(short, long, visible_alias = "output")]
+    out: Option<PathBuf>,
+    /// Plant that simulates the mechanics of the cell, overriding the scenario's choice
+    #[arg(long, value_enum)]
+    plant: Option<PlantChoice>,
+    /// Render the cell off screen to cell.png and gauge.png in the run folder (needs MuJoCo)
+    #[arg(long, requires = "out")]
+    render: bool,
+    /// Seed that replaces the scenario's
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if let Some(folder) = &arguments.out {
+        check_output_folder(folder, "run", FILES[0])?;
+    }
+    let mut scenario = load_scenario(&arguments.scenario)?;
+    scenario.expect_trical("run")?;
+    scenario.plant = arguments.plant.map_or(scenario.plant, PlantKind::from);
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let waiting = Waiting::new("planning");
+    let plans = Plans::new(&scenario, seed).map_err(|e| scenario.locate_plan(&e))?;
+    drop(waiting);
+    let mut bar = CampaignBar::new(plans.plan.wanted());
+    let result = procedure(&scenario, plans, Streams { seed, trial: 0 }, &mut bar);
+    drop(bar);
+    let run = result.map_err(|e| scenario.locate(&e))?;
+    let checks = run.checks(&scenario);
+    let truth = ground_truth(&scenario, &Streams { seed, trial: 0 }, &run.trical.dataset, &run.trical.calibration)
+        .map_err(|e| scenario.locate(&RunError::Identify(e)))?;
+    let document = document(&scenario, &run, &checks, &truth);
+    if let Some(folder) = &arguments.out {
+        write_run(folder, &scenario, &run, &document)?;
+        if arguments.render {
+            render(&scenario, &run, folder);
+        }
+        let _waiting = Waiting::new("writing the report");
+        super::report::write_report_of(folder)?;
+    }
+    if arguments.json {
+        print_json(&document)?;
+    } else {
+        tell(&scenario, &run, &checks, &truth)?;
+        if let Some(folder) = &arguments.out {
+            print(&format!("Written to {}", folder.display()))?;
+        }
+    }
+    Ok(if checks.iter().all(Check::met) { Outcome::Done } else { Outcome::ExpectationFailed })
+}
+
+/// Draws the first centred ball; a failure does not affect the run.
+#[cfg(feature = "mujoco")]
+fn render(scenario: &Scenario, run: &Run, folder: &Path) {
+    let streams = Streams { seed: run.seed, trial: 0 };
+    let Some(first) = run.campaign.samples.first() else { return };
+    if let Err(error) = calibench_mujoco::draw(scenario, &streams, &first.q, folder) {
+        eprintln!("calibench: {}", with_reasons(&error));
+    }
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn render(_: &Scenario, _: &Run, _: &Path) {
+    eprintln!(
+        "calibench: no picture: MuJoCo draws it, and this program was built without; run sim/setup.sh, then build with --features mujoco"
+    );
+}
+
+/// Describes the whole run, in the order of the work.
+fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -> Result<(), Failure> {
+    print(&format!(
+        "{}: {}\nrobot {}, {} plant, seed {}\n",
+        scenario.name,
+        scenario.question,
+        scenario.dataset().robot_reference,
+        scenario.plant.name(),
+        run.seed
+    ))?;
+    print("PLAN")?;
+    print(&chosen_sentence("probings", run.plan.wanted(), &run.plan.trical))?;
+    print(&chosen_sentence("tracker poses", run.tracker_plan.identification.poses.len(), &run.tracker_plan.chosen))?;
+    print("\nMASTERING")?;
+    let free = run.mastering.free_reading.map(|r| r / MM);
+    let left = run.mastering.preset_residual.map(|r| r / UM);
+    print(&format!(
+        "free readings {:.4}, {:.4}, {:.4} mm (ideal -6.1500); after the preset the master ball reads {:+.1}, {:+.1}, {:+.1} um off",
+        free[0], free[1], free[2], left[0], left[1], left[2]
+    ))?;
+    print("\nCENTRING")?;
+    print(&probings_table(run))?;
+    print(&centring_summary(run))?;
+    print("\nPARAMETERS, by TriCal")?;
+    print(&story(&run.trical.calibration))?;
+    print("POSITION ERRORS after calibration, on the tracker's validation poses (paper: Table 9)")?;
+    let mut rows = vec![validation_row("nominal", &run.before)];
+    for method in [&run.trical, &run.tracker] {
+        rows.push(validation_row(title(method.name), &method.validation));
+        if let Some((_, paper)) = PAPER.iter().find(|(name, _)| *name == method.name) {
+            let [mean, max, std] = paper.map(|v| format!("{v:.3}"));
+            rows.push([
+                format!("  the paper's {}", title(method.name)),
+                mean,
+                max,
+                std,
+                String::new(),
+                String::new(),
+                String::new(),
+            ]);
+        }
+    }
+    print(&validation_table(&rows))?;
+    print("\nHISTOGRAM of the TriCal's position errors")?;
+    print(&histogram(&run.trical.validation, 12))?;
+    print(
+        "COMPENSATION: targets sent to the robot's own controller, which uses the nominal model; true position error of the tool",
+    )?;
+    print(&compensation_text(run))?;
+    print("\nTRUTH against estimate (the simulated cell keeps score)")?;
+    print(&format!(
+        "{:.0} % of {} parameters within 1 sigma, {:.0} % within 2, {:.0} % within 3; a perfect model gives 68, 95, 99.7",
+        100.0 * run.trical.score.within(1.0),
+        run.trical.score.parameters.len(),
+        100.0 * run.trical.score.within(2.0),
+        100.0 * run.trical.score.within(3.0)
+    ))?;
+    print("\nHIDDEN in the simulated cell against what the TriCal's data show of it")?;
+    print(&hidden_text(truth))?;
+    if !checks.is_empty() {
+        print("\nEXPECTED")?;
+        for c in checks {
+            let verdict = if c.met() { "met" } else { "NOT MET" };
+            print(&format!("  {:18} {:10.4}  in [{}, {}]  {verdict}", c.name, c.value, c.band[0], c.band[1]))?;
+        }
+    }
+    Ok(())
+}
+
+fn compensation_text(run: &Run) -> String {
+    let Some(Compensation { refused, before, after }) = &run.compensation else {
+        return "not one target could be compensated".into();
+    };
+    let rows = [validation_row("as they are", before), validation_row("compensated, by TriCal", after)];
+    let told = format!("{}\n{} targets", validation_table(&rows), after.samples);
+    if *refused == 0 {
+        told
+    } else {
+        format!("{told}; {refused} more were refused: out of a joint's limits, or bent the other way")
+    }
+}
+
+fn title(name: &str) -> &str {
+    if name == "trical" { "TriCal" } else { "laser tracker" }
+}
+
+/// A table of all probings with their readings, one line each.
+fn probings_table(run: &Run) -> String {
+    let um = |r: f64| format!("{:+.1}", r / UM);
+    let rows: Vec<[String; 7]> = run
+        .campaign
+        .probings
+        .iter()
+        .map(|p| {
+            let pose = &run.plan.probing.poses[p.pose];
+            let ball = run.trical.dataset.balls[pose.ball].id.clone();
+            let time = format!("{:.1}", p.probing.duration_s);
+            let first = p.probing.iterations.iter().filter(|i| i.phase == Phase::Centring).find_map(|i| i.reading);
+            let arrived = first.map_or_else(String::new, |r| format!("{:.3}", r.norm() / MM));
+            match &p.probing.outcome {
+                Ok(c) => [
+                    pose.id.clone(),
+                    ball,
+                    arrived,
+                    (c.steps + 1).to_string(),
+                    [um(c.reading.x), um(c.reading.y), um(c.reading.z)].join("  "),
+                    time,
+                    String::new(),
+                ],
+                Err(failure) => [pose.id.clone(), ball, arrived, String::new(), String::new(), time, failure.to_string()],
+            }
+        })
+        .collect();
+    plain_table(&["probing", "ball", "off at first mm", "readings", "left um", "time s", ""], &rows)
+}
+
+fn centring_summary(run: &Run) -> String {
+    let probings = &run.campaign.probings;
+    let time: f64 = probings.iter().map(|p| p.probing.duration_s).sum();
+    format!(
+        "{} of {} probings centred, {:.2} readings each; {:.1} s a probing, {:.0} min of cell time in all (the paper: about 30 s a probing)",
+        run.campaign.samples.len(),
+        run.plan.wanted(),
+        run.readings_mean(),
+        time / probings.len().max(1) as f64,
+        time / 60.0
+    )
+}
+
+fn document(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -> Value {
+    let method = |m: &Method| {
+        let parameters: Vec<Value> = m
+            .score
+            .parameters
+            .iter()
+            .filter_map(|p| {
+                let unit = m.calibration.estimate(&p.name)?.unit;
+                Some(json!({"name": p.name, "truth": unit.from_si(p.truth), "estimate": unit.from_si(p.estimate), "sigma": unit.from_si(p.sigma), "unit": unit.symbol}))
+            })
+            .collect();
+        let mut out = json!({"name": m.name, "probings": m.dataset.samples.len(), "validation": validation_json(&m.validation),
+            "calibration": calibration_json(&m.calibration), "score": parameters});
+        if m.name == "trical" {
+            out["readings_mean"] = json!(run.readings_mean());
+        }
+        out
+    };
+    let paper: serde_json::Map<String, Value> = PAPER
+        .iter()
+        .map(|(name, [mean, max, std])| ((*name).into(), json!({"mean_mm": mean, "max_mm": max, "std_mm": std})))
+        .collect();
+    let checked: Vec<Value> =
+        checks.iter().map(|c| json!({"name": c.name, "value": c.value, "band": c.band, "met": c.met()})).collect();
+    json!({
+        "format": "calibench-run/1",
+        "scenario": scenario.name,
+        "question": scenario.question,
+        "plant": scenario.plant.name(),
+        "seed": run.seed,
+        "methods": [method(&run.trical), method(&run.tracker)],
+        "compensation": run.compensation.as_ref().map(|c| {
+            json!({"refused": c.refused, "before": validation_json(&c.before), "after": validation_json(&c.after)})
+        }),
+        "before": {"mean_mm": run.before.mean / MM, "max_mm": run.before.max / MM},
+        "paper": paper,
+        "hidden_against_found": hidden_json(truth),
+        "diagnosed": named_json(truth),
+        "expect": {"met": checks.iter().all(Check::met), "checks": checked},
+    })
+}
+
+/// Contents of a run folder; the first file marks it as such.
+const FILES: &[&str] = &[
+    "result.json",
+    "trical",
+    "tracker",
+    "validation",
+    "trical.toml",
+    "tracker.toml",
+    "iterations.csv",
+    "probings.csv",
+    TRUE_ARM,
+    "scene.toml",
+    super::report::MODEL,
+    super::report::FILE,
+    "cell.png",
+    "gauge.png",
+];
+
+/// Writes the run folder, all or nothing.
+fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
+    replace_folder(folder, "run", FILES, |inside| {
+        write_dataset(&run.trical.dataset, &inside.join("trical"))?;
+        write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;
+        write_dataset(&run.validation, &inside.join("validation"))?;
+        write_calibration(&run.trical.calibration, &inside.join("trical.toml"))?;
+        write_calibration(&run.tracker.calibration, &inside.join("tracker.toml"))?;
+        write_model(&run.trical.calibration.model, &inside.join(super::report::MODEL))?;
+        run.campaign.write(inside, &run.plan.probing.poses, &scenario.ball_ids())?;
+        run.true_arm.write(&run.campaign, &inside.join(TRUE_ARM))?;
+        scenario.scene().write(&inside.join("scene.toml"))?;
+        write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())
+    })
+}

@@ -1,0 +1,276 @@
+//! Start and resumption of a campaign at a real cell: first off the ball, then the mastering check.
+
+use std::path::Path;
+
+use calibench::cell::Manipulator;
+use calibench::cell::gauge::CellGauge;
+use calibench::cell::gauge::PresetManner;
+use calibench::measure::{
+    ArmAt, Cell, HomeWays, JournalSession, PlannedPose, ProbingPlan, WAY_MARGIN, Way, WayFinder, WayRequest, Whereabouts,
+    master, still_mastered, whereabouts,
+};
+use calibench::units::{DEG, MM};
+
+use super::failure::hardware;
+use super::failure::{Failure, Hardware};
+use super::operator::Operator;
+use calibench_sim::scenario::load_scenario;
+
+/// Distance of a ball from the TCP beyond which the gauge is clear of it, m: more than the retreats of plans, and half the
+/// distance between balls.
+const CLEAR_OF_BALLS: f64 = 50.0 * MM;
+
+/// Checks that the guards permit every motion of a plan; nothing moves.
+///
+/// # Errors
+/// The first forbidden motions and their number.
+pub fn preflight(cell: &Cell, plan: &ProbingPlan, path: &Path) -> Result<(), Failure> {
+    let mut forbidden: Vec<String> = Vec::new();
+    let mut judge = |what: String, way: &[Vec<f64>]| {
+        let why = way.windows(2).find_map(|leg| cell.guards.joint_motion(&leg[0], &leg[1]).err());
+        forbidden.extend(why.map(|why| format!("{what}: {why}")));
+    };
+    let touching = plan.poses.iter().filter_map(|pose| Some((pose, pose.clearance.filter(|gap| *gap <= 0.0)?)));
+    let touching: Vec<String> = touching.map(|(pose, _)| format!("pose '{}' has no clearance", pose.id)).collect();
+    for (name, way) in motions(plan) {
+        judge(name, &way);
+    }
+    forbidden.extend(touching);
+    if forbidden.is_empty() {
+        return Ok(());
+    }
+    let some = forbidden.iter().take(3).cloned().collect::<Vec<_>>().join("; ");
+    let rest = if forbidden.len() > 3 { format!("; and {} more", forbidden.len() - 3) } else { String::new() };
+    let remedy = "plan anew with `calibench plan CELL`, which keeps to the guards, or correct [guards]";
+    Err(format!("{}: {some}{rest}; nothing has moved; {remedy}", path.display()).into())
+}
+
+/// Every way of a plan by name: from pose to pose, onto each ball, and to and from home.
+pub fn motions(plan: &ProbingPlan) -> Vec<(String, Vec<Vec<f64>>)> {
+    let mut all = Vec::new();
+    let mut before: Option<&PlannedPose> = None;
+    for pose in &plan.poses {
+        let comes_from = before.filter(|b| !pose.reserve && b.payload == pose.payload);
+        let from = match (comes_from, &plan.ways) {
+            (Some(before), _) => vec![before.approach.clone()],
+            (None, Some(ways)) => vec![ways.home.clone()],
+            (None, None) => Vec::new(),
+        };
+        let to = [from.as_slice(), &pose.via, std::slice::from_ref(&pose.approach)].concat();
+        // The position of the arm before the first motion is unknown; then only its end is checked.
+        let to = if to.len() == 1 { vec![to[0].clone(), to[0].clone()] } else { to };
+        all.push((format!("the way to '{}'", pose.id), to));
+        all.push((format!("onto the ball of '{}'", pose.id), vec![pose.approach.clone(), pose.contact.clone()]));
+        if let Some(ways) = &plan.ways {
+            let home = [std::slice::from_ref(&pose.approach), ways.home_from(&pose.id).as_slice()].concat();
+            all.push((format!("the way home from '{}'", pose.id), home));
+        }
+        if !pose.reserve {
+            before = Some(pose);
+        }
+    }
+    if let Some((ways, (mastering, way))) = plan.ways.as_ref().and_then(|ways| Some((ways, ways.mastering.as_ref()?))) {
+        let to = [std::slice::from_ref(&ways.home), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
+        all.push(("the way to the mastering".to_owned(), to));
+    }
+    all
+}
+
+/// The motion from the arm's present position to one from which the plan has ways.
+pub struct FirstMotion {
+    way: Vec<Vec<f64>>,
+    station: ArmAt,
+    /// Message for the operator.
+    pub words: Option<String>,
+    /// True if it leads off a ball.
+    pub is_off_a_ball: bool,
+}
+
+impl FirstMotion {
+    /// Finds the motion from joints `q` (rad); nothing moves.
+    ///
+    /// # Errors
+    /// If no clear path is known from there.
+    pub fn from(cell: &Cell, plan: &ProbingPlan, q: &[f64]) -> Result<Self, Failure> {
+        let model = &cell.dataset;
+        let arm = (&*model.robot, &model.base, &model.tool);
+        match (whereabouts(&plan.poses, plan.ways.as_ref(), arm, q), &plan.ways) {
+            (Whereabouts::AtBall(k), _) => {
+                let pose = &plan.poses[k];
+                let ball = model.balls.get(pose.ball).map_or("", |b| b.id.as_str());
+                let words = format!("The arm stands at ball '{ball}': it first backs off to the approach of '{}'.", pose.id);
+                let way = vec![pose.approach.clone()];
+                Ok(FirstMotion { way, station: ArmAt::Approach(pose.id.clone()), words: Some(words), is_off_a_ball: true })
+            }
+            (Whereabouts::OnWay(way, station), _) => Ok(FirstMotion { way, station, words: None, is_off_a_ball: false }),
+            (Whereabouts::AtMastering, Some(ways)) => Ok(FirstMotion {
+                way: ways.mastering.iter().flat_map(|(_, way)| way.via.iter().rev()).chain([&ways.home]).cloned().collect(),
+                station: ArmAt::Home,
+                words: None,
+                is_off_a_ball: false,
+            }),
+            (Whereabouts::Unknown, Some(ways)) => found(cell, ways, q),
+            (Whereabouts::AtMastering | Whereabouts::Unknown, None) => {
+                let words = "The plan holds no ways: nothing is known of what the arm may touch between its poses.";
+                Ok(FirstMotion { way: Vec::new(), station: ArmAt::Unknown, words: Some(words.into()), is_off_a_ball: false })
+            }
+        }
+    }
+
+    /// Makes the motion and returns where the arm then stands.
+    ///
+    /// # Errors
+    /// If the robot does not reach the target.
+    pub fn make(self, robot: &mut impl Manipulator) -> Result<ArmAt, Failure> {
+        robot.move_along(&self.way).map_err(|e| hardware(&e))?;
+        Ok(self.station)
+    }
+}
+
+/// Plans a path home from a position off all motions of the plan, among the bodies of the cell's scenario.
+fn found(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, Failure> {
+    let home: Vec<String> = ways.home.iter().map(|q| format!("{:.1}", q / DEG)).collect();
+    let jog = format!("jog it to the home posture of the plan ({} deg) and start again", home.join(", "));
+    let Some(named) = &cell.scenario else {
+        let why = "the arm stands on no motion of the plan, and the cell names no scenario that knows what stands around it";
+        return Err(Hardware(format!("{why}: {jog}")).into());
+    };
+    let scenario = load_scenario(named)?;
+    let (model, surroundings) = (&cell.dataset, scenario.surroundings());
+    let request = WayRequest {
+        robot: &model.robot,
+        base: &model.base,
+        tool: &model.tool,
+        surroundings: &surroundings,
+        margin: WAY_MARGIN,
+        guards: Some(&cell.guards),
+        seed: scenario.seed,
+    };
+    match WayFinder::new(request, ways.home.clone()).home_from(q) {
+        Ok(way) => Ok(FirstMotion {
+            way: [way.via.as_slice(), std::slice::from_ref(&ways.home)].concat(),
+            station: ArmAt::Home,
+            words: Some("The arm stands on no motion of the plan: it first goes to the home posture.".into()),
+            is_off_a_ball: false,
+        }),
+        Err(blocked) => {
+            Err(Hardware(format!("the arm stands on no motion of the plan, and from there {blocked}: {jog}")).into())
+        }
+    }
+}
+
+/// State of the gauge known before a session.
+pub struct Before<'a> {
+    /// The previous session, if any.
+    pub session: Option<&'a JournalSession>,
+    /// True if the operator states that the gauge is mastered.
+    pub mastered: bool,
+    /// True if robot, artifact or gauge were moved since.
+    pub moved: bool,
+}
+
+/// Makes the first motion and ensures that the gauge is mastered: off a ball first, since a gauge is checked and preset by
+/// readings without contact. If no questions are asked, the master ball lies in the socket from the start, and the gauge is
+/// mastered before the arm moves.
+///
+/// # Errors
+/// Those of [`FirstMotion::make`] and [`ready`].
+pub fn begin<M: Manipulator>(
+    of: (&Cell, &ProbingPlan),
+    first: FirstMotion,
+    before: &Before<'_>,
+    operator: &mut Operator,
+    (robot, gauges): (&mut M, &mut [CellGauge; 3]),
+) -> Result<(JournalSession, ArmAt), Failure> {
+    if operator.asks_nobody() && before.session.is_none() && !first.is_off_a_ball {
+        let (session, _) = ready(of, before, operator, (&mut *robot, gauges), (ArmAt::Unknown, true))?;
+        return Ok((session, first.make(robot)?));
+    }
+    let stands = first.make(robot)?;
+    ready(of, before, operator, (robot, gauges), (stands, false))
+}
+
+/// Begins a session with the arm clear of balls: the gauge is still mastered, or is mastered anew at the plan's mastering
+/// posture, or in place with the master ball in its socket (`here`). Returns where the arm then stands.
+///
+/// # Errors
+/// If an indicator fails, or if the gauge must be mastered and may touch a ball.
+fn ready<M: Manipulator>(
+    (cell, plan): (&Cell, &ProbingPlan),
+    before: &Before<'_>,
+    operator: &mut Operator,
+    (robot, gauges): (&mut M, &mut [CellGauge; 3]),
+    (stands, here): (ArmAt, bool),
+) -> Result<(JournalSession, ArmAt), Failure> {
+    let known = before.session.map(|session| &session.mastering);
+    let forgetful = (0..3).find(|&k| cell.indicators[k].settings.dialect.preset == PresetManner::Driver);
+    let now = robot.clock_s();
+    let kept = |gauges: &mut [CellGauge; 3]| still_mastered(gauges, known, &cell.trical, &cell.mastering, || now);
+    let (mastering, mastering_kept, stands) = match forgetful {
+        Some(k) if before.mastered => {
+            let why = "keeps no preset, so that each run must master it; leave --mastered out";
+            return Err(format!("indicator {} {why}", k + 1).into());
+        }
+        None if before.mastered => (kept(gauges).map_err(|e| hardware(&e))?, before.session.is_some(), stands),
+        None if before.session.is_some()
+            && let Ok(mastering) = kept(gauges) =>
+        {
+            (mastering, true, stands)
+        }
+        _ => {
+            let there = plan.ways.as_ref().filter(|_| !here).and_then(|ways| Some((ways, ways.mastering.as_ref()?)));
+            match there {
+                Some(there) => to_mastering(there, robot, &stands)?,
+                None => clear_of_balls(cell, robot)?,
+            }
+            let mastering = master(gauges, operator, &cell.trical, &cell.mastering, || now).map_err(|e| hardware(&e))?;
+            let stands = match there {
+                Some((ways, (_, way))) => {
+                    let back: Vec<Vec<f64>> = way.via.iter().rev().chain([&ways.home]).cloned().collect();
+                    robot.move_along(&back).map_err(|e| hardware(&e))?;
+                    ArmAt::Home
+                }
+                None => stands,
+            };
+            (mastering, false, stands)
+        }
+    };
+    let number = before.session.map_or(1, |session| session.number + usize::from(before.moved));
+    Ok((JournalSession { number, mastering_kept, ..JournalSession::first(mastering) }, stands))
+}
+
+/// Goes to the mastering posture.
+fn to_mastering(
+    (ways, (mastering, way)): (&HomeWays, &(Vec<f64>, Way)),
+    robot: &mut impl Manipulator,
+    stands: &ArmAt,
+) -> Result<(), Failure> {
+    let home = match stands {
+        ArmAt::Approach(id) => ways.home_from(id),
+        ArmAt::Home | ArmAt::Unknown => Vec::new(),
+    };
+    let to = [home.as_slice(), way.via.as_slice(), std::slice::from_ref(mastering)].concat();
+    robot.move_along(&to).map_err(|e| hardware(&e).into())
+}
+
+/// Checks that the gauge is clear of every ball: a preset written while a plunger touches one shifts all later measurements.
+fn clear_of_balls(cell: &Cell, robot: &mut impl Manipulator) -> Result<(), Failure> {
+    let tcp = cell.guards.tcp(&robot.joints().map_err(|e| hardware(&e))?);
+    match cell.dataset.balls.iter().find(|ball| (ball.position - tcp).norm() < CLEAR_OF_BALLS) {
+        Some(ball) => {
+            let why = "the gauge must be mastered, and may touch";
+            Err(Hardware(format!("{why} ball '{}'; nothing was set: jog it clear and start again", ball.id)).into())
+        }
+        None => Ok(()),
+    }
+}
+
+/// The guards of a cell as conditions of a campaign.
+pub fn guard_conditions(cell: &Cell) -> serde_json::Value {
+    let workspace = cell.guards.workspace.map(|corners| corners.map(|c| [c.x / MM, c.y / MM, c.z / MM]));
+    serde_json::json!({
+        "joint_margin_deg": cell.guards.joint_margin / DEG,
+        "max_step_mm": cell.guards.max_step / MM,
+        "workspace_mm": workspace,
+    })
+}

@@ -1,0 +1,100 @@
+//! `study SCENARIO`: the whole procedure repeated, with every error drawn anew.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde_json::json;
+use toml::Value;
+
+use super::choices::PlantChoice;
+use super::choices::seed;
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+use super::progress::{Trials, Waiting};
+use super::study_tables::{Products, study_json, study_text};
+use calibench_lab::study::{Extent, RowsFile, Study, Summary, run as run_trials};
+use calibench_sim::scenario::Document;
+use calibench_sim::scenario::PlantKind;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Scenario file; with a [sweep] the study is made at each of its points
+    scenario: PathBuf,
+    /// Number of trials at each point
+    #[arg(long)]
+    trials: u64,
+    /// Number of the first trial: shards of any size, on any machine, combine to the bytes of one run
+    #[arg(long, default_value_t = 0)]
+    first: u64,
+    /// Output table of the trials (CSV), one row per trial, point and method; an interrupted study continues where it stopped
+    #[arg(short, long, visible_alias = "out")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    products: Products,
+    /// Diagnose every trial as well
+    #[arg(long)]
+    diagnose: bool,
+    /// Plant that simulates the mechanics of the cell, overriding the scenario's choice
+    #[arg(long, value_enum)]
+    plant: Option<PlantChoice>,
+    /// Seed that replaces the scenario's
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
+    let Arguments { trials, first, output, products, .. } = arguments;
+    let extent = Extent { first: *first, trials: *trials };
+    if *trials == 0 || first.checked_add(*trials).is_none_or(|end| end > Extent::END) {
+        return Err("--trials: is out of range; give at least 1".into());
+    }
+    if products.parquet.is_some() && output.is_none() {
+        return Err("--parquet: is made from the table of trials; name that too, with -o".into());
+    }
+    let study = prepare(arguments)?;
+    let header = csv::Reader::from_reader(&study.columns.header()[..]).headers()?.clone();
+    let mut summary = Summary::new(&header).ok_or("the table has the columns of a study")?;
+    let file = output.as_ref().map(|path| RowsFile::open(path, &study, extent, |row| summary.add(row))).transpose()?;
+    let points = study.points.len() as u64;
+    let bar = Trials::new((trials * points) as usize);
+    let found = file.as_ref().map_or(0, |f| f.found);
+    bar.begin_at(found * points);
+    let begun = Instant::now();
+    run_trials(&study, extent, file, |lines| summary.add_lines(lines), &|| bar.done())?;
+    let seconds = begun.elapsed().as_secs_f64();
+    drop(bar);
+    let tables: Vec<&std::path::Path> = output.iter().map(PathBuf::as_path).collect();
+    let mut document = study_json(&summary, extent);
+    document["question"] = json!(study.points[0].scenario.question);
+    products.make(&tables, &document)?;
+    if arguments.json {
+        let run_now = (trials - found) * points;
+        document["trials_per_second"] = if run_now > 0 { json!(run_now as f64 / seconds) } else { json!(null) };
+        print_json(&document)?;
+    } else {
+        print(&study_text(&summary, extent))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Plans the requested study.
+fn prepare(arguments: &Arguments) -> Result<Study, Failure> {
+    let mut document = Document::read(&arguments.scenario)?;
+    let change =
+        |document: &mut Document, key: &str, value: Value| -> Result<(), String> { document.set(&key.parse()?, value) };
+    if let Some(seed) = arguments.seed {
+        let seed =
+            i64::try_from(seed).map_err(|_| format!("--seed: a study takes seeds up to {}; give a smaller one", i64::MAX))?;
+        change(&mut document, "seed", Value::Integer(seed))?;
+    }
+    if let Some(plant) = arguments.plant {
+        change(&mut document, "plant", Value::String(PlantKind::from(plant).name().into()))?;
+    }
+    let waiting = Waiting::new("planning");
+    let begun = |point: usize, plans: usize| waiting.now(format!("planning point {}, {plans} plans so far", point + 1));
+    Ok(Study::new(&document, arguments.diagnose, &begun)?)
+}

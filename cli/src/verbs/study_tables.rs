@@ -1,0 +1,145 @@
+//! The results of a study as tables, as JSON and as files.
+
+use std::path::{Path, PathBuf};
+
+use calibench::files::write_whole;
+use calibench_report::plain_rows;
+use serde_json::{Map, Value, json};
+
+use super::failure::Failure;
+use calibench_lab::study::{Extent, MethodSummary, PERCENT, Quantile, Share, Spread, Summary, study_page, write_parquet};
+
+/// Optional products of a table of trials.
+#[derive(clap::Args)]
+pub struct Products {
+    /// Output file for the table of trials in Parquet format
+    #[arg(long, value_name = "FILE")]
+    pub parquet: Option<PathBuf>,
+    /// Output file for a self-contained page (HTML): response curves with their bands, and the numbers
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+}
+
+impl Products {
+    /// The requested files.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.parquet.iter().chain(&self.report)
+    }
+
+    /// Writes the requested files.
+    pub fn make(&self, tables: &[&Path], document: &Value) -> Result<(), Failure> {
+        if let Some(path) = &self.parquet {
+            write_parquet(tables, path)?;
+        }
+        if let Some(path) = &self.report {
+            write_whole(path, study_page(document).as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+/// Quantiles of the position errors and coverage of the intervals, by point and method.
+pub fn study_text(summary: &Summary, extent: Extent) -> String {
+    let Extent { first, trials } = extent;
+    let which = if first == 0 { String::new() } else { format!(" (trials {first} to {})", first + trials - 1) };
+    let many = if summary.points.len() == 1 { String::new() } else { format!(" at each of {} points", summary.points.len()) };
+    let mut out = format!("{}, seed {}: {trials} trials{many}{which}\n\n", summary.study, summary.seed);
+    let mut header = summary.axes.clone();
+    header.extend(["method", "done", "mm"].map(String::from));
+    header.extend(PERCENT.map(|p| format!("{p} %")));
+    header.push("intervals that held the truth".into());
+    let mut rows = Vec::new();
+    for point in &summary.points {
+        for method in &point.methods {
+            // For several points only the mean error, with the band of its median.
+            let told: &[(&str, &str)] = if summary.axes.is_empty() {
+                &[("mean_mm", "mean"), ("max_mm", "max"), ("std_mm", "std"), ("before_mean_mm", "mean, nominal")]
+            } else {
+                &[("mean_mm", "mean")]
+            };
+            for (k, (column, name)) in told.iter().enumerate() {
+                let mut row = point.at.clone();
+                row.extend([method.name.clone(), method.done.to_string(), (*name).to_owned()]);
+                row.extend(method.spread(column).map_or_else(|| vec![String::new(); PERCENT.len()], |s| quantiles(&s)));
+                row.push(if k == 0 { coverage(method) } else { String::new() });
+                rows.push(row);
+            }
+        }
+    }
+    out.push_str(&plain_rows(&header, &rows));
+    out.push_str("\n\nIn brackets: where endless trials would have the median, and the share; 95 % bands, by order statistics and by Wilson.\n");
+    let mut reasons: std::collections::BTreeMap<&str, u64> = std::collections::BTreeMap::new();
+    for (reason, count) in summary.points.iter().flat_map(|p| p.methods.first()).flat_map(|m| &m.failed) {
+        *reasons.entry(reason).or_default() += count;
+    }
+    for (reason, count) in reasons {
+        out.push_str(&format!("{count} trials failed: {reason}\n"));
+    }
+    out
+}
+
+fn quantiles(spread: &Spread) -> Vec<String> {
+    let cell = |q: &Quantile| match (q.percent, q.low, q.high) {
+        (50, Some(low), Some(high)) => format!("{:.4} [{low:.4}, {high:.4}]", q.value),
+        _ => format!("{:.4}", q.value),
+    };
+    spread.quantiles.iter().map(cell).collect()
+}
+
+/// Coverage pooled over all parameters, and the least one with its band: the intervals of a trial cover the ground truth
+/// jointly, so the pooled share has no band of its own.
+fn coverage(method: &MethodSummary) -> String {
+    let shares: Vec<Share> = method.coverage().map(|(_, share)| share).collect();
+    let all = Share { count: shares.iter().map(|s| s.count).sum(), of: shares.iter().map(|s| s.of).sum() };
+    let Some(worst) = shares.iter().min_by(|a, b| a.value().total_cmp(&b.value())) else { return String::new() };
+    let [low, high] = worst.band();
+    format!("{:.1} %, least {:.1} % [{:.1}, {:.1}]", 100.0 * all.value(), 100.0 * worst.value(), 100.0 * low, 100.0 * high)
+}
+
+/// The same as one document.
+pub fn study_json(summary: &Summary, extent: Extent) -> Value {
+    let points: Vec<Value> = summary
+        .points
+        .iter()
+        .map(|p| {
+            let at: Map<String, Value> = summary.axes.iter().cloned().zip(p.at.iter().map(|v| number_or_text(v))).collect();
+            json!({"at": at, "methods": p.methods.iter().map(method_json).collect::<Vec<_>>()})
+        })
+        .collect();
+    let mut document = json!({
+        "format": "calibench-study/1",
+        "study": summary.study,
+        "seed": summary.seed,
+        "first": extent.first,
+        "trials": extent.trials,
+        "bands": "95 %: quantiles by order statistics, shares by Wilson",
+    });
+    if summary.axes.is_empty() {
+        document["methods"] = points.first().map_or(Value::Null, |p| p["methods"].clone());
+    } else {
+        document["axes"] = json!(summary.axes);
+        document["points"] = json!(points);
+    }
+    document
+}
+
+fn method_json(method: &MethodSummary) -> Value {
+    let mut out = json!({"name": method.name, "done": method.done, "failed": method.failed});
+    for (name, spread) in method.spreads() {
+        out[name] = json!(spread);
+    }
+    let coverage = method.coverage().map(|(name, share)| {
+        let [low, high] = share.band();
+        json!({"name": name, "inside": share.count, "of": share.of, "share": share.value(), "low": low, "high": high})
+    });
+    out["coverage"] = coverage.collect();
+    if !method.verdicts.is_empty() {
+        out["verdicts"] = json!(method.verdicts);
+    }
+    out
+}
+
+/// A position on an axis, as a number if it is one.
+fn number_or_text(text: &str) -> Value {
+    text.parse::<f64>().map_or_else(|_| json!(text), |v| json!(v))
+}

@@ -1,0 +1,40 @@
+//! Reasons for which the workbench refuses an action.
+
+use calibench::files::FileError;
+use calibench::identify::IdentifyError;
+use thiserror::Error;
+
+use crate::step::StepError;
+use calibench::files::with_reasons;
+
+/// The reason for refusing an action.
+#[derive(Debug, Error)]
+pub enum Refusal {
+    /// A field of the page holds an invalid value.
+    #[error("{message}")]
+    Field {
+        /// The field.
+        field: &'static str,
+        /// Description of the error, and the remedy.
+        message: String,
+    },
+    /// Data and model do not match.
+    #[error("{}", with_reasons(.0))]
+    Data(#[from] IdentifyError),
+    /// The result cannot be saved.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+impl Refusal {
+    /// A refusal caused by a field.
+    pub(super) fn field(field: &'static str, message: impl Into<String>) -> Self {
+        Refusal::Field { field, message: message.into() }
+    }
+}
+
+impl From<StepError> for Refusal {
+    fn from(error: StepError) -> Self {
+        Refusal::field("effect", with_reasons(&error))
+    }
+}

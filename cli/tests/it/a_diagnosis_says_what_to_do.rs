@@ -1,0 +1,115 @@
+//! `diagnose` in words: observation, meaning and action; the commands it names run, and the document has the promised keys.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn calibench(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn diagnosed(folder: &Path, arguments: &[&str]) -> Value {
+    let output = calibench(folder, &[&["diagnose", "--json"], arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn run(scenario: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(scenario);
+    let output = calibench(folder.path(), &["run", scenario.to_str().unwrap(), "--out", "run"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder
+}
+
+fn sentences(v: &Value) -> Vec<String> {
+    v["sentences"].as_array().unwrap().iter().map(|s| s.as_str().unwrap().to_owned()).collect()
+}
+
+/// The first command in a sentence beginning with `Do:`, without the program's name.
+fn command(said: &[String]) -> Vec<String> {
+    let quoted = said.iter().filter(|s| s.starts_with("Do:")).find_map(|s| s.split('`').nth(1)).unwrap();
+    quoted.strip_prefix("calibench ").unwrap().split(' ').map(str::to_owned).collect()
+}
+
+#[test]
+fn a_moved_ball_is_named_and_to_be_looked_at() {
+    let folder = run("moved-ball.toml");
+    let v = diagnosed(folder.path(), &["run/trical"]);
+    for key in [
+        "format",
+        "samples",
+        "dof",
+        "rms_mm",
+        "noise_mm",
+        "unexplained_mm",
+        "chi2_per_dof",
+        "lack_of_fit_p",
+        "verdict",
+        "set95",
+        "findings",
+        "heat_map",
+        "untestable",
+        "fitted",
+        "workspace",
+        "outside_range",
+        "sentences",
+    ] {
+        assert!(v.get(key).is_some(), "{key}");
+    }
+    assert_eq!((&v["format"], &v["verdict"]), (&"calibench-diagnosis/1".into(), &"identified".into()));
+    assert_eq!(v["findings"][0]["effect"], "ball:3");
+    let said = sentences(&v);
+    let saw = said.iter().find(|s| s.starts_with("Saw: ball:3")).unwrap();
+    assert!(saw.contains("mm") && saw.contains("explains") && saw.contains("the fitted model hides"), "{saw}");
+    assert!(said.iter().any(|s| s.starts_with("Do: look at that ball")), "{said:?}");
+    let arguments = command(&said);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    assert_eq!(arguments, ["add", "ball:3", "run/trical"]);
+    let step = calibench(folder.path(), &arguments);
+    assert!(step.status.success(), "{}", String::from_utf8_lossy(&step.stderr));
+    // A map of the workspace with a number in every ring that contains a pose.
+    let w = &v["workspace"];
+    assert_eq!(w["from"], "drawn");
+    let cells: Vec<&Value> = w["map"]["cells"].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap()).collect();
+    let poses: u64 = cells.iter().filter(|c| !c.is_null()).map(|c| c["poses"].as_u64().unwrap()).sum();
+    assert_eq!((cells.len(), poses), (25, w["poses"].as_u64().unwrap()));
+}
+
+#[test]
+fn what_no_catalogue_holds_is_shown_as_a_curve_to_add() {
+    let folder = run("blind-gear-defect.toml");
+    let v = diagnosed(folder.path(), &["run/trical"]);
+    assert_eq!(v["verdict"], "unexplained");
+    let said = sentences(&v);
+    assert!(said.iter().any(|s| s.starts_with("Saw: the error of joint 3 follows q3")), "{said:?}");
+    assert!(said.iter().any(|s| s.contains("urad, one-sigma")), "{said:?}");
+    let arguments = command(&said);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).chain(["--json"]).collect();
+    assert_eq!(arguments[..2], ["add", "curve:3:q3"]);
+    let step = calibench(folder.path(), &arguments);
+    assert!(step.status.success(), "{}", String::from_utf8_lossy(&step.stderr));
+    let step: Value = serde_json::from_slice(&step.stdout).unwrap();
+    let rms = |side: &str| step[side]["cv_rms_mm"].as_f64().unwrap();
+    assert!(rms("after") < 0.7 * rms("before"), "{} to {}", rms("before"), rms("after"));
+    let text = calibench(folder.path(), &["diagnose", "run/trical"]);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.contains("JOINT ERROR BY VARIABLE") && text.contains(" *"), "{text}");
+}
+
+#[test]
+fn chi_square_is_not_spoken_of_where_no_noise_is_stated() {
+    let folder = run("payload-wrong.toml");
+    let path = folder.path().join("run/trical/dataset.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let (before, after) = text.split_once("[noise]").unwrap();
+    let rest = after.split_once("\n[").map_or(String::new(), |(_, rest)| format!("[{rest}"));
+    fs::write(&path, format!("{before}{rest}")).unwrap();
+    let v = diagnosed(folder.path(), &["run/trical"]);
+    assert_eq!((&v["chi2_per_dof"], &v["lack_of_fit_p"]), (&Value::Null, &Value::Null));
+    let said = sentences(&v);
+    assert!(said.iter().all(|s| !s.contains("chi2")), "{said:?}");
+    assert_eq!(v["set95"], serde_json::json!(["payload_com"]));
+}

@@ -1,0 +1,167 @@
+//! The commands that calibrate a real robot from public data, and their standard output as read by other programs.
+//!
+//! The files are in `tests/data`.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::oracles::data;
+
+/// A folder for one test.
+fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Runs the program; exit code, standard output, standard error.
+fn calibench(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_calibench")).args(arguments.iter().map(|a| a.as_ref())).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+fn done(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> String {
+    let (code, out, err) = calibench(arguments);
+    assert_eq!(code, Some(0), "{err}");
+    out
+}
+
+/// One JSON document and nothing else.
+fn json(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
+    let out = done(arguments);
+    serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
+}
+
+fn number(v: &Value, key: &str) -> f64 {
+    v[key].as_f64().unwrap_or_else(|| panic!("{key} is no number: {v}"))
+}
+
+/// Checks the keys that `identify --json` promises.
+fn assert_calibration(v: &Value) {
+    assert_eq!(v["format"], "calibench-calibration/1");
+    for p in v["parameters"].as_array().unwrap() {
+        assert!(p["name"].is_string() && p["unit"].is_string(), "{p}");
+        for key in ["value", "sigma", "nominal"] {
+            assert!(number(p, key).is_finite());
+        }
+        assert!(number(p, "sigma") > 0.0, "{p}");
+    }
+    for key in ["rms_mm", "chi2_per_dof", "condition"] {
+        assert!(number(v, key).is_finite());
+    }
+    let determined = v["parameters"].as_array().unwrap().len() as u64;
+    assert_eq!(v["rank"].as_u64().unwrap(), determined);
+    assert!(
+        v["dof"].as_u64().unwrap() <= 3 * v["samples"].as_u64().unwrap() - determined + 12,
+        "twelve known distances at most"
+    );
+    assert!(number(&v["observability"], "O1") > 0.0 && number(&v["observability"], "O5") > 0.0);
+    assert!(v["unresolved"].as_array().unwrap().iter().all(|g| g.as_array().is_some_and(|g| g.iter().all(Value::is_string))));
+}
+
+/// Checks the keys that `validate --json` promises.
+fn assert_validation(v: &Value, samples: u64) {
+    assert_eq!(v["format"], "calibench-validation/1");
+    assert_eq!(v["samples"], samples);
+    let [mean, max, std, rms] = ["mean_mm", "max_mm", "std_mm", "rms_mm"].map(|key| number(v, key));
+    assert!(0.0 < mean && mean <= rms && rms <= max && std < max, "{v}");
+    let n = samples as f64;
+    assert!((rms * rms - mean * mean - std * std * (n - 1.0) / n).abs() < 1e-9, "rms, mean and std are of the same numbers");
+}
+
+#[test]
+fn ur10_with_a_share_held_out() {
+    let root = data("ur10-ipa");
+    let scratch = scratch("ur10");
+    let (dataset, calibration, geometry) = (scratch.join("D"), scratch.join("cal.toml"), scratch.join("model.toml"));
+    let a = root.join("Series_A/measurements_grid.csv");
+    let b = root.join("Series_B/measurements_joint_configurations.csv");
+    let said = done(&[&"import", &"ur10-ipa", &a, &b, &"-o", &dataset, &"--holdout", &"0.3", &"--seed", &"1"]);
+    assert!(said.contains("13406 samples, 4022 of them for validation"), "{said}");
+    let v = json(&[&"identify", &dataset, &"-o", &calibration, &"--json"]);
+    assert_calibration(&v);
+    let names: Vec<&str> = v["parameters"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
+    for name in ["base_x@Series_A", "base_x@Series_B", "tool_z@Series_A", "tool_z@Series_B", "a2", "c2"] {
+        assert!(names.contains(&name), "{name}: {names:?}");
+    }
+    let v = json(&[&"validate", &calibration, &dataset, &"--json"]);
+    assert_validation(&v, 4_022);
+    assert!(number(&v, "rms_mm") < 0.438, "{v}");
+    std::fs::write(&geometry, "effects = [\"base_frame\", \"mdh\"]\n").unwrap();
+    assert_calibration(&json(&[&"identify", &dataset, &"--model", &geometry, &"-o", &calibration, &"--json"]));
+    let v = json(&[&"validate", &calibration, &dataset, &"--json"]);
+    assert!((0.438..0.461).contains(&number(&v, "rms_mm")), "geometry alone is worse: {v}");
+}
+
+#[test]
+fn ur10_robot_of_one_campaign_judged_in_the_other() {
+    let root = data("ur10-ipa");
+    let scratch = scratch("ur10-campaigns");
+    let (grid, other, calibration) = (scratch.join("A"), scratch.join("B"), scratch.join("cal.toml"));
+    let [a, b] = ["Series_A/measurements_grid.csv", "Series_B/measurements_joint_configurations.csv"].map(|f| root.join(f));
+    done(&[&"import", &"ur10-ipa", &a, &"-o", &grid]);
+    // Fifty rows are kept for fitting the robot's new set-up.
+    done(&[&"import", &"ur10-ipa", &b, &"-o", &other, &"--holdout", &"0.9666"]);
+    done(&[&"identify", &grid, &"-o", &calibration]);
+    let v = json(&[&"validate", &calibration, &other, &"--json"]);
+    assert_validation(&v, 1_445);
+    assert_eq!((v["from_fit_rows"].as_array().unwrap().len(), v["refitted"].as_array().unwrap().len()), (9, 0), "{v}");
+    // The independent analysis found 0.483 mm.
+    assert!(number(&v, "rms_mm") < 0.483, "{v}");
+    let asked = json(&[&"validate", &calibration, &other, &"--set-up-anew", &"--json"]);
+    assert_eq!(asked, v, "sessions that have names know by themselves that they are others");
+    let (code, _, err) = calibench(&[&"identify", &grid, &scratch.join("B/../A")]);
+    assert_eq!(code, Some(0));
+    assert!(err.contains("counted once"), "{err}");
+}
+
+#[test]
+fn ur5_random_poses_validate() {
+    let root = data("ur5-jacobi");
+    let scratch = scratch("ur5");
+    let (dataset, calibration) = (scratch.join("D"), scratch.join("cal.toml"));
+    let grid = root.join("3D_UR5_uncalibrated_grid_cleaned.csv");
+    let random = root.join("3D_UR5_uncalibrated_random_cleaned.csv");
+    done(&[&"import", &"ur5-jacobi", &grid, &random, &"-o", &dataset]);
+    let v = json(&[&"identify", &dataset, &"-o", &calibration, &"--json"]);
+    assert_calibration(&v);
+    assert_eq!(v["samples"], 1_000);
+    let v = json(&[&"validate", &calibration, &dataset, &"--json"]);
+    assert_validation(&v, 20);
+    assert!(number(&v, "mean_mm") < 0.105, "{v}");
+    // The same with explicit options.
+    let again = scratch.join("again");
+    let said = done(&[&"import", &"ur5-jacobi", &random, &grid, &"--validation", &random, &"-o", &again]);
+    assert!(said.contains("1020 samples, 20 of them for validation"), "{said}");
+    let (code, _, err) = calibench(&[&"import", &"ur5-jacobi", &random, &"--validation", &random, &"-o", &again]);
+    assert_eq!(code, Some(2));
+    assert!(err.contains("leave at least one to be fitted"), "{err}");
+}
+
+#[test]
+fn panda_with_a_place_kept_for_validation() {
+    let scratch = scratch("panda");
+    let (dataset, calibration) = (scratch.join("D"), scratch.join("cal.toml"));
+    let panda = data("mukca").join("panda_3");
+    let said = done(&[&"import", &"mukca", &panda, &"--validation", &panda.join("backleft"), &"-o", &dataset]);
+    assert!(said.contains("387 samples, 63 of them for validation"), "{said}");
+    let v = json(&[&"identify", &dataset, &"-o", &calibration, &"--json"]);
+    assert_calibration(&v);
+    let names: Vec<&str> = v["parameters"].as_array().unwrap().iter().map(|p| p["name"].as_str().unwrap()).collect();
+    assert!(names.contains(&"ball:frontleft/hole_0.x") && names.contains(&"tool_z") && names.contains(&"c2"), "{names:?}");
+    assert!(!names.iter().any(|n| n.starts_with("base_") || n.contains("backleft")), "{names:?}");
+    let v = json(&[&"validate", &calibration, &dataset, &"--json"]);
+    assert_validation(&v, 63);
+    let refitted = v["refitted"].as_array().unwrap();
+    assert_eq!(refitted.len(), 6, "two holes of the place: {refitted:?}");
+    assert!(number(&v, "rms_mm") < 0.25, "{v}");
+    // Balls placed by the compared rows cannot be named as in error.
+    for rows in ["--validation", "--all"] {
+        let v = json(&[&"compare", &calibration, &dataset, &rows, &"--json"]);
+        let mut accused = v["findings"].as_array().unwrap().iter().filter(|f| f["view"] == "ball");
+        assert!(!accused.any(|f| f.to_string().contains("backleft")), "{v}");
+    }
+}

@@ -1,0 +1,361 @@
+//! The README is correct: its commands run, its output is the program's, its tables, tree and links match the repository.
+//!
+//! `CALIBENCH_WRITE_README=1 cargo test --package calibench-cli readme_is_true` writes the program's present output into the README.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Mutex;
+
+use serde_json::Value;
+
+const HOW_TO_REFRESH: &str = "refresh with `CALIBENCH_WRITE_README=1 cargo test --package calibench-cli readme_is_true`";
+
+/// Concurrent tests write the same README.
+static PAGE: Mutex<()> = Mutex::new(());
+
+/// Folders that are not part of the repository, in addition to Python environments.
+const NOT_OURS: [&str; 3] = [".git", "target", "runs"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace is there")
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+fn program(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_calibench")).args(arguments).current_dir(folder).output().expect("the program starts")
+}
+
+fn help(arguments: &[&str]) -> String {
+    String::from_utf8(program(arguments, &root()).stdout).expect("help is text")
+}
+
+/// Lines of the code blocks in the given language.
+fn code(language: &str) -> Vec<String> {
+    let fence = format!("```{language}");
+    let mut inside = false;
+    let mut lines = Vec::new();
+    for line in read("README.md").lines() {
+        if line == fence {
+            inside = true;
+        } else if line == "```" {
+            inside = false;
+        } else if inside {
+            lines.push(line.to_owned());
+        }
+    }
+    lines
+}
+
+/// Arguments of every call of the program in the README, in order. A `run` repeated with `--out` in later sections is made
+/// once.
+fn calls() -> Vec<Vec<String>> {
+    let mut calls: Vec<Vec<String>> = code("sh")
+        .iter()
+        .filter_map(|line| line.strip_prefix("cargo run --release -- ").or_else(|| line.strip_prefix("calibench ")))
+        .map(|line| line.split('#').next().unwrap_or_default().split_whitespace().map(str::to_owned).collect())
+        .collect();
+    let all = calls.clone();
+    calls.retain(|call| !all.iter().any(|other| other.len() > call.len() && other.starts_with(call)));
+    calls
+}
+
+#[test]
+fn its_commands_run_and_print_what_it_shows() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::create_dir(folder.path().join("scenarios")).expect("writable");
+    for file in std::fs::read_dir(root().join("scenarios")).expect("there are scenarios") {
+        let file = file.expect("readable");
+        std::fs::copy(file.path(), folder.path().join("scenarios").join(file.file_name())).expect("writable");
+    }
+    let mut story = None;
+    for call in calls() {
+        let arguments: Vec<&str> = call.iter().map(String::as_str).collect();
+        let output = program(&arguments, folder.path());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "calibench {}: {}\n{said}", call.join(" "), output.status);
+        if arguments.starts_with(&["run", "scenarios/paper.toml"]) {
+            story = Some(String::from_utf8(output.stdout).expect("the story is text"));
+        }
+    }
+    let story = story.expect("the README runs scenarios/paper.toml");
+    let result = std::fs::read_to_string(folder.path().join("runs/paper/result.json")).expect("the run was kept");
+    let result: Value = serde_json::from_str(&result).expect("the result is JSON");
+    let blocks = [("story", format!("```text\n{}```\n", excerpt(&story))), ("table 9", table_9(&result))];
+    if is_to_be_written(&blocks) {
+        return;
+    }
+    let text = read("README.md");
+    for (name, now) in &blocks {
+        let (_, shown, _) = around(&text, name);
+        if let Err(difference) = same_as_printed(shown, now) {
+            panic!("README, {name}: {difference}; {HOW_TO_REFRESH}. It is now\n{now}");
+        }
+    }
+}
+
+/// Writes the blocks into the README if requested.
+fn is_to_be_written(blocks: &[(&str, String)]) -> bool {
+    let asked = std::env::var_os("CALIBENCH_WRITE_README").is_some();
+    if asked {
+        let _alone = PAGE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let written = blocks.iter().fold(read("README.md"), |text, (name, now)| {
+            let (before, _, after) = around(&text, name);
+            format!("{before}{now}{after}")
+        });
+        std::fs::write(root().join("README.md"), written).expect("the README can be written");
+    }
+    asked
+}
+
+/// The measurement by `docs/robots/make` takes half an hour and public data; comparing the README with its result takes
+/// neither.
+#[test]
+fn its_public_robots_are_those_of_the_table() {
+    let table = read("docs/robots/table.md");
+    let (head, _) = table.split_once("## All divisions\n").expect("the table has a head");
+    if !is_to_be_written(&[("public robots", head.to_owned())]) {
+        let text = read("README.md");
+        let (_, shown, _) = around(&text, "public robots");
+        assert_eq!(shown, head, "README (left) and docs/robots/table.md (right); {HOW_TO_REFRESH}");
+    }
+}
+
+/// The text up to the end of the marker's line, the text between the markers, and the rest from the end marker on.
+fn around<'a>(text: &'a str, name: &str) -> (&'a str, &'a str, &'a str) {
+    let marker = format!("<!-- {name}:");
+    let start = text.find(&marker).unwrap_or_else(|| panic!("the README has no place for the {name}"));
+    let from = start + text[start..].find('\n').expect("the marker's line ends") + 1;
+    let to = from + text[from..].find("<!-- end -->").expect("the place ends");
+    (&text[..from], &text[from..to], &text[to..])
+}
+
+/// The output without most rows of its tables.
+fn excerpt(story: &str) -> String {
+    let mut out = String::new();
+    let mut section = "";
+    let mut rows = 0;
+    for line in story.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        if words.first().is_some_and(|w| w.len() > 2 && w.chars().all(|c| c.is_ascii_uppercase() || c == ',')) {
+            (section, rows) = (words[0].trim_end_matches(','), 0);
+        }
+        let row = line.starts_with('│');
+        rows += usize::from(row);
+        let shown = match section {
+            // The head and the first three probings, and effects.
+            "CENTRING" | "HIDDEN" => !row || rows <= 4,
+            // The head and some rows of each kind.
+            "PARAMETERS" => !row || rows == 1 || ["base_x", "base_y", "a1", "a2", "c2", "c3"].contains(&words[1]),
+            "HISTOGRAM" => false,
+            // The run is shown as without `--out`.
+            _ => !line.starts_with("Written to"),
+        };
+        if shown {
+            out.push_str(line.trim_end());
+            out.push('\n');
+        } else if row && !out.ends_with("...\n") {
+            out.push_str("...\n");
+        }
+    }
+    out
+}
+
+/// The paper's Table 9 beside that of the run.
+fn table_9(result: &Value) -> String {
+    let poses = &result["methods"][0]["validation"]["samples"];
+    let row = |name: &str, numbers: &Value| {
+        let mm = |key: &str| format!("{:.3}", numbers[key].as_f64().unwrap_or(f64::NAN));
+        format!("| {name} | {} | {} | {} |\n", mm("mean_mm"), mm("max_mm"), mm("std_mm"))
+    };
+    let mut table =
+        format!("| position error on {poses} poses, mm | mean | maximum | standard deviation |\n|---|---|---|---|\n");
+    for (method, title) in [("trical", "TriCal"), ("tracker", "laser tracker")] {
+        let measured = result["methods"].as_array().and_then(|all| all.iter().find(|m| m["name"] == method));
+        let measured = measured.unwrap_or_else(|| panic!("the run has no method {method}"));
+        table += &row(&format!("calibrated by {title}, the paper"), &result["paper"][method]);
+        table += &row(&format!("calibrated by {title}, the simulated cell"), &measured["validation"]);
+    }
+    table
+}
+
+/// The same words and, within one unit of their last printed place, the same numbers: a sine may round differently on another
+/// machine.
+fn same_as_printed(shown: &str, now: &str) -> Result<(), String> {
+    let words = |text: &str| -> Vec<String> { text.split_whitespace().map(str::to_owned).collect() };
+    let (shown, now) = (words(shown), words(now));
+    if shown.len() != now.len() {
+        return Err(format!("it has {} words in place of {}", shown.len(), now.len()));
+    }
+    for (s, n) in shown.iter().zip(&now) {
+        let close = match (number(s), number(n)) {
+            (Some((s, place)), Some((n, _))) => (s - n).abs() < 1.5 * place,
+            _ => s == n || s.chars().all(|c| c == '█'),
+        };
+        if !close {
+            return Err(format!("it shows '{s}' in place of '{n}'"));
+        }
+    }
+    Ok(())
+}
+
+/// A printed number and one unit of its last place.
+fn number(word: &str) -> Option<(f64, f64)> {
+    let word = word.trim_matches(|c: char| ",;()%".contains(c));
+    let value = word.parse::<f64>().ok().filter(|v| v.is_finite())?;
+    let (mantissa, exponent) = word.split_once('e').unwrap_or((word, "0"));
+    let decimals = mantissa.split_once('.').map_or(0, |(_, d)| d.len() as i32);
+    Some((value, 10f64.powi(exponent.parse::<i32>().ok()? - decimals)))
+}
+
+#[test]
+fn numbers_are_compared_to_their_last_place() {
+    assert_eq!(same_as_printed("mean 0.326, rank 31", "mean 0.327, rank 31"), Ok(()));
+    assert!(same_as_printed("mean 0.326", "mean 0.328").is_err());
+    assert!(same_as_printed("O2 7.25e-4,", "O2 7.27e-4,").is_err());
+    assert!(same_as_printed("mean 0.326", "max 0.326").is_err());
+}
+
+/// Rows of the table of verbs: the words in the first cell, and the whole row.
+fn verb_rows() -> Vec<(Vec<String>, String)> {
+    let text = read("README.md");
+    text.lines()
+        .skip_while(|line| !line.starts_with("| verb |"))
+        .skip(2)
+        .take_while(|line| line.starts_with("| `"))
+        .map(|row| {
+            let first = row.split('`').nth(1).unwrap_or_default();
+            (first.split_whitespace().map(str::to_owned).collect(), row.to_owned())
+        })
+        .collect()
+}
+
+#[test]
+fn its_verbs_are_those_of_the_program() {
+    let listed: BTreeSet<String> = help(&["--help"])
+        .lines()
+        .skip_while(|line| *line != "Commands:")
+        .skip(1)
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|verb| *verb != "help")
+        .map(str::to_owned)
+        .collect();
+    let rows = verb_rows();
+    let told: BTreeSet<String> = rows.iter().map(|(words, _)| words[0].clone()).collect();
+    assert_eq!(told, listed, "verbs of the README (left) and of the program (right)");
+    for (words, row) in &rows {
+        let help = help(&[&words[0], "--help"]);
+        let usage = help.lines().find(|line| line.starts_with("Usage:")).unwrap_or_default();
+        for argument in &words[1..] {
+            let name = argument.trim_end_matches("...").trim_end_matches('S');
+            let taken = ["<", "["].iter().any(|open| usage.contains(&format!("{open}{name}")));
+            assert!(taken, "README: `{}` takes no {name}; {usage}", words[0]);
+        }
+        for flag in row.split('`').filter(|quoted| quoted.starts_with("--")) {
+            assert!(help.contains(flag), "README: `{}` has no {flag}", words[0]);
+        }
+    }
+    for line in read("README.md").lines().filter(|line| line.starts_with("`--json` on ")) {
+        for verb in line.split(" prints").next().unwrap_or_default().split('`').skip(3).step_by(2) {
+            assert!(help(&[verb, "--help"]).contains("--json"), "README: `{verb}` has no --json");
+        }
+    }
+}
+
+/// Folders in the README's tree, relative to the root.
+fn tree() -> BTreeSet<String> {
+    let mut above: Vec<String> = Vec::new();
+    let mut folders = BTreeSet::new();
+    for line in read("README.md").lines().skip_while(|line| *line != "## The house").skip(1) {
+        if line.starts_with("## ") {
+            break;
+        }
+        let name = line.split_whitespace().next().unwrap_or_default();
+        let Some(name) = name.strip_suffix('/').filter(|n| !n.contains('`')) else { continue };
+        let depth = (line.len() - line.trim_start().len()) / 2;
+        above.truncate(depth);
+        above.push(name.to_owned());
+        folders.insert(above.join("/"));
+    }
+    folders
+}
+
+fn folders_in(folder: &str) -> BTreeSet<String> {
+    std::fs::read_dir(root().join(folder))
+        .expect("the folder is there")
+        .filter_map(Result::ok)
+        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()))
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|name| !NOT_OURS.contains(&name.as_str()) && !name.starts_with(".venv"))
+        .map(|name| if folder.is_empty() { name } else { format!("{folder}/{name}") })
+        .collect()
+}
+
+#[test]
+fn its_tree_is_the_repository() {
+    let tree = tree();
+    for folder in &tree {
+        assert!(root().join(folder).is_dir(), "README: there is no folder {folder}");
+    }
+    for listed in ["", "src", "report", "cli", "sim", "sim/src", "docs"] {
+        let missing: Vec<String> = folders_in(listed).difference(&tree).cloned().collect();
+        assert!(missing.is_empty(), "README: the tree does not tell of {missing:?}");
+    }
+}
+
+#[test]
+fn links_of_every_page_lead_somewhere() {
+    let mut pages = vec![PathBuf::from("README.md"), "CHANGELOG.md".into(), "benches/README.md".into()];
+    for folder in ["docs", "docs/decisions", "docs/robots", "docs/studies"] {
+        let entries = std::fs::read_dir(root().join(folder)).expect("the folder is there").filter_map(Result::ok);
+        pages.extend(
+            entries.map(|e| Path::new(folder).join(e.file_name())).filter(|p| p.extension().is_some_and(|e| e == "md")),
+        );
+    }
+    let mut links = 0;
+    for page in &pages {
+        let text = read(&page.to_string_lossy());
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if link.starts_with("https://") || link.starts_with('#') {
+                continue;
+            }
+            let target = page.parent().unwrap_or(Path::new("")).join(link.split('#').next().unwrap_or_default());
+            assert!(root().join(&target).exists(), "{}: the link {link} leads nowhere", page.display());
+            links += 1;
+        }
+    }
+    assert!(links > 15, "only {links} links were found in {} pages", pages.len());
+}
+
+/// The first two commands of the README.
+fn opening_commands() -> Vec<String> {
+    let first_block = read("README.md").split("```sh\n").nth(1).and_then(|rest| rest.split("```").next().map(str::to_owned));
+    first_block.expect("the README opens with commands").lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
+    let script = read(".ci/run");
+    let commands = opening_commands();
+    assert_eq!(commands.len(), 2, "the README opens with two commands: {commands:?}");
+    assert_eq!(commands[1], "tests/run", "the second runs all tests");
+    for command in commands {
+        assert!(script.lines().any(|line| line.trim().ends_with(&command)), ".ci/run does not run `{command}`");
+    }
+    assert!(script.contains("export CALIBENCH_REQUIRE_ALL=1"), ".ci/run would pass over tests that are skipped");
+}
+
+#[cfg(unix)]
+#[test]
+fn its_scripts_can_be_executed() {
+    use std::os::unix::fs::PermissionsExt;
+    for script in ["tests/run", "sim/setup.sh", ".ci/run", "docs/robots/make"] {
+        assert!(read("README.md").contains(script), "the README does not tell of {script}");
+        let mode = std::fs::metadata(root().join(script)).unwrap_or_else(|e| panic!("{script}: {e}")).permissions().mode();
+        assert!(mode & 0o111 == 0o111, "{script} is not executable");
+    }
+}

@@ -1,0 +1,102 @@
+//! `ladder`: one missing effect is one step; a campaign not included in the fit is judged at every step and can refuse one; the
+//! recommended model is the better one at unfitted poses.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn calibench(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn run(folder: &Path, scenario: &str) {
+    let output = calibench(folder, &["run", scenario, "--out", "run"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn scenario(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(name).to_str().unwrap().to_owned()
+}
+
+fn climbed(folder: &Path, arguments: &[&str]) -> Value {
+    let output = calibench(folder, &[&["ladder", "--json"], arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn mean(folder: &Path, model: &str) -> f64 {
+    let arguments = ["identify", "run/trical", "--model", model, "-o", "calibration.toml"];
+    assert!(calibench(folder, &arguments).status.success());
+    let judged = calibench(folder, &["validate", "calibration.toml", "run/validation", "--json"]);
+    let judged: Value = serde_json::from_slice(&judged.stdout).unwrap();
+    judged["mean_mm"].as_f64().unwrap()
+}
+
+#[test]
+fn one_missing_effect_is_one_rung() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &scenario("moved-ball.toml"));
+    let output = calibench(folder.path(), &["ladder", "run/trical", "-o", "model.toml"]);
+    let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{told}");
+    assert!(told.contains("+ ball:3: fit") && said.contains("+ ball:3"), "{told}\n{said}");
+    assert!(said.contains("the residual is noise") && said.contains("Use the last step"), "{said}");
+    let model = fs::read_to_string(folder.path().join("model.toml")).unwrap();
+    assert!(model.contains("\"ball:3\"]"), "{model}");
+    fs::write(folder.path().join("paper.toml"), "effects = [\"base_frame\", \"mdh\", \"joint_compliance\"]").unwrap();
+    let (before, after) = (mean(folder.path(), "paper.toml"), mean(folder.path(), "model.toml"));
+    // 29 um of each is tracker noise.
+    assert!(after < 0.5 * before && after < 0.04, "{before} to {after}");
+}
+
+#[test]
+fn a_campaign_that_was_not_fitted_can_refuse_a_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    run(at, &scenario("paper.toml"));
+    let v = climbed(at, &["run/trical", "--check", "run/validation", "-o", "model.toml"]);
+    assert_eq!(v["format"], "calibench-ladder/1");
+    let rungs = v["rungs"].as_array().unwrap();
+    assert!(rungs.len() >= 2 && rungs[1]["added"][0] == "harmonic1:1", "{v}");
+    for pair in rungs.windows(2) {
+        let errors = |r: &Value| r["checks"][0]["errors"]["rms_mm"].as_f64().unwrap();
+        assert!(errors(&pair[1]) <= 1.01 * errors(&pair[0]));
+        assert!(pair[1]["cv_rms_mm"].as_f64() < pair[0]["cv_rms_mm"].as_f64());
+    }
+    assert_eq!(v["stopped"]["because"], "no_step_helps");
+    let refused = v["stopped"]["tried"].as_array().unwrap();
+    let because = |o: &Value| o.as_str().unwrap().contains("'validation', which was not fitted, gets worse");
+    assert!(refused.iter().any(|t| t["objections"].as_array().unwrap().iter().any(because)), "{v}");
+    // The paper's robot has many ordinary errors: added step by step or all at once, whichever the unfitted campaign confirms.
+    let recommended = if v["recommended"] == "whole_library" { &v["whole_library"] } else { &rungs[rungs.len() - 1] };
+    fs::write(at.join("paper.toml"), "effects = [\"base_frame\", \"mdh\", \"joint_compliance\"]").unwrap();
+    let (before, after) = (mean(at, "paper.toml"), mean(at, "model.toml"));
+    assert!(after < 0.5 * before, "{before} to {after}");
+    // Its own prediction may be pessimistic, but not optimistic.
+    let band: Vec<f64> =
+        recommended["workspace"]["mean_band_mm"].as_array().unwrap().iter().map(|b| b.as_f64().unwrap()).collect();
+    assert!(after < band[1], "{after} in {band:?}");
+}
+
+#[test]
+fn a_spring_of_the_wrong_sign_is_called_a_symptom() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = format!(
+        "format = \"calibench-scenario/1\"\nextends = {:?}\nname = \"wrong-sign\"\nquestion = \"Is a negative spring spoken of?\"\n[truth.effects.joint_compliance]\nc2_mdeg_per_nm = -3.0\n",
+        scenario("table8.toml")
+    );
+    fs::write(folder.path().join("wrong.toml"), truth).unwrap();
+    run(folder.path(), "wrong.toml");
+    let v = climbed(folder.path(), &["run/trical"]);
+    let symptoms = v["rungs"][0]["symptoms"].as_array().unwrap();
+    assert_eq!(symptoms.len(), 1, "{symptoms:?}");
+    let said = symptoms[0].as_str().unwrap();
+    assert!(
+        said.starts_with("c2 is negative")
+            && said.contains("a symptom of something missing")
+            && said.ends_with("not a spring."),
+        "{said}"
+    );
+}

@@ -1,0 +1,239 @@
+//! A comparison for a terminal: the findings in words, then each view with its origin.
+
+use nalgebra::Vector3;
+
+use super::plain_table;
+use super::workspace::Forecast;
+use calibench::assess::{Comparison, JointBin, SIGNIFICANCE, ViewTest};
+use calibench::units::{MM, UM, URAD};
+
+/// Number of curves shown; the others are in the JSON document.
+const MOST_CURVES: usize = 8;
+
+/// A p-value in short form.
+fn chance(p: f64) -> String {
+    if p >= 0.9995 {
+        "1".into()
+    } else if p >= 1e-3 {
+        format!("{p:.3}")
+    } else if p >= 1e-15 {
+        format!("{p:.0e}")
+    } else {
+        "0".into()
+    }
+}
+
+/// Formats to three significant digits, with at most two decimals and none for whole numbers.
+fn number(x: f64) -> String {
+    if x.fract() == 0.0 && x.abs() < 1e6 {
+        return format!("{x:.0}");
+    }
+    let before = if x == 0.0 || !x.is_finite() { 1 } else { x.abs().log10().floor() as i32 + 1 };
+    format!("{x:.*}", (3 - before).clamp(0, 2) as usize)
+}
+
+/// `+12.3 ± 0.4`, three axes.
+fn with_sigma(mean: &Vector3<f64>, sigma: &Vector3<f64>, unit: f64) -> [String; 3] {
+    std::array::from_fn(|i| format!("{:+.1} ± {:.1}", mean[i] / unit, sigma[i] / unit))
+}
+
+/// chi-square, degrees of freedom, p-value.
+fn test(t: &ViewTest) -> [String; 3] {
+    match t.dof {
+        0 => ["-".into(), "0".into(), "-".into()],
+        _ => [number(t.chi2), t.dof.to_string(), chance(t.p_family)],
+    }
+}
+
+/// Dashes for anything the fit absorbs: zeros would look like a result.
+fn unless_absorbed(t: &ViewTest, cells: [String; 3]) -> [String; 3] {
+    if t.dof == 0 { cells.map(|_| "-".to_owned()) } else { cells }
+}
+
+/// A curve as a row of bars, lowest bin to highest.
+fn bars(bins: &[JointBin]) -> String {
+    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let (low, high) = bins.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(b.mean), h.max(b.mean)));
+    let height = |b: &JointBin| if high > low { ((b.mean - low) / (high - low) * 7.0).round() as usize } else { 0 };
+    bins.iter().map(|b| BARS[height(b).min(7)]).collect()
+}
+
+/// The whole comparison; `outlook` is the expected error over the workspace, or the reason why it cannot be predicted.
+pub fn comparison_text(c: &Comparison, outlook: &Result<Forecast, String>) -> String {
+    let mut out = format!(
+        "{} against {} sample{}, {:.4} mm rms (3-D)\n\n",
+        c.robot,
+        c.samples,
+        if c.samples == 1 { "" } else { "s" },
+        c.rms / MM
+    );
+    let number_that_matters = outlook.as_ref().map_or_else(String::clone, Forecast::sentence);
+    for sentence in [number_that_matters].into_iter().chain(c.sentences()) {
+        out.push_str(&format!("* {sentence}\n"));
+    }
+    out.push_str(
+        "\nA mean is followed by what chance makes of it, one-sigma. dof counts the directions that the fit could not take up (0: it took all).\n\
+         p is the chance that a right model shows as much in any row of the table, against the noise and against the other residual.\n",
+    );
+    let mut section = |heading: &str, table: String| out.push_str(&format!("\n{heading}\n{table}\n"));
+    if !c.balls.is_empty() {
+        section("BY BALL (artifact): residual, ball minus TCP, world axes", balls(c));
+    }
+    section("IN THE TOOL'S AXES (gauge): mean residual", tool(c));
+    section("IN THE WORLD (base): the motion of the base that would best take the residuals away", world(c));
+    section("PROJECTED TO THE JOINTS (arm): apparent angle error, actual minus reported; is the curve flat?", curves(c));
+    if !c.standing.fitted {
+        section("MEANS OF THE JOINTS (arm): apparent angle error wherever the joint stands", offsets(c));
+    }
+    section("WORST SAMPLES", worst(c));
+    if let Ok(outlook) = outlook {
+        section(
+            "OVER THE WORKSPACE: position error to expect, mm, by distance from axis 1 and height over the base",
+            outlook.map_table(),
+        );
+    }
+    out
+}
+
+fn setup_name(c: &Comparison, k: usize) -> String {
+    match c.setups.get(k) {
+        Some(s) if s.session.is_empty() => s.dataset.clone(),
+        Some(s) if c.several_datasets() => format!("{}, {}", s.dataset, s.session),
+        Some(s) => s.session.clone(),
+        None => String::new(),
+    }
+}
+
+fn balls(c: &Comparison) -> String {
+    let header = [
+        "ball",
+        "samples",
+        "rms um",
+        "mean x um",
+        "mean y um",
+        "mean z um",
+        "chi2",
+        "dof",
+        "p",
+        "a displacement by, um, would leave it",
+    ];
+    let rows: Vec<[String; 10]> = c
+        .balls
+        .iter()
+        .map(|b| {
+            let [x, y, z] = with_sigma(&b.mean, &b.sigma, UM);
+            let [chi2, dof, p] = test(&b.test);
+            let name = if c.several_datasets() { format!("{} of {}", b.ball, b.dataset) } else { b.ball.clone() };
+            let moved = b
+                .displacement
+                .filter(|_| b.test.p_family < SIGNIFICANCE)
+                .map_or_else(String::new, |[d, s]| with_sigma(&d, &s, UM).join("  "));
+            [name, b.samples.to_string(), number(b.rms / UM), x, y, z, chi2, dof, p, moved]
+        })
+        .collect();
+    plain_table(&header, &rows)
+}
+
+fn tool(c: &Comparison) -> String {
+    let header = ["set-up", "samples", "rms mm", "axis 1 um", "axis 2 um", "axis 3 um", "chi2", "dof", "p"];
+    let mut rows: Vec<[String; 9]> = Vec::new();
+    let mut row = |name: String, samples: usize, rms: f64, view: &calibench::assess::ToolView| {
+        let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.mean, &view.sigma, UM));
+        let [chi2, dof, p] = test(&view.test);
+        rows.push([name, samples.to_string(), format!("{:.4}", rms / MM), x, y, z, chi2, dof, p]);
+    };
+    c.setups.iter().enumerate().for_each(|(k, s)| row(setup_name(c, k), s.samples, s.rms, &s.tool));
+    if c.setups.len() > 1 {
+        row("all".into(), c.samples, c.rms, &c.tool);
+    }
+    plain_table(&header, &rows)
+}
+
+fn world(c: &Comparison) -> String {
+    let header = [
+        "set-up",
+        "x um",
+        "y um",
+        "z um",
+        "about x urad",
+        "about y urad",
+        "about z urad",
+        "rms mm",
+        "after mm",
+        "chi2",
+        "dof",
+        "p",
+    ];
+    let mut rows: Vec<[String; 12]> = Vec::new();
+    let mut row = |name: String, rms: f64, view: &calibench::assess::WorldView| {
+        let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.translation, &view.translation_sigma, UM));
+        let [rx, ry, rz] = unless_absorbed(&view.test, with_sigma(&view.rotation, &view.rotation_sigma, URAD));
+        let [chi2, dof, p] = test(&view.test);
+        let mm = |x: f64| format!("{:.4}", x / MM);
+        rows.push([name, x, y, z, rx, ry, rz, mm(rms), mm(view.rms_after), chi2, dof, p]);
+    };
+    c.setups.iter().enumerate().for_each(|(k, s)| row(setup_name(c, k), s.rms, &s.world));
+    if c.setups.len() > 1 {
+        row("all".into(), c.rms, &c.world);
+    }
+    plain_table(&header, &rows)
+}
+
+fn curves(c: &Comparison) -> String {
+    let header =
+        ["joint", "against", "from", "to", "unit", "curve", "swing urad", "sigma urad", "explains %", "chi2", "dof", "p"];
+    let rows: Vec<[String; 12]> = c
+        .joints
+        .iter()
+        .take(MOST_CURVES)
+        .map(|j| {
+            let [chi2, dof, p] = test(&j.test);
+            let sigma = j.bins.iter().map(|b| b.sigma).fold(0.0, f64::max);
+            let end = |x: Option<f64>| x.map_or_else(String::new, number);
+            [
+                j.joint.to_string(),
+                j.against.name(),
+                end(j.bins.first().map(|b| b.from)),
+                end(j.bins.last().map(|b| b.to)),
+                j.against.unit().0.into(),
+                bars(&j.bins),
+                number(j.swing() / URAD),
+                number(sigma / URAD),
+                format!("{:.1}", 100.0 * j.test.explains),
+                chi2,
+                dof,
+                p,
+            ]
+        })
+        .collect();
+    let more = c.joints.len().saturating_sub(MOST_CURVES);
+    let rest = if more > 0 { format!("\n{more} curves that explain less are in --json and --plots") } else { String::new() };
+    format!("{}{rest}", plain_table(&header, &rows))
+}
+
+fn offsets(c: &Comparison) -> String {
+    let rows: Vec<[String; 5]> = c
+        .offsets
+        .iter()
+        .map(|o| {
+            let [chi2, dof, p] = test(&o.test);
+            [o.joint.to_string(), format!("{:+.1} ± {:.1}", o.mean / URAD, o.sigma / URAD), chi2, dof, p]
+        })
+        .collect();
+    plain_table(&["joint", "mean urad", "chi2", "dof", "p"], &rows)
+}
+
+fn worst(c: &Comparison) -> String {
+    let rows: Vec<[String; 8]> = c
+        .worst
+        .iter()
+        .map(|w| {
+            let [x, y, z] = std::array::from_fn(|i| format!("{:+.1}", w.residual[i] / UM));
+            let name = if c.setups.len() > 1 { format!("{} of {}", w.id, setup_name(c, w.setup)) } else { w.id.clone() };
+            let p = chance(w.test.p_family);
+            [name, number(w.residual.norm() / UM), x, y, z, number(w.normalised), p, w.remarks.join("; ")]
+        })
+        .collect();
+    let unit = if c.noise.level.is_some() && !c.lack_of_fit.noise_overstated { "times the noise" } else { "times the mean" };
+    plain_table(&["sample", "off um", "x um", "y um", "z um", unit, "p", "special"], &rows)
+}

@@ -1,0 +1,291 @@
+//! A diagnosis in words: the findings, their meaning and the recommended action.
+
+use super::finding_notes::{moment_words, same_words};
+use super::heat_map::curve_line;
+use super::ladder_sentences::unconverged_sentence;
+use super::meaning::{meaning, what};
+use super::recommended::Recommended;
+use super::scatter::{scatter_sentences, suspects_named};
+use calibench::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
+use calibench::effects::{self, EffectId};
+use calibench::identify::Outcome;
+use calibench::units::MM;
+
+/// Detectability below which an effect is called hidden, as the share of its energy that the fitted model does not absorb.
+const HIDDEN: f64 = 0.5;
+
+/// Number of untestable effects listed by name.
+const MOST_NAMED: usize = 4;
+
+/// The diagnosis in words: the main effect and how much is still missing; the residual, suspects and noise; the verdict; each
+/// named effect with its observation, meaning and action; and finally what these data cannot test.
+pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    if let Some(warning) = unconverged(d) {
+        return vec![warning, left(d)];
+    }
+    let mut all: Vec<String> = main(d).into_iter().collect();
+    all.push(left(d));
+    all.extend(suspects(d, commands));
+    all.extend(scatter_sentences(&d.scatter));
+    if d.verdict != Verdict::SuspectSamples {
+        all.extend(outlier(d, commands));
+    }
+    all.extend(verdict(d, commands));
+    all.extend(unbelievable(d));
+    all.extend(untestable(d));
+    all
+}
+
+/// Warns that nothing said of a fit that did not converge is valid.
+fn unconverged(d: &Diagnosis) -> Option<String> {
+    (d.outcome != Outcome::Converged).then(|| format!("WARNING: {}", unconverged_sentence(d.outcome)))
+}
+
+/// The verdict on the data without the suspect samples.
+fn beneath(d: &Diagnosis) -> Verdict {
+    d.verdict_without_suspects.unwrap_or(d.verdict)
+}
+
+/// The first effect named, suspect samples excluded.
+fn first(d: &Diagnosis) -> Option<&Finding> {
+    let aside = usize::from(d.verdict == Verdict::SuspectSamples && d.findings.first().is_some_and(Finding::is_sample));
+    d.findings.get(aside)
+}
+
+/// The effect that explains most, its share, and how much is still missing.
+fn main(d: &Diagnosis) -> Option<String> {
+    let first = first(d).filter(|_| beneath(d).names_effects())?;
+    let share = d.explains?;
+    // The share refers to squared residuals in units of the noise; in millimetres the residual cannot fall below the noise.
+    let left = (d.rms * (1.0 - share).max(0.0).sqrt()).max(d.noise) / MM;
+    let known = d.chi2_per_dof_with_it.map_or(String::new(), |chi2| format!(", chi2/dof {chi2:.2}"));
+    let rest = match beneath(d) {
+        Verdict::Partly => format!("{left:.4} mm rms remain with it{known}: more is missing"),
+        _ => format!("{left:.4} mm rms remain with it{known}, as expected of noise and the usual model discrepancy"),
+    };
+    Some(format!("{} explains {:.0} % of the squares that the model leaves; {rest}.", first.hypothesis.in_model, 100.0 * share))
+}
+
+fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    let named: Vec<&Finding> = d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).collect();
+    let word = if d.verdict == Verdict::SuspectSamples { "Without them" } else { "Verdict" };
+    let mut all = Vec::new();
+    match beneath(d) {
+        Verdict::NothingLeft | Verdict::SuspectSamples | Verdict::DataDoNotFit => all.push(format!(
+            "{word}: nothing_left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
+        )),
+        Verdict::NoiseLargerThanStated => all.push(format!(
+            "{word}: noise_larger_than_stated. What remains has no shape that any effect explains{}; state the noise as it is, or measure targets twice to know it.",
+            d.scatter.larger_than_stated.map_or(String::new(), |f| format!(" and is {f:.2} times the stated noise"))
+        )),
+        Verdict::Identified => {
+            all.push(format!("{word}: identified. {} is missing in the model.", d.set95.join("")));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+        }
+        Verdict::Partly => {
+            all.push(partly(d, word));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+        }
+        Verdict::Indistinguishable => {
+            all.push(format!(
+                "{word}: indistinguishable. One of {} is missing; these data cannot tell which.",
+                d.set95.join(", ")
+            ));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+            all.push(format!("Do: {} names the few measurements that would distinguish them.", commands.verb("next")));
+        }
+        Verdict::Unexplained => {
+            all.push(format!("{word}: unexplained. A residual remains that no single effect of the catalogue explains."));
+            all.extend(unexplained(d, commands));
+        }
+        other => {
+            all.push(format!("{word}: {}.", other.name()));
+            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+        }
+    }
+    all
+}
+
+fn partly(d: &Diagnosis, word: &str) -> String {
+    let first = first(d).map_or("", |f| f.hypothesis.in_model.as_str());
+    let together = match &d.together[..] {
+        [] | [_] => String::new(),
+        several => {
+            let each: Vec<String> = several.iter().map(|e| format!("{} ({:.0} %)", e.effect, 100.0 * e.share)).collect();
+            format!(" Together {} explain {:.0} %.", each.join(", "), 100.0 * d.together_explain)
+        }
+    };
+    let curve = match &d.curve_family {
+        Some(f) if f.effect == first => {
+            format!(" The curve of any shape that fits best is {:.0} % {}.", 100.0 * f.share, f.effect)
+        }
+        _ => String::new(),
+    };
+    format!("{word}: partly. {first} explains a part; more is missing.{together}{curve}")
+}
+
+/// Effects that explain much, but only at an implausible size.
+fn unbelievable(d: &Diagnosis) -> Option<String> {
+    let named: Vec<String> = d.unbelievable.iter().map(|(e, size)| format!("{e} ({size:.0} plausible sizes)")).collect();
+    (!named.is_empty()).then(|| {
+        format!(
+            "Not believable at this size: {}. Look for a wrong entry, load, sign or unit before an effect.",
+            named.join(", ")
+        )
+    })
+}
+
+/// Single samples that disagree with all others.
+fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
+    let first = d.scatter.suspects.first()?;
+    let (is, it) = if d.scatter.suspects.len() == 1 { ("disagrees", "it") } else { ("disagree", "they") };
+    Some(format!(
+        "Verdict: suspect_samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows; {} does so in the model.",
+        suspects_named(&d.scatter.suspects),
+        commands.add(&effects::setting_aside(&first.sample))
+    ))
+}
+
+/// A sample that disagrees with all others: ahead of everything else if nothing explains more, otherwise as a hint.
+fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
+    let place = d.outlier()?;
+    let f = &d.findings[place];
+    let sample = effects::set_aside_by(&f.hypothesis.in_model)?;
+    Some(if place == 0 {
+        format!(
+            "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, leave it out, or set it aside with {}.",
+            sizes(f),
+            commands.add(&f.hypothesis.in_model)
+        )
+    } else {
+        format!(
+            "Look at sample {sample}: it disagrees with the others ({}), by itself or because what is missing shows most there.",
+            sizes(f)
+        )
+    })
+}
+
+fn left(d: &Diagnosis) -> String {
+    let (rms, noise, unexplained) = (d.rms / MM, d.noise / MM, d.unexplained / MM);
+    if d.lack_of_fit_p.is_some() {
+        format!(
+            "{} samples leave {rms:.4} mm rms (3-D); noise alone would leave {noise:.4} mm, so {unexplained:.4} mm is unexplained (chi2/dof {:.2} on {}).",
+            d.samples, d.chi2_per_dof, d.dof
+        )
+    } else {
+        format!(
+            "{} samples leave {rms:.4} mm rms (3-D); with the best explanation {noise:.4} mm would be left, so {unexplained:.4} mm may be unexplained. The data do not state their noise.",
+            d.samples
+        )
+    }
+}
+
+/// Three sentences: effect, size, place and share; the physics; the command and where to look.
+fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
+    let h = &f.hypothesis;
+    let at = match (&h.place, &h.moment) {
+        (None | Some(Place::Sample(_)), _) => String::new(),
+        (Some(Place::Order(k)), _) => format!(", {k} times per turn"),
+        (Some(Place::Time(t)), Some(moment)) => format!(", after {t} s, {}", moment_words(moment)),
+        (Some(Place::Time(t)), None) => format!(", after {t} s"),
+    };
+    let hidden = if h.visible < HIDDEN {
+        format!(
+            "; the fitted model hides {:.1} % of it in its own numbers, so it does more harm elsewhere than it shows here",
+            100.0 * (1.0 - h.visible)
+        )
+    } else {
+        String::new()
+    };
+    let rivals =
+        if f.rivals.is_empty() { String::new() } else { format!("; in these data {} would do the same", f.rivals.join(", ")) };
+    let saw = format!(
+        "Saw: {}, {}{at}: {}; explains {:.0} % of the residual, probability {:.2}{hidden}{rivals}.",
+        h.in_model,
+        what(&h.in_model),
+        sizes(f),
+        100.0 * h.explains,
+        f.probability
+    );
+    let meaning = meaning(&h.in_model);
+    let means = format!("Means: {}{}.", meaning.physics, same_to_the_data(f));
+    let look = if meaning.look.is_empty() { String::new() } else { format!("{}; or ", meaning.look) };
+    [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
+}
+
+/// The effects that no data of this kind can separate from this one, and what would separate them.
+fn same_to_the_data(f: &Finding) -> String {
+    // Ball data cannot separate a displaced ball from a displaced nest.
+    let nest = match EffectId::new(&f.hypothesis.in_model).family() {
+        "ball" => "; to these data it is the same whether the ball is off or its nest",
+        _ => "",
+    };
+    format!("{nest}{}", same_words(f).map_or(String::new(), |same| format!("; {same}")))
+}
+
+/// At most three fitted numbers of a finding.
+pub(super) fn sizes(f: &Finding) -> String {
+    let one = |p: &FoundParameter| {
+        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.symbol)
+    };
+    let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
+    let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };
+    shown.join(", ") + &more
+}
+
+fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    let map = &d.heat_map;
+    match map.credible().first().copied() {
+        Some(cell) => {
+            let variable = cell.variable.name();
+            let mut all = vec![format!(
+                "Saw: the error of joint {} follows {variable}: a smooth curve explains {:.0} % of the residual (log evidence {:+.1} vs. the usual model discrepancy of a robot; its level and what else the fitted model absorbs of it are not seen).",
+                cell.joint + 1,
+                100.0 * cell.explains,
+                cell.ln_evidence_against_background
+            )];
+            if let Some(curve) = map.curve.as_ref().filter(|c| c.joint == cell.joint && c.variable == cell.variable) {
+                all.push(format!("Saw: {}.", curve_line(curve)));
+            }
+            all.push(format!(
+                "Means: something turns joint {} that the catalogue does not hold; its shape over {variable} is what is known of it.",
+                cell.joint + 1
+            ));
+            all.push(format!(
+                "Do: {} fits that curve as an effect of your own; look at its shape for the cause.",
+                commands.add(&format!("curve:{}:{variable}", cell.joint + 1))
+            ));
+            all
+        }
+        None => {
+            let largest: Vec<&str> = d.contributions.iter().take(3).map(|c| c.effect.as_str()).collect();
+            let most = if largest.is_empty() { String::new() } else { format!("; most of it goes to {}", largest.join(", ")) };
+            vec![
+                format!("Saw: many small effects at about {} plausible sizes each, none of them unusual{most}.", d.background),
+                "Means: this is the usual model discrepancy of a robot beyond the fitted model.".into(),
+                format!(
+                    "Do: {} fits them all at once, each held to its size, and says what that gains.",
+                    commands.verb("ladder")
+                ),
+            ]
+        }
+    }
+}
+
+/// Effects that these data cannot test, grouped by the missing measurement.
+fn untestable(d: &Diagnosis) -> Vec<String> {
+    let mut needs: Vec<&str> = Vec::new();
+    for u in &d.untestable {
+        if !needs.contains(&u.needs) {
+            needs.push(u.needs);
+        }
+    }
+    let of = |need: &&str| {
+        let effects: Vec<&str> = d.untestable.iter().filter(|u| u.needs == *need).map(|u| u.effect.as_str()).collect();
+        let more = effects.len().saturating_sub(MOST_NAMED);
+        let named = effects[..effects.len() - more].join(", ");
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("Not tested: {named}{more}: needs {need}.")
+    };
+    needs.iter().map(of).collect()
+}

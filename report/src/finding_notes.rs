@@ -1,0 +1,77 @@
+//! Notes on an effect named by a diagnosis: the effects aliased with it in the data, and the time of a step.
+
+use serde_json::{Value, json};
+
+use calibench::assess::{Finding, LadderStep, Moment};
+use calibench::effects::EffectId;
+
+/// The measurement that would separate an effect from those exactly aliased with it.
+fn parted_by(f: &Finding) -> Option<String> {
+    if f.exactly_same.is_empty() {
+        return None;
+    }
+    let id = EffectId::new(&f.hypothesis.in_model);
+    let ball = match id.family() {
+        "base_step" | "artifact_step" => {
+            return Some("only a look at either from outside (a level, a dial gauge, a tracker on the floor)".into());
+        }
+        "ball_step" => id.rest().and_then(|rest| rest.rsplit_once(':')).map(|(ball, _)| ball),
+        _ => id.rest(),
+    };
+    ball.map(|ball| format!("probing ball {ball} once more"))
+}
+
+/// "base_step:9 or artifact_step:9: aliased in these data; ... would separate them".
+pub(super) fn same_words(f: &Finding) -> Option<String> {
+    let parted = parted_by(f)?;
+    let all: Vec<&str> =
+        std::iter::once(f.hypothesis.in_model.as_str()).chain(f.exactly_same.iter().map(String::as_str)).collect();
+    Some(format!("{}: aliased in these data; {parted} would separate them", all.join(" or ")))
+}
+
+/// "between samples 79 and 80 (95 %: 77 to 82)".
+pub(super) fn moment_words(m: &Moment) -> String {
+    let [before, after] = &m.between;
+    let [low, high] = &m.credible;
+    let session = m.session.as_ref().map_or(String::new(), |s| format!(" of session {s}"));
+    format!("between samples {before} and {after}{session} (95 %: {low} to {high})")
+}
+
+fn moment_json(m: &Moment) -> Value {
+    json!({"session": m.session, "between": m.between, "between_95": m.credible})
+}
+
+/// Adds the fields of these notes to a finding.
+pub(super) fn put_notes(finding: &mut Value, f: &Finding) {
+    finding["exactly_same"] = json!(f.exactly_same);
+    finding["parted_by"] = json!(parted_by(f));
+    finding["moment"] = f.hypothesis.moment.as_ref().map_or(Value::Null, moment_json);
+}
+
+/// The most recent finding, in the diagnoses of earlier steps, of each effect that a step adds.
+fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl Iterator<Item = &'a Finding> {
+    let named = |ladder_step: &&'a LadderStep, effect: &str| {
+        ladder_step.diagnosis.findings.iter().find(|f| f.hypothesis.in_model == effect)
+    };
+    added.iter().filter_map(move |effect| below.iter().rev().find_map(|ladder_step| named(ladder_step, effect)))
+}
+
+/// One entry per added effect with such notes; `below` holds the earlier steps, the first first.
+pub(super) fn added_json(added: &[String], below: &[&LadderStep]) -> Value {
+    let noted = found(added, below).filter(|f| f.hypothesis.moment.is_some() || !f.exactly_same.is_empty());
+    let one = |f: &Finding| {
+        let mut note = json!({"effect": f.hypothesis.in_model});
+        put_notes(&mut note, f);
+        note
+    };
+    noted.map(one).collect()
+}
+
+/// The same in words, one line each: the time of a step and the effects aliased with it.
+pub fn added_sentences(added: &[String], below: &[&LadderStep]) -> Vec<String> {
+    let one = |f: &Finding| {
+        let when = f.hypothesis.moment.as_ref().map(|m| format!("{}: {}.", f.hypothesis.in_model, moment_words(m)));
+        when.into_iter().chain(same_words(f).map(|same| format!("{same}."))).collect::<Vec<String>>()
+    };
+    found(added, below).flat_map(one).collect()
+}

@@ -1,0 +1,234 @@
+//! A ladder in words: each step as it is reached, the objections to it, the reason for stopping, and the model to use.
+
+use super::recommended::Recommended;
+use calibench::assess::{
+    ChoiceKind, Contradiction, Gain, Ladder, LadderStep, Objection, Planned, StopReason, Symptom, Unphysical,
+};
+use calibench::effects;
+use calibench::identify::Outcome;
+use calibench::units::MM;
+
+/// Relative rise of the expected error that is reported.
+const WORTH_A_WORD: f64 = 0.05;
+
+/// An objection in words.
+pub fn objection_sentence(objection: &Objection) -> String {
+    let from_to = |x: &[f64; 2]| format!("{:.4} mm before, {:.4} mm after", x[0] / MM, x[1] / MM);
+    match objection {
+        Objection::Gain(gain) => gain_sentence(gain),
+        Objection::CrossValidation { rms } => {
+            format!("blocks that were not fitted are predicted no better: {}", from_to(rms))
+        }
+        Objection::Workspace { mean } => {
+            format!("the error predicted over the workspace does not fall: {}", from_to(mean))
+        }
+        Objection::Session { name, rms } => format!("'{name}' is predicted worse: {}", from_to(rms)),
+        Objection::Campaign { name, by } => {
+            format!("'{name}' is predicted worse by the robot of the other campaigns: {}", contradiction(by))
+        }
+        Objection::Check { name, by } => format!("'{name}', which was not fitted, gets worse: {}", contradiction(by)),
+        Objection::CheckUnjudged { name, because } => format!("'{name}' cannot be judged any more: {because}"),
+        Objection::NotFitted { because } => format!("the data do not determine it: {because}"),
+    }
+}
+
+/// The deterioration and its significance.
+fn contradiction(by: &Contradiction) -> String {
+    format!("{:.4} mm before, {:.4} mm after ({:.1} standard errors)", by.rms[0] / MM, by.rms[1] / MM, by.sigma)
+}
+
+/// The gain of a step at held-out postures, in words.
+pub fn gain_sentence(gain: &Gain) -> String {
+    format!(
+        "{} that were not fitted are predicted no better: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares, {:.1} standard errors)",
+        gain.division.words(),
+        gain.rms[0] / MM,
+        gain.rms[1] / MM,
+        -100.0 * gain.share,
+        gain.sigma
+    )
+}
+
+/// A physically impossible value in words: what it is, and that it is not a spring.
+pub fn symptom_sentence(s: &Symptom) -> String {
+    let name = &s.parameter;
+    let value = format!("{:.3} ± {:.3} {}", s.unit.from_si(s.value), s.unit.from_si(s.sigma), s.unit.symbol);
+    let joint = s.joint();
+    let of_joint = |families: &[&str]| -> String {
+        joint.map_or_else(
+            || "another load".into(),
+            |j| families.iter().map(|f| format!("{f}:{j}")).collect::<Vec<_>>().join(", "),
+        )
+    };
+    match s.unphysical {
+        Unphysical::NegativeCompliance => format!(
+            "{name} is negative ({value}): a symptom of something missing (another effect that changes as its load does: {}, or a load entered wrongly), not a spring.",
+            of_joint(&["stiffening", "harmonic1", "harmonic2"])
+        ),
+        Unphysical::Softening => format!(
+            "{name} is positive ({value}): a gear that gets softer under load; a symptom of something missing ({}), not a gear.",
+            of_joint(&["harmonic1", "gravity_backlash"])
+        ),
+        Unphysical::LostMotionAgainstLoad => format!(
+            "{name} is negative ({value}): play that closes against the load; a symptom of something missing ({}), not play.",
+            of_joint(&["stiffening", "harmonic1"])
+        ),
+        Unphysical::NegativeMass => {
+            format!(
+                "{name} ({value}) makes a mass negative: a symptom of something missing, or of a load entered wrongly, not a mass."
+            )
+        }
+    }
+}
+
+/// Names a step by the effects it adds; the first by its model.
+pub(super) fn ladder_step_words(ladder_step: &LadderStep) -> String {
+    if ladder_step.added.is_empty() {
+        ladder_step.model.effects.join(" + ")
+    } else {
+        format!("+ {}", added_words(&ladder_step.added))
+    }
+}
+
+/// The effects added in one step, worded alike everywhere; if there are many, their number.
+pub(super) fn added_words(added: &[String]) -> String {
+    let samples = added.iter().filter(|effect| effects::set_aside_by(effect).is_some()).count();
+    match added {
+        few if few.len() <= 3 => few.join(" + "),
+        many if samples == many.len() => format!("{samples} samples set aside"),
+        many => format!("{} effects at once", many.len()),
+    }
+}
+
+/// A step on one line.
+pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
+    let what = ladder_step_words(ladder_step);
+    let workspace = ladder_step
+        .workspace
+        .as_ref()
+        .map_or(String::new(), |w| format!(", expected over the workspace {:.3} mm", w.mean.expected / MM));
+    format!(
+        "{what}: fit {:.4} mm, cross-validated {:.4} mm{workspace}; {}",
+        ladder_step.fit / MM,
+        ladder_step.cross_validated / MM,
+        ladder_step.diagnosis.verdict.name()
+    )
+}
+
+/// The reasons why a ladder ends, one line each.
+pub fn top_sentences(top: &StopReason, commands: &Recommended) -> Vec<String> {
+    match top {
+        StopReason::NothingLeft => vec!["The ladder stops: the residual is noise.".into()],
+        StopReason::NoiseLargerThanStated => {
+            vec!["The ladder stops: the residual is noise, and more of it than stated.".into()]
+        }
+        StopReason::NotConverged(outcome) => vec![format!("The ladder stops: the fit {}.", outcome.in_words())],
+        StopReason::StepLimit => vec!["The ladder stops at its step limit; continue from its model.".into()],
+        StopReason::NoStepHelps { tried } => {
+            let mut all = vec!["The ladder ends: no step helps.".to_owned()];
+            all.extend(tried.iter().map(|(effect, objections)| {
+                let why: Vec<String> = objections.iter().map(objection_sentence).collect();
+                format!("  not {effect}: {}", why.join("; "))
+            }));
+            all.push(format!(
+                "`calibench next {}{}` names measurements that would add information.",
+                commands.datasets, commands.model
+            ));
+            all
+        }
+        other => vec![format!("The ladder ends: {}.", other.name().replace('_', " "))],
+    }
+}
+
+/// The outcome of the initial fit if it did not converge and no other model is recommended.
+fn unconverged(ladder: &Ladder) -> Option<Outcome> {
+    ladder.first().calibration.unconverged().filter(|_| ladder.kind() == ChoiceKind::Begin)
+}
+
+/// The permitted use of a fit that did not converge.
+pub fn unconverged_sentence(outcome: Outcome) -> String {
+    format!(
+        "the fit {}. Nothing said of it holds, and nothing is recommended: measure more postures, or fit fewer effects.",
+        outcome.in_words()
+    )
+}
+
+/// The model to use.
+fn what_to_use(ladder: &Ladder) -> String {
+    match ladder.kind() {
+        ChoiceKind::Begin => "the model to begin with".to_owned(),
+        ChoiceKind::Steps => "the last step".to_owned(),
+        ChoiceKind::Curves => "the model to begin with and the error curves of all joints".to_owned(),
+        ChoiceKind::StepsAndCurves => "the last step and the error curves of all joints".to_owned(),
+        ChoiceKind::Library => {
+            let effects = ladder.recommendation.choice().added.len();
+            format!("the whole library ({effects} effects, each held to the size that the data give it)")
+        }
+    }
+}
+
+/// The model for which measurements are planned, and the reason.
+pub fn planned_sentence(planned: &Planned) -> String {
+    let ladder = &planned.ladder;
+    let what = match ladder.kind() {
+        ChoiceKind::Steps => format!("the model with {}", ladder.last().model.effects.join(" + ")),
+        _ => what_to_use(ladder),
+    };
+    if planned.in_question {
+        return format!(
+            "Planned for the present model: the effect that it lacks must be identified first. Until then the ladder recommends {what}."
+        );
+    }
+    format!("Planned for {what}, which the ladder recommends: {}.", why(ladder))
+}
+
+/// The model to use, and the reason.
+pub fn advice(ladder: &Ladder) -> String {
+    if let Some(outcome) = unconverged(ladder) {
+        return format!("Use no model yet: {}", unconverged_sentence(outcome));
+    }
+    let what = what_to_use(ladder);
+    let aside = match ladder.recommendation.aside.as_slice() {
+        [] => String::new(),
+        ids => format!(" Set aside as disagreeing with all others: {}.", ids.join(", ")),
+    };
+    format!("Use {what}: {}.{aside}{}", why(ladder), dearer_elsewhere(ladder).unwrap_or_default())
+}
+
+/// Warns that the recommended model, better where it was measured, is expected to be worse over the workspace; it mostly is.
+fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
+    let of = |ladder_step: &LadderStep| Some(ladder_step.workspace.as_ref()?.mean.expected / MM);
+    let (before, after) = (of(ladder.first())?, of(ladder.recommended())?);
+    (after > before * (1.0 + WORTH_A_WORD)).then(|| {
+        format!(
+            " WARNING: over the workspace its error is expected to be larger, {after:.3} mm instead of {before:.3} mm: use it only where the campaign \
+             has measured, or measure where the robot is to work and name that with --check."
+        )
+    })
+}
+
+/// The reason for the recommendation.
+pub fn why(ladder: &Ladder) -> String {
+    if let Some(by) = &ladder.withdrawn {
+        return format!(
+            "what postures left out of the fit had recommended is withdrawn, because the rows of set 'validation' contradict it: {}",
+            contradiction(by)
+        );
+    }
+    if let Some(outcome) = unconverged(ladder) {
+        return unconverged_sentence(outcome);
+    }
+    let choice = ladder.recommendation.choice();
+    if choice.kind == ChoiceKind::Begin {
+        return "nothing else predicts postures that were not fitted better by more than 5 % of the squares and two standard errors (more where postures are few)".into();
+    }
+    let gains: Vec<String> = choice
+        .gains
+        .iter()
+        .map(|g| {
+            let [before, after] = g.rms.map(|x| x / MM);
+            format!("{} {before:.4} to {after:.4} mm ({:.0} standard errors)", g.division.words(), g.sigma)
+        })
+        .collect();
+    format!("it predicts postures that were not fitted better: {}", gains.join(", "))
+}

@@ -1,0 +1,139 @@
+//! Agreement of data with their robot: the nominal fit on one line and, if it fails, the reason as a sentence and as JSON.
+
+use serde_json::{Value, json};
+
+use calibench::assess::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable};
+use calibench::units::MM;
+
+/// The residual of the nominal arm on a dataset, on one line.
+pub fn nominal_fit_line(fit: &NominalFit) -> String {
+    let share = 100.0 * fit.residual / fit.reach.max(f64::MIN_POSITIVE);
+    let all = if fit.plain > 1.02 * fit.residual { format!("; {} with all rows", length(fit.plain)) } else { String::new() };
+    format!(
+        "The nominal arm, its base and a free tool fitted, leaves {} rms ({share:.2} % of the reach{all}); up to {} is expected.",
+        length(fit.residual),
+        length(fit.expected)
+    )
+}
+
+/// The nominal fits of the datasets, one line each, with names if there are several.
+pub fn nominal_fit_lines(fits: &[DataFit]) -> Vec<String> {
+    let named = |f: &DataFit| {
+        let line = nominal_fit_line(&f.nominal);
+        if fits.len() > 1 { format!("{}: {line}", f.nominal.dataset) } else { line }
+    };
+    fits.iter().map(named).collect()
+}
+
+/// Explains why data do not fit their robot, with the remedy.
+pub fn misfit_sentence(misfit: &Misfit) -> String {
+    let Misfit { nominal, cause, slips, within_expected } = misfit;
+    let left = if *cause == Cause::Rows { nominal.plain } else { nominal.residual.max(nominal.plain) };
+    let tried = |s: &SlipTried| format!("{} leaves {} ({})", s.words, length(s.residual), s.slip);
+    match cause {
+        Cause::Slips => {
+            let others: Vec<&str> = slips.iter().skip(1).map(|s| s.slip.as_str()).collect();
+            let or = match others.as_slice() {
+                [] => String::new(),
+                others => format!(", and these data cannot tell it from {}", others.join(", ")),
+            };
+            let why = if *within_expected { ", and a slip would explain it" } else { "" };
+            let first = slips.first().map_or(String::new(), |s| format!("{} leaves {}", s.words, length(s.residual)));
+            format!(
+                "These data do not fit this robot{why}: {first} instead of {} ({}){or}; up to {} is expected of the nominal arm. Correct the data, or go on with --force.",
+                length(left),
+                slips.first().map_or("", |s| s.slip.as_str()),
+                length(nominal.expected)
+            )
+        }
+        Cause::Base => {
+            let names: Vec<&str> = slips.iter().map(|s| s.slip.as_str()).collect();
+            format!(
+                "These data do not fit this robot as it is said to stand: the base found from them is not where it is stated, and {} puts it there ({}). Correct the data or the base, or go on with --force.",
+                slips.first().map_or("", |s| s.words.as_str()),
+                names.join(" or ")
+            )
+        }
+        Cause::Rows => {
+            let named: Vec<&str> = slips.iter().map(|s| s.slip.as_str()).collect();
+            format!(
+                "These data do not fit this robot in {} of {} rows: without {} the nominal arm leaves {} instead of {}. Correct these rows or leave them out, or go on with --force.",
+                slips.len(),
+                nominal.rows,
+                named.join(", "),
+                length(nominal.residual),
+                length(left)
+            )
+        }
+        Cause::Unknown => {
+            let best: Vec<String> = slips.iter().map(tried).collect();
+            format!(
+                "These data do not fit this robot: the nominal arm, its base and a free tool fitted, leaves {}, and up to {} is expected; no usual slip explains it, the best tries: {}. Check robot, units and signs, or go on with --force.",
+                length(nominal.residual),
+                length(nominal.expected),
+                best.join("; ")
+            )
+        }
+        other => format!("These data do not fit this robot ({}). Correct the data, or go on with --force.", other.name()),
+    }
+}
+
+/// Data that do not fit, as one JSON document.
+pub fn misfit_json(misfit: &Misfit) -> Value {
+    let Misfit { nominal, cause, slips, .. } = misfit;
+    let slip = |s: &SlipTried| json!({ "slip": s.slip, "residual_mm": s.residual / MM, "words": s.words });
+    json!({
+        "format": "calibench-misfit/1",
+        "verdict": "data_do_not_fit",
+        "dataset": nominal.dataset,
+        "residual_mm": nominal.residual / MM,
+        "residual_all_rows_mm": nominal.plain / MM,
+        "residual_percent_of_reach": 100.0 * nominal.residual / nominal.reach,
+        "expected_mm": nominal.expected / MM,
+        "rows": nominal.rows,
+        "cause": cause.name(),
+        "slips": slips.iter().map(slip).collect::<Vec<Value>>(),
+        "sentence": misfit_sentence(misfit),
+    })
+}
+
+/// States that the sizes of corrections are implausible; `None` if there are no such corrections.
+pub fn unbelievable_sentence(corrections: &[Unbelievable]) -> Option<String> {
+    let first = corrections.first()?;
+    let others = match corrections.len() {
+        1 => String::new(),
+        n => format!(" ({} more like it)", n - 1),
+    };
+    Some(format!(
+        "These data do not fit this robot: they would correct {} by {:.4} {}, {:.0} plausible sizes{others}, which is not believable at this size. Check signs, zeros and units of the joints, or go on with --force.",
+        first.parameter,
+        first.unit.from_si(first.deviation),
+        first.unit.symbol,
+        first.sizes
+    ))
+}
+
+/// Implausible corrections in the document format of data that do not fit.
+pub fn unbelievable_json(corrections: &[Unbelievable]) -> Value {
+    let one = |c: &Unbelievable| json!({ "parameter": c.parameter, "deviation": c.unit.from_si(c.deviation), "unit": c.unit.symbol, "plausible_sizes": c.sizes });
+    json!({
+        "format": "calibench-misfit/1",
+        "verdict": "data_do_not_fit",
+        "cause": "corrections",
+        "corrections": corrections.iter().map(one).collect::<Vec<Value>>(),
+        "slips": [],
+        "sentence": unbelievable_sentence(corrections),
+    })
+}
+
+/// A length for display, to three significant digits.
+fn length(m: f64) -> String {
+    let mm = m / MM;
+    match mm {
+        mm if mm >= 10_000.0 => format!("{:.0} m", mm / 1000.0),
+        mm if mm >= 100.0 => format!("{mm:.0} mm"),
+        mm if mm >= 10.0 => format!("{mm:.1} mm"),
+        mm if mm >= 0.01 => format!("{mm:.2} mm"),
+        mm => format!("{mm:.4} mm"),
+    }
+}

@@ -1,0 +1,207 @@
+//! Proposed measurements and the detectability of a plan: words, tables and JSON.
+
+use serde_json::{Value, json};
+
+use super::tables::plain_table;
+use calibench::assess::{Criterion, Detectability, Kind, Offer, Proposal, Step};
+use calibench::units::MM;
+
+/// Format tags.
+const FORMAT: &str = "calibench-next/1";
+const DETECTABILITY_FORMAT: &str = "calibench-detectability/1";
+
+/// One minute, s.
+const MINUTE: f64 = 60.0;
+
+/// A proposal as one JSON document.
+pub fn next_json(p: &Proposal) -> Value {
+    let rivals: Vec<Value> = p.rivals.iter().map(|r| json!({"effect": r.effect, "probability": r.probability})).collect();
+    let actions: Vec<Value> = p
+        .offers
+        .iter()
+        .map(|offer| {
+            let steps: Vec<Value> = offer.steps.iter().map(|s| step_json(s, Some(offer))).collect();
+            json!({
+                "action": offer.action.words(),
+                "kind": kind_name(&offer.action.kind),
+                "setup_min": offer.action.setup_s / MINUTE,
+                "each_min": offer.action.each_s / MINUTE,
+                "candidates": offer.action.pool.len(),
+                "steps": steps,
+            })
+        })
+        .collect();
+    let not_offered: Vec<Value> = p.not_offered.iter().map(|n| json!({"action": n.what, "because": n.because})).collect();
+    let best = p.best(|_| true).map(|(offer, step)| {
+        let mut best = step_json(step, Some(offer));
+        best["action"] = json!(offer.action.words());
+        best
+    });
+    json!({
+        "format": FORMAT,
+        "criterion": criterion_name(p.criterion),
+        "rivals": rivals,
+        "now": step_json(&p.now, None),
+        "actions": actions,
+        "best": best,
+        "not_offered": not_offered,
+        "sentences": next_sentences(p),
+    })
+}
+
+fn step_json(step: &Step, offer: Option<&Offer>) -> Value {
+    json!({
+        "measurements": step.count,
+        "minutes": offer.map(|o| o.action.duration(step.count) / MINUTE),
+        "probability_of_truth": step.outlook.map(|o| o.truth),
+        "resolved": step.outlook.map(|o| o.resolved),
+        "workspace_error_mm": step.error.map(|e| e / MM),
+    })
+}
+
+fn kind_name(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Balls { .. } => "balls",
+        Kind::OtherSide => "other_side",
+        Kind::Later => "later",
+        Kind::MovedArtifact { .. } => "moved_artifact",
+        Kind::Points => "points",
+    }
+}
+
+fn criterion_name(criterion: Criterion) -> &'static str {
+    match criterion {
+        Criterion::Discrimination => "discrimination",
+        Criterion::Accuracy => "accuracy",
+        Criterion::Determination => "determination",
+        Criterion::Random(_) => "random",
+    }
+}
+
+/// A proposal as a table: one row per action, with the outcome expected after 5 / 10 / 20 measurements.
+pub fn next_table(p: &Proposal) -> String {
+    let along = |steps: &[Step], of: &dyn Fn(&Step) -> Option<String>| -> String {
+        let all: Vec<String> = steps.iter().filter_map(of).collect();
+        all.join(" / ")
+    };
+    let row = |name: String, minutes: [String; 2], steps: &[Step]| {
+        let [setup, each] = minutes;
+        [
+            name,
+            setup,
+            each,
+            along(steps, &|s| Some(s.count.to_string())),
+            along(steps, &|s| s.outlook.map(|o| format!("{:.2}", o.truth))),
+            along(steps, &|s| s.outlook.map(|o| format!("{:.2}", o.resolved))),
+            along(steps, &|s| s.error.map(|e| format!("{:.3}", e / MM))),
+        ]
+    };
+    let mut rows = vec![row("nothing more".into(), [String::new(), String::new()], std::slice::from_ref(&p.now))];
+    rows.extend(p.offers.iter().map(|o| {
+        let minutes = [o.action.setup_s, o.action.each_s].map(|s| format!("{:.1}", s / MINUTE));
+        row(o.action.words(), minutes, &o.steps)
+    }));
+    plain_table(&["measure", "set-up min", "each min", "measurements", "P(truth)", "resolved", "workspace error mm"], &rows)
+}
+
+/// A proposal in words: the effects in question, the best action, the next best ones, the assumptions.
+pub fn next_sentences(p: &Proposal) -> Vec<String> {
+    let mut all = Vec::new();
+    match p.rivals.as_slice() {
+        [] => all.push("No effect of the catalogue is in question; measurements are chosen for accuracy alone.".into()),
+        [one] => all.push(format!("{} stands alone; measurements are chosen for accuracy alone.", one.effect)),
+        several => {
+            let named: Vec<String> = several.iter().map(|r| format!("{} ({:.2})", r.effect, r.probability)).collect();
+            all.push(format!("To be distinguished: {}.", named.join(", ")));
+        }
+    }
+    let says = |offer: &Offer, step: &Step| {
+        let minutes = offer.action.duration(step.count) / MINUTE;
+        let what = match (p.criterion, step.outlook, step.error) {
+            (Criterion::Discrimination, Some(outlook), _) => format!("resolve with chance {:.2}", outlook.resolved),
+            (_, _, Some(error)) => format!("leave {:.3} mm over the workspace", error / MM),
+            _ => "change nothing that could be measured".into(),
+        };
+        format!("{} {} {what}, in {minutes:.0} min", step.count, offer.action.words())
+    };
+    let best = p.best(|_| true);
+    if let Some((offer, step)) = best {
+        all.push(format!("Best: {}.", says(offer, step)));
+        let others = p.offers.iter().filter(|o| !std::ptr::eq(*o, offer));
+        let mut others: Vec<(&Offer, &Step)> = others.filter_map(|o| p.best(|other| std::ptr::eq(other, o))).collect();
+        others.sort_by(|a, b| p.merit(b.1).total_cmp(&p.merit(a.1)));
+        for (offer, step) in others.into_iter().take(2) {
+            all.push(format!("Beside it: {}.", says(offer, step)));
+        }
+    }
+    if p.now.error.is_some() {
+        all.push("Errors are those of a model that holds the whole library, each effect as large as the data make it.".into());
+    }
+    if p.criterion == Criterion::Discrimination {
+        all.push("The chances hold if one of the effects in question is the truth.".into());
+    }
+    all.push("Minutes are assumed.".into());
+    all
+}
+
+/// The detectability of effects by a plan, as one JSON document.
+pub fn detectability_json(d: &Detectability) -> Value {
+    let effects: Vec<Value> = d
+        .sights
+        .iter()
+        .map(|s| {
+            json!({
+                "effect": s.effect,
+                "absorbed": s.absorbed,
+                "visible_rms": s.visible,
+                "directions": s.directions,
+                "smallest_plausible": s.smallest,
+                "smallest": s.smallest_size().map(|v| s.unit.from_si(v)),
+                "plausible": s.unit.from_si(s.plausible),
+                "unit": s.unit.symbol,
+            })
+        })
+        .collect();
+    let untestable: Vec<Value> = d.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
+    json!({"format": DETECTABILITY_FORMAT, "level": d.level, "power": d.power, "effects": effects, "untestable": untestable})
+}
+
+/// The detectability of effects by a plan as a table, best first, followed by a list of undetectable effects.
+pub fn detectability_text(d: &Detectability) -> String {
+    let seen = d.sights.iter().filter(|s| s.smallest.is_some());
+    let rows: Vec<[String; 6]> = seen
+        .map(|s| {
+            let size = s.smallest_size().map_or(0.0, |v| s.unit.from_si(v));
+            [
+                s.effect.clone(),
+                format!("{:.2}", 100.0 * s.absorbed),
+                format!("{:.2}", s.visible),
+                s.directions.to_string(),
+                format!("{:.2}", s.smallest.unwrap_or(f64::INFINITY)),
+                format!("{} {}", significant(size), s.unit.symbol),
+            ]
+        })
+        .collect();
+    let header =
+        ["effect", "absorbed %", "detectability, in noise", "directions", "smallest seen, plausible sizes", "which is"];
+    let mut text = plain_table(&header, &rows);
+    text.push_str(&format!(
+        "\ndetectability: the part of one plausible size that the model does not absorb; smallest: noticed in {:.0} of 100 cases at level {:.1e}\n",
+        100.0 * d.power,
+        d.level
+    ));
+    let unseen: Vec<&str> = d.sights.iter().filter(|s| s.smallest.is_none()).map(|s| s.effect.as_str()).collect();
+    if !unseen.is_empty() {
+        text.push_str(&format!("cannot be seen at all: {}\n", unseen.join(", ")));
+    }
+    text.trim_end().to_owned()
+}
+
+/// Formats to three significant digits.
+fn significant(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let digits = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.digits$}")
+}

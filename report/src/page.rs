@@ -1,0 +1,99 @@
+//! The report: one JSON document of everything the library can say about a campaign, and one HTML file that displays it.
+//!
+//! Every number is computed here, by the library; the page only lays it out, so it can also show a document received over a
+//! network.
+
+mod campaign;
+mod candidate;
+mod html;
+mod pictures;
+mod residuals;
+mod standing;
+mod steps;
+mod telling;
+mod views;
+
+use serde_json::{Value, json};
+
+use super::Recommended;
+use calibench::identify::{IdentifyError, Model};
+use calibench::measure::Dataset;
+
+pub use self::campaign::{CampaignRecord, CentringRecord};
+pub use self::html::{LivePage, chart_page_html, page_html};
+pub use self::pictures::CellPicture;
+pub use self::standing::Standing;
+pub use self::views::Views;
+
+/// Format tag.
+const FORMAT: &str = "calibench-report/1";
+
+/// The subject of a report.
+#[derive(Clone)]
+pub struct PageSubject<'a> {
+    /// Heading: the run or the datasets.
+    pub title: String,
+    /// The question asked, if any.
+    pub question: Option<String>,
+    /// Explains why the data do not fit their robot, if they are examined nevertheless.
+    pub misfit: Option<String>,
+    /// Named datasets of one robot; their rows of set `fit` are examined.
+    pub datasets: &'a [(&'a str, &'a Dataset)],
+    /// Datasets whose rows of set `validation` judge the model: the same, or others of the same set-up.
+    pub judged: &'a [(&'a str, &'a Dataset)],
+    /// The model to examine.
+    pub model: &'a Model,
+    /// The arguments of the recommended commands.
+    pub commands: Recommended,
+    /// The directory from which to give them; empty for the one in which the report was requested.
+    pub commands_from: String,
+    /// Climb the whole ladder, which takes seconds, instead of computing the next step only.
+    pub climb: bool,
+    /// The campaign as carried out, if known.
+    pub campaign: Option<&'a CampaignRecord>,
+    /// Pictures of the cell, if drawn.
+    pub pictures: &'a [CellPicture],
+    /// Further data of the run, as in `result.json`; null for measurements alone.
+    pub run: &'a Value,
+}
+
+/// A report as one document.
+pub struct Page {
+    /// `calibench-report/1`.
+    pub document: Value,
+}
+
+impl Page {
+    /// Examines the data and writes the document.
+    ///
+    /// # Errors
+    /// If data and model do not match, or the data do not determine the unknowns.
+    pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
+        let standing = Standing::new(subject)?;
+        let mut views = Views::new(subject, &standing)?;
+        views.look_at_the_best(subject, &standing);
+        let ladder = steps::ladder(subject, &standing.ladder_step, standing.ground())?;
+        Page::of(subject, &standing, ladder, &views)
+    }
+
+    /// Writes the document of a completed examination; `ladder` is the ladder as a document.
+    ///
+    /// # Errors
+    /// If the validation rows cannot be predicted.
+    pub fn of(subject: &PageSubject<'_>, standing: &Standing, ladder: Value, views: &Views) -> Result<Self, IdentifyError> {
+        let mut document = standing.json(subject, ladder)?;
+        if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), views.json(standing)) {
+            whole.extend(part);
+        }
+        Ok(Page { document })
+    }
+}
+
+/// Rounds a number for drawing: a picture shows no more than six digits.
+fn short(x: f64) -> Value {
+    format!("{x:.5e}").parse::<f64>().map_or(Value::Null, |x| json!(x))
+}
+
+fn shorts(values: impl IntoIterator<Item = f64>) -> Value {
+    values.into_iter().map(short).collect()
+}

@@ -1,0 +1,142 @@
+//! The effect of a candidate, sample by sample: the model is refitted with it, all other unknowns free.
+
+use nalgebra::Vector3;
+use serde_json::{Map, Value, json};
+
+use super::residuals::Residuals;
+use super::{short, shorts};
+use crate::meaning::{meaning, what};
+use calibench::assess::{Comparison, Curve, Diagnosis, Finding, Verdict};
+use calibench::effects::{EffectId, family};
+use calibench::identify::{Calibration, IdentifyError, Model, Problem, Use, fit};
+use calibench::measure::Dataset;
+use calibench::units::{DEG, MM, UM, URAD};
+
+/// Number of candidates shown with their curves.
+pub(super) const MOST: usize = 4;
+
+/// A fitted candidate.
+pub(super) struct Candidate {
+    /// The id by which a model accepts it.
+    pub effect: String,
+    /// Residual before minus residual after, per sample, world axes, m.
+    pub takes: Vec<Vector3<f64>>,
+    /// Indices of the samples that are drawn.
+    shown: Vec<usize>,
+    /// The same as an angle of each joint, urad, for the drawn samples.
+    angles: Value,
+    /// The change of each bin of every view of the comparison, rad; `None` if the refitted comparison lacks the view.
+    pub of_views: Vec<Option<Vec<f64>>>,
+    /// The change of the mean residual of every ball, m.
+    pub of_balls: Vec<Vector3<f64>>,
+    /// Residual with the candidate, rms, m.
+    pub rms_after: f64,
+    /// For an effect periodic in a joint's angle: joint, order, and the phase of every drawn sample within a period, rad.
+    pub phase: Option<(usize, u32, Vec<f64>)>,
+}
+
+/// A candidate named by a diagnosis, not yet fitted.
+pub(super) struct Offered {
+    /// The id by which a model accepts it.
+    pub effect: String,
+    /// The model extended by it.
+    wider: Model,
+    /// Joint, counted from 0, and periods per revolution, for an effect periodic in a joint's angle.
+    period: Option<(usize, u32)>,
+}
+
+impl Offered {
+    /// The findings, best first, preceded by the best curve if no effect of the catalogue explains the residual.
+    pub fn all(model: &Model, diagnosis: &Diagnosis) -> Vec<Self> {
+        let unexplained = diagnosis.verdict == Verdict::Unexplained;
+        let curve = diagnosis.heat_map.curve.as_ref().filter(|_| unexplained && !diagnosis.heat_map.credible().is_empty());
+        let curve = curve.map(|c| Offered { effect: curve_id(c), wider: c.added_to(model), period: None });
+        let finding = |f: &Finding| {
+            let effect = f.hypothesis.in_model.clone();
+            Offered { wider: model.with(&effect), effect, period: period(f) }
+        };
+        curve.into_iter().chain(diagnosis.findings.iter().map(finding)).collect()
+    }
+}
+
+impl Candidate {
+    /// Fits the candidate.
+    ///
+    /// # Errors
+    /// If the data do not determine it.
+    pub fn of(
+        offered: Offered,
+        datasets: &[(&str, &Dataset)],
+        before: &Residuals,
+        comparison: &Comparison,
+    ) -> Result<Self, IdentifyError> {
+        let Offered { effect, wider, period } = offered;
+        let problem = Problem::new(datasets, &wider, Use::Fit)?;
+        let fitted = fit(&problem)?;
+        let after = problem.residuals(&fitted.values);
+        let takes: Vec<Vector3<f64>> = before.points.iter().zip(&after).map(|(p, r)| p.residual - r).collect();
+        let with = Comparison::of(&Calibration::of(datasets, &wider, &problem, &fitted), datasets, Use::Fit)?;
+        let of_view = |curve: &calibench::assess::JointCurve| {
+            let same = with.joints.iter().find(|c| c.joint == curve.joint && c.against == curve.against)?;
+            (same.bins.len() == curve.bins.len())
+                .then(|| curve.bins.iter().zip(&same.bins).map(|(b, a)| b.mean - a.mean).collect())
+        };
+        Ok(Candidate {
+            effect,
+            angles: before.as_angles(|i| takes[i]),
+            of_views: comparison.joints.iter().map(of_view).collect(),
+            of_balls: comparison.balls.iter().zip(&with.balls).map(|(b, a)| b.mean - a.mean).collect(),
+            takes,
+            shown: before.shown.clone(),
+            rms_after: fitted.rms,
+            phase: period.and_then(|(joint, order)| phase(before, joint, order)),
+        })
+    }
+
+    /// The candidate as JSON, for drawing.
+    pub fn json(&self) -> Value {
+        let of_views: Vec<Value> =
+            self.of_views.iter().map(|v| v.as_ref().map_or(Value::Null, |v| shorts(v.iter().map(|x| x / URAD)))).collect();
+        let phase = self.phase.as_ref().map(
+            |(joint, order, phase)| json!({"joint": joint + 1, "order": order, "x_deg": shorts(phase.iter().map(|x| x / DEG))}),
+        );
+        json!({
+            "effect": self.effect,
+            "takes_um": self.shown.iter().map(|&i| shorts((0..3).map(|k| self.takes[i][k] / UM))).collect::<Vec<_>>(),
+            "angles_urad": self.angles,
+            "of_views_urad": of_views,
+            "of_balls_um": self.of_balls.iter().map(|d| shorts((0..3).map(|k| d[k] / UM))).collect::<Vec<_>>(),
+            "rms_after_mm": short(self.rms_after / MM),
+            "phase": phase,
+        })
+    }
+}
+
+/// The id of a curve as `add` accepts it.
+pub(super) fn curve_id(curve: &Curve) -> String {
+    format!("curve:{}:{}", curve.joint + 1, curve.variable.name())
+}
+
+/// Joint, counted from 0, and periods per revolution of an effect periodic in a joint's angle.
+fn period(f: &Finding) -> Option<(usize, u32)> {
+    let id = EffectId::new(&f.hypothesis.in_model);
+    let family = family(id.whole())?;
+    Some((family.joint(&id)?.checked_sub(1)?, family.period.per_turn(&id)?))
+}
+
+fn phase(points: &Residuals, joint: usize, order: u32) -> Option<(usize, u32, Vec<f64>)> {
+    let turn = std::f64::consts::TAU;
+    let of_point = |q: &Vec<f64>| Some((f64::from(order) * q.get(joint)?).rem_euclid(turn));
+    Some((joint, order, points.shown.iter().map(|&i| of_point(&points.points[i].q)).collect::<Option<Vec<f64>>>()?))
+}
+
+/// The meaning of every named effect, and where to look for it.
+pub(super) fn meanings(diagnosis: &Diagnosis) -> Value {
+    let named = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.as_str());
+    let all = named.chain(diagnosis.contributions.iter().map(|c| c.effect.as_str()));
+    let one = |effect: &str| {
+        let m = meaning(effect);
+        (effect.to_owned(), json!({"what": what(effect), "physics": m.physics, "look": m.look}))
+    };
+    Value::Object(all.map(one).collect::<Map<String, Value>>())
+}

@@ -1,0 +1,117 @@
+//! The document in one self-contained HTML file.
+
+use serde_json::Value;
+
+const PAGE: &str = include_str!("index.html");
+const CHART_PAGE: &str = include_str!("charts.html");
+const STYLE: &str = include_str!("page.css");
+const DRAWING: &str = concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("redraw.js"));
+const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("residuals.js"), include_str!("sections.js"));
+const CHARTS: &str = include_str!("echarts/echarts.min.js");
+const NOTICE: &str = include_str!("echarts/NOTICE");
+
+/// Content security policy of a report: the browser may only draw it.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
+
+/// The HTML page of a report.
+///
+/// The document remains text: `<`, `>` and `&` are written as JSON escapes, so no name can end the element that holds it, and
+/// the script creates no markup from it.
+pub fn page_html(document: &Value) -> String {
+    laid_out(&embedded(document), &LivePage { policy: POLICY, nonce: "", style: "", markup: "", script: "" })
+}
+
+/// A page of charts on any subject, in the style of the report: `script` finds the document in the element `data` and may use
+/// the contents of `elements.js` and `charts.js`; `title` is markup and is not escaped.
+pub fn chart_page_html(title: &str, script: &str, document: &Value) -> String {
+    let data = embedded(document);
+    let parts = [
+        ("POLICY", POLICY),
+        ("TITLE", title),
+        ("STYLE", STYLE),
+        ("NOTICE", NOTICE),
+        ("DATA", &data),
+        ("CHARTS", CHARTS),
+        ("DRAWING", DRAWING),
+        ("SCRIPT", script),
+    ];
+    filled(CHART_PAGE, &parts)
+}
+
+fn embedded(document: &Value) -> String {
+    document.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+}
+
+/// The same page without a document, for a program that supplies documents: its additions to a report.
+pub struct LivePage<'a> {
+    /// The content security policy.
+    pub policy: &'a str,
+    /// The nonce of the scripts that the policy allows; empty if it allows all scripts of the page.
+    pub nonce: &'a str,
+    /// Additional style sheet.
+    pub style: &'a str,
+    /// Markup before the verdict.
+    pub markup: &'a str,
+    /// Additional script, which calls `render(document)`.
+    pub script: &'a str,
+}
+
+impl LivePage<'_> {
+    /// Returns the page.
+    pub fn html(&self) -> String {
+        laid_out("null", self)
+    }
+}
+
+fn laid_out(data: &str, live: &LivePage<'_>) -> String {
+    let nonce = if live.nonce.is_empty() { String::new() } else { format!(" nonce=\"{}\"", live.nonce) };
+    let parts = [
+        ("POLICY", live.policy),
+        ("STYLE", STYLE),
+        ("LIVE_STYLE", live.style),
+        ("LIVE", live.markup),
+        ("NONCE", &nonce),
+        ("NOTICE", NOTICE),
+        ("DATA", data),
+        ("CHARTS", CHARTS),
+        ("DRAWING", DRAWING),
+        ("SCRIPT", SCRIPT),
+        ("LIVE_SCRIPT", live.script),
+    ];
+    filled(PAGE, &parts)
+}
+
+/// Fills in the placeholders of a template.
+fn filled(template: &str, parts: &[(&str, &str)]) -> String {
+    let mut out = String::with_capacity(template.len() + parts.iter().map(|(_, text)| text.len()).sum::<usize>());
+    // Scans left to right: inserted text is not scanned again.
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        out.push_str(before);
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        out.push_str(parts.iter().find(|(n, _)| *n == name).map_or("", |(_, text)| text));
+        rest = after;
+    }
+    out.push_str(rest);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn every_part_is_in_its_place_and_none_ends_another() {
+        let hostile = "</script><script>alert(1)</script><!-- {{SCRIPT}}";
+        let page = page_html(&json!({"title": hostile, "verdict": {"headline": ""}}));
+        assert!(!page.contains("<script>alert") && page.contains("\\u003c/script\\u003e"));
+        for part in [STYLE, DRAWING, SCRIPT, CHARTS] {
+            assert_eq!(page.matches(part).count(), 1);
+            assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
+        }
+        let data = page.split_once(r#"id="data">"#).and_then(|(_, rest)| rest.split_once("</script>")).expect("the data").0;
+        let read: Value = serde_json::from_str(data).expect("JSON");
+        assert_eq!(read["title"], hostile);
+    }
+}

@@ -1,0 +1,284 @@
+//! A fitted and judged model: the parts of a page that do not need individual samples.
+
+use serde_json::{Map, Value, json};
+
+use super::candidate::{self, Offered};
+use super::pictures::CellPicture;
+use super::residuals::MOST_POINTS;
+use super::{CampaignRecord, FORMAT, PageSubject, shorts};
+use crate::meaning::meaning;
+use crate::workspace::extrapolation_sentence;
+use crate::{
+    Forecast, calibration_json, diagnosis_json, no_forecast_sentence, symptom_sentence, unconverged_sentence,
+    unresolved_sentences, validation_json,
+};
+use calibench::assess::{
+    Extrapolation, HoldOut, LadderStep, MapCell, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step,
+};
+use calibench::identify::{Calibration, IdentifyError, Use};
+use calibench::measure::{Dataset, SampleSet};
+use calibench::units::{DEG, MM};
+
+/// A fitted model of a page's data, and the poses on which it is judged.
+pub struct Standing {
+    /// The model, fitted and judged.
+    pub ladder_step: LadderStep,
+    poses: WorkspacePoses,
+}
+
+impl Standing {
+    /// Fits the subject's model and judges it.
+    ///
+    /// # Errors
+    /// If data and model do not match, or the data do not determine the unknowns.
+    pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
+        let poses = judged_at(subject);
+        let ground = HoldOut { poses: &poses.q, checks: &[] };
+        let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject.judged)?;
+        Ok(Standing { ladder_step, poses })
+    }
+
+    /// The state after one more step, judged on the same poses.
+    ///
+    /// # Errors
+    /// If the validation rows cannot be predicted.
+    pub fn stepped(&self, ladder_step: LadderStep, subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
+        Ok(Standing { ladder_step: judge(ladder_step, subject.judged)?, poses: self.poses.clone() })
+    }
+
+    /// The effects that may be added, by the id a model accepts, most credible first.
+    pub fn candidates(&self) -> Vec<String> {
+        Offered::all(&self.ladder_step.model, &self.ladder_step.diagnosis).into_iter().map(|o| o.effect).collect()
+    }
+
+    /// The poses on which a step is judged.
+    pub fn ground(&self) -> HoldOut<'_> {
+        HoldOut { poses: &self.poses.q, checks: &[] }
+    }
+
+    /// The expected error over the workspace, if it can be predicted.
+    pub(super) fn outlook(&self) -> Option<Forecast> {
+        self.ladder_step.workspace.clone().map(|error| {
+            let of_poses = self.poses.q.iter().map(Vec::as_slice);
+            let calibration = &self.ladder_step.calibration;
+            let extrapolation = Extrapolation::of(&calibration.joint_ranges, &calibration.model, of_poses);
+            Forecast { error, source: self.poses.source, extrapolation }
+        })
+    }
+
+    /// The document of a page without its [`super::Views`]; `ladder` is the ladder as a document.
+    ///
+    /// # Errors
+    /// If the validation rows cannot be predicted.
+    pub fn json(&self, subject: &PageSubject<'_>, ladder: Value) -> Result<Value, IdentifyError> {
+        let PageSubject { datasets, judged, commands, .. } = subject;
+        let LadderStep { calibration, diagnosis, .. } = &self.ladder_step;
+        let outlook = self.outlook();
+        let mut document = json!({
+            "format": FORMAT,
+            "title": subject.title,
+            "question": subject.question,
+            "robot": calibration.robot.name,
+            "verdict": verdict(&self.ladder_step, outlook.as_ref()),
+            "figures": figures(&self.ladder_step, outlook.as_ref()),
+            "commands_from": subject.commands_from,
+            "diagnosis": diagnosis_json(diagnosis, outlook.as_ref(), commands),
+            "meanings": candidate::meanings(diagnosis),
+            "calibration": fitted(calibration),
+            "ladder": ladder,
+            "drawn": drawn(calibration, datasets, judged)?,
+            "validation": self.ladder_step.validation.as_ref().map(validation_json),
+            "workspace": outlook.as_ref().map(|o| workspace(o, calibration, judged)).transpose()?,
+            "campaign": subject.campaign.map(CampaignRecord::json),
+            "pictures": subject.pictures.iter().map(CellPicture::json).collect::<Vec<_>>(),
+            "run": subject.run,
+            "provenance": provenance(datasets, judged),
+        });
+        if let Some(misfit) = &subject.misfit {
+            document["misfit"] = json!(misfit);
+        }
+        Ok(document)
+    }
+}
+
+/// The poses of the validation rows, of `judged` or else of `datasets`; random ones if there are none.
+fn judged_at(subject: &PageSubject<'_>) -> WorkspacePoses {
+    let poses = WorkspacePoses::of(subject.judged);
+    if poses.source == PoseSource::Drawn { WorkspacePoses::of(subject.datasets) } else { poses }
+}
+
+/// The verdict as a headline, its meaning, and the expected error of the robot.
+fn verdict(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
+    let d = &first.diagnosis;
+    let named = || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect));
+    let first_named = named().next().map(|f| f.hypothesis.in_model.clone());
+    let curve = d.heat_map.credible().first().map(|cell| (cell.joint + 1, cell.variable.name()));
+    let (headline, means) = match d.verdict {
+        Verdict::NoiseLargerThanStated => (
+            "The residual is noise, and more of it than stated".to_owned(),
+            "State the noise as it is, or measure targets twice to know it.".to_owned(),
+        ),
+        Verdict::SuspectSamples => {
+            let samples: Vec<&str> = d.scatter.suspects.iter().map(|s| s.sample.as_str()).collect();
+            (
+                format!("Samples that disagree with all others: {}", samples.join(", ")),
+                "Look there first; everything else is computed without them.".to_owned(),
+            )
+        }
+        Verdict::DataDoNotFit => ("These data do not fit this robot".to_owned(), "Nothing is diagnosed.".to_owned()),
+        Verdict::NothingLeft => (
+            "The residual is noise".to_owned(),
+            "No effect of the catalogue sticks out of these data. That is no proof of accuracy where nothing was measured."
+                .to_owned(),
+        ),
+        Verdict::Identified => {
+            let effect = first_named.clone().unwrap_or_default();
+            (format!("Missing in the model: {effect}"), sentence(meaning(&effect).physics))
+        }
+        Verdict::Partly => {
+            let effect = d.findings.first().map(|f| f.hypothesis.in_model.clone()).unwrap_or_default();
+            (
+                format!("{effect} explains {:.0} %; more is missing", 100.0 * d.explains.unwrap_or(0.0)),
+                sentence(meaning(&effect).physics),
+            )
+        }
+        Verdict::Indistinguishable => {
+            let all: Vec<&str> = named().map(|f| f.hypothesis.in_model.as_str()).collect();
+            (format!("Missing in the model: one of {}", all.join(", ")), "These data cannot tell which.".to_owned())
+        }
+        Verdict::Unexplained => match curve {
+            Some((joint, variable)) => (
+                format!("Unexplained: the error of joint {joint} follows {variable}"),
+                "No single effect of the catalogue explains the residual; a smooth curve of that joint explains most of it."
+                    .to_owned(),
+            ),
+            None => (
+                "Unexplained: many small effects, none of them unusual".to_owned(),
+                "The residual is the usual model discrepancy of a robot beyond the fitted model.".to_owned(),
+            ),
+        },
+        other => (format!("The diagnosis says '{}'", other.name().replace('_', " ")), String::new()),
+    };
+    let (headline, means) = match first.calibration.unconverged() {
+        Some(outcome) => ("The fit did not converge".to_owned(), sentence(&unconverged_sentence(outcome))),
+        None => (headline, means),
+    };
+    json!({
+        "name": d.verdict.name(),
+        "headline": headline,
+        "means": means,
+        "expected": outlook.map_or_else(|| no_forecast_sentence(&first.undetermined), Forecast::sentence),
+        "warning": outlook.and_then(|o| extrapolation_sentence(&o.extrapolation)),
+        "symptoms": first.symptoms.iter().map(symptom_sentence).collect::<Vec<_>>(),
+    })
+}
+
+/// Turns a clause into a sentence: initial capital and full stop.
+fn sentence(clause: &str) -> String {
+    let mut letters = clause.chars();
+    letters.next().map_or(String::new(), |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
+}
+
+/// The key figures.
+fn figures(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
+    let d = &first.diagnosis;
+    json!({
+        "samples": d.samples,
+        "rms_mm": d.rms / MM,
+        "noise_mm": d.noise / MM,
+        "unexplained_mm": d.unexplained / MM,
+        "noise_stated": d.lack_of_fit_p.is_some(),
+        "expected": outlook.map(Forecast::json),
+        "validation": first.validation.as_ref().map(validation_json),
+    })
+}
+
+/// The calibration with the details shown only on a page.
+fn fitted(c: &Calibration) -> Value {
+    let mut value = calibration_json(c);
+    let free: Vec<usize> = (0..c.estimates.len()).filter(|&k| c.estimates[k].stated_sigma.is_none()).collect();
+    let rows = free.iter().map(|&r| free.iter().map(|&k| (c.correlation[(r, k)] * 1000.0).round() / 1000.0).collect());
+    value["correlation"] = json!(rows.collect::<Vec<Vec<f64>>>());
+    value["unresolved_sentences"] = json!(unresolved_sentences(c));
+    let ranges = c.joint_ranges.iter().zip(&c.robot.links);
+    value["joint_ranges"] = ranges
+        .enumerate()
+        .map(|(k, (range, link))| {
+            let limits = link.limits.map(|x| x / DEG);
+            json!({"joint": k + 1, "identified_deg": range.map(|x| x / DEG), "limits_deg": limits})
+        })
+        .collect();
+    value
+}
+
+/// True if there are validation rows.
+fn has_validation(datasets: &[(&str, &Dataset)]) -> bool {
+    datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Validation))
+}
+
+/// A step of the ladder with its position errors on the validation rows.
+pub(super) fn judge(ladder_step: LadderStep, judged: &[(&str, &Dataset)]) -> Result<LadderStep, IdentifyError> {
+    if !has_validation(judged) {
+        return Ok(ladder_step);
+    }
+    let validation = Validation::of(&ladder_step.calibration.predict(judged, Use::Validation)?);
+    Ok(LadderStep { validation, ..ladder_step })
+}
+
+/// Position errors of the nominal robot on the validation rows or, without any, on the fit rows. The nominal model does not
+/// locate several set-ups; their bases are fitted.
+fn drawn(
+    calibration: &Calibration,
+    datasets: &[(&str, &Dataset)],
+    judged: &[(&str, &Dataset)],
+) -> Result<Value, IdentifyError> {
+    let base_fitted = calibration.setups.len() > 1;
+    let drawn = if base_fitted { calibration.nominal().set_up_anew() } else { calibration.nominal() };
+    let held_out = has_validation(judged);
+    let prediction = if held_out { drawn.predict(judged, Use::Validation)? } else { drawn.predict(datasets, Use::Fit)? };
+    let errors = Validation::of(&prediction);
+    Ok(json!({
+        "name": if base_fitted { "nominal, bases fitted" } else { "nominal" },
+        "on": if held_out { "validation" } else { "fit" },
+        "errors": errors.as_ref().map(validation_json),
+    }))
+}
+
+/// The poses of the predicted error and, if measured at them, a map of the measured error.
+fn workspace(outlook: &Forecast, calibration: &Calibration, judged: &[(&str, &Dataset)]) -> Result<Value, IdentifyError> {
+    let poses = &outlook.error.poses;
+    let stride = poses.len().div_ceil(MOST_POINTS).max(1);
+    let mut measured = None;
+    if outlook.source == PoseSource::Validation {
+        let prediction = calibration.predict(judged, Use::Validation)?;
+        let mut error = outlook.error.clone();
+        error.poses.iter_mut().zip(&prediction.residuals).for_each(|(pose, residual)| pose.error = residual.norm());
+        let cells = |row: &Vec<Option<MapCell>>| -> Value {
+            row.iter().map(|c| c.map_or(Value::Null, |c| json!({"mean_mm": c.error / MM, "poses": c.poses}))).collect()
+        };
+        // For a set-up refitted to these poses the residual is only a spread, smaller than the error.
+        measured = prediction.refitted.is_empty().then(|| error.map().cells.iter().map(cells).collect::<Value>());
+    }
+    Ok(json!({
+        "poses_are": outlook.poses(),
+        "radius_mm": shorts(poses.iter().step_by(stride).map(|p| p.radius / MM)),
+        "height_mm": shorts(poses.iter().step_by(stride).map(|p| p.height / MM)),
+        "measured": measured,
+    }))
+}
+
+fn provenance(datasets: &[(&str, &Dataset)], judged: &[(&str, &Dataset)]) -> Value {
+    let further = judged.iter().filter(|(name, _)| !datasets.iter().any(|(n, _)| n == name));
+    let of_dataset = |(name, d): &(&str, &Dataset)| {
+        let count = |set: SampleSet| d.samples.iter().filter(|s| s.set == set).count();
+        let free: Map<String, Value> =
+            d.provenance.iter().map(|(key, value)| (key.clone(), json!(value.to_string()))).collect();
+        json!({"name": name, "sha256": d.hash, "fit_rows": count(SampleSet::Fit), "validation_rows": count(SampleSet::Validation),
+            "stated": free})
+    };
+    json!({
+        "program": concat!("calibench ", env!("CARGO_PKG_VERSION")),
+        "charts": "Apache ECharts 6.1.0 (Apache-2.0)",
+        "datasets": datasets.iter().chain(further).map(of_dataset).collect::<Vec<_>>(),
+    })
+}

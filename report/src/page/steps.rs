@@ -1,0 +1,47 @@
+//! The ladder of a page: all of it if requested, otherwise its first step only.
+
+use serde_json::{Value, json};
+
+use super::PageSubject;
+use super::standing::judge;
+use crate::{ladder_json, ladder_step_json, objection_sentence};
+use calibench::assess::{HoldOut, LadderStep, Objection, best_step, ladder as climb};
+use calibench::identify::IdentifyError;
+
+/// The ladder as a document; its key `complete` is true if it was climbed to its end.
+///
+/// # Errors
+/// Those of the ladder.
+pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: HoldOut<'_>) -> Result<Value, IdentifyError> {
+    if subject.climb {
+        let mut climbed = climb(subject.datasets, subject.model, ground, &mut |_| ())?;
+        climbed.rungs = climbed.rungs.into_iter().map(|r| judge(r, subject.judged)).collect::<Result<_, _>>()?;
+        climbed.other = climbed.other.map(|r| judge(r, subject.judged)).transpose()?;
+        let mut whole = ladder_json(&climbed);
+        whole["complete"] = json!(true);
+        return Ok(whole);
+    }
+    let d = &first.diagnosis;
+    if d.verdict.is_noise() {
+        return Ok(
+            json!({"rungs": [ladder_step_json(first, &[])], "complete": true, "advice": "The residual is noise: there is nothing to add."}),
+        );
+    }
+    let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
+    let (rungs, step) = match best_step(subject.datasets, first, ground, &mut |_| ())? {
+        Ok(next) => {
+            let next = judge(*next, subject.judged)?;
+            let step = step_json(&next.added.join(" + "), &next.objections(first));
+            (vec![ladder_step_json(first, &[]), ladder_step_json(&next, &[first])], step)
+        }
+        Err(tried) => {
+            let step = tried.first().map_or(Value::Null, |(effect, objections)| step_json(effect, objections));
+            (vec![ladder_step_json(first, &[])], step)
+        }
+    };
+    Ok(json!({"rungs": rungs, "complete": false, "step": step, "command": command}))
+}
+
+fn step_json(effect: &str, objections: &[Objection]) -> Value {
+    json!({"effect": effect, "objections": objections.iter().map(objection_sentence).collect::<Vec<_>>()})
+}

@@ -1,0 +1,20 @@
+//! The commands that a report recommends.
+
+/// The arguments of recommended commands after the verb: datasets and model as given.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Recommended {
+    /// `runs/balls runs/more`.
+    pub datasets: String,
+    /// ` --model model.toml`, or empty.
+    pub model: String,
+}
+
+impl Recommended {
+    pub(super) fn verb(&self, verb: &str) -> String {
+        format!("`calibench {verb} {}{}`", self.datasets, self.model)
+    }
+
+    pub(super) fn add(&self, effect: &str) -> String {
+        self.verb(&format!("add {effect}"))
+    }
+}

@@ -1,0 +1,121 @@
+//! Shifts of the parameters caused by each effect that the model lacks: tables by the unit of the parameters, and JSON.
+
+use serde_json::{Map, Value, json};
+
+use super::tables::plain_rows;
+use calibench::assess::{Shift, Shifts, shift_of};
+use calibench::units::Unit;
+
+/// Decimal places of a printed shift, in the parameter's unit or the finer one of [`FINER`].
+const PLACES: usize = 2;
+
+/// Units whose shifts are printed in thousandths, with the symbol of the finer unit.
+const FINER: [(Unit, &str); 2] = [(Unit::MM, "um"), (Unit::DEG, "mdeg")];
+
+/// The shifts caused by every effect, as one JSON document.
+pub fn shifts_json(s: &Shifts) -> Value {
+    let parameters: Vec<Value> = s.parameters.iter().map(|p| json!({"name": p.name, "unit": p.unit.symbol})).collect();
+    let of_number = |shift: &Shift| {
+        let by = s.parameters.iter().zip(&shift.by).map(|(p, by)| (p.name.clone(), json!(p.unit.from_si(*by))));
+        json!({"effect": shift.effect, "number": shift.number, "plausible": shift.unit.from_si(shift.size),
+            "unit": shift.unit.symbol, "shift": by.collect::<Map<String, Value>>()})
+    };
+    let untestable: Vec<Value> = s.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
+    json!({"parameters": parameters, "numbers": s.shifts.iter().map(of_number).collect::<Vec<_>>(), "untestable": untestable})
+}
+
+/// The same as tables: one row per effect, one column per parameter, compliances first; the last row combines all effects.
+pub fn shifts_text(s: &Shifts) -> String {
+    let mut units: Vec<Unit> = Vec::new();
+    for parameter in &s.parameters {
+        if !units.contains(&parameter.unit) {
+            units.push(parameter.unit);
+        }
+    }
+    units.sort_by_key(|unit| *unit != Unit::MDEG_PER_NM);
+    let mut text = String::new();
+    for unit in units {
+        text.push_str(&table(s, unit));
+        text.push('\n');
+    }
+    text.push_str(
+        "Shift of each parameter, one sigma, when the truth holds an effect at its plausible size (each of its numbers, one sigma, \
+         independently) and the model does not; without noise, to first order.\n",
+    );
+    let untestable: Vec<&str> = s.untestable.iter().map(|u| u.effect.as_str()).collect();
+    if !untestable.is_empty() {
+        text.push_str(&format!("These data cannot show: {}\n", untestable.join(", ")));
+    }
+    text.trim_end().to_owned()
+}
+
+/// The table of the parameters of one unit.
+fn table(s: &Shifts, unit: Unit) -> String {
+    let (scale, called) = FINER.iter().find(|(u, _)| *u == unit).map_or((1.0, unit.symbol), |(_, finer)| (1e3, *finer));
+    let columns: Vec<usize> = (0..s.parameters.len()).filter(|&k| s.parameters[k].unit == unit).collect();
+    let mut header = vec![format!("shift, {called}"), "plausible size".to_owned()];
+    header.extend(columns.iter().map(|&k| s.parameters[k].name.clone()));
+    let row = |name: String, size: String, numbers: &[Shift]| {
+        let cell = |&k: &usize| format!("{:.PLACES$}", scale * unit.from_si(shift_of(numbers, k)));
+        [name, size].into_iter().chain(columns.iter().map(cell)).collect::<Vec<String>>()
+    };
+    let mut rows: Vec<Vec<String>> =
+        s.effects().map(|numbers| row(numbers[0].effect.clone(), size(&numbers[0]), numbers)).collect();
+    rows.push(row("all of them".into(), String::new(), &s.shifts));
+    plain_rows(&header, &rows)
+}
+
+/// The plausible size of an effect's first number, to its two significant digits.
+fn size(shift: &Shift) -> String {
+    let size = shift.unit.from_si(shift.size);
+    let digits = if size > 0.0 { (1.0 - size.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 };
+    format!("{size:.digits$} {}", shift.unit.symbol)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use calibench::assess::Shifted;
+
+    fn shifts() -> Shifts {
+        let shift = |effect: &str, number: &str, by: [f64; 2]| Shift {
+            effect: effect.into(),
+            number: number.into(),
+            size: Unit::URAD.to_si(70.0),
+            unit: Unit::URAD,
+            by: by.to_vec(),
+        };
+        let parameter = |name: &str, unit: Unit| Shifted { name: name.into(), unit };
+        let c = Unit::MDEG_PER_NM;
+        Shifts {
+            parameters: vec![parameter("a1", Unit::MM), parameter("c2", c)],
+            shifts: vec![
+                shift("wave", "wave.sin", [3e-6, c.to_si(0.3)]),
+                shift("wave", "wave.cos", [-4e-6, 0.0]),
+                shift("lean", "lean.k", [12e-6, c.to_si(-0.4)]),
+            ],
+            untestable: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn numbers_of_an_effect_add_up_in_squares_and_compliances_come_first() {
+        let text = shifts_text(&shifts());
+        assert!(text.find("c2").unwrap() < text.find("a1").unwrap());
+        // Triangles 3-4-5 for the wave and 5-12-13 for both.
+        for row in [["wave", "5.00"], ["lean", "12.00"], ["all of them", "13.00"]] {
+            let last = text.lines().rfind(|l| l.contains(row[0])).unwrap();
+            assert!(last.contains(row[1]), "{last}");
+        }
+        assert!(text.contains("0.50"), "{text}");
+    }
+
+    #[test]
+    fn the_document_keeps_signs_and_units() {
+        let document = shifts_json(&shifts());
+        let lean = &document["numbers"][2];
+        assert_eq!((lean["number"].as_str(), lean["unit"].as_str()), (Some("lean.k"), Some("urad")));
+        assert!((lean["shift"]["a1"].as_f64().unwrap() - 0.012).abs() < 1e-12);
+        assert!((lean["shift"]["c2"].as_f64().unwrap() + 0.4).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,143 @@
+//! Tables for a terminal.
+
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
+
+use calibench::assess::Validation;
+use calibench::identify::Calibration;
+use calibench::units::MM;
+
+/// A table with text in the first column and numbers in the others.
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled).set_header(header);
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// A table of plain rows: columns of numbers right-aligned, columns of words left-aligned.
+pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> String {
+    laid_out(header, rows.iter().map(|row| row.as_slice()).collect())
+}
+
+/// The same for any number of columns.
+pub fn plain_rows(header: &[String], rows: &[Vec<String>]) -> String {
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    laid_out(&header, rows.iter().map(Vec::as_slice).collect())
+}
+
+fn laid_out(header: &[&str], rows: Vec<&[String]>) -> String {
+    let mut out = table(header);
+    for (k, column) in out.column_iter_mut().enumerate() {
+        let is_number = |cell: &str| cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        let numbers = k > 0 && rows.iter().all(|row| row.get(k).is_none_or(|cell| is_number(cell)));
+        column.set_cell_alignment(if numbers { CellAlignment::Right } else { CellAlignment::Left });
+    }
+    for row in rows {
+        out.add_row(row);
+    }
+    out.to_string()
+}
+
+/// Number of decimals that show a value to a tenth of its one-sigma, between 3 (as the paper prints) and 6.
+fn decimals(sigma: f64) -> usize {
+    if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(3.0, 6.0) as usize } else { 3 }
+}
+
+/// Parameters in the layout of the paper's Table 8, with one-sigma and correction.
+pub fn parameter_table(c: &Calibration) -> String {
+    let mut out = table(&["parameter", "nominal", "identified", "1 sigma", "correction", "unit"]);
+    for e in c.estimates.iter().filter(|e| e.stated_sigma.is_none()) {
+        let unit = |x: f64| e.unit.from_si(x);
+        let d = decimals(unit(e.sigma));
+        let flag = if e.effect.starts_with("joint_compliance") && e.value < -3.0 * e.sigma {
+            "  (negative: not physical)"
+        } else {
+            ""
+        };
+        out.add_row([
+            e.name.clone(),
+            format!("{:.3}", unit(e.nominal)),
+            format!("{:.d$}", unit(e.value)),
+            format!("{:.d$}", unit(e.sigma)),
+            format!("{:+.d$}", unit(e.value - e.nominal)),
+            format!("{}{flag}", e.unit.symbol),
+        ]);
+    }
+    out.to_string()
+}
+
+/// States that the uncertainties include the model's deficiencies, if that widens them; otherwise empty.
+pub fn wider_sentence(c: &Calibration) -> String {
+    let mut ratios: Vec<f64> = c.estimates.iter().filter(|e| e.sigma_noise > 0.0).map(|e| e.sigma / e.sigma_noise).collect();
+    ratios.sort_by(f64::total_cmp);
+    match ratios.get(ratios.len() / 2) {
+        Some(&median) if median > WIDER => format!(
+            "The model lacks something: 1 sigma is by noise and by what it lacks, {median:.1} times (median) that by noise alone.\n"
+        ),
+        _ => String::new(),
+    }
+}
+
+/// Ratio to the noise-only uncertainty above which the widening is reported.
+const WIDER: f64 = 1.05;
+
+/// Parameters of some effects, with one-sigma.
+pub fn parameter_rows(c: &Calibration, effects: &[String]) -> String {
+    let mut out = table(&["parameter", "value", "1 sigma", "unit"]);
+    for e in c.estimates.iter().filter(|e| effects.contains(&e.effect)) {
+        let d = decimals(e.unit.from_si(e.sigma));
+        let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));
+        out.add_row([e.name.clone(), number(e.value), number(e.sigma), e.unit.symbol.to_owned()]);
+    }
+    out.to_string()
+}
+
+/// Number of a parameter's correlated partners named in a sentence, the strongest first.
+const MOST_NAMED: usize = 6;
+
+/// The parameters that the data cannot separate, one line each.
+pub fn unresolved_sentences(c: &Calibration) -> Vec<String> {
+    c.unresolved
+        .iter()
+        .map(|group| match group.as_slice() {
+            [alone] => format!("{alone}: nothing measured moves with it"),
+            [left_out, with] => format!("{left_out}: moves the TCP as {with} can"),
+            [left_out, with @ ..] if with.len() > MOST_NAMED => {
+                let named = with[..MOST_NAMED].join(", ");
+                format!("{left_out}: moves the TCP as {named} and {} more together can", with.len() - MOST_NAMED)
+            }
+            [left_out, with @ ..] => format!("{left_out}: moves the TCP as {} together can", with.join(", ")),
+            [] => String::new(),
+        })
+        .collect()
+}
+
+/// One row of a validation table: method, then mean, maximum, standard deviation, rms, median and 95 % quantile in mm.
+pub fn validation_row(method: &str, v: &Validation) -> [String; 7] {
+    let mm = |x: f64| format!("{:.3}", x / MM);
+    [method.into(), mm(v.mean), mm(v.max), mm(v.std), mm(v.rms), mm(v.quantiles[2]), mm(v.quantiles[4])]
+}
+
+/// A table of validation results, in the layout of the paper's Table 9.
+pub fn validation_table(rows: &[[String; 7]]) -> String {
+    let mut out = table(&["position error, mm", "mean", "max", "std", "rms", "median", "95 %"]);
+    for row in rows {
+        out.add_row(row);
+    }
+    out.to_string()
+}
+
+/// A bar histogram of position errors.
+pub fn histogram(v: &Validation, bins: usize) -> String {
+    const WIDEST: usize = 50;
+    let bars = v.histogram(bins);
+    let most = bars.iter().map(|b| b.count).max().unwrap_or(1).max(1);
+    bars.iter()
+        .map(|b| {
+            let length = (b.count * WIDEST).div_ceil(most);
+            format!("{:6.3} - {:6.3} mm {:4} {}\n", b.from / MM, b.to / MM, b.count, "█".repeat(length))
+        })
+        .collect()
+}

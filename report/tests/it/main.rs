@@ -1,0 +1,6 @@
+//! The guarantees of this package, one file each.
+#![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
+
+mod a_step_is_reported_where_it_happened;
+#[path = "../../../tests/it/effect_cell.rs"]
+mod effect_cell;

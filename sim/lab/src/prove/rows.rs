@@ -1,0 +1,106 @@
+//! Residuals of the default model on every row of a division, for comparison with other regressors on the same division.
+
+use calibench::identify::{Calibration, IdentifyError, Use};
+use calibench::measure::{Dataset, Measured, Postures};
+use calibench::units::{DEG, MM};
+use nalgebra::Vector3;
+
+use super::Case;
+
+/// Role of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Used to identify the default model.
+    Fitted,
+    /// Held out.
+    Judged,
+}
+
+/// One sample of a division.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// Its role.
+    pub part: Part,
+    /// Number of its posture, from 1 through both parts.
+    pub posture: usize,
+    /// Joint angles as the controller reports them, rad (N).
+    pub q: Vec<f64>,
+    /// Name of the ball if its position is not known in advance. A ball without fitted rows is placed by the judged rows.
+    pub free_ball: Option<String>,
+    /// Measured minus predicted by the default model, in the axes of the robot's base, m; for a distance, along the line of
+    /// sight.
+    pub error: Vector3<f64>,
+}
+
+impl Case<'_> {
+    /// All fitted rows, then all judged rows, under `default`, the default model identified on the fitted ones. They are judged
+    /// as in the proof. Rows of a held-out campaign that only determine its set-up are excluded.
+    ///
+    /// # Errors
+    /// If the calibration is of other data.
+    pub fn rows(&self, default: &Calibration) -> Result<Vec<Row>, IdentifyError> {
+        let mut rows = part_rows(default, &self.fitted(), Part::Fitted, 0)?;
+        let postures = rows.iter().map(|r| r.posture).max().unwrap_or(0);
+        rows.extend(part_rows(&self.as_judged(default), &self.judged(), Part::Judged, postures)?);
+        Ok(rows)
+    }
+
+    /// File name for the rows, without folder: non-alphanumeric characters become dashes.
+    pub fn file_name(&self) -> String {
+        let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
+        let name: String = format!("{} {}", self.robot, self.fold).chars().map(plain).collect();
+        let words: Vec<&str> = name.split('-').filter(|w| !w.is_empty()).collect();
+        format!("{}.csv", words.join("-"))
+    }
+}
+
+fn part_rows(
+    calibration: &Calibration,
+    datasets: &[(&str, &Dataset)],
+    part: Part,
+    before: usize,
+) -> Result<Vec<Row>, IdentifyError> {
+    let which = if part == Part::Fitted { Use::Fit } else { Use::Validation };
+    let applied = calibration.apply(datasets, which)?;
+    let mut errors = Vec::with_capacity(applied.problem.sample_count());
+    applied.problem.for_each_sample(&applied.values, &mut |posed| {
+        let base = posed.posture.frame(0);
+        errors.push(Vector3::new(base.x.dot(&posed.residual), base.y.dot(&posed.residual), base.z.dot(&posed.residual)));
+    });
+    let postures = Postures::of(datasets, |s| which.takes(s));
+    let samples = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| which.takes(s)).map(move |s| (*d, s)));
+    let free_ball = |dataset: &Dataset, measured: &Measured| match measured {
+        Measured::Ball { ball, .. } => dataset.balls.get(*ball).filter(|b| b.free).map(|b| b.id.clone()),
+        Measured::Point(_) | Measured::Distance { .. } => None,
+    };
+    Ok(samples
+        .zip(postures.of_samples())
+        .zip(errors)
+        .map(|(((dataset, sample), posture), error)| Row {
+            part,
+            posture: before + posture + 1,
+            q: sample.q.clone(),
+            free_ball: free_ball(dataset, &sample.measured),
+            error,
+        })
+        .collect())
+}
+
+/// The rows as a CSV file: `part`, `posture`, `q1_deg` and so on, `free_ball`, `error_x_mm`, `error_y_mm`, `error_z_mm`.
+pub fn csv(rows: &[Row]) -> String {
+    let joints = (1..=rows.first().map_or(0, |r| r.q.len())).map(|j| format!("q{j}_deg"));
+    let before = ["part", "posture"].map(String::from);
+    let after = ["free_ball", "error_x_mm", "error_y_mm", "error_z_mm"].map(String::from);
+    let mut file = csv::Writer::from_writer(Vec::new());
+    // Writing to memory cannot fail.
+    let _ = file.write_record(before.into_iter().chain(joints).chain(after));
+    for row in rows {
+        let part = if row.part == Part::Fitted { "fitted" } else { "judged" };
+        let angles = row.q.iter().map(|q| format!("{:.6}", q / DEG));
+        let errors = row.error.iter().map(|e| format!("{:.6}", e / MM));
+        let free_ball = row.free_ball.clone().unwrap_or_default();
+        let _ = file
+            .write_record([part.into(), row.posture.to_string()].into_iter().chain(angles).chain([free_ball]).chain(errors));
+    }
+    file.into_inner().ok().and_then(|bytes| String::from_utf8(bytes).ok()).unwrap_or_default()
+}

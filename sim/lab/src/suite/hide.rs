@@ -1,0 +1,260 @@
+//! Draws the hidden effects of a trial, and disturbs the measurements.
+
+use calibench::assess::Library;
+use calibench::effects::{self, Subject, set_aside_by};
+use calibench::measure::{Dataset, Measured, Noise};
+use calibench::units::{DEG, MM};
+use nalgebra::Vector3;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use super::{Case, Condition, Kind};
+use calibench_sim::effect_names::joint_of;
+use calibench_sim::hidden::{HiddenToml, MovedBall};
+use calibench_sim::plans::Plans;
+use calibench_sim::scenario::{Scenario, TruthToml, written_sizes};
+
+/// Rms over the workspace of an unknown flaw of one plausible size: typical of a joint error of unknown origin.
+const UNKNOWN_RMS_URAD: f64 = 60.0;
+
+/// Approximate duration of a probing in the simulated cell, s: only used to draw moments within the session.
+const PROBING_S: f64 = 12.5;
+
+/// Part of the session in which events occur.
+const DURING: std::ops::Range<f64> = 0.2..0.8;
+
+/// A hidden effect: its id and its true values, SI.
+pub(super) type Effect = (String, Vec<f64>);
+
+/// The hidden effects of one trial.
+pub(super) struct Hidden {
+    /// Effects of the catalogue.
+    pub effects: Vec<Effect>,
+    /// Flaws outside the catalogue.
+    pub flaws: HiddenToml,
+    /// `nothing`, `one`, `two`, `clutter`, `dense`, `unknown`, `outliers` or `moved_ball`.
+    pub kind: &'static str,
+    /// In plausible sizes; for outliers and moved balls in mm.
+    pub size: f64,
+}
+
+impl Hidden {
+    fn of(effects: Vec<Effect>, kind: &'static str, size: f64) -> Self {
+        Hidden { effects, flaws: HiddenToml::default(), kind, size }
+    }
+
+    /// The joints in error, from 1.
+    pub fn joints(&self) -> Vec<usize> {
+        let by_name = self.effects.iter().filter_map(|(id, _)| joint_of(id));
+        by_name.chain(self.flaws.joints()).collect()
+    }
+
+    /// Their ids, separated by spaces; `everything` for more than two effects.
+    pub fn names(&self) -> String {
+        if self.effects.len() > 2 {
+            return "everything".into();
+        }
+        let flaws = self.flaws.listed().into_iter().map(|f| f.name.to_owned());
+        self.effects.iter().map(|(id, _)| id.clone()).chain(flaws).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The ground truth of a cell with these effects hidden in it.
+    pub fn truth(&self, scenario: &Scenario) -> TruthToml {
+        let cell = scenario.dataset();
+        let balls = cell.ball_ids();
+        let subject = Subject { own: &scenario.model.own, ..Subject::new(&cell.robot, &balls) };
+        let mut keys = scenario.truth().keys().clone();
+        for (id, sizes) in self.effects.iter().filter(|(id, _)| set_aside_by(id).is_none()) {
+            // The id was just drawn from the catalogue, so it can be built.
+            let Ok(effect) = effects::build(id, &subject) else { continue };
+            keys.effects.entry(id.clone()).or_default().extend(written_sizes(effect.as_ref(), sizes));
+        }
+        if self.flaws != HiddenToml::default() {
+            keys.hidden = self.flaws.clone();
+        }
+        keys
+    }
+}
+
+/// Draws the effects and their sizes.
+pub(super) fn hide(case: &Case, scenario: &Scenario, plans: &Plans, random: &mut ChaCha8Rng) -> Hidden {
+    let cell = scenario.dataset();
+    let balls = cell.ball_ids();
+    let subject = Subject { own: &scenario.model.own, ..Subject::new(&cell.robot, &balls) };
+    let priors = |id: &str| -> Vec<f64> {
+        effects::build(id, &subject).map(|e| e.parameters().iter().map(|p| p.prior).collect()).unwrap_or_default()
+    };
+    let all = || Library::of_robot(&cell, &scenario.model).candidates.into_iter().map(|c| c.id);
+    match &case.kind {
+        Kind::Nothing => Hidden::of(Vec::new(), "nothing", 0.0),
+        Kind::Unknown { flaw, size } => {
+            let keys = unknown_keys(flaw, random);
+            let text = format!("[{flaw}]\nrms_urad = {}\n{keys}", size * UNKNOWN_RMS_URAD);
+            Hidden { flaws: toml::from_str(&text).unwrap_or_default(), ..Hidden::of(Vec::new(), "unknown", *size) }
+        }
+        Kind::Effects { ids, size } => {
+            let hidden = ids.iter().map(|id| {
+                let id = placed(id, plans, random);
+                let sizes = unit_rms(&priors(&id), random).map(|s| s * size).collect();
+                (id, sizes)
+            });
+            Hidden::of(hidden.collect(), if ids.len() == 1 { "one" } else { "two" }, *size)
+        }
+        Kind::Clutter { size } => {
+            let drawn = |id: String| {
+                let sizes = priors(&id).iter().map(|p| size * p * normal(random)).collect();
+                (id, sizes)
+            };
+            Hidden::of(all().map(drawn).collect(), "clutter", *size)
+        }
+        Kind::Dense => {
+            let drawn = |id: String| {
+                let size = 0.5 * normal(random).exp();
+                let sizes = priors(&id).iter().map(|p| size * p * normal(random)).collect();
+                (id, sizes)
+            };
+            Hidden::of(all().map(drawn).collect(), "dense", 1.0)
+        }
+        Kind::Outliers { count, mm } => Hidden::of(outliers(*count, *mm, plans, random), "outliers", *mm),
+        Kind::MovedBall { mm } => {
+            let ball = balls[random.random_range(0..balls.len())].clone();
+            let at_share = random.random_range(DURING);
+            let [x_mm, y_mm, z_mm] = (direction(random) * *mm).into();
+            let moved_ball = Some(MovedBall { ball, at_share, x_mm, y_mm, z_mm });
+            let flaws = HiddenToml { moved_ball, ..HiddenToml::default() };
+            Hidden { flaws, ..Hidden::of(Vec::new(), "moved_ball", *mm) }
+        }
+    }
+}
+
+/// The keys of a flaw other than its size: the joint in error, and the kind of error, vary from trial to trial.
+fn unknown_keys(flaw: &str, random: &mut ChaCha8Rng) -> String {
+    let mut joint = |from: usize, to: usize| format!("joint = {}", random.random_range(from..=to));
+    match flaw {
+        "asymmetric_tooth" => format!("{}\nteeth = {}", joint(1, 4), random.random_range(5..=15)),
+        "beat" => {
+            let joint = joint(1, 4);
+            let first: f64 = random.random_range(3.2..7.8);
+            format!("{joint}\nper_turn = [{first}, {}]", first * random.random_range(1.05..1.25))
+        }
+        "bilinear_coupling" => joint(1, 4),
+        "cable_spring" => joint(4, 5),
+        "gear_defect" => format!("centre_deg = {}", random.random_range(45.0..90.0)),
+        "posture_spring" => format!("{}\nphase_deg = {}", joint(2, 3), random.random_range(0.0..360.0)),
+        "smooth_field" => format!("{}\nseed = {}", joint(1, 4), random.random_range(0..1_000_000)),
+        _ => String::new(),
+    }
+}
+
+/// `count` different samples, each displaced by `mm` millimetres.
+fn outliers(count: usize, mm: f64, plans: &Plans, random: &mut ChaCha8Rng) -> Vec<Effect> {
+    let mut all: Vec<Effect> = Vec::new();
+    while all.len() < count.min(plans.plan.wanted()) {
+        let id = placed("outlier:@", plans, random);
+        if all.iter().all(|(other, _)| *other != id) {
+            all.push((id, (direction(random) * (mm * MM)).as_slice().to_vec()));
+        }
+    }
+    all
+}
+
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    random.sample(StandardNormal)
+}
+
+/// A uniformly distributed direction.
+fn direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| normal(random)).normalize()
+}
+
+/// Random numbers of unit rms, each multiplied by its plausible size.
+fn unit_rms(priors: &[f64], random: &mut ChaCha8Rng) -> impl Iterator<Item = f64> + use<> {
+    let drawn: Vec<f64> = priors.iter().map(|_| normal(random)).collect();
+    let rms = (drawn.iter().map(|d| d * d).sum::<f64>() / drawn.len().max(1) as f64).sqrt();
+    let sizes: Vec<f64> = drawn.iter().zip(priors).map(|(d, p)| d / rms * p).collect();
+    sizes.into_iter()
+}
+
+/// An id with a random order, moment or sample.
+fn placed(id: &str, plans: &Plans, random: &mut ChaCha8Rng) -> String {
+    let Some(stem) = id.strip_suffix('@') else { return id.to_owned() };
+    let probings = plans.plan.wanted();
+    if stem.starts_with("harmonic") {
+        format!("{stem}{}", random.random_range(3..=140))
+    } else if stem.starts_with("outlier") {
+        format!("{stem}{}", plans.plan.probing.poses[random.random_range(0..probings)].id)
+    } else {
+        let session = PROBING_S * probings as f64;
+        format!("{stem}{:.1}", session * random.random_range(DURING))
+    }
+}
+
+/// Modifies the data after the measurement: displaced samples, and the conditions of the case.
+pub(super) fn disturb(data: &mut Dataset, case: &Case, hidden: &Hidden) {
+    hidden.effects.iter().for_each(|(id, sizes)| put_off(data, id, sizes));
+    match case.condition {
+        Condition::AsStated | Condition::Robot { .. } => {}
+        Condition::NoiseUnderstated { factor } => understate(&mut data.noise, factor),
+        Condition::Quantised { deg } => {
+            let read = |q: &mut f64| *q = (*q / (deg * DEG)).round() * deg * DEG;
+            data.samples.iter_mut().for_each(|s| s.q.iter_mut().for_each(read));
+        }
+        Condition::Few { samples } => data.samples.truncate(samples),
+    }
+}
+
+/// Understates the noise.
+fn understate(noise: &mut Noise, factor: f64) {
+    noise.ball = noise.ball.map(|s| s / factor);
+    noise.point = noise.point.map(|s| s / factor);
+    noise.joint.iter_mut().for_each(|s| *s /= factor);
+}
+
+/// Displaces a sample by `sizes` (m, world), like a centring that ended off the ball while its final reading did not show it.
+fn put_off(data: &mut Dataset, id: &str, sizes: &[f64]) {
+    let Some(name) = set_aside_by(id) else { return };
+    let offset = Vector3::from_fn(|k, _| sizes.get(k).copied().unwrap_or(0.0));
+    for sample in data.samples.iter_mut().filter(|s| s.id == name) {
+        match &mut sample.measured {
+            Measured::Ball { reading: Some(reading), .. } => *reading += offset,
+            Measured::Point(at) => *at += offset,
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use calibench::measure::Sample;
+    use calibench_sim::hidden::UNKNOWN;
+    use calibench_sim::random::Streams;
+
+    #[test]
+    fn every_unknown_flaw_is_drawn_and_no_two_trials_are_alike() {
+        for flaw in UNKNOWN {
+            let drawn: Vec<HiddenToml> = (0..40)
+                .map(|trial| {
+                    let mut random = Streams { seed: 1, trial }.stream("suite");
+                    let text = format!("[{flaw}]\nrms_urad = 60.0\n{}", unknown_keys(flaw, &mut random));
+                    toml::from_str(&text).unwrap_or_else(|e| panic!("{flaw}: {e}"))
+                })
+                .collect();
+            assert!(drawn.iter().all(|d| d.listed().len() == 1 && d.listed()[0].name == flaw), "{flaw}");
+            assert!(drawn.iter().any(|d| *d != drawn[0]), "{flaw} is always the same");
+        }
+    }
+
+    #[test]
+    fn joints_are_read_to_the_step_and_no_finer() {
+        let sample = Sample::new("a", vec![0.123_456_7, -1.0], Measured::Point(Vector3::zeros()));
+        let mut data = Dataset { samples: vec![sample], ..Dataset::default() };
+        let condition = Condition::Quantised { deg: 0.01 };
+        let case = Case { class: "quantised".into(), place: 0, kind: Kind::Nothing, condition };
+        disturb(&mut data, &case, &Hidden::of(Vec::new(), "nothing", 0.0));
+        for (read, was) in data.samples[0].q.iter().zip([0.123_456_7, -1.0]) {
+            assert!((read / DEG * 100.0 - (read / DEG * 100.0).round()).abs() < 1e-9 && (read - was).abs() <= 0.005 * DEG);
+        }
+    }
+}

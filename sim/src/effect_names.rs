@@ -1,0 +1,57 @@
+//! Comparison of effect names.
+
+use calibench::effects::EffectId;
+
+/// True if two ids name the same effect; for ids with a moment found by a scan, the moments are not compared.
+pub fn same(a: &str, b: &str) -> bool {
+    a == b || (step_of(a).is_some() && step_of(a) == step_of(b)) || (a.starts_with("outlier") && b == "outlier")
+}
+
+/// The stepped quantity of an id, without the moment.
+fn step_of(id: &str) -> Option<String> {
+    let (kind, rest) = id.split_once("_step")?;
+    let of = if matches!(kind, "joint" | "ball") { rest.split(':').nth(1).unwrap_or_default() } else { "" };
+    Some(format!("{kind}:{of}"))
+}
+
+/// The joint that an effect names, counted from 1.
+pub fn joint_of(id: &str) -> Option<usize> {
+    let id = EffectId::new(id);
+    let other = ["ball", "outlier", "base_step", "tool_step", "ball_step", "artifact_step"].contains(&id.family())
+        || id.family().starts_with("gauge");
+    if other { None } else { id.argument(0)?.parse().ok() }
+}
+
+/// The id up to its first colon.
+pub fn family_of(id: &str) -> &str {
+    EffectId::new(id).family()
+}
+
+/// True if a model with these `effects` contains the given one, by itself or through its whole family.
+pub fn holds(effects: &[String], id: &str) -> bool {
+    effects.iter().any(|e| e == id || e == family_of(id))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_the_same_at_any_moment_but_not_of_another_joint_or_ball() {
+        assert!(same("joint_step:3:600", "joint_step:3:12.5") && !same("joint_step:3:600", "joint_step:2:600"));
+        assert!(same("ball_step:2", "ball_step:2:p17") && !same("ball_step:2:p17", "ball_step:3:p17"));
+        assert!(same("base_step:10", "base_step:20") && !same("base_step:10", "tool_step:10"));
+    }
+
+    #[test]
+    fn only_what_is_of_a_joint_names_one() {
+        assert_eq!(joint_of("harmonic:2:17"), Some(2));
+        assert_eq!([joint_of("ball:2"), joint_of("ball_step:2:p17"), joint_of("outlier:7"), joint_of("mdh")], [None; 4]);
+    }
+
+    #[test]
+    fn a_family_holds_its_members() {
+        let model = ["joint_compliance".to_owned(), "harmonic1:2".to_owned()];
+        assert!(holds(&model, "joint_compliance:3") && holds(&model, "harmonic1:2") && !holds(&model, "harmonic1:3"));
+    }
+}

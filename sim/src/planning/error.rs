@@ -1,0 +1,37 @@
+//! Errors of planning a scenario.
+
+use calibench::identify::{FitError, ProblemError};
+use calibench::measure::selection::SelectionError;
+use calibench::measure::{PoolError, WaysError};
+use thiserror::Error;
+
+/// Reasons why no plan was found.
+#[derive(Debug, Error)]
+pub enum PlanError {
+    /// A ball cannot be probed, or there is no free space.
+    #[error(transparent)]
+    Pool(#[from] PoolError),
+    /// The tracker sees too little of the free space.
+    #[error("{found} postures stand free and face the tracker, where {wanted} are wanted")]
+    TooFewFree {
+        /// Postures found.
+        found: usize,
+        /// Postures required, for identification and validation together.
+        wanted: usize,
+    },
+    /// No poses for the tracker were found.
+    #[error("no poses for the tracker")]
+    Tracker(#[source] Box<PlanError>),
+    /// The selection failed.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
+    /// The arm cannot reach the poses, or move from one to the next.
+    #[error(transparent)]
+    Ways(#[from] WaysError),
+    /// Model and cell do not match.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// The pool does not determine the model.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}

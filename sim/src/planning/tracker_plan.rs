@@ -1,0 +1,136 @@
+//! The poses measured by the tracker, and the paths through them.
+
+use calibench::measure::selection::{Quota, Request, Selection, select};
+use calibench::measure::{
+    Blocked, BlockedPose, FreePosesRequest, Measured, Sample, WayFinder, WayRequest, WaysError, free_poses,
+};
+use calibench::robot::world_from_tool;
+
+use super::error::PlanError;
+use super::layout::{layout, way_request};
+use super::pool_design::{Chosen, PoolDesign};
+use crate::scenario::{Scenario, TRACKER_POOL, TrackerToml};
+
+/// A sequence of postures and the paths between them.
+#[derive(Debug, Clone, Default)]
+pub struct Tour {
+    /// The postures, rad.
+    pub poses: Vec<Vec<f64>>,
+    /// Intermediate joints on the path to each posture from the previous one (to the first from the arm's previous posture),
+    /// rad; empty for a direct motion.
+    pub via: Vec<Vec<Vec<f64>>>,
+    /// True if no paths were planned: the arm moves directly from one posture to the next.
+    pub has_no_ways: bool,
+}
+
+impl Tour {
+    /// A tour of direct motions, without regard to obstacles.
+    pub fn direct(poses: Vec<Vec<f64>>) -> Self {
+        Tour { via: vec![Vec::new(); poses.len()], poses, has_no_ways: true }
+    }
+}
+
+/// Joint targets for the tracker.
+#[derive(Debug, Clone)]
+pub struct TrackerPlan {
+    /// For identification, chosen by observability.
+    pub identification: Tour,
+    /// The selection from which these result.
+    pub chosen: Chosen,
+    /// Added to the probings, chosen by observability.
+    pub points: Tour,
+    /// For validation, chosen at random.
+    pub validation: Tour,
+}
+
+/// Chooses the tracker's poses, and finds the paths through them from the posture `start` (rad), if given.
+///
+/// # Errors
+/// When the tracker sees no free space.
+pub fn plan_tracker(scenario: &Scenario, seed: u64, start: Option<&[f64]>) -> Result<TrackerPlan, PlanError> {
+    let cell = scenario.dataset();
+    let layout = layout(scenario);
+    let mut free = free_poses(&FreePosesRequest {
+        robot: &cell.robot,
+        base: &cell.base,
+        tool: &cell.tool,
+        // The artifact is removed before the tracker measures (paper, section 6); the table stays.
+        surroundings: &layout.without_artifact,
+        margins: layout.margins,
+        facing: layout.facing,
+        count: TRACKER_POOL + scenario.tracker.validation_poses,
+        seed,
+    })?;
+    let TrackerToml { identification_poses, validation_poses, .. } = scenario.tracker;
+    let wanted = identification_poses.max(scenario.plan.point_poses) + validation_poses;
+    if free.len() < wanted {
+        return Err(PlanError::TooFewFree { found: free.len(), wanted });
+    }
+    let validation = free.split_off(free.len() - validation_poses);
+    // Nominal positions: a point that contradicts the base would shift the estimate of the base.
+    let drawn = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
+    let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(drawn(q))));
+    let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model)?;
+    let best = |poses: usize| {
+        let request = Request { starts: scenario.plan.starts, seed, ..Request::new(Quota::Free(poses)) };
+        select(design.candidates(), &request)
+    };
+    let joints = |selection: &Selection| selection.poses.iter().map(|&p| free[p].clone()).collect::<Vec<_>>();
+    let selection = best(identification_poses)?;
+    let points = match scenario.plan.point_poses {
+        0 => Vec::new(),
+        poses => joints(&best(poses)?),
+    };
+    let identification = joints(&selection);
+    let request = way_request(&cell, &layout.without_artifact, seed);
+    let [points, validation, identification] = match start {
+        Some(start) => tours(request, start, [points, validation, identification])?,
+        None => [points, validation, identification].map(Tour::direct),
+    };
+    Ok(TrackerPlan { identification, chosen: design.chosen(&selection)?, points, validation })
+}
+
+/// The paths through three lists of postures in sequence, from `start`.
+fn tours(request: WayRequest<'_>, start: &[f64], lists: [Vec<Vec<f64>>; 3]) -> Result<[Tour; 3], WaysError> {
+    let mut finder = WayFinder::new(request, start.to_vec());
+    let mut blocked = Vec::new();
+    let mut from = start.to_vec();
+    let tours = lists.map(|poses| {
+        let (tour, unreached) = through(&mut finder, &from, poses);
+        blocked.extend(unreached.into_iter().map(|(k, why)| BlockedPose {
+            pose: format!("tracker {}", k + 1),
+            ball: None,
+            why,
+        }));
+        if let Some(last) = tour.poses.last() {
+            from.clone_from(last);
+        }
+        tour
+    });
+    if blocked.is_empty() { Ok(tours) } else { Err(WaysError::Blocked(blocked)) }
+}
+
+/// The paths through postures in sequence, from `start`; those that cannot be reached are omitted, and returned with
+/// their index.
+fn through(finder: &mut WayFinder<'_>, start: &[f64], poses: Vec<Vec<f64>>) -> (Tour, Vec<(usize, Blocked)>) {
+    let (mut tour, mut blocked) = (Tour::default(), Vec::new());
+    for (k, pose) in poses.into_iter().enumerate() {
+        let from = tour.poses.last().map_or(start, Vec::as_slice);
+        match finder.stands(&pose).and_then(|()| finder.from_to(from, &pose)) {
+            Ok(way) => {
+                tour.via.push(way.via);
+                tour.poses.push(pose);
+            }
+            Err(why) => blocked.push((k, why)),
+        }
+    }
+    (tour, blocked)
+}
+
+/// The paths from `start` through postures with the artifact removed, and the indices of postures that cannot be reached.
+pub fn tour_without_artifact(scenario: &Scenario, seed: u64, start: &[f64], poses: Vec<Vec<f64>>) -> (Tour, Vec<usize>) {
+    let (cell, surroundings) = (scenario.dataset(), scenario.surroundings_without_artifact());
+    let mut finder = WayFinder::new(way_request(&cell, &surroundings, seed), start.to_vec());
+    let (tour, blocked) = through(&mut finder, start, poses);
+    (tour, blocked.into_iter().map(|(k, _)| k).collect())
+}

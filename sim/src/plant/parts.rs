@@ -1,0 +1,63 @@
+//! Parts from which a plant is built.
+
+use calibench::measure::Dataset;
+use calibench::robot::{FramePose, Payload, Robot};
+use calibench::units::UM;
+use nalgebra::Vector3;
+
+use crate::cmm::SimulatedCmm;
+use crate::contact::DATUM_RADIUS;
+use crate::gauge::Gauge;
+use crate::plunger::{Mechanism, PresentedBall};
+use crate::random::{Streams, normal};
+use crate::scenario::Scenario;
+
+/// Parts from which the mechanics of a cell are built: its owner's knowledge, and the ground truth.
+#[derive(Debug, Clone)]
+pub struct Parts {
+    /// The cell as known to its owner.
+    pub nominal: Dataset,
+    /// The robot with its true masses; its geometry is nominal, deviations come from the truth's effects.
+    pub robot: Robot,
+    /// True TCP in the last frame.
+    pub tool: FramePose,
+    /// True load on the flange.
+    pub payload: Payload,
+    /// True undisturbed positions and true sizes of the balls.
+    pub balls: Vec<PresentedBall>,
+    /// Moving parts of the three indicators.
+    pub gauge: [Mechanism; 3],
+}
+
+impl Parts {
+    /// The parts of a scenario, with `gauge` on the flange and errors drawn from the streams of a trial.
+    pub fn of(scenario: &Scenario, streams: &Streams, gauge: &Gauge) -> Self {
+        let nominal = scenario.dataset();
+        let truth = scenario.truth().keys();
+        let mut robot = Robot::clone(&nominal.robot);
+        for (link, error) in robot.links.iter_mut().zip(&truth.link_mass_error) {
+            link.mass *= 1.0 + error;
+        }
+        // Certified positions result from a CMM measuring the true ones; its error is symmetric.
+        let cmm = |sigma_um: f64| SimulatedCmm { centre: sigma_um * UM };
+        let mut artifact = streams.stream("artifact");
+        let balls = nominal
+            .balls
+            .iter()
+            .map(|b| PresentedBall {
+                centre: cmm(truth.artifact.ball_sigma_um).measure_ball(&b.position, &mut artifact),
+                radius: DATUM_RADIUS + normal(truth.indicators.radius_sigma(), &mut artifact),
+            })
+            .collect();
+        let certified = Vector3::from(nominal.tool.xyz);
+        let tool_xyz = cmm(truth.tool.sigma_um).measure_ball(&certified, &mut streams.stream("tool"));
+        Parts {
+            robot,
+            tool: FramePose { xyz: tool_xyz.into(), ..nominal.tool },
+            payload: nominal.payloads.first().map_or_else(Payload::none, |p| scenario.truth().payload(p)),
+            balls,
+            gauge: gauge.mechanisms(),
+            nominal,
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Poses and campaigns that a model is judged on and not fitted to.
+
+use super::Validation;
+use crate::identify::{Calibration, Use};
+use crate::measure::{Dataset, Postures, SampleSet};
+
+/// Where a model has to prove itself beside the rows that it is fitted to.
+#[derive(Debug, Clone, Copy)]
+pub struct HoldOut<'a> {
+    /// Poses at which the error is predicted: joint angles, rad (N).
+    pub poses: &'a [Vec<f64>],
+    /// Campaigns that are not fitted, by name: the robot is calibrated without them and set up anew for each. They are judged on their
+    /// rows of set `validation`, or on all where there are none.
+    pub checks: &'a [(&'a str, &'a Dataset)],
+}
+
+/// A campaign that was not fitted.
+#[derive(Debug, Clone)]
+pub struct Check {
+    /// Its name.
+    pub name: String,
+    /// Position errors in it, or why it cannot be judged.
+    pub result: Result<Validation, String>,
+    /// Squared errors, m², in the order of its rows, and the posture of each.
+    pub(super) squares: Vec<f64>,
+    pub(super) posture: Vec<usize>,
+}
+
+impl Check {
+    pub(super) fn of(calibration: &Calibration, name: &str, dataset: &Dataset) -> Self {
+        let held_out = dataset.samples.iter().any(|s| s.set == SampleSet::Validation);
+        let which = if held_out { Use::Validation } else { Use::All };
+        let predicted = calibration.set_up_anew().predict(&[(name, dataset)], which).map_err(|e| e.to_string());
+        let squares = predicted.as_ref().map_or(Vec::new(), |p| p.residuals.iter().map(|r| r.norm_squared()).collect());
+        let posture = Postures::of(&[(name, dataset)], |s| which.takes(s)).of_samples().to_vec();
+        let result = predicted.and_then(|p| Validation::of(&p).ok_or_else(|| "it has no samples".to_owned()));
+        Check { name: name.into(), result, squares, posture }
+    }
+}

@@ -1,0 +1,140 @@
+//! Measurements that could be made before a state of knowledge, kept up to date as others are taken.
+
+use nalgebra::{DMatrix, Dyn, Matrix3};
+
+use crate::math::linalg;
+
+/// How far every candidate is known beforehand from numbers whose covariance is P.
+///
+/// Learning from a candidate with columns `X_c` (Kalman's step) leaves `P - u u^T`, `u = P X_c^T L^-T`, `L L^T = I + X_c P X_c^T`. So
+/// every other candidate's own covariance follows from `X u` alone, three products a column, and P itself is never formed anew.
+pub(super) struct CandidateCovariances {
+    /// X^T: numbers x 3 candidates, whitened.
+    columns: DMatrix<f64>,
+    /// `P X^T` before anything was learnt; `None` where P is one.
+    carried: Option<DMatrix<f64>>,
+    /// `I + X P X^T` of each candidate.
+    spreads: Vec<Matrix3<f64>>,
+    lessons: Vec<KalmanUpdate>,
+}
+
+/// What a measurement teaches.
+pub(super) struct KalmanUpdate {
+    /// `u`: numbers x 3.
+    gain: DMatrix<f64>,
+    /// `X u`: 3 candidates x 3 and more.
+    seen: DMatrix<f64>,
+}
+
+impl KalmanUpdate {
+    /// How far the three directions of `place` move a candidate: those of the gain come first.
+    pub fn seen(&self, candidate: usize, place: usize) -> Matrix3<f64> {
+        self.seen.fixed_view::<3, 3>(3 * candidate, 3 * place).into_owned()
+    }
+}
+
+impl CandidateCovariances {
+    /// Of candidates' columns (numbers x 3 candidates) and the covariance of the numbers.
+    pub fn new(columns: DMatrix<f64>, covariance: &DMatrix<f64>) -> Self {
+        let carried = linalg::product_of_transposed(covariance, &columns);
+        CandidateCovariances { spreads: spreads(&columns, &carried), columns, carried: Some(carried), lessons: Vec::new() }
+    }
+
+    /// The same of independent numbers of variance one.
+    pub fn of_unit(columns: DMatrix<f64>) -> Self {
+        CandidateCovariances { spreads: spreads(&columns, &columns), columns, carried: None, lessons: Vec::new() }
+    }
+
+    /// Number of candidates.
+    pub fn count(&self) -> usize {
+        self.spreads.len()
+    }
+
+    /// `I + X P X^T`.
+    pub fn spread(&self, candidate: usize) -> &Matrix3<f64> {
+        &self.spreads[candidate]
+    }
+
+    /// `(I + X P X^T)^-1`.
+    pub fn precision(&self, candidate: usize) -> Matrix3<f64> {
+        self.spreads[candidate].cholesky().map_or_else(Matrix3::zeros, |c| c.inverse())
+    }
+
+    /// What was learnt, `u` by `u`.
+    pub fn gains(&self) -> impl ExactSizeIterator<Item = &DMatrix<f64>> {
+        self.lessons.iter().map(|lesson| &lesson.gain)
+    }
+
+    /// `u` and `L^-1` of a candidate.
+    pub fn gain(&self, candidate: usize) -> (DMatrix<f64>, Matrix3<f64>) {
+        let whitener = self.spreads[candidate].cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(Matrix3::zeros);
+        let carried = self.carried.as_ref().unwrap_or(&self.columns);
+        let mut left = carried.columns(3 * candidate, 3).into_owned();
+        for lesson in &self.lessons {
+            left.gemm(-1.0, &lesson.gain, &lesson.seen(candidate, 0).transpose(), 1.0);
+        }
+        let gain = left * whitener.transpose();
+        (gain.reshape_generic(Dyn(self.columns.nrows()), Dyn(3)), whitener)
+    }
+
+    /// Learns a gain, and looks at every candidate along it, and along `others` (numbers x 3 and more).
+    pub fn learn(&mut self, gain: DMatrix<f64>, others: Option<DMatrix<f64>>) -> &KalmanUpdate {
+        let directions = match others {
+            Some(others) => {
+                DMatrix::from_iterator(gain.nrows(), gain.ncols() + others.ncols(), gain.iter().chain(others.iter()).copied())
+            }
+            None => gain.clone(),
+        };
+        let lesson = KalmanUpdate { gain, seen: linalg::product_of_transposed(&self.columns, &directions) };
+        for (i, spread) in self.spreads.iter_mut().enumerate() {
+            let seen = lesson.seen(i, 0);
+            *spread -= seen * seen.transpose();
+        }
+        self.lessons.push(lesson);
+        &self.lessons[self.lessons.len() - 1]
+    }
+}
+
+fn spreads(columns: &DMatrix<f64>, carried: &DMatrix<f64>) -> Vec<Matrix3<f64>> {
+    blocks(columns, carried).map(|block| Matrix3::identity() + block).collect()
+}
+
+/// `x_i^T y_i` of the three columns of each candidate in both.
+pub(super) fn blocks<'a>(x: &'a DMatrix<f64>, y: &'a DMatrix<f64>) -> impl Iterator<Item = Matrix3<f64>> + 'a {
+    (0..x.ncols() / 3).map(|i| x.fixed_columns::<3>(3 * i).tr_mul(&y.fixed_columns::<3>(3 * i)))
+}
+
+/// The free candidate of the largest `gain`, of equals the first; `None` when all are taken.
+pub(super) fn best_free(count: usize, taken: &[usize], gain: impl Fn(usize) -> f64) -> Option<usize> {
+    let free = (0..count).filter(|i| !taken.contains(i)).map(|i| (i, gain(i)));
+    free.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(i, _)| i)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Learning one after the other leaves what all together leave: `(P^-1 + sum X^T X)^-1`.
+    #[test]
+    fn lessons_add_up_to_the_information() {
+        let columns = DMatrix::from_fn(4, 12, |r, c| ((3 * r + 5 * c) as f64).sin());
+        let covariance = DMatrix::from_diagonal(&[1.0, 4.0, 0.25, 9.0].to_vec().into());
+        let root = covariance.map(f64::sqrt);
+        let mut sighting = CandidateCovariances::new(columns.clone(), &covariance);
+        let mut unit = CandidateCovariances::of_unit(&root * &columns);
+        let mut information = covariance.try_inverse().unwrap();
+        for candidate in [2, 0, 3] {
+            for sighting in [&mut sighting, &mut unit] {
+                let (gain, _) = sighting.gain(candidate);
+                sighting.learn(gain, None);
+            }
+            let x = columns.columns(3 * candidate, 3);
+            information += x * x.transpose();
+        }
+        let afresh = CandidateCovariances::new(columns, &information.try_inverse().unwrap());
+        for i in 0..4 {
+            assert!((sighting.spread(i) - afresh.spread(i)).amax() < 1e-12);
+            assert!((unit.spread(i) - afresh.spread(i)).amax() < 1e-12);
+        }
+    }
+}

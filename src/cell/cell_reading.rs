@@ -1,0 +1,43 @@
+//! Checked values of a cell file; an error names the key, the line and the remedy.
+
+use std::path::Path;
+use std::time::Duration;
+
+use crate::files::{FileError, field_error};
+
+/// The text of a cell file while it is read.
+pub(crate) struct CellReading<'a> {
+    pub path: &'a Path,
+    pub text: &'a str,
+}
+
+impl CellReading<'_> {
+    pub(crate) fn wrong(&self, key: &str, problem: impl Into<String>, remedy: &str) -> FileError {
+        field_error(self.path, self.text, key, problem, remedy)
+    }
+
+    pub(crate) fn positive(&self, key: &str, value: f64) -> Result<f64, FileError> {
+        if value > 0.0 { Ok(value) } else { Err(self.wrong(key, format!("{value} is not positive"), "give a positive number")) }
+    }
+
+    pub(crate) fn percent(&self, key: &str, value: u8) -> Result<u8, FileError> {
+        match value {
+            1..=100 => Ok(value),
+            _ => Err(self.wrong(key, format!("{value} is not a speed override"), "give 1 to 100")),
+        }
+    }
+
+    /// Converts a time in units of `unit` seconds. Rejects more than a day, which is no reasonable wait.
+    pub(crate) fn time(&self, key: &str, value: f64, unit: f64) -> Result<Duration, FileError> {
+        let seconds = value * unit;
+        if !(0.0..86_400.0).contains(&seconds) {
+            return Err(self.wrong(key, format!("{value} is not a waiting time"), "give zero or more, less than a day"));
+        }
+        Ok(Duration::from_secs_f64(seconds))
+    }
+
+    pub(crate) fn address(&self, key: &str, address: &str) -> Result<(), FileError> {
+        let is_one = address.rsplit_once(':').is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+        if is_one { Ok(()) } else { Err(self.wrong(key, format!("'{address}' is no address"), "give it as HOST:PORT")) }
+    }
+}

@@ -1,0 +1,140 @@
+//! Which unknowns the data can separate, and how well they are determined.
+//!
+//! Columns that the data cannot separate from earlier ones are found first and left at their nominal values; so are those
+//! of the arm with such low detectability that their estimates would be far beyond any plausible size.
+
+use nalgebra::DMatrix;
+
+use super::fit_result::{FitError, Unresolved};
+use super::problem::{Linearised, Workspace};
+use super::{Parameter, Prior, Problem};
+use crate::effects::Owner;
+use crate::math::Observability;
+use crate::math::linalg::{self, OrderedRank};
+
+/// A column whose part outside the span of earlier columns is shorter than this fraction of it is treated as dependent: far
+/// above rounding (1e-13 after column scaling), far below the resolution of any measurement.
+const RANK_TOLERANCE: f64 = 1e-6;
+
+/// A parameter of the arm is left at its nominal value if its plausible size (1 sigma of [`ParameterSpec::prior`]) would
+/// change the whitened residuals by less than this, all others being free to follow: its estimate would be uncertain by
+/// more than three plausible sizes. It would carry no information, drag others far from nominal with it (wrist offsets by
+/// centimetres, where the TCP is within half a millimetre of the last axis), and do harm at other postures, where the
+/// others no longer compensate its column. Parameters left open by the nominal model (bases, free tools and balls) have no
+/// plausible size and are judged by [`RANK_TOLERANCE`] alone. If the noise is not stated, the residuals replace it.
+///
+/// [`ParameterSpec::prior`]: crate::effects::ParameterSpec::prior
+const FAINT: f64 = 0.3;
+
+/// The same for the base and the link on it if both are unknown. For a robot on a wall, with Ry near 90 deg, Rz and Rx
+/// rotate about the same axis; separated by less than a third of a degree they would diverge against each other, while the
+/// first joint's offset covers their common effect.
+const LOCKED: f64 = 5e-3;
+
+/// Which parameters the data determine.
+pub(super) struct Determined {
+    /// Parameters to estimate, ascending.
+    pub kept: Vec<usize>,
+    pub unresolved: Vec<Unresolved>,
+}
+
+/// All parameters.
+pub(super) fn all(problem: &Problem) -> Vec<usize> {
+    (0..problem.parameters().len()).collect()
+}
+
+/// The parameters to estimate (ascending), i.e. the flat ones that the data can separate and those with a prior; and those
+/// left out.
+pub(super) fn determined(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
+    let Determined { mut kept, unresolved } = ordered_rank(problem, start, free, noise)?;
+    let flat = kept.len();
+    kept.extend(free.iter().filter(|&&p| problem.parameters()[p].knowledge != Prior::Uninformative));
+    kept.sort_unstable();
+    // As many independent columns as rows: further unknowns were left out for lack of rows, and there is no check on the
+    // others.
+    if problem.row_count() <= flat {
+        return Err(FitError::TooFewRows { rows: problem.row_count(), unknowns: flat + unresolved.len() });
+    }
+    Ok(Determined { kept, unresolved })
+}
+
+/// The flat parameters that the problem's samples can separate at its start, ascending.
+///
+/// # Errors
+/// When a value is not finite.
+pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError> {
+    let start = problem.start();
+    Ok(ordered_rank(problem, &start, &all(problem), problem.noise_at(&start))?.kept)
+}
+
+/// The flat parameters that the data can separate, preferring earlier effects, and among links those nearer to the tool:
+/// the base takes what it shares with link 1, and of two parallel axes the farther one keeps its offset, as in the paper.
+fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
+    let parameters = problem.parameters();
+    let mut order: Vec<usize> = free.iter().copied().filter(|&p| parameters[p].knowledge == Prior::Uninformative).collect();
+    let mut effects: Vec<&str> = Vec::new();
+    for p in parameters {
+        if !effects.contains(&p.effect.as_str()) {
+            effects.push(&p.effect);
+        }
+    }
+    let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
+    order.sort_by_key(|p| (rank_of_effect(p), std::cmp::Reverse(parameters[*p].link)));
+    let mut near = Linearised::new(problem, &order);
+    problem.linearise(start, &problem.load_state(start), &mut Workspace::new(problem.robot()), &mut near);
+    if !near.transposed.iter().all(|v| v.is_finite()) {
+        return Err(FitError::NotFinite);
+    }
+    let columns = near.jacobian();
+    let first_link = order.iter().any(|&p| parameters[p].link == Some(0) && parameters[p].effect == "mdh");
+    let tolerance = |(k, &p): (usize, &usize)| {
+        let Parameter { owner, effect, link, spec, .. } = &parameters[p];
+        let near_lock = first_link && (effect == "base_frame" || effect == "mdh" && *link == Some(0));
+        let faint = if *owner == Owner::Robot { FAINT * noise / (spec.prior * columns.column(k).norm()) } else { 0.0 };
+        faint.max(if near_lock { LOCKED } else { RANK_TOLERANCE })
+    };
+    let tolerances: Vec<f64> = order.iter().enumerate().map(tolerance).collect();
+    let OrderedRank { kept, dependent } = linalg::ordered_independent_columns(&columns, &tolerances);
+    let (definition, mut kept): (Vec<usize>, Vec<usize>) =
+        kept.into_iter().map(|k| order[k]).partition(|&p| parameters[p].defines_world);
+    kept.sort_unstable();
+    let mut unresolved: Vec<Unresolved> = dependent
+        .into_iter()
+        .map(|d| {
+            let mut with = d.combination;
+            with.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+            Unresolved { parameter: order[d.column], with: with.into_iter().map(|(k, _)| order[k]).collect() }
+        })
+        .collect();
+    // Parameters that define the world were included so that link 1, which could substitute for the base, does not float
+    // instead.
+    let of_artifact = |home: Option<usize>| {
+        let unknown = move |p: &usize| parameters[*p].owner == Owner::Artifact && parameters[*p].setup == home;
+        order.iter().copied().filter(unknown).collect()
+    };
+    unresolved.extend(definition.into_iter().map(|p| Unresolved { parameter: p, with: of_artifact(parameters[p].setup) }));
+    unresolved.sort_by_key(|u| u.parameter);
+    Ok(Determined { kept, unresolved })
+}
+
+/// Observability indices of a Jacobian (3 x poses rows, SI).
+///
+/// # Errors
+/// When it cannot be decomposed.
+pub fn observability_of(jacobian: &DMatrix<f64>, poses: usize) -> Result<Observability, FitError> {
+    Ok(Observability::new(&linalg::singular_values(jacobian)?, poses))
+}
+
+/// Observability of the flat parameters at `values`, in SI, and the condition number of their columns scaled to unit
+/// length.
+pub(super) fn observability_at(problem: &Problem, values: &[f64], flat: &[usize]) -> Result<(Observability, f64), FitError> {
+    // An orthogonal factor does not change singular values: the triangle replaces the tall matrix, also after column
+    // scaling.
+    let mut triangle = linalg::triangle(problem.plain_jacobian(values, flat));
+    let observability = observability_of(&triangle, problem.sample_count())?;
+    for mut column in triangle.column_iter_mut() {
+        let norm = column.norm();
+        column /= norm;
+    }
+    Ok((observability, observability_of(&triangle, problem.sample_count())?.condition()))
+}

@@ -1,0 +1,32 @@
+//! What a calibration predicts of measurements, and how it was set up for them.
+
+use nalgebra::Vector3;
+
+use super::Problem;
+
+/// Predictions of the calibrated model for samples.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// Names of the samples.
+    pub sample_ids: Vec<String>,
+    /// Measured minus predicted, m.
+    pub residuals: Vec<Vector3<f64>>,
+    /// Parameters of unseen set-ups fitted to these samples.
+    pub refitted: Vec<String>,
+    /// Parameters of unseen set-ups fitted to other samples, of set `fit`.
+    pub from_fit_rows: Vec<String>,
+}
+
+/// Samples laid out under a calibration.
+pub struct Application {
+    /// The samples.
+    pub problem: Problem,
+    /// Deviation of every parameter of the problem from its start, SI.
+    pub values: Vec<f64>,
+    /// Index of the calibration's estimate of each parameter of the problem; `None` if it has none.
+    pub estimates: Vec<Option<usize>>,
+    /// Parameters of unseen set-ups fitted to these samples.
+    pub refitted: Vec<usize>,
+    /// Parameters of unseen set-ups fitted to other samples, of set `fit`.
+    pub from_fit_rows: Vec<usize>,
+}

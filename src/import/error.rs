@@ -1,0 +1,67 @@
+//! Errors of an import.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::options::FORMATS;
+use crate::files::FileError;
+
+/// Reason why data could not be imported.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// No such format.
+    #[error("there is no import format '{format}'; there are {}", FORMATS.join(", "))]
+    UnknownFormat {
+        /// Format as given.
+        format: String,
+    },
+    /// No files were given.
+    #[error("no files to import; name at least one")]
+    NoFiles,
+    /// `generic` without a map.
+    #[error("the format 'generic' needs a column map (docs/importing.md shows how)")]
+    NoMap,
+    /// A robot for a format that knows its own.
+    #[error("only the format 'mukca' takes a robot; '{format}' knows its own")]
+    RobotIsKnown {
+        /// The format.
+        format: String,
+    },
+    /// The fraction is not between 0 and 1.
+    #[error("{fraction} is not a share of the rows; give a number between 0 and 1")]
+    NotAShare {
+        /// Fraction as given.
+        fraction: f64,
+    },
+    /// The numbers of sets and files differ.
+    #[error("{sets} sets for {files} files; give one a file")]
+    SetsAndFiles {
+        /// Number of sets.
+        sets: usize,
+        /// Number of files.
+        files: usize,
+    },
+    /// The files are of two arms.
+    #[error("{} and {} are of two robots; import one robot at a time", one.display(), other.display())]
+    TwoRobots {
+        /// Folder of one robot.
+        one: PathBuf,
+        /// Folder of the other.
+        other: PathBuf,
+    },
+    /// A file has no usable rows.
+    #[error("{}: none of its {rows} rows can be used; the first: {reason}", path.display())]
+    NothingKept {
+        /// The file.
+        path: PathBuf,
+        /// Number of its rows.
+        rows: usize,
+        /// Reason why the first was skipped.
+        reason: String,
+    },
+    /// An error in a file.
+    #[error(transparent)]
+    File(#[from] FileError),
+}

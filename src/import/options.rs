@@ -1,0 +1,30 @@
+//! Options of an import.
+
+use std::path::PathBuf;
+
+use crate::measure::SampleSet;
+
+/// Names of the formats.
+pub const FORMATS: &[&str] = &["ur10-ipa", "ur5-jacobi", "mukca", "generic"];
+
+/// Options of an import.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ImportOptions {
+    /// Use of the rows of each file, in the order of the files; if empty, the format decides.
+    pub sets: Vec<SampleSet>,
+    /// Fraction of the rows to keep for validation, at random.
+    pub holdout: Option<Holdout>,
+    /// The column map of `generic`.
+    pub map: Option<PathBuf>,
+    /// For `mukca`: the robot that was measured (a built-in, or a file), if it is not the Panda.
+    pub robot: Option<PathBuf>,
+}
+
+/// Rows kept for validation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Holdout {
+    /// Fraction of the rows that would be fitted, between 0 and 1.
+    pub fraction: f64,
+    /// Seed of the draw: the same seed keeps the same rows.
+    pub seed: u64,
+}

@@ -1,0 +1,49 @@
+//! The nominal robot.
+
+use super::link::{Link, MdhLink};
+use super::solids::Solid;
+
+/// Robot files are written with nine decimals, in mm, deg and kg: two copies of one arm may differ by this, in SI.
+const ROUNDING_OF_FILES: f64 = 1e-9;
+
+/// The nominal robot: its model and the facts that no calibration changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// Short name, e.g. `kr6_r700`.
+    pub name: String,
+    /// Source of its data.
+    pub source: String,
+    /// Links from the base to the flange.
+    pub links: Vec<Link>,
+    /// Motor revolutions per revolution of the joint; empty if unknown.
+    pub gear_ratios: Vec<f64>,
+    /// Bodies used for clearance.
+    pub solids: Vec<Solid>,
+}
+
+impl Robot {
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.links.len()
+    }
+
+    /// True if link masses are known; without them no gravity torque can be computed.
+    pub fn has_masses(&self) -> bool {
+        self.links.iter().any(|l| l.mass > 0.0)
+    }
+
+    /// True if `other` is the same arm by its data (joints, geometry, limits, masses), whatever the names.
+    pub fn is_same_arm(&self, other: &Robot) -> bool {
+        let numbers = |l: &Link| {
+            let MdhLink { alpha, a, beta, theta, d } = l.mdh;
+            [alpha, a, beta, theta, d, l.limits[0], l.limits[1], l.mass, l.com.x, l.com.y, l.com.z]
+        };
+        let same = |a: &Link, b: &Link| numbers(a).iter().zip(numbers(b)).all(|(a, b)| (a - b).abs() <= ROUNDING_OF_FILES);
+        self.joints() == other.joints() && self.links.iter().zip(&other.links).all(|(a, b)| same(a, b))
+    }
+
+    /// The first joint (counted from 0) outside its limits by more than `margin` (rad), if any.
+    pub fn outside_limits(&self, q: &[f64], margin: f64) -> Option<usize> {
+        self.links.iter().zip(q).position(|(l, &q)| !(l.limits[0] - margin..=l.limits[1] + margin).contains(&q))
+    }
+}

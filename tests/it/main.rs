@@ -1,0 +1,57 @@
+//! What this package promises: one file a promise.
+#![allow(clippy::unwrap_used)] // a test may panic: that is how it fails
+
+mod a_campaign_survives_anything;
+mod a_cell_file_is_read_or_refused_in_one_error;
+mod a_dataset_survives_the_disk;
+mod a_fit_is_what_it_says;
+mod a_kuka_is_driven_or_named;
+mod a_recorded_session_replays;
+mod an_indicator_answers_or_is_named;
+mod bad_input_is_one_clear_error;
+mod benchmark_works_agree_with_the_goldens;
+mod campaign_keeps_going;
+#[path = "../../examples/centre_a_ball.rs"]
+mod centre_a_ball;
+mod centring_matches_golden;
+mod centring_reaches_three_micrometres;
+#[path = "../../examples/compare_and_diagnose.rs"]
+mod compare_and_diagnose;
+#[path = "../../examples/compensate.rs"]
+mod compensate;
+mod compensation_leaves_as_urdf_and_mdh;
+mod compensation_reaches_its_targets;
+mod compensation_refuses_by_name;
+mod compensation_says_how_sure_it_is;
+mod compensation_status_and_turn_are_kukas;
+mod compensation_targets_are_read_or_refused;
+mod custom_effect;
+mod effect_cell;
+mod effects_keep_their_contract;
+mod every_centring_fault_is_named_and_backs_off;
+mod every_kind_of_sample_identifies;
+mod examples_run;
+mod forbidden_motions_are_not_sent;
+mod frames_are_byte_for_byte;
+mod hot_loops_do_not_allocate;
+mod identification_matches_the_golden;
+mod identified;
+#[path = "../../examples/identify_from_arrays.rs"]
+mod identify_from_arrays;
+mod jacobian_matches_jax;
+mod kinematics_and_statics_match_pinocchio;
+mod mastering_refuses_what_is_not_a_master_ball;
+mod other_peoples_data_comes_in_whole;
+#[path = "../../examples/own_effect.rs"]
+mod own_effect;
+mod pool_probes_every_ball_of_the_paper;
+mod real_robots_are_identified;
+mod real_robots_show_what_they_lack;
+mod repeatability_intervals_cover;
+mod selection_reaches_the_golden_observability;
+mod the_loop_makes_the_golden_centrings;
+mod what_stands_out_is_what_is_wrong;
+#[path = "../../benches/works/mod.rs"]
+mod works;
+
+use works::oracles;
