@@ -38,8 +38,9 @@ pub(super) struct Workspace {
 }
 
 impl<'a> Designer<'a> {
-    /// For rivals of an examination; without rivals only [`Criterion::Accuracy`], [`Criterion::Determination`] and
-    /// [`Criterion::Random`] choose anything.
+    /// For rivals of an examination; without rivals only [`Criterion::Accuracy`](super::Criterion::Accuracy),
+    /// [`Criterion::Determination`](super::Criterion::Determination) and [`Criterion::Random`](super::Criterion::Random)
+    /// choose anything.
     ///
     /// # Errors
     /// When a rival is not in the catalogue, or the data do not determine its state.
