@@ -24,7 +24,6 @@ use calibench_sim::run::measure_all;
 use calibench_sim::scenario::load_scenario;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
-use serde_json::Value;
 
 /// The effect missing from the model of the 80 centrings' robot.
 const MISSING: &str = "harmonic:3:202";
@@ -90,7 +89,7 @@ fn workbench(group: &mut BenchmarkGroup<'_, WallTime>, dataset: Dataset) {
         commands_from: String::new(),
         campaign: None,
         pictures: Vec::new(),
-        run: Value::Null,
+        run: None,
     };
     let place = Place::new(std::env::temp_dir(), None);
     let Ok(mut bench) = Bench::new(case, place) else { panic!("the data determine the model") };

@@ -2,8 +2,8 @@
 
 use calibench::identify::Model;
 use calibench::measure::Dataset;
+use calibench_report::documents::Run;
 use calibench_report::{CampaignRecord, CellPicture, PageSubject, Recommended};
-use serde_json::Value;
 
 /// A run, or datasets, as read from their folders.
 pub struct Case {
@@ -27,8 +27,8 @@ pub struct Case {
     pub campaign: Option<CampaignRecord>,
     /// Pictures of the cell.
     pub pictures: Vec<CellPicture>,
-    /// `result.json` of a run.
-    pub run: Value,
+    /// The run, if it is one.
+    pub run: Option<Run>,
 }
 
 impl Case {
@@ -60,7 +60,7 @@ impl Case {
             climb: false,
             campaign: self.campaign.as_ref(),
             pictures: &self.pictures,
-            run: &self.run,
+            run: self.run.as_ref(),
         })
     }
 }

@@ -1,12 +1,10 @@
 //! Notes on an effect named by a diagnosis: the effects aliased with it in the data, and the time of a step.
 
-use serde_json::{Value, json};
-
 use calibench::assess::{Finding, LadderStep, Moment};
 use calibench::effects::EffectId;
 
 /// The measurement that would separate an effect from those exactly aliased with it.
-fn parted_by(f: &Finding) -> Option<String> {
+pub(super) fn parted_by(f: &Finding) -> Option<String> {
     if f.exactly_same.is_empty() {
         return None;
     }
@@ -37,37 +35,16 @@ pub(super) fn moment_words(m: &Moment) -> String {
     format!("between samples {before} and {after}{session} (95 %: {low} to {high})")
 }
 
-fn moment_json(m: &Moment) -> Value {
-    json!({"session": m.session, "between": m.between, "between_95": m.credible})
-}
-
-/// Adds the fields of these notes to a finding.
-pub(super) fn put_notes(finding: &mut Value, f: &Finding) {
-    finding["exactly_same"] = json!(f.exactly_same);
-    finding["parted_by"] = json!(parted_by(f));
-    finding["moment"] = f.hypothesis.moment.as_ref().map_or(Value::Null, moment_json);
-}
-
 /// The most recent finding, in the diagnoses of earlier steps, of each effect that a step adds.
-fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl Iterator<Item = &'a Finding> {
+pub(super) fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl Iterator<Item = &'a Finding> {
     let named = |ladder_step: &&'a LadderStep, effect: &str| {
         ladder_step.diagnosis.findings.iter().find(|f| f.hypothesis.in_model == effect)
     };
     added.iter().filter_map(move |effect| below.iter().rev().find_map(|ladder_step| named(ladder_step, effect)))
 }
 
-/// One entry per added effect with such notes; `below` holds the earlier steps, the first first.
-pub(super) fn added_json(added: &[String], below: &[&LadderStep]) -> Value {
-    let noted = found(added, below).filter(|f| f.hypothesis.moment.is_some() || !f.exactly_same.is_empty());
-    let one = |f: &Finding| {
-        let mut note = json!({"effect": f.hypothesis.in_model});
-        put_notes(&mut note, f);
-        note
-    };
-    noted.map(one).collect()
-}
-
-/// The same in words, one line each: the time of a step and the effects aliased with it.
+/// Notes on the effects `added`, one line each: the time of a step and the effects aliased with it; `below` holds the earlier
+/// steps, the first first.
 pub fn added_sentences(added: &[String], below: &[&LadderStep]) -> Vec<String> {
     let one = |f: &Finding| {
         let when = f.hypothesis.moment.as_ref().map(|m| format!("{}: {}.", f.hypothesis.in_model, moment_words(m)));

@@ -1,6 +1,4 @@
-//! Agreement of data with their robot: the nominal fit on one line and, if it fails, the reason as a sentence and as JSON.
-
-use serde_json::{Value, json};
+//! Agreement of data with their robot: the nominal fit on one line and, if it fails, the reason as a sentence.
 
 use calibench::assess::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable};
 use calibench::units::MM;
@@ -78,25 +76,6 @@ pub fn misfit_sentence(misfit: &Misfit) -> String {
     }
 }
 
-/// Data that do not fit, as one JSON document.
-pub fn misfit_json(misfit: &Misfit) -> Value {
-    let Misfit { nominal, cause, slips, .. } = misfit;
-    let slip = |s: &SlipTried| json!({ "slip": s.slip, "residual_mm": s.residual / MM, "words": s.words });
-    json!({
-        "format": "calibench-misfit/1",
-        "verdict": "data_do_not_fit",
-        "dataset": nominal.dataset,
-        "residual_mm": nominal.residual / MM,
-        "residual_all_rows_mm": nominal.plain / MM,
-        "residual_percent_of_reach": 100.0 * nominal.residual / nominal.reach,
-        "expected_mm": nominal.expected / MM,
-        "rows": nominal.rows,
-        "cause": cause.name(),
-        "slips": slips.iter().map(slip).collect::<Vec<Value>>(),
-        "sentence": misfit_sentence(misfit),
-    })
-}
-
 /// States that the sizes of corrections are implausible; `None` if there are no such corrections.
 pub fn unbelievable_sentence(corrections: &[Unbelievable]) -> Option<String> {
     let first = corrections.first()?;
@@ -111,19 +90,6 @@ pub fn unbelievable_sentence(corrections: &[Unbelievable]) -> Option<String> {
         first.unit.symbol,
         first.sizes
     ))
-}
-
-/// Implausible corrections in the document format of data that do not fit.
-pub fn unbelievable_json(corrections: &[Unbelievable]) -> Value {
-    let one = |c: &Unbelievable| json!({ "parameter": c.parameter, "deviation": c.unit.from_si(c.deviation), "unit": c.unit.symbol, "plausible_sizes": c.sizes });
-    json!({
-        "format": "calibench-misfit/1",
-        "verdict": "data_do_not_fit",
-        "cause": "corrections",
-        "corrections": corrections.iter().map(one).collect::<Vec<Value>>(),
-        "slips": [],
-        "sentence": unbelievable_sentence(corrections),
-    })
 }
 
 /// A length for display, to three significant digits.

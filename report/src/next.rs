@@ -1,82 +1,11 @@
-//! Proposed measurements and the detectability of a plan: words, tables and JSON.
-
-use serde_json::{Value, json};
+//! Proposed measurements and the detectability of a plan: words and tables.
 
 use super::tables::plain_table;
-use calibench::assess::{Criterion, Detectability, Kind, Offer, Proposal, Step};
+use calibench::assess::{Criterion, Detectability, Offer, Proposal, Step};
 use calibench::units::MM;
-
-/// Format tags.
-const FORMAT: &str = "calibench-next/1";
-const DETECTABILITY_FORMAT: &str = "calibench-detectability/1";
 
 /// One minute, s.
 const MINUTE: f64 = 60.0;
-
-/// A proposal as one JSON document.
-pub fn next_json(p: &Proposal) -> Value {
-    let rivals: Vec<Value> = p.rivals.iter().map(|r| json!({"effect": r.effect, "probability": r.probability})).collect();
-    let actions: Vec<Value> = p
-        .offers
-        .iter()
-        .map(|offer| {
-            let steps: Vec<Value> = offer.steps.iter().map(|s| step_json(s, Some(offer))).collect();
-            json!({
-                "action": offer.action.words(),
-                "kind": kind_name(&offer.action.kind),
-                "setup_min": offer.action.setup_s / MINUTE,
-                "each_min": offer.action.each_s / MINUTE,
-                "candidates": offer.action.pool.len(),
-                "steps": steps,
-            })
-        })
-        .collect();
-    let not_offered: Vec<Value> = p.not_offered.iter().map(|n| json!({"action": n.what, "because": n.because})).collect();
-    let best = p.best(|_| true).map(|(offer, step)| {
-        let mut best = step_json(step, Some(offer));
-        best["action"] = json!(offer.action.words());
-        best
-    });
-    json!({
-        "format": FORMAT,
-        "criterion": criterion_name(p.criterion),
-        "rivals": rivals,
-        "now": step_json(&p.now, None),
-        "actions": actions,
-        "best": best,
-        "not_offered": not_offered,
-        "sentences": next_sentences(p),
-    })
-}
-
-fn step_json(step: &Step, offer: Option<&Offer>) -> Value {
-    json!({
-        "measurements": step.count,
-        "minutes": offer.map(|o| o.action.duration(step.count) / MINUTE),
-        "probability_of_truth": step.outlook.map(|o| o.truth),
-        "resolved": step.outlook.map(|o| o.resolved),
-        "workspace_error_mm": step.error.map(|e| e / MM),
-    })
-}
-
-fn kind_name(kind: &Kind) -> &'static str {
-    match kind {
-        Kind::Balls { .. } => "balls",
-        Kind::OtherSide => "other_side",
-        Kind::Later => "later",
-        Kind::MovedArtifact { .. } => "moved_artifact",
-        Kind::Points => "points",
-    }
-}
-
-fn criterion_name(criterion: Criterion) -> &'static str {
-    match criterion {
-        Criterion::Discrimination => "discrimination",
-        Criterion::Accuracy => "accuracy",
-        Criterion::Determination => "determination",
-        Criterion::Random(_) => "random",
-    }
-}
 
 /// A proposal as a table: one row per action, with the outcome expected after 5 / 10 / 20 measurements.
 pub fn next_table(p: &Proposal) -> String {
@@ -142,28 +71,6 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     }
     all.push("Minutes are assumed.".into());
     all
-}
-
-/// The detectability of effects by a plan, as one JSON document.
-pub fn detectability_json(d: &Detectability) -> Value {
-    let effects: Vec<Value> = d
-        .sights
-        .iter()
-        .map(|s| {
-            json!({
-                "effect": s.effect,
-                "absorbed": s.absorbed,
-                "visible_rms": s.visible,
-                "directions": s.directions,
-                "smallest_plausible": s.smallest,
-                "smallest": s.smallest_size().map(|v| s.unit.from_si(v)),
-                "plausible": s.unit.from_si(s.plausible),
-                "unit": s.unit.symbol,
-            })
-        })
-        .collect();
-    let untestable: Vec<Value> = d.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
-    json!({"format": DETECTABILITY_FORMAT, "level": d.level, "power": d.power, "effects": effects, "untestable": untestable})
 }
 
 /// The detectability of effects by a plan as a table, best first, followed by a list of undetectable effects.

@@ -16,6 +16,7 @@ mod views;
 use serde_json::{Value, json};
 
 use super::Recommended;
+use super::documents::Run;
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
 
@@ -53,8 +54,8 @@ pub struct PageSubject<'a> {
     pub campaign: Option<&'a CampaignRecord>,
     /// Pictures of the cell, if drawn.
     pub pictures: &'a [CellPicture],
-    /// Further data of the run, as in `result.json`; null for measurements alone.
-    pub run: &'a Value,
+    /// The run; `None` for measurements alone.
+    pub run: Option<&'a Run>,
 }
 
 /// A report as one document.

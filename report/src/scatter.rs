@@ -1,6 +1,4 @@
-//! The scatter found in the data, in words and JSON.
-
-use serde_json::{Value, json};
+//! The scatter found in the data, in words.
 
 use calibench::assess::{RepeatScatter, Scatter, Suspect};
 use calibench::units::{DEG, MM, UM, URAD};
@@ -10,53 +8,6 @@ const MOST_NAMED: usize = 8;
 
 /// Rounding of the joint angles above this share of the noise is reported.
 const WORTH_A_WORD: f64 = 0.5;
-
-/// Keys of the scatter in a diagnosis.
-pub(super) fn scatter_json(s: &Scatter) -> Value {
-    let level = s.noise.level;
-    let suspects: Vec<Value> = s
-        .suspects
-        .iter()
-        .map(|x| json!({"sample": x.sample, "dataset": x.dataset, "sigmas": x.deviation, "chance": x.chance}))
-        .collect();
-    let lags: Vec<Value> =
-        s.serial.lags.iter().map(|l| json!({"lag": l.lag, "correlation": l.correlation, "z": l.z})).collect();
-    let replicates = s.noise.replicates.map(|r| json!({"targets": r.groups, "samples": r.samples, "dof": r.dof}));
-    json!({
-        "instrument_noise_um": level.map(|l| l.per_axis / UM),
-        "noise_from": s.noise.source.noise_from(),
-        "noise_stated_um": s.noise.stated_per_axis.map(|x| x / UM),
-        "noise_larger_by": s.larger_than_stated,
-        "postures": s.postures,
-        "repetition": s.repetition,
-        "replicates": replicates,
-        "suspects": suspects,
-        "serial_correlation": {"p": s.serial.p, "significant": s.serial.is_significant(), "lags": lags},
-        "joint_steps": s.joint_steps.map(|x| json!({"step_deg": x.step / DEG, "per_axis_um": x.per_axis / UM})),
-        "repeats": s.repeats.as_ref().map(repeats_json),
-    })
-}
-
-fn repeats_json(r: &RepeatScatter) -> Value {
-    let alarms = r.alarms();
-    let joints: Vec<Value> = r
-        .joints
-        .iter()
-        .map(|j| {
-            json!({"joint": j.joint + 1, "sigma_urad": j.sigma / URAD, "two_ln_likelihood_lost": j.lost,
-                "scatters": alarms.iter().any(|a| a.joint == j.joint)})
-        })
-        .collect();
-    json!({
-        "postures": r.postures,
-        "events": r.events,
-        "rms_mm": r.rms / MM,
-        "white_um": r.white / UM,
-        "base_um": r.base.map(|x| x / UM),
-        "tool_um": r.tool.map(|x| x / UM),
-        "joints": joints,
-    })
-}
 
 /// The noteworthy findings, most important first.
 pub(super) fn scatter_sentences(s: &Scatter) -> Vec<String> {

@@ -1,6 +1,4 @@
-//! Shifts of the parameters caused by each effect that the model lacks: tables by the unit of the parameters, and JSON.
-
-use serde_json::{Map, Value, json};
+//! Shifts of the parameters caused by each effect that the model lacks: tables by the unit of the parameters.
 
 use super::tables::plain_rows;
 use calibench::assess::{Shift, Shifts, shift_of};
@@ -12,19 +10,7 @@ const PLACES: usize = 2;
 /// Units whose shifts are printed in thousandths, with the symbol of the finer unit.
 const FINER: [(Unit, &str); 2] = [(Unit::MM, "um"), (Unit::DEG, "mdeg")];
 
-/// The shifts caused by every effect, as one JSON document.
-pub fn shifts_json(s: &Shifts) -> Value {
-    let parameters: Vec<Value> = s.parameters.iter().map(|p| json!({"name": p.name, "unit": p.unit.symbol})).collect();
-    let of_number = |shift: &Shift| {
-        let by = s.parameters.iter().zip(&shift.by).map(|(p, by)| (p.name.clone(), json!(p.unit.from_si(*by))));
-        json!({"effect": shift.effect, "number": shift.number, "plausible": shift.unit.from_si(shift.size),
-            "unit": shift.unit.symbol, "shift": by.collect::<Map<String, Value>>()})
-    };
-    let untestable: Vec<Value> = s.untestable.iter().map(|u| json!({"effect": u.effect, "needs": u.needs})).collect();
-    json!({"parameters": parameters, "numbers": s.shifts.iter().map(of_number).collect::<Vec<_>>(), "untestable": untestable})
-}
-
-/// The same as tables: one row per effect, one column per parameter, compliances first; the last row combines all effects.
+/// The shifts as tables: one row per effect, one column per parameter, compliances first; the last row combines all effects.
 pub fn shifts_text(s: &Shifts) -> String {
     let mut units: Vec<Unit> = Vec::new();
     for parameter in &s.parameters {
@@ -112,10 +98,10 @@ mod tests {
 
     #[test]
     fn the_document_keeps_signs_and_units() {
-        let document = shifts_json(&shifts());
-        let lean = &document["numbers"][2];
-        assert_eq!((lean["number"].as_str(), lean["unit"].as_str()), (Some("lean.k"), Some("urad")));
-        assert!((lean["shift"]["a1"].as_f64().unwrap() - 0.012).abs() < 1e-12);
-        assert!((lean["shift"]["c2"].as_f64().unwrap() + 0.4).abs() < 1e-12);
+        let document = crate::documents::Shifts::of(&shifts());
+        let lean = &document.numbers[2];
+        assert_eq!((lean.number.as_str(), lean.unit.as_str()), ("lean.k", "urad"));
+        assert!((lean.shift["a1"] - 0.012).abs() < 1e-12);
+        assert!((lean.shift["c2"] + 0.4).abs() < 1e-12);
     }
 }

@@ -1,8 +1,6 @@
 //! The decisive figure: the position error expected over the workspace, its map, and the extrapolation beyond the identified
 //! ranges.
 
-use serde_json::{Value, json};
-
 use super::tables::plain_rows;
 use calibench::assess::{Banded, Extrapolation, PoseSource, WorkspaceError};
 use calibench::units::{DEG, MM};
@@ -46,27 +44,6 @@ impl Forecast {
         )
     }
 
-    /// Mean and largest error with their bands, the poses, and the map.
-    pub fn json(&self) -> Value {
-        let map = self.error.map();
-        let mm = |edges: &[f64]| edges.iter().map(|x| x / MM).collect::<Vec<f64>>();
-        let cells: Vec<Vec<Value>> = map
-            .cells
-            .iter()
-            .map(|row| {
-                row.iter().map(|c| c.map_or(Value::Null, |c| json!({"mean_mm": c.error / MM, "poses": c.poses}))).collect()
-            })
-            .collect();
-        let mut value = workspace_json(&self.error);
-        value["poses"] = json!(self.error.poses.len());
-        value["from"] = json!(match self.source {
-            PoseSource::Validation => "validation",
-            PoseSource::Drawn => "drawn",
-        });
-        value["map"] = json!({"radius_mm": mm(&map.radius), "height_mm": mm(&map.height), "cells": cells});
-        value
-    }
-
     /// Expected error by distance from axis 1 (columns) and height over the base (rows, highest first), mm; blank cells hold no
     /// poses.
     pub fn map_table(&self) -> String {
@@ -103,33 +80,7 @@ pub fn no_forecast_sentence(undetermined: &[String]) -> String {
     }
 }
 
-/// Mean and largest error with their bands.
-pub(super) fn workspace_json(w: &WorkspaceError) -> Value {
-    let part = |b: &Option<Banded>| {
-        b.as_ref().map(|b| json!({"expected_mm": b.expected / MM, "expected_band_mm": [b.low / MM, b.high / MM]}))
-    };
-    json!({"ranges_seen": part(&w.ranges_seen), "elsewhere": part(&w.elsewhere),
-        "mean_mm": w.mean.expected / MM, "mean_band_mm": [w.mean.low / MM, w.mean.high / MM],
-        "max_mm": w.max.expected / MM, "max_band_mm": [w.max.low / MM, w.max.high / MM]})
-}
-
-/// Poses beyond the joint ranges of a calibration, for the key `outside_range` of the documents; null if there are none.
-pub fn extrapolation_json(e: &Extrapolation) -> Value {
-    if e.outside == 0 {
-        return Value::Null;
-    }
-    let joints: Vec<Value> = e
-        .joints
-        .iter()
-        .map(|j| {
-            json!({"joint": j.joint, "identified_deg": [j.identified[0] / DEG, j.identified[1] / DEG], "samples": j.poses,
-                "farthest_deg": j.farthest / DEG})
-        })
-        .collect();
-    json!({"samples": e.outside, "of": e.poses, "joints": joints, "shapes": e.shapes})
-}
-
-/// The same as a warning; `None` if every pose lies within the ranges.
+/// Warns of poses beyond the joint ranges of a calibration; `None` if every pose lies within them.
 pub fn extrapolation_sentence(e: &Extrapolation) -> Option<String> {
     if e.outside == 0 {
         return None;

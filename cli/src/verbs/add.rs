@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibench::assess::{HoldOut, Objection, WorkspacePoses, ladder_step};
 use calibench::identify::{Use, write_model, write_model_like};
-use calibench_report::{added_sentences, ladder_step_table, objection_sentence, parameter_rows, step_json, symptom_sentence};
+use calibench_report::{added_sentences, documents, ladder_step_table, objection_sentence, parameter_rows, symptom_sentence};
 
 use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, warn_of_poses};
 use super::data_gate::gate;
@@ -74,9 +74,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let added = after.added.join(" ");
     if arguments.json {
-        let mut document = step_json(&before, &after, &objections, accepted);
-        gate.mark(&mut document);
-        print_json(&document)?;
+        let document = documents::Step::of(&before, &after, &objections, accepted);
+        print_json(&documents::Step { misfit: gate.misfit, ..document })?;
     } else {
         gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
         print(&ladder_step_table(&[&before, &after]))?;

@@ -6,9 +6,7 @@ use calibench::assess::{Comparison, Examination, Extrapolation, WorkspacePoses};
 use calibench::files::check_output_folder;
 use calibench::identify::{Calibration, IdentifyError, Use};
 use calibench::measure::Dataset;
-use calibench_report::{
-    Forecast, PLOTS_MARK, comparison_json, comparison_text, extrapolation_sentence, write_comparison_plots,
-};
+use calibench_report::{Forecast, PLOTS_MARK, comparison_text, documents, extrapolation_sentence, write_comparison_plots};
 
 use super::data::{locate_in_data, named, outlook, read_calibration_to_use, read_datasets};
 use super::failure::{Failure, Outcome};
@@ -67,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         write_comparison_plots(&comparison, outlook.as_ref().ok(), folder)?;
     }
     if arguments.json {
-        print_json(&comparison_json(&comparison, outlook.as_ref().ok(), &beyond))?;
+        print_json(&documents::Comparison::of(&comparison, outlook.as_ref().ok(), &beyond))?;
     } else {
         print(&comparison_text(&comparison, &outlook))?;
     }

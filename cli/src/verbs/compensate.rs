@@ -12,9 +12,11 @@ use calibench::files::{FileError, write_whole};
 use calibench::identify::{Calibration, read_calibration};
 use calibench::robot::{FramePose, Payload, Pose, to_toml};
 use calibench::units::{DEG, MM};
-use calibench_report::{extrapolation_json, extrapolation_sentence, plain_table};
+use calibench_report::documents::{
+    self, CompensatedTarget, CompensatedTargets, Compensation, OutsideRange, RigidPart, TargetOutcome,
+};
+use calibench_report::{extrapolation_sentence, plain_table};
 use nalgebra::{Point3, Vector3};
-use serde_json::{Value, json};
 
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_json};
@@ -87,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let locate = |e: &dyn std::fmt::Display| format!("{}: {e}", arguments.calibration.display());
     let mut compensator = Compensator::new(&calibration, &task).map_err(|e| locate(&e))?;
-    let mut document = json!({"format": "calibench-compensation/1", "robot": calibration.robot.name});
+    let mut document = Compensation::of_robot(&calibration.robot.name);
     let mut outcome = Outcome::Done;
     if let (Some(path), Some(out)) = (&arguments.targets, &arguments.out) {
         let targets = read(path, &compensator, &task)?;
@@ -114,8 +116,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             outcome = Outcome::ExpectationFailed;
         }
         if arguments.json {
-            targets_json(&mut document, &compensator, &targets, &results);
-            document["outside_range"] = extrapolation_json(&beyond);
+            document.targets = Some(CompensatedTargets {
+                outside_range: OutsideRange::of(&beyond),
+                ..compensated(&compensator, &targets, &results)
+            });
         } else {
             tell(&compensator, &targets, &results)?;
         }
@@ -130,7 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         let [mean, max] = [rigid.left_out.mean, rigid.left_out.max].map(|e| e / MM);
         if arguments.json {
-            document["rigid"] = json!({"left_out_effects": rigid.effects, "left_out_mean_mm": mean, "left_out_max_mm": max});
+            document.rigid = Some(RigidPart { left_out_effects: rigid.effects, left_out_mean_mm: mean, left_out_max_mm: max });
         } else if rigid.effects.is_empty() {
             print("The calibration is all links: nothing of it is left out of URDF and robot file.")?;
         } else {
@@ -237,38 +241,37 @@ fn words(pose: &Pose) -> String {
     format!("X {x:.4}  Y {y:.4}  Z {z:.4}  A {a:.5}  B {b:.5}  C {c:.5}")
 }
 
-fn targets_json(document: &mut Value, compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) {
-    let frame = |pose: &Pose| {
-        let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
-        let ([x, y, z], [a, b, c]) = (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG));
-        json!({"x_mm": x, "y_mm": y, "z_mm": z, "a_deg": a, "b_deg": b, "c_deg": c})
+fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> CompensatedTargets {
+    let fake = |fake: &Fake| documents::Fake {
+        fake: (&fake.pose).into(),
+        q_deg: fake.q.iter().map(|q| q / DEG).collect(),
+        s: fake.status_turn.map(|s| s.status),
+        t: fake.status_turn.map(|s| s.turn),
+        sigma_worst_mm: fake.uncertainty.worst_axis / MM,
+        sigma_3d_mm: fake.uncertainty.three_d / MM,
+        shift_mm: fake.shift / MM,
     };
     let of = |(target, result): (&Target, &Compensated)| {
-        let warnings: Vec<&str> = result.warnings.names().collect();
-        let mut row = json!({"id": target.id, "warnings": warnings, "target": frame(&result.wanted)});
-        match &result.outcome {
-            Ok(fake) => {
-                row["status"] = json!("ok");
-                row["fake"] = frame(&fake.pose);
-                row["q_deg"] = json!(fake.q.iter().map(|q| q / DEG).collect::<Vec<_>>());
-                row["s"] = json!(fake.status_turn.map(|s| s.status));
-                row["t"] = json!(fake.status_turn.map(|s| s.turn));
-                row["sigma_worst_mm"] = json!(fake.uncertainty.worst_axis / MM);
-                row["sigma_3d_mm"] = json!(fake.uncertainty.three_d / MM);
-                row["shift_mm"] = json!(fake.shift / MM);
-            }
-            Err(refusal) => {
-                row["status"] = json!(refusal.name());
-                row["why"] = json!(refusal.to_string());
-            }
+        let (status, outcome) = match &result.outcome {
+            Ok(pose) => ("ok", TargetOutcome::Ok(fake(pose))),
+            Err(refusal) => (refusal.name(), TargetOutcome::Refused { why: refusal.to_string() }),
+        };
+        CompensatedTarget {
+            id: target.id.clone(),
+            status: status.into(),
+            warnings: result.warnings.names().map(Into::into).collect(),
+            target: (&result.wanted).into(),
+            outcome,
         }
-        row
     };
-    document["compensated"] = json!(results.iter().filter(|r| r.outcome.is_ok()).count());
-    document["base"] = frame(compensator.root_from_work());
-    document["tool"] = frame(&compensator.flange_from_tool());
-    document["assumed"] = json!(compensator.assumptions(targets));
-    document["targets"] = Value::Array(targets.iter().zip(results).map(of).collect());
+    CompensatedTargets {
+        compensated: results.iter().filter(|r| r.outcome.is_ok()).count(),
+        base: compensator.root_from_work().into(),
+        tool: (&compensator.flange_from_tool()).into(),
+        assumed: compensator.assumptions(targets),
+        targets: targets.iter().zip(results).map(of).collect(),
+        outside_range: None,
+    }
 }
 
 /// A load as given: its centre of mass relative to the maker's flange.

@@ -3,7 +3,7 @@
 use calibench::assess::{DataFit, Misfit, data_fit};
 use calibench::identify::Use;
 use calibench::measure::Dataset;
-use calibench_report::{misfit_json, misfit_sentence, nominal_fit_lines};
+use calibench_report::{documents, misfit_sentence, nominal_fit_lines};
 
 use super::data::named;
 use super::failure::Failure;
@@ -26,13 +26,6 @@ impl Gate {
     pub(super) fn tell(&self) -> Result<(), Failure> {
         nominal_fit_lines(&self.fits).iter().try_for_each(|line| print(line))?;
         self.misfit.iter().try_for_each(|sentence| print(sentence))
-    }
-
-    /// Adds the misfit to a JSON document.
-    pub(super) fn mark(&self, document: &mut serde_json::Value) {
-        if let Some(sentence) = &self.misfit {
-            document["misfit"] = sentence.as_str().into();
-        }
     }
 
     /// All datasets that do not fit, each with its sentence: they need not all be examined together.
@@ -58,7 +51,7 @@ pub(super) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json
     let misfit = fits.iter().find_map(|fit| fit.misfit.as_ref());
     if let (Some(misfit), false) = (misfit, force) {
         if json {
-            print_json(&misfit_json(misfit))?;
+            print_json(&documents::Misfit::of(misfit))?;
         }
         return Err(Box::new(DoNotFit(sentence(misfit))));
     }

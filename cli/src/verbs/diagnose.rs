@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibench::assess::{Examination, WorkspacePoses, diagnose_examined};
 use calibench::identify::{Outcome as FitOutcome, Use};
-use calibench_report::{diagnosis_json, diagnosis_text, extrapolation_sentence};
+use calibench_report::{diagnosis_text, documents, extrapolation_sentence};
 
 use super::data::{locate_in_data, model_for, named, outlook, read_datasets, recommended};
 use super::data_gate::gate;
@@ -50,9 +50,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let commands = recommended(&arguments.datasets, arguments.model.as_deref());
     if arguments.json {
-        let mut document = diagnosis_json(&diagnosis, outlook.as_ref().ok(), &commands);
-        gate.mark(&mut document);
-        print_json(&document)?
+        let document = documents::Diagnosis::of(&diagnosis, outlook.as_ref().ok(), &commands);
+        print_json(&documents::Diagnosis { misfit: gate.misfit, ..document })?
     } else {
         gate.tell()?;
         print(&diagnosis_text(&diagnosis, &outlook, &commands, arguments.heat_map))?

@@ -1,8 +1,8 @@
-//! The hidden effects of a simulated cell compared with those found, as a table and as JSON.
+//! The hidden effects of a simulated cell compared with those found, as a table and in the document of a run.
 
 use calibench::assess::Verdict;
+use calibench_report::documents::{HiddenEffect, HiddenParameter, Named};
 use calibench_report::plain_table;
-use serde_json::{Value, json};
 
 use calibench_sim::ground_truth::{GroundTruth, Hidden, HiddenNumber, Met};
 
@@ -79,35 +79,30 @@ fn digits(number: &HiddenNumber, value: f64) -> String {
     if value.abs() >= 10.0 { format!("{value:.1}") } else { format!("{value:.3}") }
 }
 
-/// The result of the diagnosis as JSON.
-pub fn named_json(truth: &GroundTruth) -> Value {
-    json!({
-        "verdict": truth.verdict.name(),
-        "named_first": truth.named.as_ref().map(|(name, _)| name),
-        "named_first_is_hidden": truth.named.as_ref().map(|(_, wrongly)| !wrongly),
-    })
+/// The result of the diagnosis, for the document of a run.
+pub fn named(truth: &GroundTruth) -> Named {
+    Named {
+        verdict: truth.verdict.name().into(),
+        named_first: truth.named.as_ref().map(|(name, _)| name.clone()),
+        named_first_is_hidden: truth.named.as_ref().map(|(_, wrongly)| !wrongly),
+    }
 }
 
-/// The hidden effects as JSON, one entry each: values in their units.
-pub fn hidden_json(truth: &GroundTruth) -> Value {
-    let number = |n: &HiddenNumber| {
-        let [value, sigma] = n.found.map_or([None, None], |found| found.map(|v| Some(n.unit.from_si(v))));
-        json!({"name": n.name, "truth": n.unit.from_si(n.truth), "estimate": value, "sigma": sigma, "unit": n.unit.symbol})
+/// The hidden effects, for the document of a run.
+pub fn hidden_effects(truth: &GroundTruth) -> Vec<HiddenEffect> {
+    let parameter = |n: &HiddenNumber| {
+        let [estimate, sigma] = n.found.map_or([None, None], |found| found.map(|v| Some(n.unit.from_si(v))));
+        let truth = n.unit.from_si(n.truth);
+        HiddenParameter { name: n.name.clone(), truth, estimate, sigma, unit: n.unit.symbol.into() }
     };
-    let hidden: Vec<Value> = truth
-        .hidden
-        .iter()
-        .map(|h| {
-            json!({
-                "effect": h.effect,
-                "size": size(h),
-                "plausible_sizes": h.plausible_sizes,
-                "parameters": h.numbers.iter().map(number).collect::<Vec<_>>(),
-                "in_model": h.met == Met::InModel,
-                "found": h.met.name(),
-                "visible_over_noise": h.visible,
-            })
-        })
-        .collect();
-    hidden.into()
+    let effect = |h: &Hidden| HiddenEffect {
+        effect: h.effect.clone(),
+        size: size(h),
+        plausible_sizes: h.plausible_sizes,
+        parameters: h.numbers.iter().map(parameter).collect(),
+        in_model: h.met == Met::InModel,
+        found: h.met.name().into(),
+        visible_over_noise: h.visible,
+    };
+    truth.hidden.iter().map(effect).collect()
 }

@@ -7,10 +7,7 @@ use calibench::identify::{
     Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, read_calibration, write_calibration,
 };
 use calibench::units::MM;
-use calibench_report::{
-    calibration_json, parameter_table, shifts_json, shifts_text, unbelievable_json, unbelievable_sentence,
-    unresolved_sentences, wider_sentence,
-};
+use calibench_report::{documents, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences, wider_sentence};
 
 use super::data::{locate_in_data, model_for, named, read_datasets};
 use super::data_gate::{DoNotFit, gate};
@@ -60,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let absurd = unbelievable_sentence(&corrections);
     if let (Some(sentence), false) = (&absurd, arguments.force) {
         if arguments.json {
-            print_json(&unbelievable_json(&corrections))?;
+            print_json(&documents::Misfit::of_corrections(&corrections))?;
         }
         return Err(Box::new(DoNotFit(sentence.clone())));
     }
@@ -72,12 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     if arguments.json {
-        let mut document = calibration_json(&calibration);
-        gate.mark(&mut document);
-        if let Some(shifts) = &shifts {
-            document["shifts"] = shifts_json(shifts);
-        }
-        print_json(&document)?;
+        let shifts = shifts.as_ref().map(documents::Shifts::of);
+        let document = documents::Calibration::of(&calibration);
+        print_json(&documents::Calibration { misfit: gate.misfit, shifts, ..document })?;
     } else {
         gate.tell()?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;

@@ -6,9 +6,7 @@ use calibench::files::check_output_folder;
 use calibench::identify::Use;
 use calibench::import::{Holdout, ImportOptions, import};
 use calibench::measure::{DATASET_TOML, SampleSet, write_dataset};
-use calibench::units::MM;
-use calibench_report::nominal_fit_line;
-use serde_json::json;
+use calibench_report::documents;
 
 use super::choices::seed;
 use super::data_gate::gate;
@@ -72,15 +70,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let kept = dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
     let all = dataset.samples.len();
     if arguments.json {
-        let fit = gate.fits.first().map(|f| {
-            let n = &f.nominal;
-            json!({ "residual_mm": n.residual / MM, "residual_all_rows_mm": n.plain / MM, "expected_mm": n.expected / MM,
-                "residual_percent_of_reach": 100.0 * n.residual / n.reach, "words": nominal_fit_line(n) })
-        });
-        let mut document = json!({ "format": "calibench-import-report/1", "rows_read": report.rows_read, "rows_kept": report.rows_kept,
-            "rows_skipped": report.skipped.len(), "samples": all, "validation": kept, "dataset": folder, "nominal_fit": fit });
-        gate.mark(&mut document);
-        print_json(&document)?;
+        let nominal_fit = gate.fits.first().map(|fit| documents::NominalFit::of(&fit.nominal));
+        let document = documents::ImportReport::new(&report, folder);
+        print_json(&documents::ImportReport { samples: all, validation: kept, nominal_fit, misfit: gate.misfit, ..document })?;
         return Ok(Outcome::Done);
     }
     print(&report.to_string())?;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, Extrapolation, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    added_sentences, advice, extrapolation_json, ladder_json, ladder_step_sentence, ladder_step_table, no_forecast_sentence,
-    objection_sentence, symptom_sentence, top_sentences,
+    added_sentences, advice, documents, ladder_step_sentence, ladder_step_table, no_forecast_sentence, objection_sentence,
+    symptom_sentence, top_sentences,
 };
 
 use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, warn_of_poses};
@@ -70,12 +70,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
-        let mut document = ladder_json(&climbed);
         let calibration = &chosen.calibration;
         let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
-        gate.mark(&mut document);
-        document["outside_range"] = extrapolation_json(&beyond);
-        print_json(&document)?;
+        let outside_range = documents::OutsideRange::of(&beyond);
+        print_json(&documents::Ladder { outside_range, misfit: gate.misfit, ..documents::Ladder::of(&climbed) })?;
         return Ok(Outcome::Done);
     }
     gate.tell()?;

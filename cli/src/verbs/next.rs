@@ -8,7 +8,7 @@ use calibench::assess::{
 use calibench::identify::Use;
 use calibench::measure::Dataset;
 use calibench::units::MM;
-use calibench_report::{next_json, next_sentences, next_table, planned_sentence, recommended_json};
+use calibench_report::{documents, next_sentences, next_table, planned_sentence};
 
 use super::choices::seed;
 use super::data::{locate_in_data, model_for, named, read_datasets};
@@ -85,14 +85,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         None => Vec::new(),
     };
     if arguments.json {
-        let mut document = next_json(&proposal);
-        document["cell_known"] = layout.is_known.into();
-        document["written"] = written.into();
-        if let Some(planned) = &planned {
-            document["planned_for"] = planned_sentence(planned).into();
-            document["recommended"] = recommended_json(&planned.ladder);
-        }
-        gate.mark(&mut document);
+        let mut document = documents::Next::of(&proposal);
+        document.cell_known = Some(layout.is_known);
+        document.written = Some(written);
+        document.planned_for = planned.as_ref().map(planned_sentence);
+        document.recommended = planned.as_ref().map(|planned| documents::Recommended::of(&planned.ladder));
+        document.misfit = gate.misfit;
         print_json(&document)?;
         return Ok(Outcome::Done);
     }

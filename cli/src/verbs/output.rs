@@ -20,7 +20,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints one JSON document.
-pub fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
-    print(&serde_json::to_string_pretty(value)?)
+/// Prints one JSON document, keys in alphabetical order.
+pub fn print_json(document: &impl serde::Serialize) -> Result<(), Failure> {
+    print(&serde_json::to_string_pretty(&serde_json::to_value(document)?)?)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use calibench::assess::Detectability;
 use calibench::measure::write_plan;
-use calibench_report::{detectability_json, detectability_text};
+use calibench_report::{detectability_text, documents};
 
 use super::choices::seed;
 use super::failure::{Failure, Outcome};
@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let drawn = nominal_samples(&scenario, &plan.probing.poses, seed);
     let detectability = Detectability::of_plan(&drawn, &shown(&scenario.model, &drawn))?;
     if arguments.json {
-        print_json(&detectability_json(&detectability))?;
+        print_json(&documents::Detectability::of(&detectability))?;
         return Ok(Outcome::Done);
     }
     print(&chosen_sentence("probings", plan.wanted(), &plan.trical))?;

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, read_text, write_whole};
+use calibench::files::write_whole;
 use calibench::identify::{IdentifyError, Model, Use, read_calibration};
 use calibench::measure::read_dataset;
+use calibench_report::documents::Run;
 use calibench_report::{CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
-use serde_json::Value;
 
 use super::data::{locate_in_data, model_for, read_datasets, recommended};
 use super::data_gate::gate;
@@ -20,9 +20,6 @@ pub const FILE: &str = "report.html";
 
 /// File in the folder of a run that holds the model used for its calibration.
 pub const MODEL: &str = "model.toml";
-
-/// File that marks a folder as a run.
-const RESULT: &str = "result.json";
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -91,7 +88,7 @@ pub(super) fn locate_in_case(case: &Case, folders: &[PathBuf], model: Option<&Pa
 
 /// The run folder, if `folders` is a single one that holds a run.
 pub(super) fn run_folder(folders: &[PathBuf]) -> Option<&Path> {
-    folders.first().map(PathBuf::as_path).filter(|f| folders.len() == 1 && f.join(RESULT).is_file())
+    folders.first().map(PathBuf::as_path).filter(|f| folders.len() == 1 && f.join(Run::FILE).is_file())
 }
 
 /// Reads a run or datasets; the data must fit their robot unless `force`.
@@ -115,15 +112,14 @@ fn passed(case: Case, force: bool, json: bool) -> Result<Case, Failure> {
 
 /// Reads the TriCal data of a run, judged on its validation poses, from files alone.
 fn open_run(run: &Path) -> Result<Case, Failure> {
-    let result = read_result(&run.join(RESULT))?;
+    let result = Run::read(run)?;
     let [dataset, validation] = [read_dataset(&run.join("trical"))?, read_dataset(&run.join("validation"))?];
     let calibration = read_calibration(&run.join("trical.toml"))?;
-    let text = |key: &str| result[key].as_str().map(str::to_owned);
     // Other verbs use the default model without a file.
     let ordinary = calibration.model == Model::default_for(&dataset);
     Ok(Case {
-        title: text("scenario").unwrap_or_else(|| "run".into()),
-        question: text("question"),
+        title: result.scenario.clone(),
+        question: Some(result.question.clone()),
         misfits: Vec::new(),
         datasets: vec![("trical".into(), dataset)],
         judged: Some(("validation".into(), validation)),
@@ -135,7 +131,7 @@ fn open_run(run: &Path) -> Result<Case, Failure> {
         commands_from: "the folder of the run".into(),
         campaign: CampaignRecord::read(run)?,
         pictures: CellPicture::read(run)?,
-        run: result,
+        run: Some(result),
     })
 }
 
@@ -152,16 +148,7 @@ fn open_datasets(folders: &[PathBuf], model: Option<&Path>) -> Result<Case, Fail
         commands_from: String::new(),
         campaign: None,
         pictures: Vec::new(),
-        run: Value::Null,
+        run: None,
         datasets,
     })
-}
-
-fn read_result(path: &Path) -> Result<Value, FileError> {
-    let wrong = |problem: String| FileError::whole(path, problem, "give the file as `calibench run` wrote it");
-    let value: Value = serde_json::from_str(&read_text(path)?).map_err(|e| wrong(format!("is no JSON: {e}")))?;
-    if value["format"] != "calibench-run/1" {
-        return Err(wrong(format!("has the format {}, not \"calibench-run/1\"", value["format"])));
-    }
-    Ok(value)
 }

@@ -6,13 +6,13 @@ use calibench::files::{FileError, check_output_folder, replace_folder, write_who
 use calibench::identify::{write_calibration, write_model};
 use calibench::measure::{Phase, write_dataset};
 use calibench::units::{MM, UM};
-use calibench_report::{calibration_json, histogram, plain_table, validation_json, validation_row, validation_table};
-use serde_json::{Value, json};
+use calibench_report::documents::to_value;
+use calibench_report::{documents, histogram, plain_table, validation_row, validation_table};
 
 use super::choices::PlantChoice;
 use super::choices::seed;
 use super::failure::{Failure, Outcome};
-use super::hidden_table::{hidden_json, hidden_text, named_json};
+use super::hidden_table::{hidden_effects, hidden_text, named};
 use super::identify::story;
 use super::output::{print, print_json};
 use super::plan::chosen_sentence;
@@ -26,6 +26,7 @@ use calibench_sim::random::Streams;
 use calibench_sim::run::{Check, Method, Run, RunError, run as procedure};
 use calibench_sim::scenario::PlantKind;
 use calibench_sim::scenario::{Scenario, load_scenario};
+use calibench_sim::score::ScoredParameter;
 
 /// The paper's Table 9, mm: mean, maximum, standard deviation.
 const PAPER: [(&str, [f64; 3]); 2] = [("trical", [0.326, 0.624, 0.107]), ("tracker", [0.231, 0.539, 0.087])];
@@ -238,51 +239,59 @@ fn centring_summary(run: &Run) -> String {
     )
 }
 
-fn document(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -> Value {
-    let method = |m: &Method| {
-        let parameters: Vec<Value> = m
-            .score
-            .parameters
-            .iter()
-            .filter_map(|p| {
-                let unit = m.calibration.estimate(&p.name)?.unit;
-                Some(json!({"name": p.name, "truth": unit.from_si(p.truth), "estimate": unit.from_si(p.estimate), "sigma": unit.from_si(p.sigma), "unit": unit.symbol}))
-            })
-            .collect();
-        let mut out = json!({"name": m.name, "probings": m.dataset.samples.len(), "validation": validation_json(&m.validation),
-            "calibration": calibration_json(&m.calibration), "score": parameters});
-        if m.name == "trical" {
-            out["readings_mean"] = json!(run.readings_mean());
-        }
-        out
+fn document(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -> documents::Run {
+    let validation = documents::Validation::of;
+    let compensation = run.compensation.as_ref().map(|c| documents::CompensationErrors {
+        refused: c.refused,
+        before: validation(&c.before),
+        after: validation(&c.after),
+    });
+    let paper = |(name, [mean_mm, max_mm, std_mm]): (&str, [f64; 3])| {
+        (name.to_owned(), documents::PaperErrors { mean_mm, max_mm, std_mm })
     };
-    let paper: serde_json::Map<String, Value> = PAPER
-        .iter()
-        .map(|(name, [mean, max, std])| ((*name).into(), json!({"mean_mm": mean, "max_mm": max, "std_mm": std})))
-        .collect();
-    let checked: Vec<Value> =
-        checks.iter().map(|c| json!({"name": c.name, "value": c.value, "band": c.band, "met": c.met()})).collect();
-    json!({
-        "format": "calibench-run/1",
-        "scenario": scenario.name,
-        "question": scenario.question,
-        "plant": scenario.plant.name(),
-        "seed": run.seed,
-        "methods": [method(&run.trical), method(&run.tracker)],
-        "compensation": run.compensation.as_ref().map(|c| {
-            json!({"refused": c.refused, "before": validation_json(&c.before), "after": validation_json(&c.after)})
-        }),
-        "before": {"mean_mm": run.before.mean / MM, "max_mm": run.before.max / MM},
-        "paper": paper,
-        "hidden_against_found": hidden_json(truth),
-        "diagnosed": named_json(truth),
-        "expect": {"met": checks.iter().all(Check::met), "checks": checked},
-    })
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let check = |c: &Check| documents::ExpectedCheck {
+        name: c.name.into(),
+        value: finite(c.value),
+        band: c.band.map(finite),
+        met: c.met(),
+    };
+    documents::Run {
+        format: documents::RunFormat::V1,
+        scenario: scenario.name.clone(),
+        question: scenario.question.clone(),
+        plant: scenario.plant.name().into(),
+        seed: run.seed,
+        methods: [&run.trical, &run.tracker].map(|m| of_method(m, run)).into(),
+        compensation,
+        before: documents::BeforeCalibration { mean_mm: run.before.mean / MM, max_mm: run.before.max / MM },
+        paper: PAPER.into_iter().map(paper).collect(),
+        hidden_against_found: hidden_effects(truth),
+        diagnosed: named(truth),
+        expect: documents::Expectations { met: checks.iter().all(Check::met), checks: checks.iter().map(check).collect() },
+    }
+}
+
+fn of_method(m: &Method, run: &Run) -> documents::RunMethod {
+    let scored = |p: &ScoredParameter| {
+        let unit = m.calibration.estimate(&p.name)?.unit;
+        let [truth, estimate, sigma] = [p.truth, p.estimate, p.sigma].map(|x| unit.from_si(x));
+        let sigma = sigma.is_finite().then_some(sigma);
+        Some(documents::ScoredParameter { name: p.name.clone(), truth, estimate, sigma, unit: unit.symbol.into() })
+    };
+    documents::RunMethod {
+        name: m.name.into(),
+        probings: m.dataset.samples.len(),
+        readings_mean: (m.name == "trical").then(|| run.readings_mean()),
+        validation: documents::Validation::of(&m.validation),
+        calibration: documents::Calibration::of(&m.calibration),
+        score: m.score.parameters.iter().filter_map(scored).collect(),
+    }
 }
 
 /// Contents of a run folder; the first file marks it as such.
 const FILES: &[&str] = &[
-    "result.json",
+    documents::Run::FILE,
     "trical",
     "tracker",
     "validation",
@@ -299,7 +308,7 @@ const FILES: &[&str] = &[
 ];
 
 /// Writes the run folder, all or nothing.
-fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) -> Result<(), FileError> {
+fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &documents::Run) -> Result<(), FileError> {
     replace_folder(folder, "run", FILES, |inside| {
         write_dataset(&run.trical.dataset, &inside.join("trical"))?;
         write_dataset(&run.tracker.dataset, &inside.join("tracker"))?;
@@ -310,6 +319,6 @@ fn write_run(folder: &Path, scenario: &Scenario, run: &Run, document: &Value) ->
         run.campaign.write(inside, &run.plan.probing.poses, &scenario.ball_ids())?;
         run.true_arm.write(&run.campaign, &inside.join(TRUE_ARM))?;
         scenario.scene().write(&inside.join("scene.toml"))?;
-        write_whole(&inside.join("result.json"), format!("{document:#}\n").as_bytes())
+        write_whole(&inside.join(documents::Run::FILE), format!("{:#}\n", to_value(document)).as_bytes())
     })
 }

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use calibench::assess::{Extrapolation, Validation};
 use calibench::identify::Use;
 use calibench::measure::SampleSet;
-use calibench_report::{
-    extrapolation_json, extrapolation_sentence, histogram, validation_json, validation_row, validation_table,
-};
+use calibench_report::documents::{OutsideRange, Validated};
+use calibench_report::{documents, extrapolation_sentence, histogram, validation_row, validation_table};
 
 use super::data::{locate_in_data, named, read_calibration_to_use, read_datasets};
 use super::failure::{Failure, Outcome};
@@ -46,9 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         eprintln!("{warning}");
     }
     if arguments.json {
-        let mut document = validation_json(&validation);
-        document["outside_range"] = extrapolation_json(&beyond);
-        print_json(&document)?;
+        print_json(&Validated { errors: documents::Validation::of(&validation), outside_range: OutsideRange::of(&beyond) })?;
         return Ok(Outcome::Done);
     }
     print(&validation_table(&[validation_row(&format!("{} samples", validation.samples), &validation)]))?;

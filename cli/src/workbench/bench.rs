@@ -5,9 +5,7 @@ use calibench::assess::{
 };
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
-use calibench_report::{
-    Page, PageSubject, Recommended, Standing, Views, advice, ladder_step_json, next_json, objection_sentence, step_json,
-};
+use calibench_report::{Page, PageSubject, Recommended, Standing, Views, advice, documents, objection_sentence};
 use serde_json::{Value, json};
 
 use super::own_effect::{self, Draft};
@@ -117,7 +115,7 @@ impl Bench {
     fn ladder(&self) -> Value {
         let steps = &self.hunt().steps;
         let rungs: Vec<&LadderStep> = steps.iter().map(|s| &s.standing.ladder_step).collect();
-        let rungs: Vec<Value> = (0..rungs.len()).map(|k| ladder_step_json(rungs[k], &rungs[..k])).collect();
+        let rungs = documents::LadderStep::all(&rungs);
         let objections: Vec<String> = self.here().objections.iter().map(objection_sentence).collect();
         let step = (steps.len() > 1)
             .then(|| json!({"effect": self.here().standing.ladder_step.added.join(" + "), "objections": objections}));
@@ -279,19 +277,19 @@ impl Bench {
         let objections = after.objections(&before.ladder_step);
         let accepted = force || !objections.iter().any(Objection::refuses);
         if !accepted {
-            return Ok(json!({"step": step_json(&before.ladder_step, &after, &objections, accepted)}));
+            return Ok(json!({"step": documents::Step::of(&before.ladder_step, &after, &objections, accepted)}));
         }
         self.accept(after, objections)
     }
 
     fn accept(&mut self, after: LadderStep, objections: Vec<Objection>) -> Result<Value, Refusal> {
         let before = &self.here().standing;
-        let step = step_json(&before.ladder_step, &after, &objections, true);
+        let step = documents::Step::of(&before.ladder_step, &after, &objections, true);
         let standing = self.subject(|subject| before.stepped(after, subject))?;
         let last = self.hunts.len() - 1;
         self.hunts[last].steps.push(Step::new(objections, standing));
         let mut answer = self.document()?;
-        answer["step"] = step;
+        answer["step"] = documents::to_value(&step);
         Ok(answer)
     }
 
@@ -333,8 +331,7 @@ impl Bench {
             let proposal = propose(datasets, &examination, diagnosis, &diagnosis.relevance, &layout, &poses, NEXT_SEED)?;
             Ok::<_, Refusal>((proposal, layout.is_known))
         })?;
-        let mut document = next_json(&proposal);
-        document["cell_known"] = json!(cell_known);
+        let document = documents::Next { cell_known: Some(cell_known), ..documents::Next::of(&proposal) };
         self.here_mut().proposal = Some(proposal);
         Ok(json!({"next": document}))
     }

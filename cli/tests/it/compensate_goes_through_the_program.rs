@@ -19,13 +19,13 @@ const METRES: &str = "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg\np-1,0.42,0.06,0.4,170
 /// A tool in front of the flange, as the controller has it.
 const TOOL: &str = "--tool=0,0,125,0,0,0";
 
-fn calibench(folder: &Path, arguments: &[&str]) -> Output {
+pub fn calibench(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_calibench"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().expect("the program runs")
 }
 
 /// A folder with a run of a quick cell, created once.
-fn run_folder() -> &'static Path {
+pub fn run_folder() -> &'static Path {
     static RUN: OnceLock<TempDir> = OnceLock::new();
     let folder = RUN.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();

@@ -6,15 +6,11 @@ use super::candidate::{self, Offered};
 use super::pictures::CellPicture;
 use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
+use crate::documents;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
-use crate::{
-    Forecast, calibration_json, diagnosis_json, no_forecast_sentence, symptom_sentence, unconverged_sentence,
-    unresolved_sentences, validation_json,
-};
-use calibench::assess::{
-    Extrapolation, HoldOut, LadderStep, MapCell, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step,
-};
+use crate::{Forecast, no_forecast_sentence, symptom_sentence, unconverged_sentence, unresolved_sentences};
+use calibench::assess::{Extrapolation, HoldOut, LadderStep, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step};
 use calibench::identify::{Calibration, IdentifyError, Use};
 use calibench::measure::{Dataset, SampleSet};
 use calibench::units::{DEG, MM};
@@ -82,12 +78,12 @@ impl Standing {
             "verdict": verdict(&self.ladder_step, outlook.as_ref()),
             "figures": figures(&self.ladder_step, outlook.as_ref()),
             "commands_from": subject.commands_from,
-            "diagnosis": diagnosis_json(diagnosis, outlook.as_ref(), commands),
+            "diagnosis": documents::Diagnosis::of(diagnosis, outlook.as_ref(), commands),
             "meanings": candidate::meanings(diagnosis),
             "calibration": fitted(calibration),
             "ladder": ladder,
             "drawn": drawn(calibration, datasets, judged)?,
-            "validation": self.ladder_step.validation.as_ref().map(validation_json),
+            "validation": self.ladder_step.validation.as_ref().map(documents::Validation::of),
             "workspace": outlook.as_ref().map(|o| workspace(o, calibration, judged)).transpose()?,
             "campaign": subject.campaign.map(CampaignRecord::json),
             "pictures": subject.pictures.iter().map(CellPicture::json).collect::<Vec<_>>(),
@@ -188,14 +184,14 @@ fn figures(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
         "noise_mm": d.noise / MM,
         "unexplained_mm": d.unexplained / MM,
         "noise_stated": d.lack_of_fit_p.is_some(),
-        "expected": outlook.map(Forecast::json),
-        "validation": first.validation.as_ref().map(validation_json),
+        "expected": outlook.map(documents::Workspace::of_forecast),
+        "validation": first.validation.as_ref().map(documents::Validation::of),
     })
 }
 
 /// The calibration with the details shown only on a page.
 fn fitted(c: &Calibration) -> Value {
-    let mut value = calibration_json(c);
+    let mut value = documents::to_value(&documents::Calibration::of(c));
     let free: Vec<usize> = (0..c.estimates.len()).filter(|&k| c.estimates[k].stated_sigma.is_none()).collect();
     let rows = free.iter().map(|&r| free.iter().map(|&k| (c.correlation[(r, k)] * 1000.0).round() / 1000.0).collect());
     value["correlation"] = json!(rows.collect::<Vec<Vec<f64>>>());
@@ -240,7 +236,7 @@ fn drawn(
     Ok(json!({
         "name": if base_fitted { "nominal, bases fitted" } else { "nominal" },
         "on": if held_out { "validation" } else { "fit" },
-        "errors": errors.as_ref().map(validation_json),
+        "errors": errors.as_ref().map(documents::Validation::of),
     }))
 }
 
@@ -253,11 +249,11 @@ fn workspace(outlook: &Forecast, calibration: &Calibration, judged: &[(&str, &Da
         let prediction = calibration.predict(judged, Use::Validation)?;
         let mut error = outlook.error.clone();
         error.poses.iter_mut().zip(&prediction.residuals).for_each(|(pose, residual)| pose.error = residual.norm());
-        let cells = |row: &Vec<Option<MapCell>>| -> Value {
-            row.iter().map(|c| c.map_or(Value::Null, |c| json!({"mean_mm": c.error / MM, "poses": c.poses}))).collect()
-        };
         // For a set-up refitted to these poses the residual is only a spread, smaller than the error.
-        measured = prediction.refitted.is_empty().then(|| error.map().cells.iter().map(cells).collect::<Value>());
+        measured = prediction
+            .refitted
+            .is_empty()
+            .then(|| error.map().cells.iter().map(|row| documents::MapCell::row(row)).collect::<Vec<_>>());
     }
     Ok(json!({
         "poses_are": outlook.poses(),

@@ -4,7 +4,8 @@ use serde_json::{Value, json};
 
 use super::PageSubject;
 use super::standing::judge;
-use crate::{ladder_json, ladder_step_json, objection_sentence};
+use crate::documents::{Ladder, LadderStep as StepDocument, to_value};
+use crate::objection_sentence;
 use calibench::assess::{HoldOut, LadderStep, Objection, best_step, ladder as climb};
 use calibench::identify::IdentifyError;
 
@@ -17,14 +18,14 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
         let mut climbed = climb(subject.datasets, subject.model, ground, &mut |_| ())?;
         climbed.rungs = climbed.rungs.into_iter().map(|r| judge(r, subject.judged)).collect::<Result<_, _>>()?;
         climbed.other = climbed.other.map(|r| judge(r, subject.judged)).transpose()?;
-        let mut whole = ladder_json(&climbed);
+        let mut whole = to_value(&Ladder::of(&climbed));
         whole["complete"] = json!(true);
         return Ok(whole);
     }
     let d = &first.diagnosis;
     if d.verdict.is_noise() {
         return Ok(
-            json!({"rungs": [ladder_step_json(first, &[])], "complete": true, "advice": "The residual is noise: there is nothing to add."}),
+            json!({"rungs": [StepDocument::of(first, &[])], "complete": true, "advice": "The residual is noise: there is nothing to add."}),
         );
     }
     let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
@@ -32,11 +33,11 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
         Ok(next) => {
             let next = judge(*next, subject.judged)?;
             let step = step_json(&next.added.join(" + "), &next.objections(first));
-            (vec![ladder_step_json(first, &[]), ladder_step_json(&next, &[first])], step)
+            (vec![StepDocument::of(first, &[]), StepDocument::of(&next, &[first])], step)
         }
         Err(tried) => {
             let step = tried.first().map_or(Value::Null, |(effect, objections)| step_json(effect, objections));
-            (vec![ladder_step_json(first, &[])], step)
+            (vec![StepDocument::of(first, &[])], step)
         }
     };
     Ok(json!({"rungs": rungs, "complete": false, "step": step, "command": command}))

@@ -7,7 +7,7 @@ use super::candidate::{Candidate, MOST, Offered};
 use super::residuals::Residuals;
 use super::standing::Standing;
 use super::telling::{telling, telling_of};
-use crate::comparison_json;
+use crate::documents;
 use calibench::assess::{Comparison, Extrapolation, Place};
 use calibench::identify::{IdentifyError, Use};
 
@@ -76,7 +76,7 @@ impl Views {
         let Views { comparison, residuals, beyond, candidates } = self;
         json!({
             "telling": telling(&standing.ladder_step.diagnosis, residuals, candidates, comparison),
-            "comparison": comparison_json(comparison, standing.outlook().as_ref(), beyond),
+            "comparison": documents::Comparison::of(comparison, standing.outlook().as_ref(), beyond),
             "residuals": residuals.json(comparison),
             "candidates": candidates.iter().map(Candidate::json).collect::<Vec<_>>(),
         })

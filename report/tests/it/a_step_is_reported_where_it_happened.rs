@@ -1,8 +1,8 @@
 //! A step is located between the samples between which it occurred, and both the sentences and the JSON report it.
 
 use calibench::assess::Verdict;
-use calibench_report::{Recommended, diagnosis_json, sentences};
-use serde_json::json;
+use calibench_report::documents;
+use calibench_report::{Recommended, sentences};
 
 use crate::effect_cell::{Measures, diagnosed};
 
@@ -27,9 +27,9 @@ fn a_step_is_placed_between_the_samples_between_which_it_happened() {
         assert!(moment.credible[0] <= moment.between[0] && moment.credible[1] >= moment.between[1], "{effect}: {moment:?}");
         assert_eq!(moment.session.as_deref().unwrap_or_default(), session, "{effect}");
         // It is reported in words and in JSON.
-        let written = diagnosis_json(&told, None, &Recommended::default());
-        assert_eq!(written["findings"][0]["moment"]["between"], json!(between), "{effect}");
-        assert_eq!(written["findings"][0]["moment"]["between_95"], json!(moment.credible), "{effect}");
+        let written = documents::Diagnosis::of(&told, None, &Recommended::default());
+        let said_so = written.findings[0].moment.as_ref().unwrap();
+        assert_eq!((&said_so.between, &said_so.between_95), (&moment.between, &moment.credible), "{effect}");
         let of_session = if sessions { " of session second" } else { "" };
         let [before, after] = between;
         let said = format!(
@@ -52,9 +52,9 @@ fn what_these_data_cannot_tell_apart_is_said_with_what_would() {
     let said =
         format!("base_step:{moment} or artifact_step:{moment}: aliased in these data; only a look at either from outside");
     assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.contains(&said)), "{said}");
-    let written = diagnosis_json(&told, None, &Recommended::default());
-    assert_eq!(written["findings"][0]["exactly_same"], json!(first.exactly_same));
-    assert!(written["findings"][0]["parted_by"].as_str().unwrap().contains("from outside"));
+    let written = documents::Diagnosis::of(&told, None, &Recommended::default());
+    assert_eq!(written.findings[0].exactly_same, first.exactly_same);
+    assert!(written.findings[0].parted_by.as_ref().unwrap().contains("from outside"));
     // With points of the tool as well, the two effects are distinguishable.
     let told = diagnosed("base_step:2430", Measures::Both, |_| 3.0);
     assert!(told.findings[0].exactly_same.is_empty());

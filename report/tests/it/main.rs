@@ -4,3 +4,4 @@
 mod a_step_is_reported_where_it_happened;
 #[path = "../../../tests/it/effect_cell.rs"]
 mod effect_cell;
+mod schemas_are_written_down;

@@ -2,19 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::{FileError, read_text};
 use calibench::identify::{Calibration, IdentifyError, Model, identify, read_calibration};
 use calibench::measure::{Dataset, Measured, Sample, SampleSet, read_dataset};
 use calibench::robot::Surroundings;
+use calibench_report::documents::Run;
 use nalgebra::Vector3;
-use serde_json::Value;
 
 use crate::at_rest::Arm;
 use crate::journal::{Journal, Stop, Try};
 use crate::{ViewError, truth};
-
-/// File that marks a folder as a run.
-const RESULT: &str = "result.json";
 
 /// The dataset of a run to be replayed.
 const TRICAL: &str = "trical";
@@ -53,7 +49,7 @@ impl Subject {
     /// # Errors
     /// When the folder is neither, a file is wrong, or a dataset does not determine its robot.
     pub fn read(folder: &Path) -> Result<Self, ViewError> {
-        if folder.join(RESULT).is_file() {
+        if folder.join(Run::FILE).is_file() {
             Subject::of_run(folder)
         } else if folder.join("dataset.toml").is_file() {
             Subject::of_dataset(folder)
@@ -63,20 +59,14 @@ impl Subject {
     }
 
     fn of_run(folder: &Path) -> Result<Self, ViewError> {
-        let path = folder.join(RESULT);
-        let wrong = |problem: String| FileError::whole(&path, problem, "give the file as `calibench run` wrote it");
-        let result: Value = serde_json::from_str(&read_text(&path)?).map_err(|e| wrong(format!("is no JSON: {e}")))?;
-        if result["format"] != "calibench-run/1" {
-            return Err(wrong(format!("has the format {}, not \"calibench-run/1\"", result["format"])).into());
-        }
-        let text = |key: &str| result[key].as_str().map(str::to_owned);
+        let result = Run::read(folder)?;
         let dataset = read_dataset(&folder.join(TRICAL))?;
         let calibration = read_calibration(&folder.join("trical.toml"))?;
         let validation = folder.join("validation");
         let validation = validation.is_dir().then(|| read_dataset(&validation)).transpose()?;
         let subject = Subject {
-            title: text("scenario").unwrap_or_else(|| "run".into()),
-            question: text("question").filter(|q| !q.is_empty()),
+            title: result.scenario,
+            question: Some(result.question).filter(|q| !q.is_empty()),
             validation,
             ..Subject::of(folder, TRICAL.into(), dataset, calibration)
         };

@@ -1,0 +1,144 @@
+//! `calibench-calibration/1`, printed by `identify`.
+
+use calibench::identify;
+use calibench::units::MM;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Shifts, finite, format_tag};
+
+format_tag!(CalibrationFormat, "calibench-calibration/1");
+
+/// An identified parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Parameter {
+    /// Name, unique in the calibration.
+    pub name: String,
+    /// Estimate, in `unit`.
+    pub value: f64,
+    /// One-sigma by noise and by model discrepancy, in `unit`; null if undetermined.
+    pub sigma: Option<f64>,
+    /// One-sigma by noise alone, in `unit`; null if undetermined.
+    pub sigma_noise: Option<f64>,
+    /// Symbol of the unit.
+    pub unit: String,
+    /// Nominal value, in `unit`.
+    pub nominal: f64,
+    /// Id of the effect that has this parameter.
+    pub effect: String,
+}
+
+/// A parameter stated with its uncertainty before the fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StatedParameter {
+    /// The parameter.
+    #[serde(flatten)]
+    pub parameter: Parameter,
+    /// Stated one-sigma, in the parameter's unit.
+    pub stated_sigma: f64,
+}
+
+/// Observability indices of the identification Jacobian.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[allow(non_snake_case, reason = "the field's names")]
+pub struct ObservabilityIndices {
+    /// Geometric mean of the singular values over the root of the number of poses.
+    pub O1: Option<f64>,
+    /// Smallest over largest singular value.
+    pub O2: Option<f64>,
+    /// Smallest singular value.
+    pub O3: Option<f64>,
+    /// Square of the smallest over the largest singular value.
+    pub O4: Option<f64>,
+    /// Inverse of the sum of the inverse singular values.
+    pub O5: Option<f64>,
+}
+
+/// An identified robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Calibration {
+    /// CalibrationFormat tag.
+    pub format: CalibrationFormat,
+    /// The robot, as the data name it.
+    pub robot: String,
+    /// Effects of the model.
+    pub effects: Vec<String>,
+    /// Identified parameters.
+    pub parameters: Vec<Parameter>,
+    /// Parameters with a stated uncertainty.
+    pub stated_parameters: Vec<StatedParameter>,
+    /// `converged`, `stalled`, `iteration_limit` or `left_linear_range`; null in calibrations from before 0.2.
+    pub outcome: Option<String>,
+    /// Number of fitted rows.
+    pub samples: usize,
+    /// Residual of the fitted rows, rms, mm.
+    pub residual_mm: f64,
+    /// The same as `residual_mm`.
+    pub rms_mm: f64,
+    /// Sum of squared residuals over the noise, per degree of freedom; null without degrees of freedom.
+    pub chi2_per_dof: Option<f64>,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Number of parameters that the data determine.
+    pub rank: usize,
+    /// Condition number of the scaled Jacobian; null if infinite.
+    pub condition: Option<f64>,
+    /// True if the data state their noise.
+    pub noise_stated: bool,
+    /// Observability indices.
+    pub observability: ObservabilityIndices,
+    /// Groups of parameters that the data do not separate.
+    pub unresolved: Vec<Vec<String>>,
+    /// Warning that the data do not fit the robot, if used nevertheless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub misfit: Option<String>,
+    /// Shifts of the parameters by effects that the model lacks, if requested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shifts: Option<Shifts>,
+}
+
+impl Parameter {
+    fn of(e: &identify::Estimate) -> Self {
+        Parameter {
+            name: e.name.clone(),
+            value: e.unit.from_si(e.value),
+            sigma: finite(e.unit.from_si(e.sigma)),
+            sigma_noise: finite(e.unit.from_si(e.sigma_noise)),
+            unit: e.unit.symbol.into(),
+            nominal: e.unit.from_si(e.nominal),
+            effect: e.effect.clone(),
+        }
+    }
+}
+
+impl Calibration {
+    /// The document of a calibration.
+    #[must_use]
+    pub fn of(c: &identify::Calibration) -> Self {
+        let stated = |e: &identify::Estimate| {
+            Some(StatedParameter { parameter: Parameter::of(e), stated_sigma: e.unit.from_si(e.stated_sigma?) })
+        };
+        let o = &c.observability;
+        let [o1, o2, o3, o4, o5] = [o.o1, o.o2, o.o3, o.o4, o.o5].map(finite);
+        Calibration {
+            format: CalibrationFormat::V1,
+            robot: c.robot_reference.clone(),
+            effects: c.model.effects.clone(),
+            parameters: c.estimates.iter().filter(|e| e.stated_sigma.is_none()).map(Parameter::of).collect(),
+            stated_parameters: c.estimates.iter().filter_map(stated).collect(),
+            outcome: c.outcome.map(|outcome| outcome.name().into()),
+            samples: c.samples,
+            residual_mm: c.rms / MM,
+            rms_mm: c.rms / MM,
+            chi2_per_dof: finite(c.chi2_per_dof),
+            dof: c.dof,
+            rank: c.rank,
+            condition: finite(c.condition),
+            noise_stated: c.noise_stated,
+            observability: ObservabilityIndices { O1: o1, O2: o2, O3: o3, O4: o4, O5: o5 },
+            unresolved: c.unresolved.clone(),
+            misfit: None,
+            shifts: None,
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! `calibench-compensation/1`, printed by `compensate`.
+
+use calibench::robot::{FramePose, Pose};
+use calibench::units::{DEG, MM};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{OutsideRange, format_tag};
+
+format_tag!(CompensationFormat, "calibench-compensation/1");
+
+/// A frame: `Tr(x, y, z) Rz(a) Ry(b) Rx(c)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Frame {
+    /// x, mm.
+    pub x_mm: f64,
+    /// y, mm.
+    pub y_mm: f64,
+    /// z, mm.
+    pub z_mm: f64,
+    /// Rotation about z, deg.
+    pub a_deg: f64,
+    /// Rotation about the new y, deg.
+    pub b_deg: f64,
+    /// Rotation about the new x, deg.
+    pub c_deg: f64,
+}
+
+impl From<&Pose> for Frame {
+    fn from(pose: &Pose) -> Self {
+        let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
+        let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG));
+        Frame { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg }
+    }
+}
+
+/// A fake target: the pose commanded to the controller so that the tool reaches the target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Fake {
+    /// The pose.
+    pub fake: Frame,
+    /// Joint angles at the pose, deg.
+    pub q_deg: Vec<f64>,
+    /// KUKA's status; null for other arms.
+    pub s: Option<u8>,
+    /// KUKA's turn; null for other arms.
+    pub t: Option<u8>,
+    /// Predicted one-sigma along the worst axis, mm.
+    pub sigma_worst_mm: f64,
+    /// Predicted one-sigma in space, mm.
+    pub sigma_3d_mm: f64,
+    /// Distance from target to fake target, mm.
+    pub shift_mm: f64,
+}
+
+/// What became of a target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum TargetOutcome {
+    /// It was compensated.
+    Ok(Fake),
+    /// It was refused.
+    Refused {
+        /// The reason in words.
+        why: String,
+    },
+}
+
+/// A target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CompensatedTarget {
+    /// Id of the target.
+    pub id: String,
+    /// `ok`, or the name of the reason for the refusal.
+    pub status: String,
+    /// Names of warnings.
+    pub warnings: Vec<String>,
+    /// The target itself.
+    pub target: Frame,
+    /// What became of it.
+    #[serde(flatten)]
+    pub outcome: TargetOutcome,
+}
+
+/// The part of a calibration that a URDF or robot file cannot hold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RigidPart {
+    /// Effects left out.
+    pub left_out_effects: Vec<String>,
+    /// Mean displacement of the TCP by these, mm.
+    pub left_out_mean_mm: f64,
+    /// Largest displacement, mm.
+    pub left_out_max_mm: f64,
+}
+
+/// Targets compensated by a calibration, and the robot written out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Compensation {
+    /// CompensationFormat tag.
+    pub format: CompensationFormat,
+    /// Name of the robot.
+    pub robot: String,
+    /// The compensated targets; absent where only the robot was written.
+    #[serde(flatten)]
+    pub targets: Option<CompensatedTargets>,
+    /// The part of the calibration left out of URDF and robot file; absent where none was written.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigid: Option<RigidPart>,
+}
+
+/// Compensated targets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CompensatedTargets {
+    /// Number of targets that were not refused.
+    pub compensated: usize,
+    /// The controller's base frame.
+    pub base: Frame,
+    /// The controller's tool frame.
+    pub tool: Frame,
+    /// Assumptions, in words.
+    pub assumed: Vec<String>,
+    /// The targets.
+    pub targets: Vec<CompensatedTarget>,
+    /// Targets outside the identified joint ranges; null if there are none.
+    pub outside_range: Option<OutsideRange>,
+}
+
+impl Compensation {
+    /// A document without targets.
+    #[must_use]
+    pub fn of_robot(robot: &str) -> Self {
+        Compensation { format: CompensationFormat::V1, robot: robot.into(), targets: None, rigid: None }
+    }
+}

@@ -1,0 +1,82 @@
+//! `calibench-import-report/1`, printed by `import`.
+
+use calibench::assess;
+use calibench::units::MM;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{finite, format_tag};
+use crate::misfit::nominal_fit_line;
+
+format_tag!(ImportFormat, "calibench-import-report/1");
+
+/// The residual of the nominal arm, its base and a free tool fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NominalFit {
+    /// Residual without gross rows, rms, mm.
+    pub residual_mm: f64,
+    /// Residual of all rows, rms, mm.
+    pub residual_all_rows_mm: f64,
+    /// Largest residual expected of a nominal arm, mm; null if nothing can be expected of so few rows.
+    pub expected_mm: Option<f64>,
+    /// `residual_mm` as a share of the reach, percent.
+    pub residual_percent_of_reach: f64,
+    /// The same in words.
+    pub words: String,
+}
+
+/// What was imported.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ImportReport {
+    /// Format tag.
+    pub format: ImportFormat,
+    /// Number of rows read.
+    pub rows_read: usize,
+    /// Number of rows kept.
+    pub rows_kept: usize,
+    /// Number of rows skipped.
+    pub rows_skipped: usize,
+    /// Number of samples in the dataset.
+    pub samples: usize,
+    /// Number of these that are kept for validation.
+    pub validation: usize,
+    /// Folder of the dataset.
+    pub dataset: String,
+    /// Agreement of the data with the nominal arm; null if it was not tested.
+    pub nominal_fit: Option<NominalFit>,
+    /// Warning that the data do not fit the robot, if written nevertheless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub misfit: Option<String>,
+}
+
+impl NominalFit {
+    /// The document of a nominal fit.
+    #[must_use]
+    pub fn of(n: &assess::NominalFit) -> Self {
+        NominalFit {
+            residual_mm: n.residual / MM,
+            residual_all_rows_mm: n.plain / MM,
+            expected_mm: finite(n.expected / MM),
+            residual_percent_of_reach: 100.0 * n.residual / n.reach,
+            words: nominal_fit_line(n),
+        }
+    }
+}
+
+impl ImportReport {
+    /// A report on these counts of rows.
+    #[must_use]
+    pub fn new(rows: &calibench::import::ImportReport, dataset: String) -> Self {
+        ImportReport {
+            format: ImportFormat::V1,
+            rows_read: rows.rows_read,
+            rows_kept: rows.rows_kept,
+            rows_skipped: rows.skipped.len(),
+            samples: 0,
+            validation: 0,
+            dataset,
+            nominal_fit: None,
+            misfit: None,
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! `calibench-ladder/1`, printed by `ladder`.
+
+use calibench::assess::{self, StopReason};
+use calibench::units::MM;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{LadderStep, OutsideRange, finite, format_tag};
+use crate::ladder_sentences::{advice, objection_sentence, why};
+
+format_tag!(LadderFormat, "calibench-ladder/1");
+
+/// Gain of a model for one division of the postures into blocks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Gain {
+    /// The division: `postures`, `places` or `campaigns`.
+    pub held_out_by: String,
+    /// Number of postures held out.
+    pub postures: usize,
+    /// Held-out error before, rms, mm.
+    pub before_mm: f64,
+    /// Held-out error after, rms, mm.
+    pub after_mm: f64,
+    /// Relative gain.
+    pub gain: Option<f64>,
+    /// Its one-sigma.
+    pub gain_sigma: Option<f64>,
+}
+
+/// One of the compared models.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Choice {
+    /// Kind of model.
+    pub kind: String,
+    /// Effects added to the first model.
+    pub added: Vec<String>,
+    /// True if it predicts postures left out better than the first model, beyond chance.
+    pub convinces: bool,
+    /// Gains over the first model.
+    pub gains: Vec<Gain>,
+}
+
+/// The recommended model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Recommended {
+    /// Kind of model.
+    pub kind: String,
+    /// Its effects.
+    pub model: Vec<String>,
+    /// The reason.
+    pub why: String,
+    /// Error of postures left out, rms, mm; null if unknown.
+    pub held_out_mm: Option<f64>,
+    /// What is left out at a time: `postures`.
+    pub held_out_by: String,
+    /// True if a better model was withdrawn because other data contradict it.
+    pub withdrawn: bool,
+}
+
+/// A step that was tried and refused.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct TriedStep {
+    /// Id of the effect.
+    pub effect: String,
+    /// Objections to the step, in words.
+    pub objections: Vec<String>,
+}
+
+/// Why the ladder ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Stopped {
+    /// Name of the reason.
+    pub because: String,
+    /// Outcome of a fit that did not converge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<String>,
+    /// Steps that were tried and refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tried: Option<Vec<TriedStep>>,
+}
+
+/// The models from the first to the last, and the recommended one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Ladder {
+    /// LadderFormat tag.
+    pub format: LadderFormat,
+    /// The steps.
+    pub rungs: Vec<LadderStep>,
+    /// Why the ladder ended.
+    pub stopped: Stopped,
+    /// The recommended model, if it is none of the steps.
+    pub other: Option<LadderStep>,
+    /// The compared models.
+    pub choices: Vec<Choice>,
+    /// Samples set aside.
+    pub set_aside: Vec<String>,
+    /// The recommended model.
+    pub recommended: Recommended,
+    /// The recommendation in words.
+    pub advice: String,
+    /// Rows outside the joint ranges of the recommended calibration; null if there are none.
+    pub outside_range: Option<OutsideRange>,
+    /// Warning that the data do not fit the robot, if used nevertheless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub misfit: Option<String>,
+}
+
+impl Gain {
+    pub(super) fn of(gain: &assess::Gain) -> Self {
+        Gain {
+            held_out_by: gain.division.name().into(),
+            postures: gain.postures,
+            before_mm: gain.rms[0] / MM,
+            after_mm: gain.rms[1] / MM,
+            gain: finite(gain.share),
+            gain_sigma: finite(gain.sigma),
+        }
+    }
+}
+
+impl Choice {
+    fn of(choice: &assess::Choice) -> Self {
+        Choice {
+            kind: choice.kind.name().into(),
+            added: choice.added.clone(),
+            convinces: choice.convinces(),
+            gains: choice.gains.iter().map(Gain::of).collect(),
+        }
+    }
+}
+
+impl Recommended {
+    /// The model that a ladder recommends, and the reason.
+    #[must_use]
+    pub fn of(ladder: &assess::Ladder) -> Self {
+        let choices = &ladder.recommendation.choices;
+        let judged = if ladder.withdrawn.is_some() { &choices[0] } else { ladder.recommendation.choice() };
+        Recommended {
+            kind: ladder.kind().name().into(),
+            model: ladder.recommended().model.effects.clone(),
+            why: why(ladder),
+            held_out_mm: judged.cross_validated().map(|m| m / MM),
+            held_out_by: "postures".into(),
+            withdrawn: ladder.withdrawn.is_some(),
+        }
+    }
+}
+
+impl Stopped {
+    fn of(top: &StopReason) -> Self {
+        let outcome = match top {
+            StopReason::NotConverged(outcome) => Some(outcome.name().into()),
+            _ => None,
+        };
+        let one = |(effect, objections): &(String, Vec<assess::Objection>)| TriedStep {
+            effect: effect.clone(),
+            objections: objections.iter().map(objection_sentence).collect(),
+        };
+        let tried = match top {
+            StopReason::NoStepHelps { tried } => Some(tried.iter().map(one).collect()),
+            _ => None,
+        };
+        Stopped { because: top.name().into(), outcome, tried }
+    }
+}
+
+impl Ladder {
+    /// The document of a ladder.
+    #[must_use]
+    pub fn of(ladder: &assess::Ladder) -> Self {
+        let all: Vec<&assess::LadderStep> = ladder.rungs.iter().collect();
+        Ladder {
+            format: LadderFormat::V1,
+            rungs: LadderStep::all(&all),
+            stopped: Stopped::of(&ladder.top),
+            other: ladder.other.as_ref().map(|other| LadderStep::of(other, &all)),
+            choices: ladder.recommendation.choices.iter().map(Choice::of).collect(),
+            set_aside: ladder.recommendation.aside.clone(),
+            recommended: Recommended::of(ladder),
+            advice: advice(ladder),
+            outside_range: None,
+            misfit: None,
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! JSON Schema of every document.
+
+use schemars::{Schema, schema_for};
+
+use super::{
+    Calibration, Comparison, Compensation, Detectability, Diagnosis, ImportReport, Ladder, Misfit, Next, Run, Step, Validated,
+};
+
+/// The schemas by name of the document, e.g. `calibench-run`.
+#[must_use]
+pub fn schemas() -> Vec<(&'static str, Schema)> {
+    vec![
+        ("calibench-calibration", schema_for!(Calibration)),
+        ("calibench-comparison", schema_for!(Comparison)),
+        ("calibench-compensation", schema_for!(Compensation)),
+        ("calibench-detectability", schema_for!(Detectability)),
+        ("calibench-diagnosis", schema_for!(Diagnosis)),
+        ("calibench-import-report", schema_for!(ImportReport)),
+        ("calibench-ladder", schema_for!(Ladder)),
+        ("calibench-misfit", schema_for!(Misfit)),
+        ("calibench-next", schema_for!(Next)),
+        ("calibench-run", schema_for!(Run)),
+        ("calibench-step", schema_for!(Step)),
+        ("calibench-validation", schema_for!(Validated)),
+    ]
+}

@@ -1,0 +1,251 @@
+//! Steps of a ladder, and `calibench-step/1`, printed by `add`.
+
+use calibench::assess::{self, Objection};
+use calibench::identify::Estimate;
+use calibench::units::MM;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Gain, Workspace, finite, format_tag};
+use crate::finding_notes::{found, parted_by};
+use crate::ladder_sentences::{added_words, objection_sentence, symptom_sentence};
+
+format_tag!(StepFormat, "calibench-step/1");
+
+/// When an effect of time set in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Moment {
+    /// The session; null if there is only one.
+    pub session: Option<String>,
+    /// The samples before and after.
+    pub between: [String; 2],
+    /// The first and last sample of the 95 % credible range.
+    pub between_95: [String; 2],
+}
+
+/// What is known of an added effect beside its size.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct EffectNote {
+    /// Id of the effect.
+    pub effect: String,
+    /// Effects with exactly the same columns in these data.
+    pub exactly_same: Vec<String>,
+    /// The measurement that would separate it from these.
+    pub parted_by: Option<String>,
+    /// Time of a step; null for other effects.
+    pub moment: Option<Moment>,
+}
+
+/// A parameter of an added effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AddedParameter {
+    /// Name.
+    pub name: String,
+    /// Id of the effect.
+    pub effect: String,
+    /// Estimate, in `unit`.
+    pub value: f64,
+    /// One-sigma, in `unit`; null if undetermined.
+    pub sigma: Option<f64>,
+    /// Symbol of the unit.
+    pub unit: String,
+}
+
+/// Position errors in short.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ErrorSummary {
+    /// Number of rows.
+    pub samples: usize,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// Largest, mm.
+    pub max_mm: f64,
+    /// Standard deviation, mm.
+    pub std_mm: f64,
+    /// Root mean square, mm.
+    pub rms_mm: f64,
+}
+
+/// Errors of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SessionErrors {
+    /// Name of the session.
+    pub name: String,
+    /// Cross-validated error, rms, mm.
+    pub cv_rms_mm: f64,
+    /// Error when predicted from the other sessions, rms, mm; null if not predicted.
+    pub from_others_rms_mm: Option<f64>,
+}
+
+/// Errors on a dataset that was not fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CheckErrors {
+    /// Name of the dataset.
+    pub name: String,
+    /// The errors; null if it could not be predicted.
+    pub errors: Option<ErrorSummary>,
+    /// Reason why it could not be predicted.
+    pub refused: Option<String>,
+}
+
+/// A model of a ladder, fitted and judged.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LadderStep {
+    /// Effects added to the step before.
+    pub added: Vec<String>,
+    /// The same in words.
+    pub added_words: String,
+    /// Notes on the added effects.
+    pub added_notes: Vec<EffectNote>,
+    /// Parameters of the added effects.
+    pub parameters: Vec<AddedParameter>,
+    /// Effects of the model.
+    pub effects: Vec<String>,
+    /// Residual of the fit, rms, mm.
+    pub fit_rms_mm: f64,
+    /// The same as `fit_rms_mm`.
+    pub residual_mm: f64,
+    /// Error of blocks of postures left out one by one, rms, mm.
+    pub cross_validated_mm: f64,
+    /// The same as `cross_validated_mm`.
+    pub cv_rms_mm: f64,
+    /// Sum of squared residuals over the noise, per degree of freedom; null without a stated noise.
+    pub chi2_per_dof: Option<f64>,
+    /// Error expected over the workspace; null if it cannot be predicted.
+    pub workspace: Option<Workspace>,
+    /// Parameters of the set-up that the data do not determine.
+    pub undetermined: Vec<String>,
+    /// Errors on the validation rows; null without any.
+    pub validation: Option<ErrorSummary>,
+    /// Noise, rms, mm.
+    pub noise_mm: f64,
+    /// Errors by session.
+    pub sessions: Vec<SessionErrors>,
+    /// Errors on the datasets given as checks.
+    pub checks: Vec<CheckErrors>,
+    /// Parameters with values that are not physical, in words.
+    pub symptoms: Vec<String>,
+    /// Gains over the step before, by division of the postures.
+    pub gains: Vec<Gain>,
+    /// Verdict of the diagnosis of this model.
+    pub verdict: String,
+    /// Its 95 % credible set.
+    pub set95: Vec<String>,
+}
+
+/// One step, printed by `add`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Step {
+    /// StepFormat tag.
+    pub format: StepFormat,
+    /// The model before.
+    pub before: LadderStep,
+    /// The model with the effect.
+    pub after: LadderStep,
+    /// Objections to the step, in words.
+    pub objections: Vec<String>,
+    /// True if the step was accepted.
+    pub accepted: bool,
+    /// Warning that the data do not fit the robot, if used nevertheless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub misfit: Option<String>,
+}
+
+impl Moment {
+    pub(super) fn of(m: &assess::Moment) -> Self {
+        Moment { session: m.session.clone(), between: m.between.clone(), between_95: m.credible.clone() }
+    }
+}
+
+impl EffectNote {
+    /// The notes on the effects `added`, where there are any; `below` holds the earlier steps, the first first.
+    fn all(added: &[String], below: &[&assess::LadderStep]) -> Vec<Self> {
+        let noted = found(added, below).filter(|f| f.hypothesis.moment.is_some() || !f.exactly_same.is_empty());
+        let one = |f: &assess::Finding| EffectNote {
+            effect: f.hypothesis.in_model.clone(),
+            exactly_same: f.exactly_same.clone(),
+            parted_by: parted_by(f),
+            moment: f.hypothesis.moment.as_ref().map(Moment::of),
+        };
+        noted.map(one).collect()
+    }
+}
+
+impl ErrorSummary {
+    fn of(v: &assess::Validation) -> Self {
+        ErrorSummary { samples: v.samples, mean_mm: v.mean / MM, max_mm: v.max / MM, std_mm: v.std / MM, rms_mm: v.rms / MM }
+    }
+}
+
+impl CheckErrors {
+    fn of(c: &assess::Check) -> Self {
+        CheckErrors {
+            name: c.name.clone(),
+            errors: c.result.as_ref().ok().map(ErrorSummary::of),
+            refused: c.result.as_ref().err().map(ToString::to_string),
+        }
+    }
+}
+
+impl LadderStep {
+    /// The documents of the steps of a ladder, the first first.
+    #[must_use]
+    pub fn all(steps: &[&assess::LadderStep]) -> Vec<Self> {
+        (0..steps.len()).map(|k| LadderStep::of(steps[k], &steps[..k])).collect()
+    }
+
+    /// The document of a step; the diagnoses of the earlier ones, `below`, give details of the effects it adds.
+    #[must_use]
+    pub fn of(step: &assess::LadderStep, below: &[&assess::LadderStep]) -> Self {
+        let session = |s: &assess::SessionError| SessionErrors {
+            name: s.name.clone(),
+            cv_rms_mm: s.cross_validated / MM,
+            from_others_rms_mm: s.from_others.map(|v| v / MM),
+        };
+        let parameter = |e: &Estimate| AddedParameter {
+            name: e.name.clone(),
+            effect: e.effect.clone(),
+            value: e.unit.from_si(e.value),
+            sigma: finite(e.unit.from_si(e.sigma)),
+            unit: e.unit.symbol.into(),
+        };
+        let added = step.calibration.estimates.iter().filter(|e| step.added.contains(&e.effect));
+        LadderStep {
+            added: step.added.clone(),
+            added_words: added_words(&step.added),
+            added_notes: EffectNote::all(&step.added, below),
+            parameters: added.map(parameter).collect(),
+            effects: step.model.effects.clone(),
+            fit_rms_mm: step.fit / MM,
+            residual_mm: step.fit / MM,
+            cross_validated_mm: step.cross_validated / MM,
+            cv_rms_mm: step.cross_validated / MM,
+            chi2_per_dof: step.calibration.noise_stated.then_some(step.chi2_per_dof).and_then(finite),
+            workspace: step.workspace.as_ref().map(Workspace::of),
+            undetermined: step.undetermined.clone(),
+            validation: step.validation.as_ref().map(ErrorSummary::of),
+            noise_mm: step.noise / MM,
+            sessions: step.sessions.iter().map(session).collect(),
+            checks: step.checks.iter().map(CheckErrors::of).collect(),
+            symptoms: step.symptoms.iter().map(symptom_sentence).collect(),
+            gains: step.gains.iter().map(Gain::of).collect(),
+            verdict: step.diagnosis.verdict.name().into(),
+            set95: step.diagnosis.set95.clone(),
+        }
+    }
+}
+
+impl Step {
+    /// The document of one step: the models before and after it, the objections to it, and whether it was accepted.
+    #[must_use]
+    pub fn of(before: &assess::LadderStep, after: &assess::LadderStep, objections: &[Objection], accepted: bool) -> Self {
+        Step {
+            format: StepFormat::V1,
+            before: LadderStep::of(before, &[]),
+            after: LadderStep::of(after, &[before]),
+            objections: objections.iter().map(objection_sentence).collect(),
+            accepted,
+            misfit: None,
+        }
+    }
+}

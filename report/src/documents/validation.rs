@@ -1,0 +1,100 @@
+//! `calibench-validation/1`, printed by `validate`.
+
+use calibench::assess;
+use calibench::units::MM;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{OutsideRange, format_tag};
+
+format_tag!(ValidationFormat, "calibench-validation/1");
+
+/// Number of bins of the histogram.
+const BINS: usize = 12;
+
+/// Quantiles of the position errors, mm; keys in percent.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Quantiles {
+    /// 5 %.
+    #[serde(rename = "5")]
+    pub q05: f64,
+    /// 25 %.
+    #[serde(rename = "25")]
+    pub q25: f64,
+    /// The median.
+    #[serde(rename = "50")]
+    pub q50: f64,
+    /// 75 %.
+    #[serde(rename = "75")]
+    pub q75: f64,
+    /// 95 %.
+    #[serde(rename = "95")]
+    pub q95: f64,
+}
+
+/// A bin of a histogram of position errors.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HistogramBin {
+    /// Lower edge, mm.
+    pub from_mm: f64,
+    /// Upper edge, mm.
+    pub to_mm: f64,
+    /// Number of rows.
+    pub count: usize,
+}
+
+/// Position errors at rows that were not fitted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Validation {
+    /// ValidationFormat tag.
+    pub format: ValidationFormat,
+    /// Number of rows.
+    pub samples: usize,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// Largest, mm.
+    pub max_mm: f64,
+    /// Standard deviation, mm.
+    pub std_mm: f64,
+    /// Root mean square, mm.
+    pub rms_mm: f64,
+    /// Quantiles.
+    pub quantiles_mm: Quantiles,
+    /// Histogram.
+    pub histogram: Vec<HistogramBin>,
+    /// Set-ups whose base and tool were fitted to these rows.
+    pub refitted: Vec<String>,
+    /// Set-ups whose base and tool come from rows that were fitted.
+    pub from_fit_rows: Vec<String>,
+}
+
+/// What `validate` prints: the errors, and how far the rows extrapolate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Validated {
+    /// The position errors.
+    #[serde(flatten)]
+    pub errors: Validation,
+    /// Rows outside the joint ranges of the calibration; null if there are none.
+    pub outside_range: Option<OutsideRange>,
+}
+
+impl Validation {
+    /// The document of a validation.
+    #[must_use]
+    pub fn of(v: &assess::Validation) -> Self {
+        let [q05, q25, q50, q75, q95] = v.quantiles.map(|q| q / MM);
+        let bin = |b: &assess::HistogramBin| HistogramBin { from_mm: b.from / MM, to_mm: b.to / MM, count: b.count };
+        Validation {
+            format: ValidationFormat::V1,
+            samples: v.samples,
+            mean_mm: v.mean / MM,
+            max_mm: v.max / MM,
+            std_mm: v.std / MM,
+            rms_mm: v.rms / MM,
+            quantiles_mm: Quantiles { q05, q25, q50, q75, q95 },
+            histogram: v.histogram(BINS).iter().map(bin).collect(),
+            refitted: v.refitted.clone(),
+            from_fit_rows: v.from_fit_rows.clone(),
+        }
+    }
+}
