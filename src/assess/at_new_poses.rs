@@ -1,4 +1,5 @@
-//! An examined robot at measurements that were not taken: how every fitted number and every candidate would move them.
+//! Applies an examined fit to measurements that were not taken: effect of every fitted parameter and every candidate on
+//! them.
 
 use nalgebra::DMatrix;
 
@@ -8,26 +9,29 @@ use crate::effects::{self, Effect, Owner};
 use crate::identify::{Circumstance, IdentifyError, Parameter, Problem, Use};
 use crate::measure::Dataset;
 
-/// The examined problem laid out for other samples of its first set-up.
+/// The examined problem, set up for other samples of its first set-up.
 pub(super) struct AtNewPoses {
     problem: Problem,
     values: Vec<f64>,
-    /// The problem's parameter for each fitted one and each column of the examination; `None` where nothing moves here.
+    /// Parameter of `problem` for each fitted parameter and each candidate column of the examination; `None` if it has
+    /// no effect on these samples.
     twins: Vec<Option<usize>>,
-    /// Of each: 1, or its plausible size.
+    /// Scale of each twin: 1 for a fitted parameter, the plausible size for a candidate.
     scales: Vec<f64>,
-    /// Parameters that are some twin, ascending.
+    /// Parameters of `problem` that are a twin, ascending.
     wanted: Vec<usize>,
 }
 
 impl AtNewPoses {
-    /// As [`AtNewPoses::new`], of the arm alone: balls are known only where they were measured, so the artifact's effects move nothing.
+    /// As [`AtNewPoses::new`], for the arm only: ball positions are known only at the places that were measured, so the
+    /// artifact's effects are left out.
     pub fn of_the_arm(there: &Dataset, examination: &Examination) -> Result<Self, IdentifyError> {
         AtNewPoses::new(there, examination, |effect| effect.owner() != Owner::Artifact)
     }
 
-    /// Lays out the samples of `there`; effects that `takes` refuses, or that lack their data, move nothing. The session is as long as it
-    /// was, so that what builds up over it goes on at its pace.
+    /// Builds the problem for the samples of `there`. Effects that `takes` rejects, or whose data are missing, have no
+    /// effect on them. The session keeps its original duration, so effects that build up over the session keep their
+    /// rate.
     ///
     /// # Errors
     /// When there is no sample.
@@ -65,13 +69,14 @@ impl AtNewPoses {
         Ok(AtNewPoses { problem, values: at, twins, scales, wanted })
     }
 
-    /// Each twin with its place among the wanted parameters, and its scale.
+    /// Each twin: its index, its place among the wanted parameters, and its scale.
     fn places(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let twins = self.twins.iter().zip(&self.scales).enumerate();
         twins.filter_map(|(k, (twin, scale))| Some((k, self.wanted.binary_search(twin.as_ref()?).ok()?, *scale)))
     }
 
-    /// How the TCP moves: three rows a sample (m), one column each fitted parameter (SI), then each candidate's (plausible sizes).
+    /// Jacobian of the TCP position: three rows per sample (m); one column per fitted parameter (per SI unit), then one
+    /// per candidate parameter (per plausible size).
     pub fn fields(&self) -> DMatrix<f64> {
         let jacobian = self.problem.plain_jacobian(&self.values, &self.wanted);
         let mut all = DMatrix::zeros(jacobian.nrows(), self.twins.len());
@@ -81,7 +86,7 @@ impl AtNewPoses {
         all
     }
 
-    /// The same as the residuals see it, whitened by the noise of each sample, and transposed: three columns a sample.
+    /// Jacobian of the residuals, whitened by the noise of each sample and transposed: three columns per sample.
     pub fn whitened(&self) -> DMatrix<f64> {
         let rows = self.problem.whitened(&self.values, &self.wanted);
         let mut all = DMatrix::zeros(self.twins.len(), rows.ncols());
@@ -96,7 +101,7 @@ impl AtNewPoses {
         self.problem.circumstances(&self.values)
     }
 
-    /// The same with columns as they are, m: those of [`AtNewPoses::fields`].
+    /// Circumstances of the samples with unwhitened columns, m, as in [`AtNewPoses::fields`].
     pub fn plain_circumstances(&self) -> Vec<Circumstance> {
         let mut all = self.circumstances();
         self.problem.for_each_sample(&self.values, &mut |s| {

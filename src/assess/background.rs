@@ -1,8 +1,10 @@
-//! The small stuff that every robot has: all candidates at once at a common fraction of their plausible sizes.
+//! The model discrepancy (background) that every robot has: all candidates at once, at a common fraction of their
+//! plausible sizes.
 //!
-//! Against nothing, the best of seventy candidates sticks out as soon as a robot is ordinary: what is left is explained a little
-//! better by any of them than by noise. Against a background of all others at a common size tau, only what is unusual sticks out.
-//! Model discrepancy as a random field: Kennedy & O'Hagan 2001; Brynjarsdottir & O'Hagan 2014.
+//! Tested against noise alone, the best of seventy candidates stands out even for an ordinary robot: any of them
+//! explains the residual a little better than noise does. Against a background of all others with a common size tau,
+//! only unusual effects stand out. Model discrepancy as a random field: Kennedy & O'Hagan 2001; Brynjarsdottir &
+//! O'Hagan 2014.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,24 +13,25 @@ use super::examination::Examination;
 use crate::identify::FitError;
 use crate::math::linalg;
 
-/// Sizes of the background, in plausible sizes; zero is none.
+/// Sizes of the background, in plausible sizes; zero means no background.
 pub(super) const SIZES: [f64; 7] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6];
 
-/// The background's columns along their principal directions.
+/// The columns of the background in their principal directions.
 pub(super) struct Background {
-    /// Which columns of the examination these are: all but those of effects that belong to every model and are nothing small.
+    /// Indices of the background's columns in the examination: all except those of effects that belong to every model,
+    /// which are not small.
     columns: Vec<usize>,
     vectors: DMatrix<f64>,
     lambda: DVector<f64>,
-    /// Remainder along them.
+    /// Inner products with the remainder, in the principal directions.
     b: DVector<f64>,
-    /// What is left at each size, and the evidence of that size.
+    /// Remainder at each size, and the log evidence of that size.
     pub remainders: Vec<Remainder>,
     pub ln_evidence: Vec<f64>,
 }
 
 impl Background {
-    /// The small stuff beside what an examination fits.
+    /// Builds the background for a fitted model.
     ///
     /// # Errors
     /// When the inner products are not finite.
@@ -51,12 +54,14 @@ impl Background {
         Ok(Background { columns, vectors, lambda, b, remainders, ln_evidence })
     }
 
-    /// Columns (given by their inner products with all columns of the examination) along the background's directions.
+    /// Transforms columns, given by their inner products with all columns of the examination, to the background's
+    /// principal directions.
     pub fn along(&self, cross: &DMatrix<f64>) -> DMatrix<f64> {
         linalg::product_of_transposed(&self.vectors, &cross.select_rows(&self.columns))
     }
 
-    /// The candidate as it is seen against the background of size number `t`; `along` are its columns along the directions.
+    /// The candidate with the background of size `SIZES[t]` taken into account; `along` holds its columns in the
+    /// principal directions.
     fn seen(&self, t: usize, k: &DMatrix<f64>, z: &DVector<f64>, along: &DMatrix<f64>) -> Seen {
         let t2 = SIZES[t] * SIZES[t];
         let weight = self.lambda.map(|l| t2 / (1.0 + t2 * l));
@@ -65,8 +70,8 @@ impl Background {
         Seen::new(k - along.tr_mul(&weighted), &(z - weighted.tr_mul(&self.b)))
     }
 
-    /// Logarithm of the evidence of a candidate over that of the background alone, all sizes of the background averaged with the
-    /// weight that the data give them.
+    /// Logarithm of the evidence for a candidate over that for the background alone, averaged over the sizes of the
+    /// background with their evidence as weights.
     pub fn ln_evidence_of(&self, k: &DMatrix<f64>, z: &DVector<f64>, along: &DMatrix<f64>, sizes: &[f64]) -> f64 {
         let whole = ln_sum_exp(self.ln_evidence.iter().copied());
         let with: Vec<f64> = (0..SIZES.len())
@@ -82,7 +87,7 @@ impl Background {
         ln_sum_exp(with.iter().copied()) - whole
     }
 
-    /// Mean square of the background's size over what the data leave possible, in plausible sizes squared.
+    /// Posterior mean square of the background's size, in plausible sizes squared.
     pub fn mean_square(&self) -> f64 {
         let whole = ln_sum_exp(self.ln_evidence.iter().copied());
         SIZES.iter().zip(&self.ln_evidence).map(|(tau, ln)| (ln - whole).exp() * tau * tau).sum()

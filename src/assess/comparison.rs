@@ -1,4 +1,5 @@
-//! Where a calibration fails: the noise floor first, then what is unexplained above it, then the residuals seen from every side.
+//! Comparison of a calibration with samples: the noise floor first, then the unexplained residual above it, then the
+//! views of the residuals.
 
 mod finding;
 mod lack_of_fit;
@@ -27,7 +28,7 @@ pub use self::significance::SIGNIFICANCE;
 pub use self::standing::Standing;
 pub use self::standout::{Standout, Subject};
 
-/// A calibration held against samples.
+/// A calibration compared with samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// Name of the robot.
@@ -36,39 +37,39 @@ pub struct Comparison {
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
-    /// How the samples stand to the calibration.
+    /// Relation of the samples to the calibration.
     pub standing: Standing,
-    /// What the measurement alone leaves.
+    /// Noise of the measurement alone.
     pub noise: NoiseFloor,
-    /// What is left above it.
+    /// Residual beyond that noise.
     pub lack_of_fit: LackOfFit,
     /// Residuals by ball, in the order of the datasets.
     pub balls: Vec<BallView>,
-    /// In the tool's axes, all set-ups together.
+    /// In the tool's axes, all set-ups combined.
     pub tool: ToolView,
-    /// In the world, all set-ups together.
+    /// In the world's axes, all set-ups combined.
     pub world: WorldView,
-    /// Every base and tool for itself.
+    /// Each set-up (base and tool) separately.
     pub setups: Vec<SetupView>,
-    /// Apparent angle errors of the joints, the curves that stand out first.
+    /// Apparent angle errors of the joints; the curves that stand out come first.
     pub joints: Vec<JointCurve>,
-    /// Their means.
+    /// Mean apparent angle errors of the joints.
     pub offsets: Vec<JointOffset>,
-    /// The samples that fit worst, worst first.
+    /// The samples with the worst fit, worst first.
     pub worst: Vec<WorstSample>,
     /// Every sample, in order.
     pub residuals: Vec<SampleResidual>,
-    /// What stands out, strongest first, each beyond those before it.
+    /// Views that stand out, strongest first, each tested beyond those before it.
     pub findings: Vec<Standout>,
-    /// Share of the residual sum of squares that is left when the findings are taken away.
+    /// Share of the residual sum of squares that remains after the findings.
     pub left: f64,
 }
 
 impl Comparison {
-    /// Holds a calibration against the samples of named datasets that `which` selects.
+    /// Compares a calibration with the samples of named datasets that `which` selects.
     ///
     /// # Errors
-    /// When the data are of another robot, do not go with the model, or do not determine where the robot stands in them.
+    /// When the data are from another robot, do not fit the model, or do not determine the robot's base and tool.
     pub fn of(calibration: &Calibration, datasets: &[(&str, &Dataset)], which: Use) -> Result<Self, IdentifyError> {
         let application = calibration.apply(datasets, which)?;
         let Application { problem, values, .. } = &application;
@@ -92,7 +93,8 @@ impl Comparison {
         let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
         let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
         let scores = Scores::new(&whitened, &beforehand, &places, layout.patterns(), &mut show);
-        // Noise stated larger than all that is left would hide whatever is wrong: views are then judged by what else is left.
+        // If the stated noise exceeds the whole residual, it would hide every defect; the views are then judged by the
+        // remaining residuals.
         let yardstick = NoiseFloor { level: noise.level.filter(|_| !lack_of_fit.noise_overstated), ..noise.clone() };
         let judge = finding::Judge { noise: &yardstick, samples: seen.len(), repetition: repetition(&seen) };
         let views = views::Views { layout: &layout, seen: &seen, scores: &scores, judge: &judge, fitted: beforehand.fitted };
@@ -138,8 +140,8 @@ impl Comparison {
     }
 }
 
-/// How many times the samples count a posture's error: numbers measured, by three for every posture; at least 1. A posture is that of
-/// replicates, or of the same angles to a tenth of a milliradian.
+/// Number of times that a posture's error is counted: scalar measurements over three per posture, at least 1. Samples
+/// share a posture if they have the same `repeat` name, or the same angles to a tenth of a milliradian.
 fn repetition(seen: &[SeenSample<'_>]) -> f64 {
     const SAME_ANGLE: f64 = 1e-4;
     let posture = |s: &SeenSample<'_>| s.sample.q.iter().map(|q| (q / SAME_ANGLE).round() as i64).collect::<Vec<i64>>();

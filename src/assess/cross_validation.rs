@@ -1,7 +1,7 @@
-//! Blocked cross-validation: does a model predict the stretch of the data that it has not seen?
+//! Blocked cross-validation: tests whether a model predicts a stretch of the data that it was not fitted to.
 //!
-//! Folds are runs of samples as they were taken, each split of every session by itself: neighbours in time share drift, neighbours on a
-//! grid share pose, and a random fold would be predicted by them.
+//! Each session is split separately, into runs of samples in the order of measurement. Samples close in time share
+//! drift, and neighbours on a grid share a pose; they would predict the samples of a random fold.
 
 use std::collections::BTreeMap;
 
@@ -12,11 +12,12 @@ use super::examination::Examination;
 use crate::identify::{BACKGROUND_WIDTH, Circumstance};
 use crate::math::linalg;
 
-/// Folds, where there are samples enough.
+/// Number of folds, if there are enough samples.
 const FOLDS: usize = 10;
 
-/// Fold of each sample: `FOLDS` runs of each session in the order of the file; where balls stand at unknown places, of each ball, since
-/// nothing predicts a ball of which no sample is left. A posture is never split: its repeats would predict each other.
+/// Fold of each sample: `FOLDS` runs per session, in the order of the file. Where ball positions are unknown, each ball
+/// is split separately as well, since nothing predicts a ball without any fitted sample. A posture is never split: its
+/// repeats would predict each other.
 pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
     let place = |c: &Circumstance| (c.setup, c.free_ball);
     let mut counts = BTreeMap::new();
@@ -33,8 +34,8 @@ pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
     alone.iter().zip(postures.of_samples()).map(|(&fold, &posture)| *of_posture[posture].get_or_insert(fold)).collect()
 }
 
-/// Cross-validated sum of squares of each sample, whitened, of the fitted model with these columns of the examination beside it, held
-/// to an ordinary size. The model is taken as linear near the fit.
+/// Cross-validated, whitened sum of squares of each sample. The model is the fitted one plus the columns `beside` of
+/// the examination, which have a prior of ordinary size. It is linearised about the fit.
 pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside: std::ops::Range<usize>) -> Vec<f64> {
     let Examination { rows, fitted, columns, circumstances, problem, fit, .. } = examination;
     let (m, n) = (fitted.len(), columns.len());
@@ -59,11 +60,11 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
         own.flat_map(|(at, _)| at.first_row..at.first_row + at.height).collect()
     };
     let of_fold: Vec<DMatrix<f64>> = (0..count).into_par_iter().map(|f| products(&rows_of(f))).collect();
-    // Known distances are no samples: they are there whichever block is left out.
+    // Known distances are not samples; they belong to every training set.
     let samples_end = circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
     let always = products(&(samples_end..rows.ncols()).collect::<Vec<_>>());
     let mut all = of_fold.iter().fold(always, |sum, f| sum + f);
-    // What is known beforehand, as rows of its own; the ordinary size in units of the noise that is left.
+    // Priors enter as rows of their own; the ordinary size is in units of the remaining noise.
     let unit = examination.remainder.unit().max(f64::MIN_POSITIVE);
     for (k, p) in fit.kept.iter().enumerate() {
         let information = problem.parameters()[*p].knowledge.information() * examination.yardstick.weight().powi(2);
@@ -71,7 +72,8 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
         all[(k, size)] -= information * fit.values[*p];
     }
     (m..size).for_each(|k| all[(k, k)] += unit / (BACKGROUND_WIDTH * BACKGROUND_WIDTH));
-    // Scaled, so that millimetres and microradians weigh alike; a fold that alone knows a parameter leaves it where it is.
+    // Scaled, so that millimetres and microradians have equal weight. A parameter that only the left-out fold
+    // determines stays at its value.
     let scale = DVector::from_fn(size, |k, _| 1.0 / all[(k, k)].max(f64::MIN_POSITIVE).sqrt());
     let step_without = |own: &DMatrix<f64>| {
         let train = &all - own;

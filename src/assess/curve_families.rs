@@ -1,29 +1,29 @@
-//! Is a curve of any shape one that the catalogue holds? The curve is projected on the shapes of the catalogue's families.
+//! Assigns a curve of any shape to a family of the catalogue, by projection on the families' shapes.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::heat_map::{Curve, Variable};
 
-/// A curve is said to be of a family of which it is at least this share.
+/// A family must explain at least this share of a curve.
 const SHARE: f64 = 0.85;
 
-/// A smoother family is preferred to one that is better by less than this.
+/// A smoother family is preferred unless another explains more by this share.
 const BETTER: f64 = 0.02;
 
-/// Orders of a harmonic that a curve can show.
+/// Orders of a harmonic that are tested on a curve.
 const ORDERS: std::ops::RangeInclusive<u32> = 3..=12;
 
-/// A family that a curve is of.
+/// A family to which a curve belongs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveFamily {
-    /// Id of the catalogue.
+    /// Id of the effect in the catalogue.
     pub effect: String,
     /// Share of the curve's weighted squares about its mean that the family's shape explains.
     pub share: f64,
 }
 
 impl CurveFamily {
-    /// The family that a curve is of; `None` when none explains enough of it.
+    /// Finds the family of a curve; `None` if no family explains enough of it.
     pub fn of(curve: &Curve) -> Option<Self> {
         let best = shapes(curve).into_iter().fold(None, |best: Option<CurveFamily>, (effect, columns)| {
             let share = share(curve, &columns);
@@ -36,7 +36,7 @@ impl CurveFamily {
 
 type Shape = (String, Vec<Vec<f64>>);
 
-/// Shapes of the variable, plain ones first.
+/// Shapes over the curve's variable, simple ones first.
 fn shapes(curve: &Curve) -> Vec<Shape> {
     let joint = curve.joint + 1;
     let of = |f: &dyn Fn(f64) -> f64| curve.at.iter().map(|&x| f(x)).collect::<Vec<f64>>();
@@ -58,7 +58,7 @@ fn shapes(curve: &Curve) -> Vec<Shape> {
     }
 }
 
-/// Share of the curve about its mean that columns explain, points weighted by how well they are known.
+/// Share of the curve's squares about its mean that the columns explain; points are weighted by their uncertainty.
 fn share(curve: &Curve, columns: &[Vec<f64>]) -> f64 {
     let n = curve.at.len();
     let weight: Vec<f64> = curve.sigma.iter().map(|s| 1.0 / (s * s).max(f64::MIN_POSITIVE).sqrt()).collect();

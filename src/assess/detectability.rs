@@ -1,9 +1,10 @@
-//! What a set of poses can see: how much of every candidate the fitted model absorbs, and how large it must be to be noticed.
+//! Detectability: the share of every candidate that the fitted model absorbs, and the smallest size at which it is
+//! noticed.
 //!
-//! The test is the chi-square of the visible directions, `S = z^T K^+ z`, with K the inner products of a candidate's whitened columns
-//! after all that the model absorbs is projected out. Without the effect S is chi-square of p degrees of freedom; with coefficients
-//! beta it is non-central, of non-centrality `lambda = beta^T K beta`. One of all candidates is to be found, so the level is shared out
-//! among them (Bonferroni).
+//! The test is the chi-square of the visible directions, `S = z^T K^+ z`, where K holds the inner products of a
+//! candidate's whitened columns after projection orthogonal to the fitted model. Without the effect, S is chi-square
+//! with p degrees of freedom; with coefficients beta it is non-central, with non-centrality `lambda = beta^T K beta`.
+//! All candidates are tested, so the level is divided among them (Bonferroni).
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Discrete, Poisson};
 
@@ -12,58 +13,60 @@ use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 use crate::units::Unit;
 
-/// Chance that noise alone raises an alarm with any of the candidates.
+/// Probability that noise alone raises an alarm for any of the candidates.
 const LEVEL: f64 = 0.05;
 
-/// Chance that an effect of the smallest size that counts as seen is noticed.
+/// Probability that an effect of the smallest detectable size is noticed.
 const POWER: f64 = 0.9;
 
-/// A candidate that would have to be so many plausible sizes large is not seen at all: no robot has it, and what is left of it beside the
-/// model is rounding.
+/// Size in plausible sizes from which a candidate counts as undetectable: no robot has such a size, and the part that
+/// the model does not absorb is rounding.
 const ABSURD: f64 = 1e3;
 
-/// How well one candidate is seen.
+/// Detectability of one candidate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sight {
     /// Its id.
     pub effect: String,
-    /// Share of its energy that the fitted model absorbs into wrong parameters.
+    /// Share of its energy that the fitted model absorbs into wrong parameter values.
     pub absorbed: f64,
-    /// What one plausible size of each of its numbers leaves in the residuals, rms over all of them, in units of their noise.
+    /// Remaining signal when each of its parameters has its plausible size: rms over all residuals, in units of their
+    /// noise.
     pub visible: f64,
-    /// Directions of its numbers that are seen.
+    /// Number of detectable directions of its parameters.
     pub directions: usize,
-    /// Smallest size that is seen with 90 % power, rms over its numbers, in plausible sizes; `None` when it is not seen at all.
+    /// Smallest size detected with 90 % power, rms over its parameters, in plausible sizes; `None` if it is
+    /// undetectable.
     pub smallest: Option<f64>,
-    /// The plausible size of its first number, SI.
+    /// Plausible size of its first parameter, SI.
     pub plausible: f64,
-    /// The unit of its first number.
+    /// Unit of its first parameter.
     pub unit: Unit,
 }
 
 impl Sight {
-    /// Smallest size seen, of its first number, SI.
+    /// Smallest detectable size of its first parameter, SI.
     pub fn smallest_size(&self) -> Option<f64> {
         Some(self.smallest? * self.plausible)
     }
 }
 
-/// What a set of poses can see of every candidate, best seen first, those that it cannot see at all last.
+/// Detectability of every candidate from a set of poses, the most detectable first, the undetectable last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detectability {
-    /// Candidate by candidate.
+    /// One entry per candidate.
     pub sights: Vec<Sight>,
     /// Level of each test.
     pub level: f64,
     /// Power at the smallest size.
     pub power: f64,
-    /// Effects that cannot be tested, and what that would need.
+    /// Effects that cannot be tested, and the data that they need.
     pub untestable: Vec<super::Untestable>,
 }
 
 impl Detectability {
-    /// Of poses yet to be measured, given as samples that are where the drawing has them: what the model could not tell from its own
-    /// parameters, were it fitted to them.
+    /// Computes the detectability for planned poses, given as samples at their nominal positions, as if the model had
+    /// been fitted to them.
     ///
     /// # Errors
     /// When the poses do not determine the model.
@@ -71,7 +74,7 @@ impl Detectability {
         Ok(Detectability::of(&Examination::of_plan(planned, model)?))
     }
 
-    /// Of the data of an examination.
+    /// Computes the detectability for the data of an examination.
     pub fn of(examination: &Examination) -> Self {
         let unit = if examination.fit.noise_stated { 1.0 } else { examination.remainder.unit() };
         let residuals = examination.rows.ncols().max(1) as f64;
@@ -95,7 +98,7 @@ impl Detectability {
                 unit: first.unit,
             }
         };
-        // A family without members on this robot has no numbers.
+        // A family without members on this robot has no parameters.
         let mut sights: Vec<Sight> = (0..candidates.len()).filter(|&k| examination.spans[k].count > 0).map(sight).collect();
         let size = |s: &Sight| s.smallest.unwrap_or(f64::INFINITY);
         sights.sort_by(|a, b| size(a).total_cmp(&size(b)));
@@ -103,10 +106,11 @@ impl Detectability {
     }
 }
 
-/// Non-centrality at which a chi-square test of `directions` degrees of freedom at level `level` has power `power`.
+/// Non-centrality at which a chi-square test with `directions` degrees of freedom at level `level` has power `power`.
 ///
-/// The non-central chi-square is a mixture of central ones with Poisson weights of mean lambda/2 (Johnson, Kotz & Balakrishnan 1995,
-/// ch. 29), `P(S > c) = sum_j Poisson(j; lambda/2) Q(c; p + 2j)`; the power grows with lambda, so bisection finds it.
+/// The non-central chi-square is a mixture of central ones with Poisson weights of mean lambda/2 (Johnson, Kotz &
+/// Balakrishnan 1995, ch. 29), `P(S > c) = sum_j Poisson(j; lambda/2) Q(c; p + 2j)`. The power increases with lambda,
+/// so bisection finds it.
 pub fn noncentrality(directions: usize, level: f64, power: f64) -> f64 {
     let critical = critical_value(directions, level);
     let (mut low, mut high) = (0.0, 1.0);
@@ -123,7 +127,7 @@ pub fn noncentrality(directions: usize, level: f64, power: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Value that a chi-square variable exceeds with chance `level`.
+/// Value that a chi-square variable exceeds with probability `level`.
 pub(super) fn critical_value(directions: usize, level: f64) -> f64 {
     let central = |c: f64| ChiSquared::new(directions as f64).map_or(f64::NAN, |d| d.sf(c));
     let (mut low, mut high) = (0.0, 1.0);
@@ -137,11 +141,11 @@ pub(super) fn critical_value(directions: usize, level: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Chance that a non-central chi-square variable exceeds `critical`.
+/// Probability that a non-central chi-square variable exceeds `critical`.
 fn power_at(directions: usize, critical: f64, lambda: f64) -> f64 {
     let upper = |j: u64| ChiSquared::new(directions as f64 + 2.0 * j as f64).map_or(f64::NAN, |d| d.sf(critical));
     let Ok(weights) = Poisson::new(0.5 * lambda) else { return upper(0) };
-    // Ten standard deviations of the weights to either side leave less than 1e-20.
+    // Ten standard deviations of the weights on either side leave less than 1e-20.
     let (mean, reach) = (0.5 * lambda, 10.0 * (0.5 * lambda).sqrt() + 40.0);
     let (first, last) = ((mean - reach).max(0.0) as u64, (mean + reach) as u64);
     (first..=last).map(|j| weights.pmf(j) * upper(j)).sum()
@@ -157,7 +161,8 @@ mod tests {
     use super::*;
     use crate::measure::{Measured, Sample};
 
-    /// From R's and SciPy's non-central chi-square, to 1e-12: level, power, degrees of freedom, non-centrality.
+    /// Reference values from R's and SciPy's non-central chi-square, to 1e-12: level, power, degrees of freedom,
+    /// non-centrality.
     #[test]
     fn noncentrality_agrees_with_the_tables() {
         for (level, power, directions, expected) in [
@@ -176,7 +181,7 @@ mod tests {
         }
     }
 
-    /// Poses anywhere, points where the drawing has them.
+    /// Random poses, with the points at their nominal positions.
     fn planned(count: usize) -> Dataset {
         let robot = crate::robot::built_in("kr6_r700").unwrap();
         let mut random = ChaCha8Rng::seed_from_u64(4);
@@ -193,8 +198,9 @@ mod tests {
         Dataset { samples, ..cell }
     }
 
-    /// Data of the linear model, with an effect of the smallest size that is said to be seen, are projected (by reflections, not by the
-    /// examination's own normal equations) and tested: nine in ten must raise the alarm, and of noise alone as many as the level says.
+    /// Simulates data of the linear model with an effect of the smallest detectable size, projects them by reflections
+    /// (not by the examination's normal equations) and tests them. Nine in ten must raise the alarm, and noise alone at
+    /// the stated level.
     #[test]
     fn effects_of_the_smallest_size_are_noticed_nine_times_in_ten() {
         let examination = Examination::of_plan(&planned(60), &Model::paper()).unwrap();
@@ -214,7 +220,7 @@ mod tests {
             let mut alarms = |size: f64| {
                 let alarm = |_: &usize| {
                     let noise = DVector::<f64>::from_fn(n, |_, _| StandardNormal.sample(&mut random));
-                    // Of several numbers a direction that the data see as they see the average one.
+                    // With several parameters: a random direction, scaled to the mean visibility over all directions.
                     let mut beta = DVector::<f64>::from_fn(span.count, |_, _| StandardNormal.sample(&mut random));
                     let own = examination.gram.view((span.first, span.first), (span.count, span.count));
                     beta *= size * (own.trace() / (own * &beta).dot(&beta)).sqrt();
@@ -225,7 +231,7 @@ mod tests {
                 (0..TRIALS).filter(alarm).count() as f64 / TRIALS as f64
             };
             let power = alarms(sight.smallest.unwrap());
-            // Three standard deviations of a share of 0.9 among 2000.
+            // Three standard deviations of a proportion of 0.9 in 2000 trials.
             assert!((power - 0.9).abs() < 0.02, "{effect}: {power}");
             assert!(alarms(0.0) < 0.005, "{effect}: of noise alone");
         }

@@ -1,4 +1,4 @@
-//! Which effect is missing: the verdict, the findings, and what they rest on.
+//! Diagnosis of missing effects: the verdict, the findings, and their evidence.
 
 mod diagnose;
 mod findings;
@@ -19,7 +19,7 @@ use crate::units::Unit;
 pub use self::diagnose::{diagnose, diagnose_examined};
 pub use self::scatter::Scatter;
 
-/// A number of an effect as it would be fitted now, held to an ordinary size.
+/// Estimate of an effect's parameter if it were fitted now, with a prior of ordinary size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundParameter {
     /// Name within its effect.
@@ -28,7 +28,7 @@ pub struct FoundParameter {
     pub value: f64,
     /// One-sigma, SI.
     pub sigma: f64,
-    /// Unit to show it in.
+    /// Unit in which it is shown.
     pub unit: Unit,
 }
 
@@ -37,117 +37,118 @@ pub struct FoundParameter {
 pub struct Finding {
     /// The effect, its evidence and its visible share.
     pub hypothesis: Hypothesis,
-    /// Probability that this is what is missing, that nothing is included in the count.
+    /// Probability that this effect is the missing one; the case that nothing is missing is included.
     pub probability: f64,
-    /// Chance that noise alone explains so much with any of the effects tried (F test, Bonferroni).
+    /// Probability that noise alone makes any of the tested effects explain as much (F test, Bonferroni).
     pub p_family: f64,
-    /// Change of the Bayesian information criterion: positive speaks for the effect.
+    /// Improvement of the Bayesian information criterion: positive values favour the effect.
     pub delta_bic: f64,
-    /// Share of the blocked cross-validated rms that it takes away.
+    /// Share by which it reduces the blocked cross-validated rms.
     pub cv_gain: f64,
-    /// Effects that explain the same in these data.
+    /// Effects that these data cannot distinguish from it.
     pub rivals: Vec<String>,
-    /// Effects, as a model takes them, that are exactly the same to these data, whatever their size.
+    /// Effects, by their ids in a model, that are exactly aliased with it in these data, whatever its size.
     pub exactly_same: Vec<String>,
-    /// Its numbers.
+    /// Estimates of its parameters.
     pub parameters: Vec<FoundParameter>,
-    /// Its size in plausible sizes, rms over its numbers, as the data alone would have it.
+    /// Its size in plausible sizes, rms over its parameters, estimated from the data alone.
     pub size: f64,
 }
 
-/// One of the effects that together explain what is left.
+/// One of the effects that together explain the residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explained {
-    /// The id under which a model takes it.
+    /// Id of the effect in a model.
     pub effect: String,
-    /// Share of the remaining squares that it takes beside the others.
+    /// Share of the remaining sum of squares that it explains in the joint fit.
     pub share: f64,
 }
 
-/// How much an effect contributes when all are fitted at once.
+/// Contribution of an effect when all candidates are fitted at once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contribution {
     /// The effect.
     pub effect: String,
-    /// Share of the squares beyond noise.
+    /// Share of the sum of squares that all candidates explain beyond noise.
     pub share: f64,
-    /// Its size in plausible sizes, rms over its numbers.
+    /// Its size in plausible sizes, rms over its parameters.
     pub size: f64,
 }
 
-/// What may be missing in a model, as the data see it.
+/// Result of a diagnosis: effects that a model may be missing, according to the data.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
-    /// Samples fitted.
+    /// Number of fitted samples.
     pub samples: usize,
-    /// Residuals minus unknowns.
+    /// Number of residuals minus number of unknowns.
     pub dof: usize,
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
-    /// What noise alone would leave of it, m: as stated, or as the best explanation leaves.
+    /// Part of the rms due to noise, m: the known noise, or if unknown the residual with the best explanation.
     pub noise: f64,
-    /// The rest, m.
+    /// Unexplained part of the rms, m: root of rms² less noise².
     pub unexplained: f64,
-    /// Whitened squares per degree of freedom.
+    /// Whitened sum of squares per degree of freedom.
     pub chi2_per_dof: f64,
-    /// Chance of so large a chi-square by the noise as stated; `None` when it is not.
+    /// Probability of a larger chi-square under the known noise; `None` if the noise is unknown.
     pub lack_of_fit_p: Option<f64>,
-    /// What it comes to.
+    /// The verdict.
     pub verdict: Verdict,
-    /// The same without the suspects, where there are any.
+    /// The verdict without the suspect samples, if there are any.
     pub verdict_without_suspects: Option<Verdict>,
-    /// How the fit ended; anything but convergence makes void what is said of it.
+    /// How the fit ended; unless it converged, the diagnosis is void.
     pub outcome: Outcome,
-    /// The credible set.
+    /// The 95 % credible set of effects.
     pub set95: Vec<String>,
-    /// Share of the remaining squares that the first finding takes.
+    /// Share of the remaining sum of squares that the first finding explains.
     pub explains: Option<f64>,
-    /// Whitened squares per degree of freedom that would be left with the first finding; `None` where the noise is unknown.
+    /// Whitened sum of squares per degree of freedom with the first finding included; `None` if the noise is unknown.
     pub chi2_per_dof_with_it: Option<f64>,
-    /// Up to three effects that together explain what is left, the largest first.
+    /// Up to three effects that together explain the residual, the largest first.
     pub together: Vec<Explained>,
-    /// Share of the remaining squares that they take.
+    /// Share of the remaining sum of squares that they explain.
     pub together_explain: f64,
-    /// Effects that would explain much at a size that is not believable: id, and size in plausible sizes.
+    /// Effects that would explain much, but only at an implausible size: id, and size in plausible sizes.
     pub unbelievable: Vec<(String, f64)>,
-    /// The catalogue's family that the best curve of any shape is of.
+    /// Family of the catalogue to which the best curve of any shape belongs.
     pub curve_family: Option<CurveFamily>,
-    /// What the data say of their own scatter.
+    /// Scatter of the data.
     pub scatter: Scatter,
-    /// Probability that nothing is missing beyond the ordinary small stuff.
+    /// Probability that nothing is missing beyond the background.
     pub nothing: f64,
-    /// Size of that ordinary small stuff, in plausible sizes.
+    /// Size of the background, in plausible sizes.
     pub background: f64,
-    /// Best first.
+    /// Findings, best first.
     pub findings: Vec<Finding>,
-    /// Largest first.
+    /// Contributions, largest first.
     pub contributions: Vec<Contribution>,
-    /// The whole library fitted to what the model leaves: what the contributions, and predictions, rest on.
+    /// Fit of the whole library to the residual of the model; contributions and predictions are based on it.
     pub relevance: Relevance,
-    /// What the library does not hold.
+    /// Joint errors of any shape, beyond the library.
     pub heat_map: HeatMap,
-    /// What these data cannot test.
+    /// Effects that these data cannot test.
     pub untestable: Vec<Untestable>,
     /// Effects of the fitted model.
     pub fitted: Vec<String>,
 }
 
-/// A sample disagrees with all others where setting it aside is so many times likelier than the ordinary small stuff of a robot.
+/// Odds against the background beyond which a single sample disagrees with all others.
 const OUTLIER_ODDS: f64 = 20.0;
 
 impl Diagnosis {
-    /// Place of the finding by which a single sample disagrees with all others, if one does.
+    /// Index of the finding that a single sample disagrees with all others, if there is one.
     pub fn outlier(&self) -> Option<usize> {
         let sticks_out = |f: &Finding| f.is_sample() && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln();
         self.findings.iter().position(sticks_out)
     }
 
-    /// The effects that set all suspects aside.
+    /// The effects that set all suspect samples aside.
     pub fn without_suspects(&self) -> Vec<String> {
         all_aside(&self.scatter.suspects)
     }
 
-    /// Whether it advises to set a sample aside: as a suspect, before anything else, or as what is missing in the model.
+    /// True if the diagnosis advises to set a sample aside: as a suspect, as the first finding, or as a missing effect
+    /// of the credible set.
     pub fn advises_to_set_aside(&self, sample: &str) -> bool {
         let is_it = |f: &Finding| f.is_sample() && EffectId::new(&f.hypothesis.in_model).rest() == Some(sample);
         let named = |(k, f): (usize, &Finding)| {
@@ -158,7 +159,7 @@ impl Diagnosis {
 }
 
 impl Finding {
-    /// Whether it is a single sample that disagrees with the others.
+    /// True if the finding is a single sample that disagrees with the others.
     pub fn is_sample(&self) -> bool {
         EffectId::new(&self.hypothesis.effect).family() == "outlier"
     }
@@ -169,7 +170,7 @@ fn all_aside(suspects: &[Suspect]) -> Vec<String> {
     suspects.iter().map(|s| effects::setting_aside(&s.sample)).collect()
 }
 
-/// Place of a hypothesis in words.
+/// Formats the place of a hypothesis for people.
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {

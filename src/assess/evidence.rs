@@ -1,29 +1,31 @@
-//! Evidence of one candidate: how much better it explains what the fit leaves than nothing does, its size averaged over what is plausible.
+//! Evidence for one candidate: the likelihood of the residual with it over that without, averaged over its plausible
+//! sizes.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Sizes over which a candidate is averaged, one-sigma in plausible sizes: a decade either way.
+/// Sizes over which a candidate is averaged, one sigma in plausible sizes: a decade either side of 1.
 pub(super) const SIZES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 
-/// What the fit leaves, and how surely its noise is known: chi-square with a scale that is itself uncertain, so that all tests are
-/// Student's. A scale stated wrongly by half then raises no false alarm, at no cost in power from some thirty degrees of freedom on.
+/// Residual of the fit, and the certainty of its noise. The scale of the chi-square is itself uncertain, so all tests
+/// are Student's. A stated scale that is wrong by half then raises no false alarm; from some thirty degrees of freedom
+/// on this costs no power.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Remainder {
-    /// Whitened sum of squares that is left, the prior knowledge of the scale counted in: `r^T r + nu_0 s_0²`.
+    /// Whitened residual sum of squares, including the prior knowledge of the scale: `r^T r + nu_0 s_0²`.
     pub squares: f64,
-    /// Degrees of freedom behind it: `nu + nu_0`.
+    /// Its degrees of freedom: `nu + nu_0`.
     pub dof: f64,
 }
 
 impl Remainder {
-    /// Variance of the whitened residuals that it speaks of: one where the noise is as stated and nothing is missing.
+    /// Estimated variance of the whitened residuals: 1 if the noise is as stated and nothing is missing.
     pub fn unit(&self) -> f64 {
         self.squares / self.dof
     }
 
-    /// Logarithm of the ratio of the likelihoods with and without something that takes `explained` of the squares.
+    /// Log likelihood ratio with and without an effect that explains `explained` of the sum of squares.
     pub fn gain(&self, explained: f64) -> f64 {
-        // Rounding may explain all there is and a little more.
+        // By rounding, slightly more than the whole sum may be explained.
         -0.5 * self.dof * (1.0 - (explained / self.squares).min(1.0 - 1e-12)).ln()
     }
 }
@@ -39,11 +41,11 @@ pub(super) fn ln_mean_exp(x: &[f64]) -> f64 {
     ln_sum_exp(x.iter().copied()) - (x.len() as f64).ln()
 }
 
-/// A candidate's columns in plausible sizes, projected: their inner products `K` and those with the remainder, `z`.
+/// A candidate's projected columns in plausible sizes: their inner products `K`, and those with the remainder, `z`.
 pub(super) struct Seen {
     /// Eigenvalues of K.
     lambda: DVector<f64>,
-    /// z along its eigenvectors.
+    /// z in the basis of the eigenvectors.
     u: DVector<f64>,
 }
 
@@ -56,8 +58,8 @@ impl Seen {
         Seen { u: eigen.eigenvectors.tr_mul(z), lambda: eigen.eigenvalues.map(|l| l.max(0.0)) }
     }
 
-    /// `ln B = ln mean_s exp( -1/2 sum ln(1 + s² lambda) + gain(sum s² u² / (1 + s² lambda)) )`, the coefficients normal with one-sigma
-    /// s plausible sizes, s averaged over `sizes`.
+    /// `ln B = ln mean_s exp( -1/2 sum ln(1 + s² lambda) + gain(sum s² u² / (1 + s² lambda)) )`: the coefficients are
+    /// normal with one sigma of s plausible sizes, and s is averaged over `sizes`.
     pub fn ln_evidence(&self, remainder: &Remainder, sizes: &[f64]) -> f64 {
         let of_size = |&s: &f64| {
             let (mut volume, mut explained) = (0.0, 0.0);
@@ -70,7 +72,8 @@ impl Seen {
         ln_sum_exp(sizes.iter().map(of_size)) - (sizes.len() as f64).ln()
     }
 
-    /// Squares that the best coefficients take: `z^T K^+ z`, directions that are rounding left out; and the number of directions.
+    /// Sum of squares that the best coefficients explain, `z^T K^+ z`, without directions that are only rounding; and
+    /// the number of directions.
     pub fn explained(&self) -> (f64, usize) {
         let floor = 1e-9 * self.lambda.max();
         let seen = || self.lambda.iter().zip(&self.u).filter(|(l, _)| **l > floor);

@@ -1,13 +1,14 @@
-//! Effects that no fit of these data can tell apart, because they move the same samples by the same amounts.
+//! Effects that no fit of these data can distinguish, because they move the same samples by the same amounts.
 
 use crate::effects::{self, EffectId};
 use crate::identify::Use;
 use crate::measure::{Dataset, Measured, Sample};
 
-/// Other effects that say exactly the same of the fitted rows of `datasets` as `effect` does; empty where there are none.
+/// Returns the other effects that are exactly aliased with `effect` in the fitted rows of `datasets`; empty if there
+/// are none.
 ///
-/// Where nothing but balls is measured, the base moved is the artifact moved the other way. Where a ball is probed once, or once after it was
-/// knocked, an outlier is that ball.
+/// If only balls are measured, a motion of the base is the opposite motion of the artifact. If a ball is probed only
+/// once, or only once after it was knocked, an outlier at that sample is the same as a displacement of the ball.
 pub fn exact_aliases(effect: &str, datasets: &[(&str, &Dataset)]) -> Vec<String> {
     let id = EffectId::new(effect);
     let with = |family: &str| id.rest().map_or(family.to_owned(), |rest| format!("{family}:{rest}"));
@@ -31,7 +32,7 @@ fn only_balls(datasets: &[(&str, &Dataset)]) -> bool {
     fitted(datasets).all(|(_, s)| matches!(s.measured, Measured::Ball { .. }))
 }
 
-/// The outlier at the only sample of a ball, of those after `time` (s).
+/// The outlier effect of the only sample of a ball, among those after `time` (s) if given.
 fn alone(datasets: &[(&str, &Dataset)], ball: Option<&str>, time: Option<f64>) -> Vec<String> {
     let probes = |(d, s): &(&Dataset, &Sample)| match s.measured {
         Measured::Ball { ball: b, .. } => {
