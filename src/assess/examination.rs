@@ -1,5 +1,5 @@
-//! A fitted model with the columns of every candidate beside it, reduced to inner products after all that the model can absorb is
-//! projected out. Everything that a diagnosis says is made of these.
+//! A fitted model and the columns of every candidate, reduced to inner products after projection orthogonal to the
+//! model. Every statement of a diagnosis is computed from these.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,10 +13,10 @@ use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, M
 use crate::math::linalg;
 use crate::measure::Dataset;
 
-/// A noise that is merely stated counts as much as so many degrees of freedom: wrong by a factor of 1.5 is nothing unusual.
+/// Degrees of freedom that a stated noise is worth: a stated value is often wrong by a factor of 1.5.
 const STATED_NOISE_DOF: f64 = 4.0;
 
-/// Columns of the candidates: an effect's parameters in plausible sizes.
+/// Columns of one candidate: its parameters in plausible sizes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Span {
     pub first: usize,
@@ -29,10 +29,10 @@ impl Span {
     }
 }
 
-/// One number of a candidate.
+/// A parameter of a candidate effect.
 #[derive(Debug, Clone)]
 pub(super) struct Column {
-    /// Parameter of the wide problem.
+    /// Index of the parameter in the wide problem.
     pub parameter: usize,
     /// Plausible size, SI.
     pub plausible: f64,
@@ -45,9 +45,9 @@ pub struct Examination {
     /// The fitted problem.
     pub(super) problem: Problem,
     pub(super) fit: Fit,
-    /// The same with every candidate's parameters.
+    /// The fitted problem, extended by the parameters of every candidate.
     pub(super) wide: Problem,
-    /// The fit's values and zeros.
+    /// Values of the wide problem's parameters, SI: those of the fit, and zero for the candidates.
     pub(super) values: Vec<f64>,
     /// Parameters of the wide problem that the fit estimated.
     pub(super) fitted: Vec<usize>,
@@ -56,32 +56,33 @@ pub struct Examination {
     /// Columns of each candidate.
     pub(super) spans: Vec<Span>,
     pub(super) circumstances: Vec<Circumstance>,
-    /// How large the noise is, and by how much the samples count a posture's error.
+    /// Size of the noise, and the number of samples that count as one.
     pub(super) yardstick: Yardstick,
-    /// Whitened by the noise of the yardstick, one row a parameter of `fitted`, then one a column in plausible sizes, then the residuals.
+    /// Rows whitened by the noise of the yardstick: one row per parameter of `fitted`, then one per candidate column in
+    /// plausible sizes, then the residuals.
     pub(super) rows: DMatrix<f64>,
     pub(super) projection: Projection,
     /// Inner products of the candidates' projected columns.
     pub(super) gram: DMatrix<f64>,
-    /// And with the remainder.
+    /// Inner products of the candidates' projected columns with the remainder.
     pub(super) z: DVector<f64>,
-    /// Inner products before projection, on the diagonal: how large a column is in all.
+    /// Squared norm of each candidate column before projection.
     pub(super) whole: Vec<f64>,
     pub(super) remainder: Remainder,
 }
 
 impl Examination {
-    /// Fits `model` to the rows of set `fit` and lays every candidate beside it.
+    /// Fits `model` to the rows of set `fit` and adds the columns of every candidate.
     ///
     /// # Errors
-    /// When data and model do not go together, or do not determine the unknowns.
+    /// When the data do not fit the model, or do not determine the unknowns.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
         Examination::fitted(datasets, model, problem, fit)
     }
 
-    /// The same, where the fit converges in at most so many steps.
+    /// As [`Examination::new`], but `None` unless the fit converges within `most` steps.
     ///
     /// # Errors
     /// As [`Examination::new`].
@@ -98,13 +99,13 @@ impl Examination {
         Examination::fitted(datasets, model, problem, fit).map(Some)
     }
 
-    /// A fit, with every candidate of the library laid beside it.
+    /// Adds the columns of every candidate of the library to a fit.
     fn fitted(datasets: &[(&str, &Dataset)], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
         let yardstick = Yardstick::of(datasets, &problem, &fit);
         Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
     }
 
-    /// The same with these candidates in place of the library.
+    /// As [`Examination::new`], with these candidates in place of the library.
     ///
     /// # Errors
     /// As [`Examination::new`].
@@ -119,8 +120,8 @@ impl Examination {
         Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() }, yardstick)
     }
 
-    /// The same of poses yet to be measured, whose samples are where the drawing has them. Joints are taken to be as compliant as is
-    /// plausible: what acts through them would else seem to move nothing.
+    /// Examines planned poses, given as samples at their nominal positions. Joint compliances are set to their
+    /// plausible size; otherwise effects that act through them would seem to move nothing.
     ///
     /// # Errors
     /// When the poses do not determine the model.
@@ -138,7 +139,7 @@ impl Examination {
         Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model), yardstick)
     }
 
-    /// The same fit with other candidates beside it.
+    /// As this examination, with the same fit but other candidates.
     pub(super) fn beside(&self, datasets: &[(&str, &Dataset)], candidates: Vec<Candidate>) -> Result<Self, IdentifyError> {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.update_loads(&self.fit.values);
@@ -183,7 +184,8 @@ impl Examination {
         let mut products = DMatrix::zeros(rows.nrows(), rows.nrows());
         linalg::normal_matrix(&rows, &mut products);
         let (m, n) = (fitted.len(), columns.len());
-        // What is known beforehand of a fitted parameter is a measurement of it: a row of its own, of which no candidate knows.
+        // The prior of a fitted parameter acts as a measurement of it: an extra row in which every candidate column is
+        // zero.
         let mut normal = products.view((0, 0), (m, m)).into_owned();
         let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
         let mut squares = products[(m + n, m + n)];
@@ -235,7 +237,7 @@ impl Examination {
         })
     }
 
-    /// What one of the whitened squares of each sample is worth, m².
+    /// Factor that converts the whitened sum of squares of each sample to m².
     pub(super) fn squared_units(&self) -> Vec<f64> {
         let mut unit = vec![0.0; self.circumstances.len()];
         let weight2 = self.yardstick.weight().powi(2);
@@ -243,7 +245,7 @@ impl Examination {
         unit
     }
 
-    /// Mean variance of the 3-D noise of a sample that the problem is whitened by, m².
+    /// Mean over the samples of the variance of the 3-D noise used for whitening, m².
     pub(super) fn mean_variance(&self) -> f64 {
         let mut sum = 0.0;
         self.problem.for_each_sample(&self.fit.values, &mut |s| sum += s.variance);
@@ -265,18 +267,18 @@ impl Examination {
         &self.problem
     }
 
-    /// The fit as a calibration.
+    /// Returns the fit as a calibration.
     pub fn calibration(&self, datasets: &[(&str, &Dataset)]) -> Calibration {
         Calibration::of(datasets, &self.model, &self.problem, &self.fit)
     }
 
-    /// What is known of the noise, before anything is missing in the model.
+    /// The noise as known from the data, independent of what the model may be missing.
     pub fn noise(&self) -> &NoiseFloor {
         &self.yardstick.noise
     }
 
-    /// Squares that a model leaves which takes `explained` of the remainder with `coefficients` numbers, per degree of freedom, in units
-    /// of the noise; `None` where that is unknown.
+    /// Whitened sum of squares per degree of freedom, in units of the noise, of a model with an additional effect that
+    /// explains `explained` of the remainder with `coefficients` parameters; `None` if the noise is unknown.
     pub(super) fn chi2_per_dof_with(&self, explained: f64, coefficients: usize) -> Option<f64> {
         let squares = self.remainder.squares - STATED_NOISE_DOF - explained;
         let dof = self.remainder.dof - STATED_NOISE_DOF - coefficients as f64;
@@ -288,24 +290,24 @@ impl Examination {
         &self.library
     }
 
-    /// A candidate as the data see it.
+    /// The projected columns of a candidate and their inner products with the remainder.
     pub(super) fn seen(&self, candidate: usize) -> Seen {
         let Span { first, count } = self.spans[candidate];
         Seen::new(self.gram.view((first, first), (count, count)).into_owned(), &self.z.rows(first, count).into_owned())
     }
 
-    /// Coefficients of a candidate held to `width` plausible sizes, and their covariance, in plausible sizes, where the whitened
-    /// residuals have variance `unit`.
+    /// Posterior mean and covariance of a candidate's coefficients, in plausible sizes, for a prior of `width`
+    /// plausible sizes and whitened residuals of variance `unit`.
     pub(super) fn posterior(&self, candidate: usize, width: f64, unit: f64) -> (DVector<f64>, DMatrix<f64>) {
         let Span { first, count } = self.spans[candidate];
         let precision =
             self.gram.view((first, first), (count, count)) / unit + DMatrix::identity(count, count) / (width * width);
-        // Held to a size, it is positive definite.
+        // With a prior, it is positive definite.
         let covariance = precision.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count) * width * width);
         (&covariance * self.z.rows(first, count) / unit, covariance)
     }
 
-    /// Whether `other` can stand in for what `candidate` explains: less than `share` of it would be left.
+    /// True if `other` is nearly aliased with `candidate`: it leaves less than `share` of what `candidate` explains.
     pub(super) fn is_near_alias(&self, candidate: usize, other: usize, share: f64) -> bool {
         let (a, b) = (self.spans[candidate], self.spans[other]);
         let (mean, _) = self.posterior(candidate, 10.0, self.remainder.unit());
@@ -316,8 +318,8 @@ impl Examination {
         energy > 0.0 && energy - seen.explained().0 < share * energy
     }
 
-    /// How large effects of these sizes (id in a model, SI) are in these data beside what the fitted model absorbs: rms over the whitened
-    /// residuals, so in units of their noise.
+    /// Size of the signal of the given effects (id in a model, sizes in SI) beyond what the fitted model absorbs: rms
+    /// over the whitened residuals, hence in units of their noise.
     ///
     /// # Errors
     /// When an id does not fit the data.
@@ -346,7 +348,8 @@ impl Examination {
     }
 }
 
-/// Whitened columns of the fitted parameters (SI) and of the candidates (in plausible sizes), then the residuals, transposed.
+/// Whitened columns of the fitted parameters (SI) and of the candidates (plausible sizes), then the residuals;
+/// transposed.
 fn lay_out(wide: &Problem, values: &[f64], fitted: &[usize], columns: &[Column]) -> DMatrix<f64> {
     // A certified ball is both fitted and a candidate: its columns are computed once and copied.
     let mut parameters: Vec<usize> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).collect();

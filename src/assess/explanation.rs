@@ -1,33 +1,34 @@
-//! Up to three effects that together explain what a model leaves: greedy, with exchange, by evidence.
+//! Up to three effects that together explain the residual of a model: greedy selection with exchange, by evidence.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{SIZES, Seen};
 use super::examination::Examination;
 
-/// Most effects in an explanation.
+/// Largest number of effects in an explanation.
 const MOST: usize = 3;
 
-/// An effect joins when the data are so many times likelier with it, over the number of candidates.
+/// An effect is added if the data are this many times likelier with it, multiplied by the number of candidates.
 const ODDS: f64 = 20.0;
 
-/// Width to which the joint fit is held, plausible sizes: all but free.
+/// Width of the prior in the joint fit, plausible sizes: practically free.
 const FREE: f64 = 30.0;
 
 /// A set of candidates of an examination.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Explanation {
-    /// Candidates by place, that which takes most first.
+    /// Indices of the candidates; the one that explains most comes first.
     pub members: Vec<usize>,
-    /// Squares that each takes in their joint fit, and all together.
+    /// Sum of squares that each explains in their joint fit, and that all explain together.
     pub takes: Vec<f64>,
     pub together: f64,
-    /// Coefficients of all.
+    /// Number of coefficients of all members together.
     pub coefficients: usize,
 }
 
 impl Explanation {
-    /// Of the candidates of an examination that `allowed` admits, chosen among so many.
+    /// Selects among the candidates of an examination that `allowed` admits; `among` is the number of effects tested in
+    /// all.
     pub fn of(examination: &Examination, allowed: &[bool], among: usize) -> Self {
         let candidates: Vec<usize> = (0..examination.spans.len()).filter(|&k| allowed[k]).collect();
         let evidence = |set: &[usize]| joint(examination, set).0.ln_evidence(&examination.remainder, &SIZES);
@@ -41,7 +42,7 @@ impl Explanation {
             }
             set = with;
             reached = ln;
-            // One may be better placed now that another is there.
+            // With another member present, a different candidate may fit better in place of one.
             let mut exchanged = true;
             while exchanged && set.len() > 1 {
                 exchanged = false;
@@ -57,7 +58,7 @@ impl Explanation {
         Explanation::joint(examination, set)
     }
 
-    /// Of a given set.
+    /// Evaluates a given set.
     pub fn joint(examination: &Examination, set: Vec<usize>) -> Self {
         let (seen, columns, gram, z) = joint(examination, &set);
         let (together, coefficients) = seen.explained();
@@ -84,7 +85,7 @@ impl Explanation {
     }
 }
 
-/// The best set with one candidate more, or with one in place of the member `out`.
+/// The best set with one more candidate, or with one in place of the member `out`.
 fn best(
     candidates: &[usize],
     set: &[usize],
@@ -103,7 +104,7 @@ fn best(
     best
 }
 
-/// Columns of several candidates as of one.
+/// The columns of several candidates as one candidate.
 fn joint(examination: &Examination, set: &[usize]) -> (Seen, Vec<usize>, DMatrix<f64>, DVector<f64>) {
     let columns: Vec<usize> = set.iter().flat_map(|&k| examination.spans[k].range()).collect();
     let gram = examination.gram.select_columns(&columns).select_rows(&columns);

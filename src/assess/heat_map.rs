@@ -1,7 +1,7 @@
-//! For what no effect of the library describes: is there any smooth error of one joint that follows one variable?
+//! Search for errors beyond the library: any smooth error of one joint as a function of one variable.
 //!
-//! For every joint and variable, `theta_J += f(v)`, f a Gaussian process of squared-exponential covariance on u in [-1, 1] (the range of v
-//! in the data), as a series of sines on [-1.5, 1.5] (Solin & Särkkä 2020, Eq. 56-58).
+//! For every joint and variable, `theta_J += f(v)`, where f is a Gaussian process with squared-exponential covariance
+//! on u in [-1, 1] (the range of v in the data), expanded in sines on [-1.5, 1.5] (Solin & Särkkä 2020, Eq. 56-58).
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -17,33 +17,33 @@ use crate::effects::{OwnEffect, OwnTerm};
 use crate::identify::{FitError, Model};
 use crate::units::{URAD, Unit};
 
-/// Length scales on [-1, 1], and the terms that carry them.
+/// Length scales on [-1, 1], and the number of terms for each.
 const SCALES: [(f64, usize); 2] = [(0.25, 14), (0.7, 8)];
 
-/// Plausible amplitude of an error of a joint that follows anything.
+/// Plausible amplitude of a joint error as a function of any variable, rad.
 const AMPLITUDE: f64 = 60.0 * URAD;
 
-/// Amplitudes tried, in plausible ones.
+/// Amplitudes tested, in units of the plausible amplitude.
 const SIZES: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
-/// Half the length on which the series lives; the data lie in [-1, 1].
+/// Half the length of the interval of the series; the data lie in [-1, 1].
 const HALF_LENGTH: f64 = 1.5;
 
-/// A cell is credible that is so much more likely than the background.
+/// Odds against the background from which a cell is credible.
 const CREDIBLE_ODDS: f64 = 20.0;
 
-/// A term whose plausible size is a smaller share of the largest is nothing.
+/// Terms with a plausible size below this share of the largest are dropped.
 const LEAST_TERM: f64 = 1e-3;
 
-/// Points at which a curve is drawn.
+/// Number of points of a drawn curve.
 const DRAWN: usize = 41;
 
-/// What a joint's error may follow.
+/// A variable on which a joint's error may depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variable {
     /// Angle of a joint, counted from 0.
     Angle(usize),
-    /// Sum of the angles of joints 2 and 3: how the forearm stands, where axes 2 and 3 are parallel.
+    /// Sum of the angles of joints 2 and 3: the inclination of the forearm if axes 2 and 3 are parallel.
     Forearm,
     /// Moment of the load about a joint, counted from 0.
     Torque(usize),
@@ -52,7 +52,7 @@ pub enum Variable {
 }
 
 impl Variable {
-    /// As in the user's own effects: `q1`, `q2 + q3`, `tau2`, `time_s`.
+    /// Notation in user-defined effects: `q1`, `(q2 + q3)`, `tau2`, `time_s`.
     pub fn expression(self) -> String {
         match self {
             Variable::Angle(j) => format!("q{}", j + 1),
@@ -62,7 +62,7 @@ impl Variable {
         }
     }
 
-    /// The variable that is so written, `q2+q3` and `q2 + q3` alike, for a robot of so many joints.
+    /// Parses a variable of a robot with `joints` joints; `q2+q3` and `q2 + q3` are equivalent.
     pub fn parse(text: &str, joints: usize) -> Option<Self> {
         let plain: String = text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
         let joint = |digits: &str| digits.parse::<usize>().ok().filter(|j| (1..=joints).contains(j)).map(|j| j - 1);
@@ -76,7 +76,7 @@ impl Variable {
         }
     }
 
-    /// As in the id of a curve, without blanks or parentheses: `q1`, `q2+q3`, `tau2`, `time_s`.
+    /// Notation in the id of a curve, without spaces or parentheses: `q1`, `q2+q3`, `tau2`, `time_s`.
     pub fn name(self) -> String {
         self.expression().chars().filter(|c| !" ()".contains(*c)).collect()
     }
@@ -91,50 +91,51 @@ impl Variable {
     }
 }
 
-/// Evidence that the error of a joint follows a variable.
+/// Evidence that the error of a joint is a function of a variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// The joint, counted from 0.
     pub joint: usize,
-    /// What its error follows.
+    /// The variable on which its error may depend.
     pub variable: Variable,
-    /// Logarithm of the evidence over that of noise alone.
+    /// Log evidence vs. noise alone.
     pub ln_evidence: f64,
-    /// Logarithm of the evidence over that of the ordinary small stuff of a robot.
+    /// Log evidence vs. background.
     pub ln_evidence_against_background: f64,
-    /// Share of the remaining squares that the curve takes.
+    /// Share of the remaining sum of squares that the curve explains.
     pub explains: f64,
 }
 
-/// An error of a joint as it follows a variable, with its band.
+/// The error of a joint as a function of a variable, with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     /// The joint, counted from 0.
     pub joint: usize,
-    /// What its error follows.
+    /// The variable.
     pub variable: Variable,
-    /// The variable, SI.
+    /// Values of the variable, SI.
     pub at: Vec<f64>,
-    /// The error about its mean, rad; the part of it that the fitted model absorbs is not seen.
+    /// The error about its mean, rad, without the part that the fitted model absorbs.
     pub mean: Vec<f64>,
     /// Its one-sigma, rad.
     pub sigma: Vec<f64>,
-    /// The same curve as terms of a user's own effect: expressions whose coefficients are in rad, with the plausible size of each.
+    /// The curve as terms of a user-defined effect: expressions with coefficients in rad, and the plausible size of
+    /// each.
     pub terms: Vec<(String, f64)>,
 }
 
-/// All cells, and the curve of the best.
+/// All cells, and the curve of the best one.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HeatMap {
-    /// Joint by joint; what does not vary in the data is left out.
+    /// One entry per joint and variable; variables that do not vary in the data are omitted.
     pub cells: Vec<Cell>,
-    /// Place of the best against the background.
+    /// Index of the cell with the highest evidence against the background.
     pub best: Option<usize>,
-    /// Its curve.
+    /// Curve of the best cell.
     pub curve: Option<Curve>,
 }
 
-/// A variable in the data: its values on [-1, 1], and what they stand for.
+/// A variable in the data, scaled to [-1, 1].
 struct Scaled {
     variable: Variable,
     centre: f64,
@@ -147,7 +148,7 @@ impl Scaled {
         let values = values?;
         let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let (centre, half_range) = ((low + high) / 2.0, (high - low) / 2.0);
-        // What varies by rounding alone has no shape.
+        // A variable that varies only by rounding has no shape.
         (half_range > 1e-6 * centre.abs().max(1e-3)).then(|| Scaled {
             variable,
             centre,
@@ -171,7 +172,7 @@ fn term(m: usize, length: f64, u: f64) -> f64 {
 }
 
 impl HeatMap {
-    /// Tries every joint and variable on what the fit leaves.
+    /// Tests every joint and variable on the residual of the fit.
     pub(super) fn new(examination: &Examination, background: &Background) -> Self {
         let variables = variables(examination);
         let joints = examination.problem.robot().joints();
@@ -229,8 +230,7 @@ impl HeatMap {
         self.best.map(|k| &self.cells[k])
     }
 
-    /// The best cell of every joint whose error follows something: twenty times as credible as the ordinary small stuff of a robot. Best
-    /// first.
+    /// The best cell of every joint whose evidence exceeds that of the background twentyfold, best first.
     pub fn credible(&self) -> Vec<&Cell> {
         let mut cells: Vec<&Cell> =
             self.cells.iter().filter(|c| c.ln_evidence_against_background > CREDIBLE_ODDS.ln()).collect();
@@ -240,14 +240,15 @@ impl HeatMap {
         cells
     }
 
-    /// Mean evidence of all cells against the background, as one hypothesis: some joint follows something.
+    /// Log of the mean evidence of all cells over that of the background: one hypothesis, that any joint depends on any
+    /// variable.
     pub(super) fn ln_evidence_against_background(&self) -> f64 {
         ln_mean_exp(&self.cells.iter().map(|c| c.ln_evidence_against_background).collect::<Vec<_>>())
     }
 }
 
 impl Curve {
-    /// The curve of any cell, by joint (counted from 0); `None` when the variable does not vary in the data.
+    /// Computes the curve of any cell; `joint` counts from 0. `None` if the variable does not vary in the data.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -257,17 +258,18 @@ impl Curve {
         Ok(Some(curve(examination, &background, joint, &scaled)))
     }
 
-    /// Name of the curve as an effect of the user's own: `curve_3_tau2`.
+    /// Name of the curve as a user-defined effect: `curve_3_tau2`.
     pub fn effect_name(&self) -> String {
         format!("curve_{}_{}", self.joint + 1, self.variable.name().replace('+', "_"))
     }
 
-    /// The model with the curve as an effect of the user's own, held to the size that the data give it.
+    /// Returns the model with the curve added as a user-defined effect, with a prior of the size estimated from the
+    /// data.
     pub fn added_to(&self, model: &Model) -> Model {
         let plausible = self.terms.iter().map(|t| t.1).fold(f64::MIN_POSITIVE, f64::max);
         let terms = self.terms.iter().filter(|(_, size)| *size > LEAST_TERM * plausible).map(|(basis, size)| OwnTerm {
             site: format!("theta:{}", self.joint + 1),
-            // Its own share of the common plausible size.
+            // The ratio of the term's plausible size to the common one.
             basis: format!("{:.6} * {basis}", size / plausible),
             group: None,
         });
@@ -299,7 +301,7 @@ fn variables(examination: &Examination) -> Vec<Scaled> {
     all.into_iter().filter_map(|(variable, values)| Scaled::new(variable, values)).collect()
 }
 
-/// Posterior of the better of the length scales, at the most credible amplitude.
+/// Posterior curve at the length scale with the higher evidence, with the most credible amplitude.
 fn curve(examination: &Examination, background: &Background, joint: usize, scaled: &Scaled) -> Curve {
     let samples = scaled.u.len();
     let candidates = SCALES.map(|(length, count)| {
@@ -323,7 +325,7 @@ fn curve(examination: &Examination, background: &Background, joint: usize, scale
     let mut curve = Curve { joint, variable, at: Vec::new(), mean: Vec::new(), sigma: Vec::new(), terms: Vec::new() };
     let along = |k: usize| 2.0 * k as f64 / (DRAWN - 1) as f64 - 1.0;
     let drawn = |u: f64| DVector::from_fn(count, |m, _| AMPLITUDE * term(m, length, u));
-    // Its level is a joint's zero, which every fit absorbs.
+    // The mean is equivalent to the joint's zero offset, which every fit absorbs.
     let level = (0..DRAWN).fold(DVector::zeros(count), |sum, k| sum + drawn(along(k))) / DRAWN as f64;
     for k in 0..DRAWN {
         let u = along(k);

@@ -1,27 +1,27 @@
-//! Poses and campaigns that a model is judged on and not fitted to.
+//! Hold-out: poses and campaigns that a model is judged on and not fitted to.
 
 use super::Validation;
 use crate::identify::{Calibration, Use};
 use crate::measure::{Dataset, Postures, SampleSet};
 
-/// Where a model has to prove itself beside the rows that it is fitted to.
+/// The poses and campaigns on which a model is judged, besides the rows that it is fitted to.
 #[derive(Debug, Clone, Copy)]
 pub struct HoldOut<'a> {
     /// Poses at which the error is predicted: joint angles, rad (N).
     pub poses: &'a [Vec<f64>],
-    /// Campaigns that are not fitted, by name: the robot is calibrated without them and set up anew for each. They are judged on their
-    /// rows of set `validation`, or on all where there are none.
+    /// Campaigns that are not fitted, by name. The robot is calibrated without them, and only its set-up is fitted anew
+    /// for each. They are judged on their rows of set `validation`, or on all rows if there are none.
     pub checks: &'a [(&'a str, &'a Dataset)],
 }
 
-/// A campaign that was not fitted.
+/// Result for a campaign that was not fitted.
 #[derive(Debug, Clone)]
 pub struct Check {
-    /// Its name.
+    /// Name of the campaign.
     pub name: String,
-    /// Position errors in it, or why it cannot be judged.
+    /// Position errors in it, or the reason why it cannot be judged.
     pub result: Result<Validation, String>,
-    /// Squared errors, m², in the order of its rows, and the posture of each.
+    /// Squared errors, m², in the order of its rows, and the posture index of each.
     pub(super) squares: Vec<f64>,
     pub(super) posture: Vec<usize>,
 }

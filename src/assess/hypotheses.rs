@@ -1,4 +1,5 @@
-//! What may be missing: every candidate of the library, and every family whose place (an order, a moment, a sample) a scan finds.
+//! Hypotheses of what is missing: every candidate of the library, and every family whose place (an order, a moment, a
+//! sample) is found by a scan.
 
 mod hypothesis;
 mod steps;
@@ -20,13 +21,14 @@ use crate::identify::FitError;
 pub use hypothesis::{Hypothesis, Moment, Place};
 use trial::{Trial, Tried, plausible};
 
-/// Whole orders tried on every joint; once and twice per turn are effects of their own.
+/// Integer orders tested on every joint; once and twice per turn are separate effects.
 const ORDERS: std::ops::RangeInclusive<u32> = 3..=140;
 
-/// Usual ratios of strain-wave gears, where the robot's are not known: their ripple is once and twice per turn of the wave generator.
+/// Common ratios of strain-wave gears, used if the robot's are unknown: their ripple occurs once and twice per turn of
+/// the wave generator.
 const USUAL_RATIOS: [u32; 11] = [30, 50, 51, 80, 81, 100, 101, 120, 121, 160, 161];
 
-/// Every hypothesis on a fitted model, in the order of the catalogue, the scanned ones last.
+/// All hypotheses on a fitted model, in the order of the catalogue, scanned families last.
 pub(super) fn hypotheses(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
     let mut all = named(examination, background);
     let joints = examination.problem.robot().joints();
@@ -50,7 +52,8 @@ fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> 
         let seen = examination.seen(k);
         let (explained, coefficients) = seen.explained();
         let ln_evidence = seen.ln_evidence(&examination.remainder, &SIZES);
-        // What belongs to every model is fitted before the small stuff is weighed, which could stand in for it.
+        // Effects that belong to every model are judged without the background, which could otherwise stand in for
+        // them.
         let ln_evidence_against_background = if examination.model.is_unregularised(&candidate.id) {
             ln_evidence
         } else {
@@ -72,7 +75,7 @@ fn named(examination: &Examination, background: &Background) -> Vec<Hypothesis> 
     (0..examination.library.candidates.len()).into_par_iter().map(of_candidate).collect()
 }
 
-/// A ripple of unknown order of joint `j`.
+/// A ripple of joint `j` with unknown order.
 fn harmonic(examination: &Examination, background: &Background, j: usize) -> Option<Hypothesis> {
     let robot = examination.problem.robot();
     let mut orders: Vec<u32> = ORDERS.collect();
@@ -92,8 +95,8 @@ fn harmonic(examination: &Examination, background: &Background, j: usize) -> Opt
     Tried::of(orders.par_iter().enumerate().map(trial).collect()).hypothesis(examination, str::to_owned)
 }
 
-/// Sine and cosine of so many times each angle (rad), a pair of columns an order; `orders` ascend. Order by order a turn further: the
-/// errors of some hundred turns stay below 1e-13.
+/// Sine and cosine of each order times each angle (rad), two columns per order; `orders` is ascending. Computed by
+/// recurrence over the orders: the error after some hundred orders stays below 1e-13.
 fn waves(angles: &[f64], orders: &[u32]) -> DMatrix<f64> {
     let once: Vec<(f64, f64)> = angles.iter().map(|q| q.sin_cos()).collect();
     let mut now = vec![(0.0, 1.0); angles.len()];
@@ -112,7 +115,7 @@ fn waves(angles: &[f64], orders: &[u32]) -> DMatrix<f64> {
     features
 }
 
-/// One sample that disagrees with all others.
+/// A single sample that disagrees with all others.
 fn outlier(examination: &Examination, background: &Background) -> Option<Hypothesis> {
     let ids = examination.problem.sample_ids();
     let plausible = plausible(examination, &effects::setting_aside(ids.first()?))?;
@@ -127,26 +130,27 @@ fn outlier(examination: &Examination, background: &Background) -> Option<Hypothe
     Tried::of(trials.into_iter().flatten().collect()).hypothesis(examination, |_| "outlier".into())
 }
 
-/// Why an effect has no place.
+/// Reason why no place was found for an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unplaced {
-    /// The data cannot tell it.
+    /// The data lack something that is needed.
     #[error("finding its place needs {needs}")]
     Needs {
-        /// What is missing.
+        /// The data that are missing.
         needs: &'static str,
     },
-    /// Every place is in the model already.
+    /// The model already contains the effect at every place.
     #[error("no place for it is left that the model does not hold")]
     NoneLeft,
-    /// The scan came to no numbers.
+    /// The scan could not be computed.
     #[error(transparent)]
     Fit(#[from] FitError),
 }
 
-/// The id under which a model takes an effect that is found by scanning and was named without its place (`base_step`, `joint_step:2`,
-/// `harmonic:2`, `outlier`): with the place that explains most of what the fit leaves. Any other id is returned as it is.
+/// Returns the id that an effect named without its place (`base_step`, `joint_step:2`, `harmonic:2`, `outlier`) has in
+/// a model: with the place of highest evidence against the background, found by a scan. Any other id is returned
+/// unchanged.
 ///
 /// # Errors
 /// When the place cannot be found in these data.
