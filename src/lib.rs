@@ -34,7 +34,7 @@
 //! let model = Model::of(&["base_frame", "mdh"]);
 //! let calibration = identify(&[("campaign", &data)], &model)?;
 //! for e in &calibration.estimates {
-//!     println!("{} = {} ± {} {}", e.name, e.unit.from_si(e.value), e.unit.from_si(e.sigma), e.unit.symbol);
+//!     println!("{} = {} ± {} {}", e.name, e.unit.from_si(e.value), e.unit.from_si(e.sigma), e.unit.printed());
 //! }
 //! write_calibration(&calibration, &folder.join("calibration.toml"))?;
 //! # let base_x = calibration.estimate("base_x").ok_or("fitted")?;

@@ -2,6 +2,7 @@
 //!
 //! Multiply on input (`35.0 * MM` is 0.035 m), divide on output (`x / MM`).
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 /// One millimetre in metres.
@@ -87,6 +88,15 @@ impl Unit {
         Unit::KG,
         Unit::KG_M,
     ];
+
+    /// The symbol on screens and in sentences: that of files, with µ for micro.
+    #[must_use]
+    pub fn printed(self) -> Cow<'static, str> {
+        match self.symbol.strip_prefix('u') {
+            Some(rest) => Cow::Owned(format!("µ{rest}")),
+            None => Cow::Borrowed(self.symbol),
+        }
+    }
 
     /// The unit with this symbol.
     pub fn from_symbol(symbol: &str) -> Option<Unit> {

@@ -108,14 +108,14 @@ fn balls(c: &Comparison) -> String {
     let header = [
         "ball",
         "samples",
-        "rms um",
-        "mean x um",
-        "mean y um",
-        "mean z um",
+        "rms µm",
+        "mean x µm",
+        "mean y µm",
+        "mean z µm",
         "chi2",
         "dof",
         "p",
-        "a displacement by, um, would leave it",
+        "a displacement by, µm, would leave it",
     ];
     let rows: Vec<[String; 10]> = c
         .balls
@@ -135,7 +135,7 @@ fn balls(c: &Comparison) -> String {
 }
 
 fn tool(c: &Comparison) -> String {
-    let header = ["set-up", "samples", "rms mm", "axis 1 um", "axis 2 um", "axis 3 um", "chi2", "dof", "p"];
+    let header = ["set-up", "samples", "rms mm", "axis 1 µm", "axis 2 µm", "axis 3 µm", "chi2", "dof", "p"];
     let mut rows: Vec<[String; 9]> = Vec::new();
     let mut row = |name: String, samples: usize, rms: f64, view: &calibench::assess::ToolView| {
         let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.mean, &view.sigma, UM));
@@ -152,12 +152,12 @@ fn tool(c: &Comparison) -> String {
 fn world(c: &Comparison) -> String {
     let header = [
         "set-up",
-        "x um",
-        "y um",
-        "z um",
-        "about x urad",
-        "about y urad",
-        "about z urad",
+        "x µm",
+        "y µm",
+        "z µm",
+        "about x µrad",
+        "about y µrad",
+        "about z µrad",
         "rms mm",
         "after mm",
         "chi2",
@@ -181,7 +181,7 @@ fn world(c: &Comparison) -> String {
 
 fn curves(c: &Comparison) -> String {
     let header =
-        ["joint", "against", "from", "to", "unit", "curve", "swing urad", "sigma urad", "explains %", "chi2", "dof", "p"];
+        ["joint", "against", "from", "to", "unit", "curve", "swing µrad", "sigma µrad", "explains %", "chi2", "dof", "p"];
     let rows: Vec<[String; 12]> = c
         .joints
         .iter()
@@ -220,7 +220,7 @@ fn offsets(c: &Comparison) -> String {
             [o.joint.to_string(), format!("{:+.1} ± {:.1}", o.mean / URAD, o.sigma / URAD), chi2, dof, p]
         })
         .collect();
-    plain_table(&["joint", "mean urad", "chi2", "dof", "p"], &rows)
+    plain_table(&["joint", "mean µrad", "chi2", "dof", "p"], &rows)
 }
 
 fn worst(c: &Comparison) -> String {
@@ -235,5 +235,5 @@ fn worst(c: &Comparison) -> String {
         })
         .collect();
     let unit = if c.noise.level.is_some() && !c.lack_of_fit.noise_overstated { "times the noise" } else { "times the mean" };
-    plain_table(&["sample", "off um", "x um", "y um", "z um", unit, "p", "special"], &rows)
+    plain_table(&["sample", "off µm", "x µm", "y µm", "z µm", unit, "p", "special"], &rows)
 }

@@ -226,7 +226,7 @@ fn same_to_the_data(f: &Finding) -> String {
 /// At most three fitted numbers of a finding.
 pub(super) fn sizes(f: &Finding) -> String {
     let one = |p: &FoundParameter| {
-        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.symbol)
+        format!("{} {:.3} ± {:.3} {}", p.name, p.unit.from_si(p.value), p.unit.from_si(p.sigma), p.unit.printed())
     };
     let shown: Vec<String> = f.parameters.iter().take(3).map(one).collect();
     let more = if f.parameters.len() > 3 { format!(", and {} more", f.parameters.len() - 3) } else { String::new() };

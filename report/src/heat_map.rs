@@ -38,7 +38,7 @@ pub fn curve_line(curve: &Curve) -> String {
     let bars: String = curve.mean.iter().map(|x| BARS[height(x).min(7)]).collect();
     let end = |x: Option<&f64>| x.map_or(f64::NAN, |x| x / si);
     format!(
-        "joint {} against {}, {:.0} to {:.0} {unit}: {bars} {:+.0} to {:+.0} urad, one-sigma {:.0} to {:.0} urad",
+        "joint {} against {}, {:.0} to {:.0} {unit}: {bars} {:+.0} to {:+.0} µrad, one-sigma {:.0} to {:.0} µrad",
         curve.joint + 1,
         curve.variable.name(),
         end(curve.at.first()),

@@ -52,7 +52,7 @@ pub fn gain_sentence(gain: &Gain) -> String {
 /// A physically impossible value in words: what it is, and that it is not a spring.
 pub fn symptom_sentence(s: &Symptom) -> String {
     let name = &s.parameter;
-    let value = format!("{:.3} ± {:.3} {}", s.unit.from_si(s.value), s.unit.from_si(s.sigma), s.unit.symbol);
+    let value = format!("{:.3} ± {:.3} {}", s.unit.from_si(s.value), s.unit.from_si(s.sigma), s.unit.printed());
     let joint = s.joint();
     let of_joint = |families: &[&str]| -> String {
         joint.map_or_else(

@@ -87,7 +87,7 @@ pub fn unbelievable_sentence(corrections: &[Unbelievable]) -> Option<String> {
         "These data do not fit this robot: they would correct {} by {:.4} {}, {:.0} plausible sizes{others}, which is not believable at this size. Check signs, zeros and units of the joints, or go on with --force.",
         first.parameter,
         first.unit.from_si(first.deviation),
-        first.unit.symbol,
+        first.unit.printed(),
         first.sizes
     ))
 }

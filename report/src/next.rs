@@ -85,7 +85,7 @@ pub fn detectability_text(d: &Detectability) -> String {
                 format!("{:.2}", s.visible),
                 s.directions.to_string(),
                 format!("{:.2}", s.smallest.unwrap_or(f64::INFINITY)),
-                format!("{} {}", significant(size), s.unit.symbol),
+                format!("{} {}", significant(size), s.unit.printed()),
             ]
         })
         .collect();

@@ -15,7 +15,7 @@ pub(super) fn scatter_sentences(s: &Scatter) -> Vec<String> {
     if let (Some(factor), Some(stated)) = (s.larger_than_stated, s.noise.stated_per_axis) {
         let by = if s.noise.source.noise_from() == "repeats" { "repeats" } else { "the residual with everything fitted" };
         all.push(format!(
-            "Noise: {:.1} um per axis by {by}, {factor:.2} times the {:.1} um that the data state; everything here is computed with the larger.",
+            "Noise: {:.1} µm per axis by {by}, {factor:.2} times the {:.1} µm that the data state; everything here is computed with the larger.",
             factor * stated / UM,
             stated / UM
         ));
@@ -38,7 +38,7 @@ fn joint_steps(s: &Scatter) -> Option<String> {
     let noise = s.noise.level.map_or(0.0, |l| l.per_axis);
     (steps.per_axis > WORTH_A_WORD * noise && (noise > 0.0 || s.larger_than_stated.is_some())).then(|| {
         format!(
-            "Joints: all angles are multiples of {} deg; if they were read out so, rounding alone makes {:.1} um per axis.",
+            "Joints: all angles are multiples of {} deg; if they were read out so, rounding alone makes {:.1} µm per axis.",
             (steps.step / DEG * 1e6).round() / 1e6,
             steps.per_axis / UM
         )
@@ -51,9 +51,9 @@ fn repeats(r: &RepeatScatter) -> Option<String> {
         return None;
     }
     let joints: Vec<String> =
-        alarms.iter().map(|j| format!("joint {} by {:.0} urad (2 dlogL {:.0})", j.joint + 1, j.sigma / URAD, j.lost)).collect();
+        alarms.iter().map(|j| format!("joint {} by {:.0} µrad (2 dlogL {:.0})", j.joint + 1, j.sigma / URAD, j.lost)).collect();
     Some(format!(
-        "Repeats: they scatter by {:.4} mm (3-D rms) about the means of {} postures, and not as noise does: {} from one repeat to the next; white noise is {:.1} um per axis. A joint that does not come back has lost motion or friction.",
+        "Repeats: they scatter by {:.4} mm (3-D rms) about the means of {} postures, and not as noise does: {} from one repeat to the next; white noise is {:.1} µm per axis. A joint that does not come back has lost motion or friction.",
         r.rms / MM,
         r.postures,
         joints.join(", "),

@@ -8,7 +8,7 @@ use calibench::units::Unit;
 const PLACES: usize = 2;
 
 /// Units whose shifts are printed in thousandths, with the symbol of the finer unit.
-const FINER: [(Unit, &str); 2] = [(Unit::MM, "um"), (Unit::DEG, "mdeg")];
+const FINER: [(Unit, &str); 2] = [(Unit::MM, "µm"), (Unit::DEG, "mdeg")];
 
 /// The shifts as tables: one row per effect, one column per parameter, compliances first; the last row combines all effects.
 pub fn shifts_text(s: &Shifts) -> String {
@@ -37,7 +37,8 @@ pub fn shifts_text(s: &Shifts) -> String {
 
 /// The table of the parameters of one unit.
 fn table(s: &Shifts, unit: Unit) -> String {
-    let (scale, called) = FINER.iter().find(|(u, _)| *u == unit).map_or((1.0, unit.symbol), |(_, finer)| (1e3, *finer));
+    let (scale, called) =
+        FINER.iter().find(|(u, _)| *u == unit).map_or((1.0, unit.printed()), |(_, finer)| (1e3, (*finer).into()));
     let columns: Vec<usize> = (0..s.parameters.len()).filter(|&k| s.parameters[k].unit == unit).collect();
     let mut header = vec![format!("shift, {called}"), "plausible size".to_owned()];
     header.extend(columns.iter().map(|&k| s.parameters[k].name.clone()));
@@ -55,7 +56,7 @@ fn table(s: &Shifts, unit: Unit) -> String {
 fn size(shift: &Shift) -> String {
     let size = shift.unit.from_si(shift.size);
     let digits = if size > 0.0 { (1.0 - size.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 };
-    format!("{size:.digits$} {}", shift.unit.symbol)
+    format!("{size:.digits$} {}", shift.unit.printed())
 }
 
 #[cfg(test)]

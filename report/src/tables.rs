@@ -62,7 +62,7 @@ pub fn parameter_table(c: &Calibration) -> String {
             format!("{:.d$}", unit(e.value)),
             format!("{:.d$}", unit(e.sigma)),
             format!("{:+.d$}", unit(e.value - e.nominal)),
-            format!("{}{flag}", e.unit.symbol),
+            format!("{}{flag}", e.unit.printed()),
         ]);
     }
     out.to_string()
@@ -89,7 +89,7 @@ pub fn parameter_rows(c: &Calibration, effects: &[String]) -> String {
     for e in c.estimates.iter().filter(|e| effects.contains(&e.effect)) {
         let d = decimals(e.unit.from_si(e.sigma));
         let number = |x: f64| format!("{:.d$}", e.unit.from_si(x));
-        out.add_row([e.name.clone(), number(e.value), number(e.sigma), e.unit.symbol.to_owned()]);
+        out.add_row([e.name.clone(), number(e.value), number(e.sigma), e.unit.printed().into_owned()]);
     }
     out.to_string()
 }

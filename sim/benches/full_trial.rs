@@ -179,7 +179,7 @@ fn full_trial(c: &mut Criterion) {
     let outcomes: Vec<(f64, f64)> = (0..).zip(&truths[..50]).map(|(k, truth)| trial.run(truth, k)).collect();
     let n = outcomes.len() as f64;
     let mean = outcomes.iter().map(|o| o.0).sum::<f64>() / n;
-    println!("mean error {:.3} um, {:.2} readings a centring", mean / UM, outcomes.iter().map(|o| o.1).sum::<f64>() / n);
+    println!("mean error {:.3} µm, {:.2} readings a centring", mean / UM, outcomes.iter().map(|o| o.1).sum::<f64>() / n);
     assert!(mean < MOST_MEAN_ERROR, "{mean}");
     let mut k = 0;
     let mut next = || {

@@ -243,16 +243,16 @@ fn of_keys(keys: &TruthToml) -> Vec<Other> {
 /// Flaws of the mechanism.
 fn of_mechanism(keys: &MujocoToml, add: &mut dyn FnMut(String, String, Vec<String>, bool)) {
     if let Some(p) = &keys.pedestal {
-        let size = format!("{}, {} urad/(N·m)", p.x_urad_per_nm, p.y_urad_per_nm);
+        let size = format!("{}, {} µrad/(N·m)", p.x_urad_per_nm, p.y_urad_per_nm);
         add("mujoco.pedestal".into(), size, vec!["pedestal".into()], false);
     }
     let mut of_joint = |what: &str, joint: usize, size: String, twin: &str| {
         add(format!("mujoco.{what}:{joint}"), size, vec![format!("{twin}:{joint}")], false);
     };
-    keys.bearing.iter().for_each(|b| of_joint("bearing", b.joint, format!("{} urad/(N·m)", b.urad_per_nm), "bearing_tilt"));
+    keys.bearing.iter().for_each(|b| of_joint("bearing", b.joint, format!("{} µrad/(N·m)", b.urad_per_nm), "bearing_tilt"));
     keys.friction.iter().for_each(|f| of_joint("friction", f.joint, format!("{} N·m", f.torque_nm), "hysteresis"));
     keys.stiffening.iter().for_each(|s| {
         of_joint("stiffening", s.joint, format!("{} of the twist at {} N·m", s.share, s.at_nm), "stiffening");
     });
-    keys.backlash.iter().for_each(|b| of_joint("backlash", b.joint, format!("{} urad wide", b.width_urad), "gravity_backlash"));
+    keys.backlash.iter().for_each(|b| of_joint("backlash", b.joint, format!("{} µrad wide", b.width_urad), "gravity_backlash"));
 }

@@ -75,7 +75,7 @@ impl HiddenToml {
     pub fn listed(&self) -> Vec<HiddenFlaw> {
         let of = |name, rms_urad: f64, joints: &[usize]| HiddenFlaw {
             name,
-            size: format!("{rms_urad} urad rms"),
+            size: format!("{rms_urad} µrad rms"),
             joints: joints.to_vec(),
         };
         let all = [

@@ -21,7 +21,7 @@ use crate::units::UM;
 #[non_exhaustive]
 pub enum ReplayMismatch {
     /// The recording has a different step along the tool, or none, here.
-    #[error("the replay departs at step {at}: commanded ({:.4}, {:.4}, {:.4}) um, recorded {}", commanded.x / UM, commanded.y / UM, commanded.z / UM, in_um(recorded))]
+    #[error("the replay departs at step {at}: commanded ({:.4}, {:.4}, {:.4}) µm, recorded {}", commanded.x / UM, commanded.y / UM, commanded.z / UM, in_um(recorded))]
     Step {
         /// Step.
         at: usize,
@@ -200,5 +200,5 @@ impl Indicator for ReplayedIndicator {
 }
 
 fn in_um(step: &Option<Vector3<f64>>) -> String {
-    step.map_or_else(|| "no step".into(), |s| format!("({:.4}, {:.4}, {:.4}) um", s.x / UM, s.y / UM, s.z / UM))
+    step.map_or_else(|| "no step".into(), |s| format!("({:.4}, {:.4}, {:.4}) µm", s.x / UM, s.y / UM, s.z / UM))
 }

@@ -80,7 +80,7 @@ pub enum CentringFailure {
         remaining: f64,
     },
     /// The maximum number of steps was reached.
-    #[error("not centred after {steps} steps, {:.1} um left", remaining / UM)]
+    #[error("not centred after {steps} steps, {:.1} µm left", remaining / UM)]
     DidNotConverge {
         /// Steps made.
         steps: usize,

@@ -90,7 +90,7 @@ pub enum MasteringError {
         error: IndicatorError,
     },
     /// A reading does not settle.
-    #[error("indicator {} does not settle: its readings spread over {:.1} um", axis + 1, spread / UM)]
+    #[error("indicator {} does not settle: its readings spread over {:.1} µm", axis + 1, spread / UM)]
     Unstable {
         /// Axis.
         axis: usize,

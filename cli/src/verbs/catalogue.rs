@@ -1,5 +1,7 @@
 //! `effects`, `robots`: the built-in effects and robots.
 
+use std::borrow::Cow;
+
 use calibench::effects::{CATALOGUE, Effect, EffectId, Family, Origin, Scan, Subject, build};
 use calibench::robot::{BUILT_IN, built_in};
 use calibench::units::{DEG, MM, Unit};
@@ -88,16 +90,17 @@ fn scan(scan: Scan) -> Option<&'static str> {
 
 /// The distinct plausible sizes of an effect's parameters: `0.05 deg, 0.3 mm`; if there are many, the first and the last only.
 fn plausible(effect: &dyn Effect) -> String {
-    let mut sizes: Vec<(String, &str)> = Vec::new();
+    let mut sizes: Vec<(String, Cow<'static, str>)> = Vec::new();
     for p in effect.parameters() {
         let size = p.unit.from_si(p.prior);
         // A plausible size has no more than two significant digits.
         let digits = (1 - size.abs().log10().floor() as i32).clamp(0, 9) as usize;
         let text = format!("{size:.digits$}");
         let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
-        let symbol = if p.unit == Unit::RATIO { "" } else { p.unit.symbol };
-        if !sizes.contains(&(text.clone(), symbol)) {
-            sizes.push((text, symbol));
+        let symbol = if p.unit == Unit::RATIO { "".into() } else { p.unit.printed() };
+        let size = (text, symbol);
+        if !sizes.contains(&size) {
+            sizes.push(size);
         }
     }
     match &sizes[..] {

@@ -67,7 +67,7 @@ fn check(path: &Path) -> Result<Outcome, Failure> {
         });
         rows.push(row);
     }
-    print(&plain_table(&["indicator", "at", "identity", "battery", "reading mm", "spread um", ""], &rows))?;
+    print(&plain_table(&["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], &rows))?;
     match robot(&cell) {
         Ok((rows, fit)) => {
             failures += usize::from(!fit);

@@ -14,13 +14,13 @@ pub fn design_text(design: &Design) -> String {
     let balls: Vec<Vec<String>> =
         best.balls.iter().map(|(id, at)| std::iter::once(id.clone()).chain(at.map(|v| format!("{v:.1}"))).collect()).collect();
     out.push_str(&plain_rows(&words(&["ball", "x mm", "y mm", "z mm"]), &balls));
-    out.push_str("\n\nUNCERTAINTY of the TCP over the workspace, one-sigma, um\n");
+    out.push_str("\n\nUNCERTAINTY of the TCP over the workspace, one-sigma, µm\n");
     let all: Vec<&Judged> = std::iter::once(best).chain(compared).collect();
     let head = words(&["artifact", "balls", "probings", "worst", "mean", "kg", "size mm"]);
     let rows: Vec<Vec<String>> = all.iter().map(|j| row(&j.name, j)).collect();
     out.push_str(&plain_rows(&head, &rows));
     if all.iter().any(|j| j.verified.is_some()) {
-        out.push_str("\n\nTRIED on the simulated cell: distance of the calibrated TCP from the true one, rms, um, and its 95 % band;\nwhat the encoders do not see at that moment is in both\n");
+        out.push_str("\n\nTRIED on the simulated cell: distance of the calibrated TCP from the true one, rms, µm, and its 95 % band;\nwhat the encoders do not see at that moment is in both\n");
         let head = words(&["artifact", "trials", "all poses: predicted", "measured", "worst pose: predicted", "measured"]);
         let rows: Vec<Vec<String>> = all
             .iter()
@@ -34,7 +34,7 @@ pub fn design_text(design: &Design) -> String {
         out.push_str(&plain_rows(&head, &rows));
     }
     if let Some(map) = map {
-        out.push_str("\n\nMAP: worst one-sigma, um, with the ball at x (down), y (across); the best of the heights\n");
+        out.push_str("\n\nMAP: worst one-sigma, µm, with the ball at x (down), y (across); the best of the heights\n");
         out.push_str(&map_text(map));
     }
     if !front.is_empty() {

@@ -68,7 +68,7 @@ fn estimate(hidden: &Hidden) -> String {
 fn listed(hidden: &Hidden, text: impl Fn(&HiddenNumber) -> Option<String>) -> String {
     let all: Vec<String> = hidden.numbers.iter().filter_map(text).collect();
     match hidden.numbers.first() {
-        Some(first) if !all.is_empty() => format!("{} {}", all.join(", "), first.unit.symbol),
+        Some(first) if !all.is_empty() => format!("{} {}", all.join(", "), first.unit.printed()),
         _ => String::new(),
     }
 }

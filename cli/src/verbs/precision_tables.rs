@@ -36,7 +36,7 @@ pub fn precision_text(scenario: &str, seed: u64, setup: &Setup, test: &Precision
 }
 
 fn point(v: &Vector3<f64>) -> String {
-    format!("{}, {}, {} um", signed(v.x), signed(v.y), signed(v.z))
+    format!("{}, {}, {} µm", signed(v.x), signed(v.y), signed(v.z))
 }
 
 fn procedure(setup: &Setup, test: &PrecisionTest) -> String {
@@ -49,7 +49,7 @@ fn procedure(setup: &Setup, test: &PrecisionTest) -> String {
         row("2", "master the three indicators: 6.350 mm", format!("they then read {} more", point(&residual))),
         row("3", "measure the master ball", format!("at {}", point(&test.master))),
         row("4", "master ball out", String::new()),
-        row("5", "centre a datum ball on the small arm", format!("steps {}; left at most {} um", steps.join(", "), um(left))),
+        row("5", "centre a datum ball on the small arm", format!("steps {}; left at most {} µm", steps.join(", "), um(left))),
         row("6", "measure the datum ball", "see below".to_owned()),
         row("7", "datum ball away", String::new()),
         row("8", "5 to 7 again", format!("{} in all, {:.0} min", setup.repetitions, test.duration_s / 60.0)),
@@ -94,7 +94,7 @@ fn spread(budget: &Budget) -> String {
         let [low, high] = EXPECTED_UM;
         let inside = share(&l.as_expected);
         format!(
-            "{what}: median {} um{band}, nine in ten within {} um; {inside} within {low} to {high} um.",
+            "{what}: median {} µm{band}, nine in ten within {} µm; {inside} within {low} to {high} µm.",
             um(l.median),
             band_of(l)
         )
@@ -139,7 +139,7 @@ fn contributions(setup: &Setup, budget: &Budget) -> String {
 
 fn sum(budget: &Budget) -> String {
     format!(
-        "Root sum square of the sources alone {} um; all at once {} um ({}).",
+        "Root sum square of the sources alone {} µm; all at once {} µm ({}).",
         um(budget.root_sum_square),
         um(budget.total.value),
         band(budget.total.band)

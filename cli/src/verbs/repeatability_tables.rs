@@ -68,7 +68,7 @@ fn joints_table(joints: &[LostMotion]) -> String {
             [(j.joint + 1).to_string(), reversal, lever, format!("{:.1}", most_at_tcp(j) / UM), verdict.into()]
         })
         .collect();
-    plain_table(&["joint", "reversal, urad", "lever, mm", "at the TCP at most, um", ""], &rows)
+    plain_table(&["joint", "reversal, µrad", "lever, mm", "at the TCP at most, µm", ""], &rows)
 }
 
 /// Largest TCP error of a target approached from the other side, at the joint's longest lever, m, from the far end of the

@@ -127,7 +127,7 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
     let free = run.mastering.free_reading.map(|r| r / MM);
     let left = run.mastering.preset_residual.map(|r| r / UM);
     print(&format!(
-        "free readings {:.4}, {:.4}, {:.4} mm (ideal -6.1500); after the preset the master ball reads {:+.1}, {:+.1}, {:+.1} um off",
+        "free readings {:.4}, {:.4}, {:.4} mm (ideal -6.1500); after the preset the master ball reads {:+.1}, {:+.1}, {:+.1} µm off",
         free[0], free[1], free[2], left[0], left[1], left[2]
     ))?;
     print("\nCENTRING")?;
@@ -223,7 +223,7 @@ fn probings_table(run: &Run) -> String {
             }
         })
         .collect();
-    plain_table(&["probing", "ball", "off at first mm", "readings", "left um", "time s", ""], &rows)
+    plain_table(&["probing", "ball", "off at first mm", "readings", "left µm", "time s", ""], &rows)
 }
 
 fn centring_summary(run: &Run) -> String {

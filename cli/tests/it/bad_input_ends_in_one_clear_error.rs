@@ -126,7 +126,7 @@ fn mistakes() -> Vec<Mistake> {
         cell("cone_deg = 70.0", "cone_deg = 1e6", "plan.cone_deg", "180"),
         cell("facing_deg = 30.0", "facing_deg = -30.0", "tracker.facing_deg", "zero or"),
         cell("\"interleaved\"", "\"sideways\"", "plan.order", "ball-by-ball"),
-        cell("tolerance_um = 3.0", "tolerance_um = 0.0", "centring.tolerance_um", "3 um"),
+        cell("tolerance_um = 3.0", "tolerance_um = 0.0", "centring.tolerance_um", "3 µm"),
         cell("tolerance_um = 3.0", "tolerance_um = 1e6", "centring.tolerance_um", "12500"),
         cell("\"mdh\",", "\"phlogiston\",", "model.effects[1]", "catalogue"),
         cell("\"mdh\",", "\"base_frame\",", "model.effects[1]", "keep one"),

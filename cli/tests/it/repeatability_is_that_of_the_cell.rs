@@ -152,7 +152,7 @@ fn the_program_prints_one_document_and_the_same_bytes_again() {
     assert!(other.status.success() && other.stdout != first.stdout);
     let table = calibench(folder.path(), &arguments[..arguments.len() - 1]);
     let text = String::from_utf8(table.stdout).unwrap();
-    assert!(text.contains("ISO 9283") && text.contains("reversal, urad"), "{text}");
+    assert!(text.contains("ISO 9283") && text.contains("reversal, µrad"), "{text}");
 }
 
 /// Guarantee: a served cell gives the same result. An RP of 30 returns is within a factor of 1.5 of that for infinitely many,

@@ -70,15 +70,15 @@ fn expected() -> BTreeMap<String, Row> {
     rows
 }
 
-/// The licence that a package states, where cargo keeps its source here.
-fn stated_licence(name: &str, version: &str) -> Option<String> {
+/// What a package states of itself, where cargo keeps its source here.
+fn stated(name: &str, version: &str, key: &str) -> Option<String> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))?;
     let registries = std::fs::read_dir(home.join("registry/src")).ok()?;
     let manifest = registries
         .filter_map(|registry| Some(registry.ok()?.path().join(format!("{name}-{version}")).join("Cargo.toml")))
         .find(|path| path.exists())?;
-    Some(read(&manifest)["package"]["license"].as_str()?.into())
+    Some(read(&manifest)["package"].get(key)?.as_str()?.into())
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn every_direct_dependency_is_listed_as_it_is() {
     for line in table {
         let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
         let &[name, version, licence, users] = &cells[..] else { panic!("not four cells: {line}") };
-        if let Some(stated) = stated_licence(name, version) {
+        if let Some(stated) = stated(name, version, "license") {
             assert_eq!(licence, stated, "{name} {version}");
             licences += 1;
         }
@@ -103,4 +103,27 @@ fn every_direct_dependency_is_listed_as_it_is() {
     let stale: Vec<&String> = listed.keys().filter(|name| !expected.contains_key(*name)).collect();
     assert!(stale.is_empty(), "no longer dependencies: {stale:?}");
     println!("{licences} of {} licences held against the packages themselves", listed.len());
+}
+
+/// Major, minor and patch number of a version of Rust.
+fn numbers(version: &str) -> [u32; 3] {
+    let mut parts = version.split('.').map(|part| part.parse().unwrap());
+    [(); 3].map(|()| parts.next().unwrap_or(0))
+}
+
+/// What our own code uses of the standard library is held to the stated version by a lint of clippy.
+#[test]
+fn no_dependency_needs_a_newer_rust_than_this_workspace_states() {
+    let manifest = read(&root().join("Cargo.toml"));
+    let ours = manifest["workspace"]["package"]["rust-version"].as_str().unwrap();
+    let lock = read(&root().join("Cargo.lock"));
+    let mut checked = 0;
+    for package in lock["package"].as_array().unwrap().iter().filter_map(Value::as_table) {
+        let (name, version) = (text(package, "name"), text(package, "version"));
+        if let Some(needed) = stated(name, version, "rust-version") {
+            assert!(numbers(&needed) <= numbers(ours), "{name} {version} needs Rust {needed}; this workspace states {ours}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 50, "only {checked} packages state the Rust that they need");
 }

@@ -15,6 +15,11 @@ function sentence(text) {
   return text.split("`").map((part, k) => (k % 2 ? element("code", {}, part) : part));
 }
 
+// A unit as people read it: files write micro as u.
+function printed(unit) {
+  return unit.replace(/^u(?=m|rad)/, "µ");
+}
+
 // Significant digits, without exponents where people do not expect them.
 function digits(x, count = 3) {
   if (x === null || x === undefined || !Number.isFinite(x)) return "–";

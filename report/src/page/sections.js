@@ -73,7 +73,7 @@ function workspace(report) {
 
 function ranking(report) {
   const { diagnosis: d, meanings } = report;
-  const size = (f) => f.parameters.slice(0, 3).map((p) => `${p.name} ${digits(p.value)} ± ${digits(p.sigma, 2)} ${p.unit}`).join(", ") + (f.parameters.length > 3 ? ", …" : "");
+  const size = (f) => f.parameters.slice(0, 3).map((p) => `${p.name} ${digits(p.value)} ± ${digits(p.sigma, 2)} ${printed(p.unit)}`).join(", ") + (f.parameters.length > 3 ? ", …" : "");
   const columns = [
     ["effect", (f) => [element("code", {}, f.in_model), element("div", { class: "quiet" }, meanings[f.in_model]?.what ?? "")], "words"],
     ["probability", (f) => share(f.probability)], ["explains", (f) => share(f.explains)], ["visible", (f) => share(f.visible)],
@@ -119,7 +119,7 @@ function parameters(report) {
   const places = (p) => Math.min(6, Math.max(3, 1 - Math.floor(Math.log10(p.sigma || 1))));
   const columns = [
     ["parameter", (p) => p.name, "words"], ["nominal", (p) => fixed(p.nominal, 3)], ["identified", (p) => fixed(p.value, places(p))], ["one sigma", (p) => fixed(p.sigma, places(p))],
-    ["correction", (p) => signed(fixed(p.value - p.nominal, places(p)))], ["unit", (p) => p.unit, "words"],
+    ["correction", (p) => signed(fixed(p.value - p.nominal, places(p)))], ["unit", (p) => printed(p.unit), "words"],
     ...(truths.size ? [["truth", (p) => fixed(truths.get(p.name), places(p))], ["off, in sigmas", (p) => (truths.has(p.name) ? signed(fixed((p.value - truths.get(p.name)) / p.sigma, 1)) : "–")]] : []),
   ];
   const names = c.parameters.map((p) => p.name);
@@ -141,7 +141,7 @@ function parameters(report) {
     element("p", {}, `${c.samples} samples, ${c.rank} independent parameters, ${c.dof} degrees of freedom; residual ${millimetres(c.rms_mm)} mm rms (3-D), χ²/dof ${digits(c.chi2_per_dof)}. One sigma is of the noise ${c.noise_stated ? "as stated" : "as the residuals show it"}; it knows nothing of effects that are not in the model.`),
     table(`Parameters of ${c.effects.join(" + ")}`, columns, c.parameters),
     c.stated_parameters.length ? unfold("Certified values, carried along with their uncertainty", table("Certified values", [["parameter", (p) => p.name, "words"], ["stated", (p) => fixed(p.nominal, 4)], ["one sigma", (p) => fixed(p.stated_sigma, 4)],
-      ["found", (p) => fixed(p.value, 4)], ["one sigma after", (p) => fixed(p.sigma, 4)], ["unit", (p) => p.unit, "words"]], c.stated_parameters)) : null,
+      ["found", (p) => fixed(p.value, 4)], ["one sigma after", (p) => fixed(p.sigma, 4)], ["unit", (p) => printed(p.unit), "words"]], c.stated_parameters)) : null,
     element("h3", {}, "How well the poses show them"),
     element("div", { class: "pair" },
       element("div", {}, table(`Observability (SI units); condition of the scaled Jacobian ${digits(c.condition)}`, [["index", (x) => x.name], ["value", (x) => digits(x.value)], ["what it is", (x) => x.what, "words"]], seen),

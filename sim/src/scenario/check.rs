@@ -166,7 +166,7 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
     }
     toml.instrument.check(sources)?;
     if toml.centring.tolerance_um <= 0.0 {
-        return wrong("centring.tolerance_um", "is not positive".into(), "the paper nulls to 3 um".into());
+        return wrong("centring.tolerance_um", "is not positive".into(), "the paper nulls to 3 µm".into());
     }
     Ok(())
 }

@@ -66,7 +66,7 @@ impl Layout {
             chart("Its readings: every line is ten times nearer", "/centring/readings", centring::READINGS),
             chart("Path in the gauge", "/centring/path", centring::PATH),
             chart(
-                "Every ball: the largest reading of each try, and the band of 3 um",
+                "Every ball: the largest reading of each try, and the band of 3 µm",
                 "/centring/balls",
                 centring::balls(subject.dataset.balls.len()),
             ),
@@ -185,7 +185,7 @@ fn over_the_session(subject: &Subject) -> Part {
 
 /// The readings over the whole campaign, in the range about zero.
 fn readings() -> View {
-    View::new("TimeSeries", "Readings over the session, um", "/readings")
+    View::new("TimeSeries", "Readings over the session, µm", "/readings")
         .with("ScalarAxis", ScalarAxis::new().with_range(Range1D::from([-12.0, 12.0])))
         .with("PlotLegend", PlotLegend::new().with_visible(false))
 }

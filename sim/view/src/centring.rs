@@ -59,8 +59,8 @@ impl<'a> Charts<'a> {
         self.reading_frame(rec)?;
         path_frame(rec)?;
         self.ball_frames(rec)?;
-        let axes = paint::AXES.into_iter().enumerate().map(|(k, colour)| (series(k), colour, format!("axis {} um", k + 1)));
-        let limits = LIMITS_UM.map(|limit| (limit_series(limit), paint::NOW, format!("{limit:+} um")));
+        let axes = paint::AXES.into_iter().enumerate().map(|(k, colour)| (series(k), colour, format!("axis {} µm", k + 1)));
+        let limits = LIMITS_UM.map(|limit| (limit_series(limit), paint::NOW, format!("{limit:+} µm")));
         for (path, colour, name) in axes.chain(limits) {
             rec.log_static(path, &SeriesLines::new().with_colors([solid(colour)]).with_names([name]))?;
         }

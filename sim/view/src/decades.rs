@@ -12,7 +12,7 @@ pub const TOLERANCE: f64 = 1.0;
 pub const OUTERMOST: f64 = 4.0;
 
 /// Lines and their labels.
-pub const LINES: [(f64, &str); 4] = [(1.0, "3 um"), (2.0, "30 um"), (3.0, "0.3 mm"), (4.0, "3 mm")];
+pub const LINES: [(f64, &str); 4] = [(1.0, "3 µm"), (2.0, "30 µm"), (3.0, "0.3 mm"), (4.0, "3 mm")];
 
 /// Height of a length (m) above the origin, in decades; never negative.
 pub fn decades(length: f64) -> f64 {

@@ -7,20 +7,20 @@ use calibench::files::one_line;
 use calibench_view::{Subject, ViewError, Wishes, record};
 use clap::Parser;
 
-/// Makes a recording of a calibration, for the rerun viewer
+/// Record a calibration for the rerun viewer
 #[derive(Parser)]
 #[command(name = "calibench-view", version)]
 struct Arguments {
-    /// The folder that `calibench run --out` wrote; or a dataset folder
+    /// Folder of a run (`calibench run --out`), or a dataset folder
     #[arg(value_name = "RUN|DATASET")]
     folder: PathBuf,
-    /// Where to write the recording; the default is run.rrd, in the folder
+    /// Output file for the recording; the default is run.rrd, in the folder
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// How many times farther off than it is a model's arm is shown; the default is chosen so that the difference can be seen
+    /// Factor by which the deviation of a model's arm is exaggerated; the default makes the difference visible
     #[arg(long, value_name = "FACTOR", value_parser = factor)]
     exaggerate: Option<f64>,
-    /// Climb the ladder of missing effects, and show the residuals before and after each of its rungs; takes seconds
+    /// Climb the ladder of missing effects, and show the residuals before and after each step; takes seconds
     #[arg(long)]
     ladder: bool,
 }

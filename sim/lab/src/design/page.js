@@ -39,7 +39,7 @@ function where() {
   const values = cells.map((c) => c.worst).toSorted((a, b) => a - b);
   const option = (theme) => ({
     grid: { left: 74, right: 26, top: 12, bottom: 92, outerBoundsMode: "none" },
-    tooltip: tooltip(theme, ({ data }) => `x ${fixed(xs[data[0]], 0)}, y ${fixed(ys[data[1]], 0)}, z ${fixed(data[3], 0)} mm\nworst ${um(data[2])} um`),
+    tooltip: tooltip(theme, ({ data }) => `x ${fixed(xs[data[0]], 0)}, y ${fixed(ys[data[1]], 0)}, z ${fixed(data[3], 0)} mm\nworst ${um(data[2])} µm`),
     xAxis: { ...axis_of(theme, "x, mm", 27), type: "category", data: xs.map((x) => fixed(x, 0)) },
     yAxis: { ...axis_of(theme, "y, mm", 52), type: "category", data: ys.map((y) => fixed(y, 0)) },
     visualMap: { min: values[0], max: values[values.length - 1], dimension: 2, orient: "horizontal", left: "center", bottom: 4, precision: 1, textStyle: { color: theme.quiet }, inRange: { color: [0, 0.25, 0.5, 0.75, 1].map((t) => cividis(t)[0]) } },
@@ -48,7 +48,7 @@ function where() {
       label: { show: true, fontSize: 10, textBorderColor: "#16191d", textBorderWidth: 2, color: "#ffffff", formatter: ({ data }) => um(data[2]) },
     }],
   });
-  return element("figure", {}, element("p", { class: "title" }, "worst one-sigma, um, with the ball there; the best of the heights"), chart("the ball at every place", 420, option));
+  return element("figure", {}, element("p", { class: "title" }, "worst one-sigma, µm, with the ball there; the best of the heights"), chart("the ball at every place", 420, option));
 }
 
 // Accuracy against the length of the artifact.
@@ -59,9 +59,9 @@ function curve() {
   const option = (theme) => ({
     grid: { left: 74, right: 26, top: 34, bottom: 52, outerBoundsMode: "none" },
     legend: { top: 0, textStyle: { color: theme.quiet } },
-    tooltip: tooltip(theme, ({ value }) => `box ${percent(value[2].scale)}: ${size(value[2].judged)} mm, ${fixed(value[2].judged.mass_kg, 1)} kg\nworst ${um(value[2].judged.worst_um)}, mean ${um(value[2].judged.mean_um)} um`),
+    tooltip: tooltip(theme, ({ value }) => `box ${percent(value[2].scale)}: ${size(value[2].judged)} mm, ${fixed(value[2].judged.mass_kg, 1)} kg\nworst ${um(value[2].judged.worst_um)}, mean ${um(value[2].judged.mean_um)} µm`),
     xAxis: axis_of(theme, "diagonal of the artifact, mm", 27, { scale: true }),
-    yAxis: axis_of(theme, "one-sigma, um", 52, { scale: false, min: 0 }),
+    yAxis: axis_of(theme, "one-sigma, µm", 52, { scale: false, min: 0 }),
     series: [line("worst pose", theme.residual, "circle", (j) => j.worst_um), line("mean", theme.candidate, "diamond", (j) => j.mean_um)],
   });
   return element("figure", {}, chart("accuracy against size", 340, option));
@@ -71,8 +71,8 @@ const numbers = (title, rows, name) => table(title, [
   [name, (r) => r.called, "words"],
   ["balls", (r) => String(r.judged.balls.length)],
   ["probings", (r) => String(r.judged.probings)],
-  ["worst, um", (r) => um(r.judged.worst_um)],
-  ["mean, um", (r) => um(r.judged.mean_um)],
+  ["worst, µm", (r) => um(r.judged.worst_um)],
+  ["mean, µm", (r) => um(r.judged.mean_um)],
   ["mass, kg", (r) => fixed(r.judged.mass_kg, 1)],
   ["size, mm", (r) => size(r.judged)],
 ], rows);
@@ -84,14 +84,14 @@ const held = ({ measured_um, band_um: [low, high] }) => `${um(measured_um)} (${u
 document.getElementById("head").append(
   element("p", { class: "eyebrow" }, `design ${design.name}`),
   element("h1", {}, design.question),
-  element("p", { class: "means" }, `${um(best.worst_um)} um at the worst of ${design.workspace_poses} poses of the workspace, ${um(best.mean_um)} um on average (one-sigma of the calibrated TCP, from noise alone); ${fixed(best.mass_kg, 1)} kg, ${size(best)} mm. ${design.places[1]} places tried, seed ${design.seed}.`),
+  element("p", { class: "means" }, `${um(best.worst_um)} µm at the worst of ${design.workspace_poses} poses of the workspace, ${um(best.mean_um)} µm on average (one-sigma of the calibrated TCP, from noise alone); ${fixed(best.mass_kg, 1)} kg, ${size(best)} mm. ${design.places[1]} places tried, seed ${design.seed}.`),
 );
 const section = (title, ...content) => element("section", {}, element("h2", {}, title), ...content);
 document.getElementById("main").append(
   section("Where the balls stand", layout(), numbers("Against others", all, "artifact")),
   ...(map ? [section("The ball at every place", where())] : []),
   ...(front.length ? [section("Accuracy against size", curve(), numbers("The best of each size", front.filter((f) => f.judged).map((f) => ({ called: percent(f.scale), judged: f.judged })), "box"))] : []),
-  ...(tried.length ? [section("Tried on the simulated cell", element("p", { class: "quiet" }, "Distance of the calibrated TCP from the true one, rms, um, with 95 % bands. What the encoders do not see at that moment is in both."), table("Predicted and measured", [
+  ...(tried.length ? [section("Tried on the simulated cell", element("p", { class: "quiet" }, "Distance of the calibrated TCP from the true one, rms, µm, with 95 % bands. What the encoders do not see at that moment is in both."), table("Predicted and measured", [
     ["artifact", (r) => r.called, "words"],
     ["trials", (r) => String(r.judged.verified.trials)],
     ["all poses, predicted", (r) => um(r.judged.verified.rms.predicted_um)],

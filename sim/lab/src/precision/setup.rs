@@ -123,26 +123,26 @@ impl Setup {
         let um = |v: f64| format!("{:.3}", v / UM).trim_end_matches('0').trim_end_matches('.').to_owned();
         let (plungers, arm) = (&self.plungers, &self.arm);
         match source {
-            Source::Scale => format!("amplitude up to {} um", um(plungers.scale_amplitude)),
-            Source::Resolution => format!("{} um", um(plungers.resolution)),
-            Source::Repeatability => format!("{} um, 1 sigma", um(plungers.noise[1])),
-            Source::Hysteresis => format!("{} um", um(plungers.hysteresis[1])),
+            Source::Scale => format!("amplitude up to {} µm", um(plungers.scale_amplitude)),
+            Source::Resolution => format!("{} µm", um(plungers.resolution)),
+            Source::Repeatability => format!("{} µm, 1 sigma", um(plungers.noise[1])),
+            Source::Hysteresis => format!("{} µm", um(plungers.hysteresis[1])),
             Source::Geometry => format!(
-                "{} mrad, {} mrad, {} um, 1 sigma",
+                "{} mrad, {} mrad, {} µm, 1 sigma",
                 plungers.disk_tilt / MRAD,
                 plungers.orthogonality / MRAD,
                 um(plungers.concurrency)
             ),
-            Source::Diameter => format!("{} um each, 1 sigma", um(2.0 * self.radius_sigma)),
-            Source::Form => format!("{} um each, 1 sigma", um(self.form_sigma)),
+            Source::Diameter => format!("{} µm each, 1 sigma", um(2.0 * self.radius_sigma)),
+            Source::Form => format!("{} µm each, 1 sigma", um(self.form_sigma)),
             Source::Tolerance => {
                 let way = format!("{} mrad from {} mm", arm.misalignment / MRAD, self.start / MM);
-                format!("below {} um, {way}", um(self.tolerance))
+                format!("below {} µm, {way}", um(self.tolerance))
             }
-            Source::ArmStep => format!("{} um, {} um 1 sigma", um(arm.step), um(arm.small_move)),
-            Source::ArmDrift => format!("{} um/min, 1 sigma", um(arm.drift * 60.0)),
-            Source::Cmm => format!("{} um each, 1 sigma", um(self.cmm.centre)),
-            Source::Thermal => format!("{} um/K, {} K/h 1 sigma", um(self.growth), self.room_drift * 3600.0),
+            Source::ArmStep => format!("{} µm, {} µm 1 sigma", um(arm.step), um(arm.small_move)),
+            Source::ArmDrift => format!("{} µm/min, 1 sigma", um(arm.drift * 60.0)),
+            Source::Cmm => format!("{} µm each, 1 sigma", um(self.cmm.centre)),
+            Source::Thermal => format!("{} µm/K, {} K/h 1 sigma", um(self.growth), self.room_drift * 3600.0),
         }
     }
 
