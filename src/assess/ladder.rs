@@ -1,4 +1,5 @@
-//! The error falling: a model, one effect more, the same data again; where to stop; and which model to use in the end.
+//! The ladder: effects are added to a model one at a time, the same data are fitted again, and one of the models is
+//! recommended in the end.
 
 use super::diagnosis::{Diagnosis, Verdict};
 use super::examination::Examination;
@@ -11,41 +12,42 @@ use crate::effects;
 use crate::identify::{IdentifyError, Model, Outcome, Use, missing};
 use crate::measure::Dataset;
 
-/// Most rungs of a ladder.
+/// Largest number of steps that are added to the first model.
 const MOST_RUNGS: usize = 16;
 
-/// Findings tried on one rung when none stands out.
+/// Number of findings, and of contributions, that are tried at one step.
 const TRIED: usize = 4;
 
-/// Choices whose squares at postures left out are at most so many times the best's are about as good: which of them extrapolates better is
-/// then asked.
+/// Models whose squared errors at left-out postures are within this factor of the best count as equally good; the
+/// choice among them then depends on how well they extrapolate.
 const ABOUT_AS_GOOD: f64 = 1.5;
 
-/// A fit that takes more steps than this creeps along a valley that its data do not determine: what it says of other poses is not in them,
-/// however well it predicts rows beside those fitted. What helped real robots took 6 to 69, what harmed one 220.
+/// Largest number of iterations of a fit that is trusted. A slower fit creeps along a valley that its data do not
+/// determine, so its predictions at other poses are not supported by them, even if it predicts rows near the fitted
+/// ones well. Useful models of real robots took 6 to 69 iterations, a harmful one 220.
 const READILY: usize = 120;
 
-/// Why a ladder ends.
+/// Reason why a ladder ends.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum StopReason {
-    /// What remains is noise.
+    /// The residual is noise.
     NothingLeft,
-    /// What remains is noise, and more of it than stated.
+    /// The residual is noise, and larger than stated.
     NoiseLargerThanStated,
-    /// The fit of the last model did not converge: what it leaves says nothing.
+    /// The fit of the last model did not converge, so its residual means nothing.
     NotConverged(Outcome),
-    /// No step that was tried predicts postures left out better.
+    /// None of the steps tried improves the prediction at left-out postures.
     NoStepHelps {
-        /// What was tried, and what speaks against it.
+        /// The effects tried, and the objections to each.
         tried: Vec<(String, Vec<Objection>)>,
     },
-    /// The most rungs were climbed.
+    /// The largest number of steps was reached.
     StepLimit,
 }
 
 impl StopReason {
-    /// As in files.
+    /// Name in files.
     pub fn name(&self) -> &'static str {
         match self {
             StopReason::NothingLeft => "nothing_left",
@@ -57,51 +59,51 @@ impl StopReason {
     }
 }
 
-/// What a ladder does, as it does it.
+/// Progress of a ladder, for observers.
 #[derive(Debug)]
 pub enum Climb<'a> {
-    /// An effect is added to the model of the last rung.
+    /// An effect is being added to the model of the last step.
     Trying(&'a str),
-    /// It does not help.
+    /// The effect was refused, with the objections to it.
     Refused(&'a str, &'a [Objection]),
-    /// A rung was reached: the first, one more, or, in one step, the model to use.
+    /// A step was reached: the first model, one with more effects, or a recommended model that is not one of the steps.
     Reached(&'a LadderStep),
-    /// Error curves, steps and the whole library are held against each other.
+    /// The error curves, the steps and the whole library are being compared.
     Choosing,
 }
 
-/// The hunt from a model to the noise, and the model to use.
+/// The steps from a first model towards the noise, and the recommended model.
 #[derive(Debug, Clone)]
 pub struct Ladder {
-    /// From the model to begin with, upwards.
+    /// The steps, starting with the first model.
     pub rungs: Vec<LadderStep>,
-    /// Why it ends.
+    /// Reason why it ends.
     pub top: StopReason,
-    /// Every model that was held against the one to begin with.
+    /// Every model that was compared with the first.
     pub recommendation: Recommendation,
-    /// The recommended model fitted, where it is none of the rungs.
+    /// The recommended model, fitted, if it is not one of the steps.
     pub other: Option<LadderStep>,
-    /// Rows of set `validation` that speak against what was chosen without them: the advice is withdrawn.
+    /// Contradiction by the rows of set `validation`, which the choice did not use: the recommendation is withdrawn.
     pub withdrawn: Option<Contradiction>,
 }
 
 impl Ladder {
-    /// The first rung.
+    /// The first model.
     pub fn first(&self) -> &LadderStep {
         &self.rungs[0]
     }
 
-    /// The last rung.
+    /// The last step.
     pub fn last(&self) -> &LadderStep {
         &self.rungs[self.rungs.len() - 1]
     }
 
-    /// Which kind of model to use.
+    /// Kind of the recommended model.
     pub fn kind(&self) -> Kind {
         if self.withdrawn.is_some() { Kind::Begin } else { self.recommendation.choice().kind }
     }
 
-    /// The rung to use.
+    /// The recommended model.
     pub fn recommended(&self) -> &LadderStep {
         match (&self.withdrawn, &self.other) {
             (Some(_), _) => self.first(),
@@ -111,11 +113,11 @@ impl Ladder {
     }
 }
 
-/// Diagnoses, adds, refits, until nothing is left or nothing helps; then holds the steps against the error curves of all joints and the
-/// whole library.
+/// Diagnoses, adds effects and refits until nothing is left or nothing helps; then compares the steps with the error
+/// curves of all joints and the whole library.
 ///
 /// # Errors
-/// As [`ladder_step`](super::ladder_step), of the first model. A step that cannot be fitted is not taken.
+/// As [`ladder_step`](super::ladder_step), for the first model. A step that cannot be fitted is not taken.
 pub fn ladder(
     datasets: &[(&str, &Dataset)],
     model: &Model,
@@ -163,15 +165,16 @@ pub fn ladder(
     Ok(Ladder { rungs, top, recommendation, other, withdrawn })
 }
 
-/// The rung climbed whose model a choice is.
+/// The step that has the same model as a choice, if there is one.
 fn rung_of<'r>(rungs: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderStep> {
     rungs.iter().find(|ladder_step| ladder_step.model.effects == choice.model.effects)
 }
 
-/// Fits the choices that are about as good at postures left out, and takes the one of the lowest error, there and where the robot is to
-/// work, by their geometric mean; its place, and its rung where it is none of those climbed.
+/// Fits the choices that are about equally good at left-out postures. Selects the one with the lowest geometric mean of
+/// the error there and the error expected over the workspace. Returns its index, and its step if it is not one of the
+/// ladder's.
 ///
-/// A choice that cannot be fitted readily, or that a campaign left out speaks against, is none.
+/// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded.
 fn choose(
     datasets: &[(&str, &Dataset)],
     rungs: &[LadderStep],
@@ -199,7 +202,8 @@ fn choose(
             },
         };
         let Some(taken) = reached.as_ref().or(climbed) else { continue };
-        // Where the first fit did not converge, what others gain over it must show when each is fitted anew to every block as well.
+        // If the first fit did not converge, a choice must also improve the error when it is refitted without each
+        // block in turn.
         if taken.calibration.unconverged().is_some()
             || taken.calibration.iterations > READILY
             || (!begun_well && taken.cross_validated >= first.cross_validated)
@@ -209,7 +213,7 @@ fn choose(
         }
         lowest_left.get_or_insert(left(place));
         let expected = taken.workspace.as_ref().map_or(taken.cross_validated, |w| w.mean.expected);
-        // The error expected over the workspace and the one measured at postures left out count alike.
+        // The error expected over the workspace and the error measured at left-out postures have equal weight.
         let score = expected * left(place).sqrt();
         if best.as_ref().is_none_or(|(_, _, lowest)| score < *lowest) {
             best = Some((place, reached, score));
@@ -218,25 +222,25 @@ fn choose(
     if let Some((place, ladder_step, _)) = best {
         return Ok((place, ladder_step));
     }
-    // Samples that disagree with all others are set aside whatever else is done.
+    // Samples that disagree with all others are set aside whichever model is chosen.
     let begin = &recommendation.choices[0];
     let without = if rung_of(rungs, begin).is_some() { None } else { ladder_step(datasets, &begin.model, ground).ok() };
     Ok((0, without.filter(|ladder_step| ladder_step.calibration.unconverged().is_none())))
 }
 
-/// A model as a rung, where its fit converges readily.
+/// Fits and judges a model; `None` unless its fit converges readily.
 fn readily_fitted(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Option<LadderStep> {
     let examination = Examination::within_steps(datasets, model, READILY).ok()??;
     examined_rung(datasets, model, &examination, ground).ok()
 }
 
-/// One rung up, or what was tried and what speaks against it.
+/// The next step, or the effects tried and the objections to each.
 pub type Next = Result<Box<LadderStep>, Vec<(String, Vec<Objection>)>>;
 
-/// The step that a ladder takes from a rung.
+/// Finds the step that a ladder takes after `below`.
 ///
 /// # Errors
-/// When what the effects gain cannot be computed. A step that cannot be fitted is not taken.
+/// When the gain of the effects cannot be computed. A step that cannot be fitted is not taken.
 pub fn best_step(
     datasets: &[(&str, &Dataset)],
     below: &LadderStep,
@@ -246,7 +250,7 @@ pub fn best_step(
     let mut tried = Vec::new();
     let suspects = below.diagnosis.without_suspects();
     if !suspects.is_empty() {
-        // One beside another that stays may seem to help: they are set aside together.
+        // A bad sample may seem useful as long as another one remains, so all suspects are set aside together.
         let together = suspects.join(" and ");
         observer(Climb::Trying(&together));
         let objections = match add(datasets, below, &suspects, ground) {
@@ -265,7 +269,7 @@ pub fn best_step(
     }
     let mut effects = candidates(&below.diagnosis);
     if below.would_miss(suspects.len()) {
-        // Refused together, none is tried alone.
+        // If they are refused together, none of them is tried alone.
         effects.retain(|id| !suspects.contains(id));
     }
     let gains = gains_of_each(datasets, &below.model, &effects)?;
@@ -296,7 +300,7 @@ pub fn best_step(
     Ok(Err(tried))
 }
 
-/// What to try next: what sticks out, and what contributes most.
+/// Effects to try next: the first findings and, if the verdict is `Unexplained`, the largest contributions before them.
 fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
     let found = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone());
     if diagnosis.verdict != Verdict::Unexplained {
@@ -309,8 +313,8 @@ fn candidates(diagnosis: &Diagnosis) -> Vec<String> {
     all
 }
 
-/// Every effect of the library, with the width that the data give it, in units of the noise that it leaves: what holds it in a fit whose
-/// residuals are weighted by the noise as stated.
+/// Every effect of the library with the width estimated from the data, in units of the remaining noise: its prior width
+/// in a fit whose residuals are weighted by the stated noise.
 fn library(datasets: &[(&str, &Dataset)], first: &LadderStep, ground: HoldOut<'_>) -> Vec<(String, f64)> {
     if first.diagnosis.verdict.is_noise() {
         return Vec::new();
@@ -318,7 +322,8 @@ fn library(datasets: &[(&str, &Dataset)], first: &LadderStep, ground: HoldOut<'_
     let examined = Library::new(datasets, &first.model);
     let noise = first.diagnosis.relevance.noise.max(f64::MIN_POSITIVE).sqrt();
     let widths = examined.candidates.iter().zip(&first.diagnosis.relevance.width);
-    // The whole family and its members would be there twice; what a check does not hold cannot be judged there.
+    // A whole family is omitted, as its members are already included. So are effects whose data a check lacks, as they
+    // cannot be judged there.
     let twice = |id: &str| examined.candidates.iter().any(|c| c.family == id && c.id != id);
     widths
         .filter(|(c, _)| !twice(&c.id) && is_judged(&c.id, &first.model, ground))
@@ -326,7 +331,7 @@ fn library(datasets: &[(&str, &Dataset)], first: &LadderStep, ground: HoldOut<'_
         .collect()
 }
 
-/// Whether every check holds what an effect needs.
+/// True if every check contains the data that an effect needs.
 fn is_judged(id: &str, model: &Model, ground: HoldOut<'_>) -> bool {
     ground.checks.iter().all(|(_, check)| {
         let balls = check.ball_ids();

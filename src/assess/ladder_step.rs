@@ -1,4 +1,4 @@
-//! A model on the data, and whether it is better than the one before it.
+//! One step of a ladder: a model fitted to the data, and its comparison with the model before it.
 
 use super::Validation;
 use super::cross_validation::{cross_validated, folds};
@@ -13,128 +13,131 @@ use crate::effects;
 use crate::identify::{Calibration, IdentifyError, Model, Use, identify};
 use crate::measure::{Dataset, Postures, SampleSet};
 
-/// A fall of the cross-validated rms, or of the predicted error, by less than this share is none.
+/// Smallest share by which the cross-validated rms or the predicted error must decrease to count as an improvement.
 const A_FALL: f64 = 0.005;
 
-/// Setting samples aside is worth their loss when the others' error falls by this share.
+/// Share by which the error of the other samples must decrease to justify setting samples aside.
 const WORTH_A_SAMPLE: f64 = 0.05;
 
-/// Where samples set aside are as large a part of the postures, the others must gain surely: of few postures each is missed.
+/// If at least one sample in this many postures is set aside, the gain of the others must be significant: with few
+/// postures, every one is missed.
 const MISSED: usize = 40;
 
-/// A campaign gets worse when its error grows by more than this share.
+/// Share by which the error of a campaign must increase to count as worse.
 const WORSE: f64 = 0.01;
 
-/// Error of one session under cross-validation.
+/// Cross-validated error of one session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionError {
-    /// Dataset, and session within it where sessions are named.
+    /// Name of the dataset, with the session if sessions are named.
     pub name: String,
-    /// Root mean square of its 3-D residual, predicted from the rest of the data in blocks, m.
+    /// Root mean square of its 3-D residual in blocked cross-validation, m.
     pub cross_validated: f64,
-    /// The same predicted by a robot calibrated on the other campaigns alone, its own base and tool refitted, m; with one campaign none.
+    /// Rms of the 3-D error predicted by a robot calibrated on the other campaigns only, with its own base and tool
+    /// refitted, m; `None` with one campaign, or if the others do not determine the robot.
     pub from_others: Option<f64>,
-    /// Squared errors of that prediction, m², in the order of its rows, and the posture of each.
+    /// Squared errors of that prediction, m², in the order of its rows, and the posture index of each.
     squares: Vec<f64>,
     posture: Vec<usize>,
 }
 
-/// A model on the data, and how good it is in every respect that can be told.
+/// A model fitted to the data, with every available measure of its quality.
 #[derive(Debug, Clone)]
 pub struct LadderStep {
-    /// What was added to the model below; empty for the first.
+    /// Effects added to the model before it; empty for the first.
     pub added: Vec<String>,
     /// The model.
     pub model: Model,
     /// Residual, rms in 3-D, m.
     pub fit: f64,
-    /// Whitened squares per degree of freedom.
+    /// Whitened sum of squares per degree of freedom.
     pub chi2_per_dof: f64,
-    /// Residual of blocks that were not fitted, rms in 3-D, m.
+    /// Residual in blocked cross-validation, rms in 3-D, m.
     pub cross_validated: f64,
-    /// Squared residual of each sample when its block was not fitted, m², with its name.
+    /// Name of each sample, and its squared residual in blocked cross-validation, m².
     pub blocks: Vec<(String, f64)>,
-    /// The posture of each, counted from 0.
+    /// Posture index of each sample, counted from 0.
     pub posture: Vec<usize>,
-    /// Position error predicted over the workspace.
+    /// Position error expected over the workspace.
     pub workspace: Option<WorkspaceError>,
-    /// Numbers of the set-up for want of which it cannot be predicted, by name.
+    /// Undetermined set-up parameters, by name; with any, the workspace error cannot be predicted.
     pub undetermined: Vec<String>,
-    /// Position errors on rows of set `validation`, where there are any.
+    /// Position errors on rows of set `validation`, if there are any.
     pub validation: Option<Validation>,
-    /// What noise alone would leave, m.
+    /// Part of the rms due to noise, m.
     pub noise: f64,
-    /// Session by session.
+    /// One entry per session.
     pub sessions: Vec<SessionError>,
-    /// What the data say is missing in it.
+    /// Diagnosis of what the model is missing.
     pub diagnosis: Diagnosis,
-    /// What was fitted.
+    /// The fit as a calibration.
     pub calibration: Calibration,
-    /// Campaigns that were not fitted, in the order in which they were named.
+    /// Campaigns that were not fitted, in the order given.
     pub checks: Vec<Check>,
-    /// Numbers that no arm can have.
+    /// Parameter values that are physically impossible.
     pub symptoms: Vec<Symptom>,
-    /// What the step gains at postures left out, one entry a division; empty for the first rung, and for a sample that is set aside.
+    /// Gain of the step at left-out postures, one entry per division; empty for the first model, and if a sample is set
+    /// aside.
     pub gains: Vec<Gain>,
 }
 
-/// What speaks against a step.
+/// An objection to a step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Objection {
-    /// What it gains at postures left out is too little, or not sure.
+    /// The gain at left-out postures is too small, or not significant.
     Gain(Gain),
-    /// Blocks that were not fitted are predicted no better.
+    /// Blocks that were not fitted are not predicted better.
     CrossValidation {
         /// Rms before and after, m.
         rms: [f64; 2],
     },
-    /// The error predicted over the workspace grows.
+    /// The error expected over the workspace does not decrease.
     Workspace {
         /// Mean before and after, m.
         mean: [f64; 2],
     },
-    /// A campaign is predicted worse.
+    /// A session is predicted worse.
     Session {
         /// Its name.
         name: String,
         /// Rms before and after, m.
         rms: [f64; 2],
     },
-    /// A campaign is predicted worse by the robot of the others, by more than the error of that judgement.
+    /// A campaign is predicted significantly worse by the robot calibrated on the others.
     Campaign {
         /// Its name.
         name: String,
-        /// How much worse.
+        /// Size and significance of the increase.
         by: Contradiction,
     },
-    /// A campaign that was not fitted is predicted worse, by more than the error of that judgement.
+    /// A campaign that was not fitted is predicted significantly worse.
     Check {
         /// Its name.
         name: String,
-        /// How much worse.
+        /// Size and significance of the increase.
         by: Contradiction,
     },
-    /// A campaign that was not fitted cannot be judged any more.
+    /// A campaign that was not fitted can no longer be judged.
     CheckUnjudged {
         /// Its name.
         name: String,
-        /// Why.
+        /// Reason.
         because: String,
     },
     /// The data do not determine the model.
     NotFitted {
-        /// Why.
+        /// Reason.
         because: String,
     },
 }
 
 impl Objection {
-    /// Whether campaigns speak that the step was not fitted to.
+    /// True if the objection comes from campaigns that the step was not fitted to.
     pub fn is_measured_elsewhere(&self) -> bool {
         matches!(self, Objection::Check { .. } | Objection::CheckUnjudged { .. } | Objection::Campaign { .. })
     }
 
-    /// Whether the step is refused for it, not only warned of.
+    /// True if the step is refused because of it; false if it is only a warning.
     pub fn refuses(&self) -> bool {
         !matches!(self, Objection::Workspace { .. })
     }
@@ -143,13 +146,13 @@ impl Objection {
 /// Fits a model and judges it.
 ///
 /// # Errors
-/// When data and model do not go together, or do not determine the unknowns.
+/// When the data do not fit the model, or do not determine the unknowns.
 pub fn ladder_step(datasets: &[(&str, &Dataset)], model: &Model, ground: HoldOut<'_>) -> Result<LadderStep, IdentifyError> {
     let examination = Examination::new(datasets, model)?;
     examined_rung(datasets, model, &examination, ground)
 }
 
-/// As [`ladder_step`], of a model that is fitted already.
+/// As [`ladder_step`], for a model that is already fitted.
 pub(super) fn examined_rung(
     datasets: &[(&str, &Dataset)],
     model: &Model,
@@ -192,7 +195,7 @@ pub(super) fn examined_rung(
         model: model.clone(),
         fit: examination.fit.rms,
         chi2_per_dof: diagnosis.chi2_per_dof,
-        // A sample that is set aside counts no more.
+        // A sample that is set aside no longer counts.
         cross_validated: rms(blocks.iter().filter(|(id, _)| !is_aside(model, id)).map(|(_, squares)| *squares)),
         blocks,
         posture: postures(&examination.circumstances).of_samples().to_vec(),
@@ -209,12 +212,12 @@ pub(super) fn examined_rung(
     })
 }
 
-/// Whether a model sets a sample aside.
+/// True if a model sets a sample aside.
 fn is_aside(model: &Model, sample: &str) -> bool {
     model.effects.contains(&effects::setting_aside(sample))
 }
 
-/// Squared residual of each sample when its block was not fitted, m², with its name.
+/// Name of each sample, and its squared residual in blocked cross-validation, m².
 fn blocks(examination: &Examination) -> Vec<(String, f64)> {
     let Examination { circumstances, rows, fit, .. } = examination;
     let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
@@ -225,20 +228,20 @@ fn blocks(examination: &Examination) -> Vec<(String, f64)> {
         fitted[at.setup] += (0..at.height).map(|k| rows[(last, at.first_row + k)].powi(2)).sum::<f64>();
         residual[at.setup] += r.norm_squared();
     }
-    // Whitened squares compare; the residual itself gives the unit.
+    // The squares are computed whitened; the ratio of residual to whitened squares of the set-up converts them to m².
     let unit = |s: usize| residual[s] / fitted[s].max(f64::MIN_POSITIVE);
     let squares = circumstances.iter().zip(predicted).map(|(at, squares)| squares * unit(at.setup));
     examination.problem.sample_ids().iter().cloned().zip(squares).collect()
 }
 
-/// Root of the mean of some squares.
+/// Root mean square, from squared values.
 fn rms(squares: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
     if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
 }
 
-/// Squared errors of dataset `k` predicted by the robot as the other datasets have it, and the posture of each row; `None` when they do not
-/// determine it.
+/// Squared errors of dataset `k` predicted by a robot calibrated on the other datasets, and the posture index of each
+/// row; `None` if the others do not determine it.
 fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option<(Vec<f64>, Vec<usize>)> {
     let others: Vec<(&str, &Dataset)> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
     let calibration = identify(&others, model).ok()?;
@@ -248,19 +251,20 @@ fn from_others(datasets: &[(&str, &Dataset)], model: &Model, k: usize) -> Option
 }
 
 impl LadderStep {
-    /// Samples that the step to it sets aside.
+    /// Samples that this step sets aside.
     fn added_aside(&self) -> Vec<&str> {
         self.added.iter().filter_map(|effect| effects::set_aside_by(effect)).collect()
     }
 
-    /// Cross-validated error of the samples that are not set aside, below and here, m.
+    /// Cross-validated rms error of the samples that are not set aside, before and after the step, m.
     fn of_the_others(&self, below: &LadderStep) -> [f64; 2] {
         let aside = self.added_aside();
         [below, self].map(|r| rms(r.blocks_without(&aside).map(|(_, squares)| squares)))
     }
 
-    /// What speaks against setting suspects aside for good: far rows of an arm that errs widely everywhere are no accident, and without
-    /// them nothing else is predicted better, of few postures surely so.
+    /// Objection to setting suspects aside for good. If an arm has large errors everywhere, distant rows are no
+    /// accident, and removing them does not improve the prediction of the others; with few postures, the improvement
+    /// must be significant.
     pub(super) fn objection_of_the_others(&self, below: &LadderStep) -> Option<Objection> {
         let rms = self.of_the_others(below);
         if rms[1] > rms[0] * (1.0 - WORTH_A_SAMPLE) {
@@ -274,23 +278,24 @@ impl LadderStep {
         Gain::of(Division::Time, &before, &after).filter(|gain| !gain.convinces()).map(Objection::Gain)
     }
 
-    /// Whether its postures are so few that it would miss this many samples.
+    /// True if the campaign has so few postures that it would miss this many samples.
     pub(super) fn would_miss(&self, samples: usize) -> bool {
         samples * MISSED >= self.postures()
     }
 
-    /// How many postures it was judged at.
+    /// Number of postures at which it was judged.
     fn postures(&self) -> usize {
         self.posture.iter().max().map_or(0, |p| p + 1)
     }
 
-    /// Posture and cross-validated square of each sample, m², without these.
+    /// Posture index and cross-validated squared residual of each sample, m², except for these.
     fn blocks_without(&self, samples: &[&str]) -> impl Iterator<Item = (usize, f64)> {
         let of_all = self.posture.iter().zip(&self.blocks);
         of_all.filter(|(_, (id, _))| !samples.contains(&id.as_str())).map(|(posture, (_, squares))| (*posture, *squares))
     }
 
-    /// Mean cross-validated square of each posture, m², without these samples; `None` of a posture of which none is left.
+    /// Mean cross-validated squared residual of each posture, m², without these samples; `None` for a posture with no
+    /// other sample.
     fn mean_squares(&self, without: &[&str]) -> Vec<Option<f64>> {
         let mut sums = vec![(0.0, 0.0); self.postures()];
         for (posture, squares) in self.blocks_without(without) {
@@ -300,22 +305,23 @@ impl LadderStep {
         sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect()
     }
 
-    /// What speaks against having climbed here from `below`.
+    /// Objections to the step from `below` to this model.
     pub fn objections(&self, below: &LadderStep) -> Vec<Objection> {
         let mut all = Vec::new();
-        // A sample that the step sets aside is nothing that it could predict: the others must not be predicted worse for it.
+        // A sample that is set aside need not be predicted; the others must not be predicted worse because of it.
         let aside = self.added_aside();
         let sets_aside = !aside.is_empty() && aside.len() == self.added.len();
-        // Beside a second bad sample the first may seem to help the others; the diagnosis has judged them together.
+        // With a second bad sample present, setting the first aside may not seem to help; the diagnosis has judged them
+        // together.
         let advised = sets_aside && aside.iter().all(|sample| below.diagnosis.advises_to_set_aside(sample));
         let squares = self.of_the_others(below);
-        // One that nothing speaks against is a measurement like any other.
+        // A sample is set aside only for a clear improvement; otherwise it is a measurement like any other.
         let enough = 1.0 - if sets_aside { WORTH_A_SAMPLE } else { A_FALL };
         all.extend(self.gains.iter().find(|gain| !gain.convinces()).copied().map(Objection::Gain));
         if self.gains.is_empty() && !advised && squares[1] > squares[0] * enough {
             all.push(Objection::CrossValidation { rms: squares });
         }
-        // Of one session that has been said.
+        // With one session, this is the cross-validation above.
         let several = self.sessions.len() > 1 && !sets_aside;
         for (before, after) in below.sessions.iter().zip(&self.sessions).filter(|_| several) {
             let name = after.name.clone();
@@ -346,7 +352,7 @@ impl LadderStep {
     }
 }
 
-/// Adds effects to the model of a rung and judges the result.
+/// Adds effects to the model of a step and judges the result.
 ///
 /// # Errors
 /// As [`ladder_step`].
@@ -360,7 +366,7 @@ pub fn add(
     step(datasets, below, &model, effects.to_vec(), ground)
 }
 
-/// Fits a model that adds `added` to that of a rung, and judges it as a step from there.
+/// Fits a model that adds `added` to the model of `below`, and judges it as a step from there.
 ///
 /// # Errors
 /// As [`ladder_step`].

@@ -1,8 +1,8 @@
-//! The level of the error to expect, held against what the campaign itself measures: postures left out of the fit.
+//! Level of the expected error, scaled to what the campaign itself measures: the error at postures left out of the fit.
 //!
-//! Draws of what ordinary physics allows tell the shape of the error over the workspace, and where it grows. Their level is a matter of
-//! what is thought plausible, and on robots that err by something else it is wrong by factors either way. At the fitted postures both are
-//! known: what the draws expect there, and by how much postures are missed that were left out.
+//! Draws of physically plausible effects describe the distribution of the error over the workspace. Their level depends
+//! on the assumed plausible sizes; for robots with other causes of error it is wrong by a factor in either direction.
+//! At the fitted postures both are known: the error that the draws predict, and the error at left-out postures.
 
 use super::cross_validation::cross_validated;
 use super::examination::Examination;
@@ -10,33 +10,34 @@ use super::recommend::{places, random_folds};
 use crate::identify::Fit;
 use crate::measure::Dataset;
 
-/// How the draws are put right.
+/// Level to which the draws are scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Level {
-    /// Mean length of the error at postures left out of the fit, the instrument's noise taken off, m.
+    /// Mean length of the error at postures left out of the fit, with the instrument noise removed, m.
     pub left_out: f64,
-    /// The same at places left out as wholes, where there are several, m.
+    /// Mean length of the error at places left out as a whole, with the instrument noise removed, m; `None` with one
+    /// place.
     pub places_left_out: Option<f64>,
-    /// How much of the square at postures left out is not the instrument's noise: 0 to 1.
+    /// Share of the squared error at left-out postures that is not instrument noise: 0 to 1.
     pub share: f64,
-    /// One-sigma of the instrument's noise per axis that was taken off, m.
+    /// One-sigma of the instrument noise per axis that was removed, m.
     pub noise: f64,
     /// Standard deviation of the logarithm of the level.
     pub spread: f64,
 }
 
-/// A chi-square so many standard deviations below its degrees of freedom says that the noise is overstated (chance 2e-4): it is then no
-/// ground to take anything off.
+/// A chi-square this many standard deviations below its degrees of freedom shows that the noise is overstated (chance
+/// 2e-4). No noise is then removed.
 const OVERSTATED: f64 = 3.5;
 
 /// Share of the samples that may be bad.
 const FEW: f64 = 0.05;
 
-/// Mean of the length of a vector of three normal numbers of one-sigma 1.
+/// Mean length of a vector of three standard normal components.
 pub(super) const MEAN_LENGTH: f64 = 1.595_769_121_605_731;
 
 impl Level {
-    /// Of an examined fit.
+    /// Computes the level from an examined fit.
     pub fn of(datasets: &[(&str, &Dataset)], examination: &Examination) -> Self {
         let Examination { circumstances, problem, fit, .. } = examination;
         let unit = examination.squared_units();
@@ -65,7 +66,8 @@ impl Level {
     }
 }
 
-/// Mean of some lengths, of which a few bad ones are no more than the largest of the others: no level is to be theirs.
+/// Mean of lengths, clipped at their 95 % quantile, or five times their median if that is larger: a few bad samples
+/// must not determine the level.
 fn clipped_mean(mut lengths: Vec<f64>) -> f64 {
     lengths.sort_by(f64::total_cmp);
     let Some(last) = lengths.len().checked_sub(1) else { return 0.0 };
@@ -73,7 +75,7 @@ fn clipped_mean(mut lengths: Vec<f64>) -> f64 {
     lengths.iter().map(|l| l.min(most)).sum::<f64>() / lengths.len() as f64
 }
 
-/// Whether a fit is too good for the noise that was stated.
+/// True if a fit is too good for the stated noise.
 pub(super) fn is_noise_overstated(fit: &Fit) -> bool {
     let dof = fit.dof as f64;
     fit.chi2 < dof - OVERSTATED * (2.0 * dof).sqrt()

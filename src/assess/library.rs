@@ -1,4 +1,5 @@
-//! The candidates: every effect of the catalogue, and of the user, that the fitted model does not hold and the data can test.
+//! The candidates: every effect of the catalogue and of the user that is not in the fitted model and that the data can
+//! test.
 
 use crate::effects::{self, Effect, EffectId, Family, Offered, Role, Scan};
 use crate::identify::{Model, Use, missing};
@@ -15,7 +16,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Of that id.
+    /// The candidate with this id.
     pub fn new(id: String) -> Self {
         Candidate { family: EffectId::new(&id).family().to_owned(), id }
     }
@@ -26,25 +27,25 @@ impl Candidate {
 pub struct Untestable {
     /// Its id.
     pub effect: String,
-    /// What is missing.
+    /// The data that are missing.
     pub needs: &'static str,
 }
 
-/// What may be missing in a model of these data.
+/// Effects that a model of these data may be missing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Library {
-    /// Effects that can be tested, in the order of the catalogue.
+    /// Testable effects, in the order of the catalogue.
     pub candidates: Vec<Candidate>,
-    /// Effects that cannot, and why.
+    /// Effects that cannot be tested, with the reason.
     pub untestable: Vec<Untestable>,
-    /// Names of the balls, where all datasets have the same artifact.
+    /// Names of the balls, if all datasets have the same artifact; otherwise empty.
     pub balls: Vec<String>,
-    /// Whether something else than balls is measured as well.
+    /// True if anything other than balls is measured.
     pub other_targets: bool,
 }
 
 impl Library {
-    /// The candidates for one robot measured in `datasets`, beside those that `model` holds.
+    /// Lists the candidates for one robot measured in `datasets`, except those that `model` contains.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Self {
         let mut library = Library::default();
         let Some((_, first)) = datasets.first() else { return library };
@@ -62,7 +63,7 @@ impl Library {
                 continue;
             }
             match missing_somewhere(effect.as_ref(), datasets, model) {
-                // What its members lack is said of them.
+                // The missing data are reported for the members instead.
                 Some(_) if wholes.contains(&candidate.id) && !model.is_unregularised(&candidate.id) => {}
                 Some(needs) => library.untestable.push(Untestable { effect: candidate.id, needs }),
                 None => library.candidates.push(candidate),
@@ -71,7 +72,7 @@ impl Library {
         library
     }
 
-    /// Every candidate for a robot that measures everything: what may be hidden in it.
+    /// Lists every candidate for a robot, whatever is measured: the effects that it may have.
     pub fn of_robot(cell: &Dataset, model: &Model) -> Self {
         let balls = cell.ball_ids();
         let subject = model.subject(&cell.robot, &balls);
@@ -83,14 +84,14 @@ impl Library {
         Library { candidates: ids.collect(), balls: balls.clone(), ..Library::default() }
     }
 
-    /// The candidate of that id.
+    /// Index of the candidate with this id.
     pub fn place(&self, id: &str) -> Option<usize> {
         self.candidates.iter().position(|c| c.id == id)
     }
 }
 
-/// The effects whose order or moment is to be found, which these data can test: each at this order (periods per turn), or at this moment
-/// (s since the session began), where there is one.
+/// Testable effects whose order or moment is found by a scan: those with an order at `order` (periods per turn), those
+/// with a moment at `moment` (s since the session began), if given.
 pub(super) fn scanned_at(datasets: &[(&str, &Dataset)], model: &Model, order: &str, moment: Option<&str>) -> Vec<Candidate> {
     let Some((_, first)) = datasets.first() else { return Vec::new() };
     let balls = first.ball_ids();
@@ -113,7 +114,7 @@ fn fitted<'d>(datasets: &'d [(&'d str, &'d Dataset)]) -> impl Iterator<Item = &'
     datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)))
 }
 
-/// Whether a diagnosis of these data is to think of an effect by itself.
+/// True if a diagnosis of these data considers an effect without being asked for it.
 fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
     match model.family(id).map_or(Offered::Always, |f| f.offered) {
         Offered::Always | Offered::AsWholeToo => true,
@@ -128,20 +129,21 @@ fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
     }
 }
 
-/// Ripple of gears of known ratio, once and twice per turn of the wave generator: where it is to be expected, it needs no scan.
+/// Ripple of gears with a known ratio, once and twice per turn of the wave generator: with the order known, no scan is
+/// needed.
 fn gear_ripple(robot: &Robot) -> Vec<String> {
     let of_joint = |(j, ratio): (usize, &f64)| [1.0, 2.0].map(|k| format!("harmonic:{}:{}", j + 1, (k * ratio).round()));
     robot.gear_ratios.iter().enumerate().flat_map(of_joint).collect()
 }
 
-/// An effect as a candidate beside a model; `None` when it is no hypothesis, or the model holds it.
+/// An effect as a candidate; `None` if it cannot be a hypothesis, or if the model contains it.
 fn candidate(id: String, model: &Model) -> Option<Candidate> {
-    // A shape that draws any curve is what a joint's heat map leads to, and no rival of a named effect.
+    // Curves of any shape belong to the heat map of the joints and do not compete with named effects.
     let any_shape = model.family(&id).is_some_and(|f| f.role == Role::AnyShape);
     (!any_shape && !model.holds(&id)).then(|| Candidate::new(id))
 }
 
-/// What an effect lacks in any of the datasets.
+/// The data that an effect lacks in any of the datasets.
 pub(super) fn missing_somewhere(effect: &dyn Effect, datasets: &[(&str, &Dataset)], model: &Model) -> Option<&'static str> {
     datasets.iter().find_map(|(_, d)| missing(effect, d, model, Use::Fit))
 }

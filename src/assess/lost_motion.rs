@@ -1,42 +1,44 @@
-//! Lost motion of a joint: by how much it stands elsewhere after moving up than after moving down.
+//! Lost motion of a joint: the difference between its positions after moving up and after moving down.
 //!
-//! The sign is that of the reversal value of ISO 230-2 (2014), `B = mean up - mean down`: negative where the joint stops short on both
-//! sides. It is twice the `h` of the effect `hysteresis:J`.
+//! The sign is that of the reversal value of ISO 230-2 (2014), `B = mean up - mean down`: negative if the joint stops
+//! short on both sides. The value is twice the `h` of the effect `hysteresis:J`.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::noise_floor::fisher_chance;
 
-/// Share of chances left out at each end.
+/// Probability in each tail of the confidence interval.
 const TAIL: f64 = 0.025;
 
 /// Reversals of one joint at one station.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrivals {
-    /// What one radian of the joint moves the TCP by there, m.
+    /// Displacement of the TCP there per radian of the joint, m.
     pub lever: f64,
-    /// Angle after moving up minus angle after moving down, rad, each time.
+    /// Angle after moving up minus angle after moving down, rad, one value per reversal.
     pub reversals: Vec<f64>,
 }
 
 /// Lost motion of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LostMotion {
-    /// Counted from 0.
+    /// The joint, counted from 0.
     pub joint: usize,
     /// Angle after moving up minus angle after moving down, rad.
     pub reversal: f64,
     /// Its 95 % confidence interval, rad.
     pub interval: [f64; 2],
-    /// Largest lever among the stations, m: that times the reversal is what a target misses by.
+    /// Largest lever among the stations, m; multiplied by the reversal, it gives the distance by which a target is
+    /// missed.
     pub lever: f64,
-    /// Reversals in all.
+    /// Total number of reversals.
     pub count: usize,
-    /// Chance that stations differ so much of a joint that loses the same everywhere; `None` at one station.
+    /// Probability that stations differ this much if the joint's lost motion is the same everywhere; `None` with one
+    /// station, or if a station shows no scatter.
     pub alike_p: Option<f64>,
 }
 
-/// A station's mean, the variance of that mean, its freedoms and its weight.
+/// Mean of a station, the variance of that mean, its degrees of freedom and its weight.
 struct Mean {
     value: f64,
     variance: f64,
@@ -45,10 +47,12 @@ struct Mean {
 }
 
 impl LostMotion {
-    /// Of a joint (counted from 0), from its arrivals at the stations; `None` without a station of two reversals and a lever.
+    /// Computes the lost motion of a joint (counted from 0) from its arrivals at the stations; `None` if no station has
+    /// two reversals and a lever.
     ///
-    /// Stations count by the squares of their levers, as an equal scatter of the TCP asks; the interval takes each station's own
-    /// scatter and holds whether that is so or not (Student's t with the freedoms of Welch and Satterthwaite).
+    /// The weight of a station is the number of its reversals times its squared lever, which is optimal if the TCP
+    /// scatters equally everywhere. The interval is valid without that assumption: it uses each station's own scatter
+    /// (Student's t with the degrees of freedom of Welch and Satterthwaite).
     pub fn of(joint: usize, stations: &[Arrivals]) -> Option<Self> {
         let usable = stations.iter().filter(|s| s.reversals.len() >= 2 && s.lever > 0.0);
         let means: Vec<Mean> = usable.clone().map(mean).collect();
@@ -75,7 +79,7 @@ impl LostMotion {
         })
     }
 
-    /// What a target misses by at the largest lever when it is approached from the other side, m.
+    /// Distance by which a target is missed at the largest lever when it is approached from the other side, m.
     pub fn at_tcp(&self) -> f64 {
         self.reversal.abs() * self.lever
     }
@@ -89,7 +93,7 @@ fn mean(station: &Arrivals) -> Mean {
     Mean { value, variance, freedoms: count - 1.0, weight: count * station.lever.powi(2) }
 }
 
-/// Chance of means so unlike by chance alone (B. L. Welch, Biometrika 38 (1951) 330).
+/// Probability that means differ this much by chance (B. L. Welch, Biometrika 38 (1951) 330).
 fn alike(means: &[Mean]) -> Option<f64> {
     let k = means.len() as f64;
     if means.len() < 2 || means.iter().any(|m| m.variance <= 0.0) {

@@ -1,4 +1,5 @@
-//! Judging a calibration: position errors on poses that it has not seen, where it fails, and what it is missing.
+//! Assessment of a calibration: position errors at poses that it was not fitted to, the views of its residuals, and the
+//! effects that it is missing.
 
 mod at_new_poses;
 mod background;

@@ -1,9 +1,10 @@
-//! What to measure next: which extra measurements tell the rivals of a diagnosis apart, or lower the error predicted over the workspace.
+//! What to measure next: the additional measurements that best distinguish the rival effects of a diagnosis, or that
+//! most reduce the error expected over the workspace.
 //!
-//! Every rival has its own joint state of knowledge, and predicts what a further measurement would show. Measurements are chosen one
-//! after the other where the predictions differ most beside their uncertainty, each with regard to what those before would have
-//! taught every rival (sequential discrimination of models: Box & Hill 1967; the bound on the error of a decision:
-//! Bhattacharyya). To determine a model better is another thing, and tells rivals apart no better than chance does.
+//! Every rival has its own joint posterior and predicts the outcome of further measurements. Measurements are chosen
+//! one at a time, where the predictions differ most relative to their uncertainty, given what the earlier ones would
+//! have taught every rival (sequential discrimination of models: Box & Hill 1967; the bound on the error of a decision:
+//! Bhattacharyya). A design that only determines one model better distinguishes rivals no better than chance.
 
 mod action;
 mod candidate_covariances;
@@ -39,55 +40,56 @@ use crate::measure::Dataset;
 /// Numbers of measurements that are compared.
 pub const STEPS: [usize; 3] = [5, 10, 20];
 
-/// A chance to resolve so much lower, or an error larger by this share, is as good where it takes less time.
+/// Tolerances within which the quicker of two options is preferred: difference of the chance to resolve, and relative
+/// difference of the error.
 const AS_GOOD_CHANCE: f64 = 0.03;
 const AS_GOOD_ERROR: f64 = 0.05;
 
-/// Rivals whose shape is the side from which joints arrive.
+/// Family of effects that depends on the side from which joints arrive.
 const OF_SIDES: &str = "hysteresis";
 
-/// What comes of one action with so many measurements.
+/// Expected outcome of one action with a given number of measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Number of measurements.
     pub count: usize,
-    /// How well the effect will be named; `None` without two rivals.
+    /// Forecast of how well the effect will be named; `None` with fewer than two rivals.
     pub outlook: Option<Forecast>,
-    /// Error expected over the workspace, the whole library fitted, mean, m; `None` when no workspace was named.
+    /// Mean error expected over the workspace with the whole library fitted, m; `None` if no workspace was given.
     pub error: Option<f64>,
 }
 
-/// An action with what is to be expected of it.
+/// An action with its expected outcome.
 #[derive(Debug, Clone)]
 pub struct Offer {
     /// The action.
     pub action: Action,
-    /// The measurements chosen of its pool, in order.
+    /// The measurements chosen from its pool, in order.
     pub chosen: Vec<usize>,
-    /// What comes of the first 5, 10, 20; of those that there are.
+    /// Expected outcome of the first 5, 10 and 20 measurements, as far as there are that many.
     pub steps: Vec<Step>,
 }
 
-/// What could be measured next, side by side.
+/// Comparison of the possible next measurements.
 #[derive(Debug, Clone)]
 pub struct Proposal {
-    /// Rivals with their probabilities; fewer than two when there is nothing to tell apart.
+    /// Rivals with their probabilities; fewer than two if there is nothing to distinguish.
     pub rivals: Vec<Rival>,
-    /// By what measurements were chosen.
+    /// The criterion by which measurements were chosen.
     pub criterion: Criterion,
-    /// As things stand.
+    /// The present state, without further measurements.
     pub now: Step,
-    /// Action by action.
+    /// One entry per action.
     pub offers: Vec<Offer>,
-    /// What could not be offered.
+    /// Actions that could not be offered, with the reason.
     pub not_offered: Vec<NotOffered>,
 }
 
-/// Compares what could be measured next: by what tells the rivals of the diagnosis apart, or, where there are none, by what lowers the
-/// error expected at joint angles `poses` (rad, N).
+/// Compares possible next measurements: by how well they distinguish the rivals of the diagnosis or, if there are none,
+/// by how much they reduce the error expected at joint angles `poses` (rad, N).
 ///
 /// # Errors
-/// When data and model do not go together.
+/// When the data do not fit the model.
 pub fn propose(
     datasets: &[(&str, &Dataset)],
     examination: &Examination,
@@ -124,7 +126,7 @@ pub fn propose(
 }
 
 impl Proposal {
-    /// How good a step is by the criterion: larger is better.
+    /// Merit of a step by the criterion: larger is better.
     pub fn merit(&self, step: &Step) -> f64 {
         match (self.criterion, step.outlook) {
             (Criterion::Discrimination, Some(outlook)) => outlook.resolved,
@@ -132,7 +134,8 @@ impl Proposal {
         }
     }
 
-    /// The best step of those offers that `counts` takes, with its offer: of those that are as good as the best, the quickest.
+    /// The best step among the offers that `counts` selects, with its offer: the quickest of those that are about as
+    /// good as the best.
     pub fn best(&self, counts: impl Fn(&Offer) -> bool) -> Option<(&Offer, &Step)> {
         let all = || self.offers.iter().filter(|o| counts(o)).flat_map(|o| o.steps.iter().map(move |s| (o, s)));
         let best = all().map(|(_, s)| self.merit(s)).reduce(f64::max)?;
