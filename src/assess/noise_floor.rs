@@ -1,34 +1,36 @@
-//! The noise floor: what the measurement alone would leave, and how that is known.
+//! The noise floor: the residual that measurement noise alone would leave, and how it is known.
 //!
-//! The noise that the data state is taken, with the joints' share carried to the TCP, `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`,
-//! unless replicates contradict it. Where they do, or nothing is stated, the noise is that of replicates: rows of one posture (all joints
-//! within 0.01 deg) or of one `repeat` name, of one target in one set-up. The scatter of their residuals about the group's mean, pooled
-//! over groups, is noise whatever the model; residuals and not readings, as the joints may differ a little. Otherwise it is unknown.
+//! The stated noise is used, including the contribution of the joints at the TCP,
+//! `Sigma = sigma² I + J_q diag(sigma_q²) J_q^T`, unless replicates contradict it. If they do, or if nothing is stated,
+//! the noise is estimated from replicates: rows of one set-up and target with the same posture (all joints within 0.01
+//! deg), payload and approach, or with the same `repeat` name. The scatter of their residuals about the group mean,
+//! pooled over groups, is noise whatever the model. Residuals are used rather than readings, as the joint angles may
+//! differ slightly. Otherwise the noise is unknown.
 
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-/// Confidence of every interval.
+/// Confidence level of all intervals.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Replicates contradict the stated noise when what they show has less than this chance.
+/// Replicates contradict the stated noise if the probability of their scatter is below this.
 pub const CONTRADICTION: f64 = 1e-3;
 
-/// How the noise is known.
+/// Source of the noise estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoiseSource {
     /// From the scatter of replicates.
     Replicates,
-    /// From what the data state.
+    /// As stated with the data.
     Stated,
-    /// Not at all.
+    /// The noise is unknown.
     Unknown,
 }
 
 impl NoiseSource {
-    /// As in the key `noise_from`: `repeats`, `stated`, `unknown`.
+    /// Value of the key `noise_from` in files: `repeats`, `stated`, `unknown`.
     pub fn noise_from(self) -> &'static str {
         match self {
             NoiseSource::Replicates => "repeats",
@@ -36,7 +38,7 @@ impl NoiseSource {
         }
     }
 
-    /// As written in files: `replicates`, `stated`, `unknown`.
+    /// Name in files: `replicates`, `stated`, `unknown`.
     pub fn name(self) -> &'static str {
         match self {
             NoiseSource::Replicates => "replicates",
@@ -46,64 +48,64 @@ impl NoiseSource {
     }
 }
 
-/// The scatter of replicates about the means of their groups.
+/// The scatter of replicates about their group means.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Replicates {
-    /// Groups of two or more.
+    /// Number of groups with two or more samples.
     pub groups: usize,
-    /// Samples in them.
+    /// Number of samples in them.
     pub samples: usize,
-    /// Pooled sum of squares of the whitened residuals about the groups' means.
+    /// Pooled sum of squares of the whitened residuals about the group means.
     pub squares: f64,
-    /// Its degrees of freedom: three for every sample but one of each group; one for a distance.
+    /// Degrees of freedom: for each group three per sample beyond the first, or one per sample for distances.
     pub dof: f64,
 }
 
-/// How large the noise is.
+/// Size of the noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseLevel {
     /// One-sigma per axis, m.
     pub per_axis: f64,
-    /// Root mean square of the 3-D error that noise alone makes, m.
+    /// Root mean square of the 3-D error that noise alone causes, m.
     pub rms: f64,
-    /// Where `rms` lies with 95 % confidence, m (chi-square); `None` for what is stated.
+    /// 95 % confidence interval of `rms`, m (chi-square); `None` for stated noise.
     pub interval: Option<[f64; 2]>,
-    /// The noise in units of what the samples were weighted by: 1 where that is believed.
+    /// Ratio of the noise to that by which the samples were weighted: 1 if the latter is accepted.
     pub relative: f64,
-    /// Degrees of freedom that it is known with; `None` for what is stated, which is taken as exact.
+    /// Degrees of freedom of the estimate; `None` for stated noise, which is taken as exact.
     pub dof: Option<f64>,
 }
 
 /// Noise of a set of samples, with its source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseFloor {
-    /// How it is known.
+    /// Source of the estimate.
     pub source: NoiseSource,
-    /// How large it is; `None` when unknown.
+    /// Size of the noise; `None` if unknown.
     pub level: Option<NoiseLevel>,
-    /// What replicates say, whether or not they are believed before what is stated.
+    /// Scatter of the replicates, whether or not it is used instead of the stated noise; `None` if there are none.
     pub replicates: Option<Replicates>,
-    /// One-sigma per axis that the data state, the joints' share included, m, root mean square over samples.
+    /// Stated one-sigma per axis including the contribution of the joints, m, root mean square over samples.
     pub stated_per_axis: Option<f64>,
-    /// Chance of such replicates under the stated noise (two-sided chi-square); `None` when either is missing.
+    /// Probability of such replicates under the stated noise (two-sided chi-square); `None` if either is missing.
     pub agreement_p: Option<f64>,
 }
 
-/// What of one sample the noise floor needs.
+/// The data of one sample that the noise floor needs.
 #[derive(Debug, Clone, Copy)]
 pub struct NoisySample {
     /// Group of [replicates](crate::measure::Postures::replicates) that it belongs to.
     pub group: usize,
-    /// Whitened residual; of a distance only the first number.
+    /// Whitened residual; for a distance only the first component is used.
     pub whitened: Vector3<f64>,
-    /// Numbers in it: 3, or 1 for a distance.
+    /// Number of scalar residuals: 3, or 1 for a distance.
     pub height: usize,
-    /// Sum of the variances of those numbers by which it was whitened, m².
+    /// Sum of the variances of those residuals by which they were whitened, m².
     pub variance: f64,
 }
 
 impl NoiseFloor {
-    /// Finds the noise of samples, which is `stated` or not.
+    /// Finds the noise of samples; `stated` tells if their noise is stated.
     pub fn of(samples: &[NoisySample], stated: bool) -> Self {
         let replicates = pooled(samples);
         let numbers: usize = samples.iter().map(|s| s.height).sum();
@@ -123,7 +125,7 @@ impl NoiseFloor {
             Some((2.0 * chi2.cdf(r.squares).min(chi2.sf(r.squares))).min(1.0))
         });
         let contradicted = agreement_p.is_some_and(|p| p < CONTRADICTION);
-        // Replicates that agree to the last digit were copied, or rounded away.
+        // Replicates that agree to the last digit were copied or rounded.
         let by_replicates = replicates.filter(|r| (!stated || contradicted) && r.squares > 0.0);
         let (source, found) = match by_replicates {
             Some(r) => (NoiseSource::Replicates, Some(level((r.squares / r.dof).sqrt(), Some(r.dof)))),
@@ -133,19 +135,20 @@ impl NoiseFloor {
         NoiseFloor { source, level: found, replicates, stated_per_axis: stated.then(|| level(1.0, None).per_axis), agreement_p }
     }
 
-    /// Whether replicates contradict the stated noise, at 1e-3.
+    /// True if replicates contradict the stated noise at a level of 1e-3.
     pub fn contradicts_statement(&self) -> bool {
         self.agreement_p.is_some_and(|p| p < CONTRADICTION)
     }
 
-    /// By what factor replicates say that the noise is larger than stated; `None` where they do not.
+    /// Factor by which the noise is larger than stated according to replicates; `None` if they do not contradict the
+    /// stated noise, or show less.
     pub fn larger_than_stated(&self) -> Option<f64> {
         let level = self.level.filter(|_| self.source == NoiseSource::Replicates && self.contradicts_statement())?;
         (level.relative > 1.0).then_some(level.relative)
     }
 
-    /// Chance that noise alone makes a whitened sum of squares of `dof` degrees of freedom as large as `squares`: chi-square where the
-    /// noise is stated, Fisher's F where it is known from replicates, `None` where it is unknown.
+    /// Probability that noise alone causes a whitened sum of squares of at least `squares` with `dof` degrees of
+    /// freedom: chi-square if the noise is stated, Fisher's F if it is known from replicates, `None` if it is unknown.
     pub fn chance_of(&self, squares: f64, dof: f64) -> Option<f64> {
         let level = self.level.as_ref()?;
         if dof <= 0.0 {
@@ -159,7 +162,7 @@ impl NoiseFloor {
     }
 }
 
-/// Chance of a larger chi-square.
+/// Probability of a larger chi-square.
 pub fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
     if !squares.is_finite() {
         return squares.is_nan().then_some(f64::NAN).or(Some(0.0));
@@ -167,23 +170,24 @@ pub fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
     ChiSquared::new(dof).ok().map(|d| d.sf(squares.max(0.0)))
 }
 
-/// So large a ratio is no chance, and further out the incomplete beta function loses its argument.
+/// Ratios from this on have probability zero; beyond it the incomplete beta function loses the precision of its
+/// argument.
 const BEYOND_CHANCE: f64 = 1e12;
 
-/// Chance of a larger ratio of two mean squares.
+/// Probability of a larger ratio of two mean squares, with `above` and `below` degrees of freedom.
 pub fn fisher_chance(ratio: f64, above: f64, below: f64) -> Option<f64> {
     let d = FisherSnedecor::new(above, below).ok()?;
     Some(if ratio < BEYOND_CHANCE { d.sf(ratio.max(0.0)).clamp(0.0, 1.0) } else { 0.0 })
 }
 
-/// Where a standard deviation lies that was found to be `found` with `dof` degrees of freedom.
+/// Confidence interval of a standard deviation that was estimated as `found` with `dof` degrees of freedom.
 fn scatter_interval(found: f64, dof: f64) -> Option<[f64; 2]> {
     let chi2 = ChiSquared::new(dof).ok()?;
     let tail = 0.5 * (1.0 - CONFIDENCE);
     Some([1.0 - tail, tail].map(|p| found * (dof / chi2.inverse_cdf(p)).sqrt()))
 }
 
-/// Replicates of one target, about the first of them, so that a common offset costs no digits.
+/// A group of replicates, relative to the first, so that a common offset does not cost precision.
 struct Group {
     first: Vector3<f64>,
     height: usize,
@@ -203,7 +207,7 @@ fn pooled(samples: &[NoisySample]) -> Option<Replicates> {
             groups.push(Group { first, height, sum: Vector3::zeros(), squares: 0.0, count: 0 });
         }
         let group = &mut groups[at];
-        // A target measured in two ways is two targets; the first way counts.
+        // Samples of another kind of measurement than the first of the group are ignored.
         if group.height == sample.height {
             let off = sample.whitened - group.first;
             group.sum += off;
@@ -232,7 +236,7 @@ mod tests {
 
     #[test]
     fn two_pairs_known_by_heart() {
-        // Each pair two apart along one axis: 2 about the mean; three degrees of freedom a pair.
+        // Each pair is two apart along one axis: sum of squares 2 about the mean, with three degrees of freedom.
         let samples = [sample(0, 1.0, 5.0, 0.0), sample(0, 3.0, 5.0, 0.0), sample(1, 0.0, 0.0, 7.0), sample(1, 0.0, 0.0, 9.0)];
         let floor = NoiseFloor::of(&samples, false);
         let replicates = floor.replicates.expect("there are two groups");

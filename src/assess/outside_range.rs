@@ -1,40 +1,41 @@
-//! Poses that reach where a calibration has not seen the joints.
+//! Poses outside the joint ranges in which a calibration was identified.
 
 use crate::effects::{EffectId, Follows};
 use crate::identify::Model;
 use crate::measure::{Dataset, Sample};
 
-/// A joint that turns farther than it did when it was identified.
+/// A joint that moves beyond its range during identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutsideRange {
     /// The joint, counted from 1.
     pub joint: usize,
     /// Smallest and largest angle in the identification, rad.
     pub identified: [f64; 2],
-    /// Poses in which it stands outside.
+    /// Number of poses in which it is outside.
     pub poses: usize,
-    /// How far the farthest of them is outside, rad.
+    /// Largest distance outside, rad.
     pub farthest: f64,
 }
 
-/// What a judgement asks of a calibration beyond where it was identified.
+/// Extrapolation of a calibration beyond the joint ranges of its identification.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Extrapolation {
-    /// Poses judged.
+    /// Number of poses judged.
     pub poses: usize,
-    /// Poses with at least one joint outside.
+    /// Number of poses with at least one joint outside.
     pub outside: usize,
-    /// Joint by joint; those that stay inside are left out.
+    /// One entry per joint that is outside in any pose.
     pub joints: Vec<OutsideRange>,
-    /// Effects of the model whose shape in the joint angle is known only where it was seen: beyond, they are guesses.
+    /// Effects of the model whose dependence on a joint angle is known only within the range of identification; beyond
+    /// it, their values are extrapolated.
     pub shapes: Vec<String>,
 }
 
-/// Less than this outside is nowhere else, rad: an arc minute.
+/// Distance outside a range that is tolerated, rad: an arc minute.
 const SLACK: f64 = 3e-4;
 
 impl Extrapolation {
-    /// Holds poses (joint angles, rad, N) against the joint ranges in which a model was identified (rad).
+    /// Compares poses (joint angles, rad, N) with the joint ranges in which a model was identified (rad).
     pub fn of<'q>(joint_ranges: &[[f64; 2]], model: &Model, poses: impl Iterator<Item = &'q [f64]>) -> Self {
         let none = |(j, range): (usize, &[f64; 2])| OutsideRange { joint: j + 1, identified: *range, poses: 0, farthest: 0.0 };
         let mut joints: Vec<OutsideRange> = joint_ranges.iter().enumerate().map(none).collect();
@@ -74,7 +75,7 @@ impl Extrapolation {
         Extrapolation { poses: count, outside, joints, shapes }
     }
 
-    /// The same of the samples of datasets that `takes` selects.
+    /// Compares the samples of datasets that `takes` selects with those joint ranges.
     pub fn of_samples(
         joint_ranges: &[[f64; 2]],
         model: &Model,

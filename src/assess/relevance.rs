@@ -1,7 +1,8 @@
-//! All candidates fitted at once, each with a size of its own that the data tell: automatic relevance determination by group.
+//! Joint fit of all candidates, each with a size estimated from the data: automatic relevance determination by group.
 //!
-//! One variance a candidate, with a weak inverse-gamma prior; the updates are those of expectation maximisation (MacKay 1992,
-//! Tipping 2001). A whole library fitted so predicts where the model errs; one candidate after the other by least squares does not.
+//! Each candidate has one variance, with a weak inverse-gamma prior; the updates are those of expectation maximisation
+//! (MacKay 1992, Tipping 2001). A whole library fitted in this way predicts the robot's errors; least-squares fits of
+//! one candidate after the other do not.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,14 +11,14 @@ use super::examination::{Examination, Span};
 use crate::identify::FitError;
 use crate::math::linalg;
 
-/// Weight of the inverse-gamma prior of a variance, in coefficients. Its centre is the size of the ordinary small stuff of this robot:
-/// what the data do not see is taken to be about as large as what they see.
+/// Weight of the inverse-gamma prior of a variance, in coefficients. Its centre is the size of this robot's background:
+/// effects that the data do not show are assumed to be about as large as those that they show.
 const PRIOR_WEIGHT: f64 = 1.5;
 
-/// No robot is better than this, in plausible sizes, where nothing was seen of it.
+/// Smallest size of the background in this prior, in plausible sizes: no robot is assumed to be better than this.
 const LEAST: f64 = 0.1;
 
-/// Rounds; the largest share of a variance that still changes after 25 is a few per cent.
+/// Number of iterations; after 25 no variance changes by more than a few per cent.
 const ROUNDS: usize = 25;
 
 /// The fit of the whole library.
@@ -29,14 +30,14 @@ pub struct Relevance {
     pub mean: DVector<f64>,
     /// Their covariance is `root root^T`.
     pub root: DMatrix<f64>,
-    /// Variance of the whitened residuals; one where the noise is as stated.
+    /// Variance of the whitened residuals; 1 if the noise is as stated.
     pub noise: f64,
-    /// Squares that each candidate takes: its contribution to what the model leaves.
+    /// Sum of squares that each candidate explains: its contribution to the residual of the model.
     pub energy: Vec<f64>,
 }
 
 impl Relevance {
-    /// Fits all candidates of an examination to what its model leaves.
+    /// Fits all candidates of an examination to the residual of its model.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -44,7 +45,7 @@ impl Relevance {
         Relevance::beside(examination, &Background::new(examination)?)
     }
 
-    /// The same, where the background is known.
+    /// As [`Relevance::new`], with a background that is already computed.
     pub(super) fn beside(examination: &Examination, background: &Background) -> Result<Self, FitError> {
         let Examination { gram, z, spans, remainder, .. } = examination;
         let n = z.len();

@@ -1,10 +1,12 @@
-//! Pose repeatability after ISO 9283 (1998), 7.2.2, with its interval.
+//! Pose repeatability according to ISO 9283 (1998), 7.2.2, with its confidence interval.
 //!
-//! Of positions x_j attained at one target: `l_j = |x_j - mean(x)|`, `RP = mean(l) + 3 s`, with s the standard deviation of l.
+//! For positions x_j attained at one target: `l_j = |x_j - mean(x)|`, `RP = mean(l) + 3 s`, where s is the standard
+//! deviation of l.
 //!
-//! The interval is for the RP of endless returns of the same scatter, taken to be Gaussian with any covariance. The ratio of a
-//! finite RP to the endless one depends on the covariance's shape alone, not on its size; its distribution is drawn with the shape
-//! found (parametric bootstrap of a pivot; Davison, Hinkley, Bootstrap Methods and their Application, 1997, 5.2).
+//! The interval is for the RP of infinitely many returns with the same scatter, which is assumed to be Gaussian with
+//! any covariance. The ratio of the RP of finitely many returns to it depends only on the shape of the covariance, not
+//! on its size. Its distribution is simulated with the observed shape (parametric bootstrap of a pivot; Davison,
+//! Hinkley, Bootstrap Methods and their Application, 1997, 5.2).
 
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -14,17 +16,17 @@ use rand_distr::StandardNormal;
 use super::lost_motion::{Arrivals, LostMotion};
 use crate::measure::{Return, Reversal, StationRecord};
 
-/// Draws of the ratio: its 2.5 and 97.5 % points then stand within about half a percent of coverage.
+/// Number of draws of the ratio: the coverage at its 2.5 and 97.5 % points is then accurate to about half a percent.
 const DRAWS: usize = 1000;
-/// Fixed: the same returns give the same interval. RP.
+/// Fixed seed ("RP" in ASCII): the same returns give the same interval.
 const SEED: u64 = 0x5250;
-/// Share of chances left out at each end.
+/// Probability in each tail of the confidence interval.
 const TAIL: f64 = 0.025;
 
-/// How closely positions meet that were meant to be one.
+/// Repeatability of positions attained at one target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseRepeatability {
-    /// Positions.
+    /// Number of positions.
     pub count: usize,
     /// Mean distance from their barycentre, m.
     pub mean: f64,
@@ -32,12 +34,12 @@ pub struct PoseRepeatability {
     pub deviation: f64,
     /// RP, m.
     pub rp: f64,
-    /// 95 % confidence interval of the RP of endless positions, m.
+    /// 95 % confidence interval of the RP of infinitely many positions, m.
     pub interval: [f64; 2],
 }
 
 impl PoseRepeatability {
-    /// Of positions (m); `None` of fewer than two.
+    /// Computes the repeatability of positions (m); `None` for fewer than two.
     pub fn of(positions: &[Vector3<f64>]) -> Option<Self> {
         let n = positions.len();
         if n < 2 {
@@ -73,7 +75,8 @@ fn spreads(positions: &[Vector3<f64>]) -> [f64; 3] {
     covariance.symmetric_eigenvalues().map(|v| v.max(0.0).sqrt()).into()
 }
 
-/// 2.5 and 97.5 % points of RP of `count` positions over RP of endless ones, of that shape of scatter; ones where nothing scatters.
+/// 2.5 and 97.5 % points of the ratio of the RP of `count` positions to that of infinitely many, for this shape of
+/// scatter; ones if there is no scatter.
 fn ratios(spreads: &[f64; 3], count: usize) -> [f64; 2] {
     let largest = spreads.iter().fold(0.0, |a: f64, &b| a.max(b));
     if largest <= 0.0 {
@@ -101,34 +104,36 @@ fn ratios(spreads: &[f64; 3], count: usize) -> [f64; 2] {
     [TAIL, 1.0 - TAIL].map(|p| found[((DRAWS - 1) as f64 * p).round() as usize] / endless)
 }
 
-/// What came of one station.
+/// Results at one station.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StationRepeatability {
     /// Name of the planned pose.
     pub id: String,
-    /// The ball, by its place.
+    /// The ball, by its index.
     pub ball: usize,
-    /// Of the attained position: what the gauge saw on return to the same joints.
+    /// Repeatability of the attained position: the gauge's readings on return to the same joints.
     pub attained: PoseRepeatability,
-    /// The same with what the encoders saw of it taken away.
+    /// Repeatability of the attained position less the motion that the encoders saw.
     pub unseen: PoseRepeatability,
-    /// Of the ball's place by encoders and readings after centring: what one probing of a campaign repeats to.
+    /// Repeatability of the ball's position from encoders and readings after centring, as for one probing of a
+    /// campaign.
     pub probing: PoseRepeatability,
-    /// Of readings without a motion: the gauge's own noise, which is in all three.
+    /// Repeatability of readings without a motion: the noise of the gauge, which is contained in all three.
     pub gauge: PoseRepeatability,
 }
 
-/// Repeatability at every station, lost motion of every joint.
+/// Repeatability at every station and lost motion of every joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repeatability {
-    /// In the order in which they were visited.
+    /// Stations, in the order in which they were visited.
     pub stations: Vec<StationRepeatability>,
-    /// By joint; empty where no joint was reversed twice.
+    /// Lost motion by joint; empty if no joint was reversed twice at a station.
     pub lost_motion: Vec<LostMotion>,
 }
 
 impl Repeatability {
-    /// Of what was measured; `None` when a station holds fewer than two returns or readings at rest.
+    /// Evaluates the records of all stations; `None` if a station has fewer than two returns, centrings or readings at
+    /// rest.
     pub fn of(records: &[StationRecord]) -> Option<Self> {
         let stations = records.iter().map(station).collect::<Option<Vec<_>>>()?;
         let joints = records.iter().map(|r| r.station.levers.len()).min().unwrap_or(0);
@@ -140,13 +145,13 @@ impl Repeatability {
     }
 }
 
-/// The motion of the TCP that the encoders saw between the target and where they read, tool axes, m.
+/// Displacement of the TCP from the target according to the encoders, tool axes, m.
 fn seen(record: &StationRecord, joints: &[f64]) -> Vector3<f64> {
     let moved = joints.iter().zip(&record.target).map(|(q, target)| q - target);
     record.station.levers.iter().zip(moved).map(|(lever, by)| lever * by).sum()
 }
 
-/// Where the TCP is off the target less what the encoders saw of it, tool axes, m.
+/// Displacement of the TCP from the target, less the part that the encoders saw, tool axes, m.
 fn unseen(record: &StationRecord, back: &Return) -> Vector3<f64> {
     -back.reading - seen(record, &back.joints)
 }
@@ -164,7 +169,7 @@ fn station(record: &StationRecord) -> Option<StationRepeatability> {
     })
 }
 
-/// Reversal by reversal, by how much the joint stood higher after moving up.
+/// For each reversal, the joint's angle after moving up minus that after moving down, rad.
 fn arrivals(record: &StationRecord, joint: usize) -> Arrivals {
     let lever = record.station.levers[joint];
     let higher = |r: &Reversal| {
