@@ -1,10 +1,11 @@
-//! Residuals seen from four sides: per ball (artifact), in the tool's axes (gauge), in the world (base), and as apparent angle errors of
-//! each joint (arm).
+//! Four views of the residuals: per ball (artifact), in the tool's axes (gauge), in the world's axes (base), and as
+//! apparent angle errors of each joint (arm).
 //!
-//! Residuals after a fit are not the errors: the model's parameters have taken up what they could. A ball that stands a tenth of a
-//! millimetre off may leave a mean residual of a hundredth. So every one-sigma here is that of what noise leaves after the fit, every
-//! test counts only directions that the fit cannot take, and for balls the displacement that would leave the mean is given beside it.
-//! Of rows that were not fitted, the one-sigma holds the uncertainty of the calibration.
+//! Residuals after a fit are not the errors, since the parameters have absorbed a part: a ball that is displaced by a
+//! tenth of a millimetre may leave a mean residual of a hundredth. Hence every one-sigma here is that of the noise
+//! remaining after the fit, every test counts only directions that the fit cannot absorb, and for balls the
+//! displacement that would leave the mean is given as well. For rows that were not fitted, the one-sigma includes the
+//! uncertainty of the calibration.
 
 mod bins;
 mod joint_variable;
@@ -21,18 +22,19 @@ pub use self::seen_sample::SeenSample;
 pub use self::worst::WorstSample;
 pub(crate) use self::worst::{MOST_WORST, remarks};
 
-/// Whether a view shows more than chance: its sum of squares against that of noise, and against what else is left.
+/// Significance of a view: its sum of squares compared with the noise, and with the remaining residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewTest {
-    /// What the view takes off the residual sum of squares, in units of the noise squared; of what is left, where the noise is unknown.
+    /// Reduction of the residual sum of squares by the view, in units of the noise squared, or of the mean squared
+    /// residual if the noise is unknown.
     pub chi2: f64,
-    /// Directions in it that the fit has not taken up.
+    /// Number of its directions that the fit has not absorbed.
     pub dof: usize,
-    /// Chance that a right model shows as much here, the larger of two: against the noise (where it is known) and against what else is
-    /// left of the residuals, so that a model which is wrong elsewhere does not make everything stand out. Times the number of views of
-    /// its kind (Bonferroni), at most 1.
+    /// Probability that a correct model shows as much here, the larger of two: compared with the noise (if known), and
+    /// with the remaining residuals, so that not every view stands out if the model is wrong elsewhere. Multiplied by
+    /// the number of views of its kind (Bonferroni), at most 1.
     pub p_family: f64,
-    /// Share of the residual sum of squares that it takes alone; what chance would take is left out.
+    /// Share of the residual sum of squares that it explains alone, less the share expected by chance.
     pub explains: f64,
 }
 
@@ -43,18 +45,18 @@ pub struct BallView {
     pub dataset: String,
     /// Name of the ball.
     pub ball: String,
-    /// Probings of it.
+    /// Number of probings of the ball.
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
     /// Mean residual (ball minus TCP), weighted, world axes, m.
     pub mean: Vector3<f64>,
-    /// What chance makes of it, one-sigma, m.
+    /// One-sigma of the mean by chance, m.
     pub sigma: Vector3<f64>,
-    /// Displacement of the ball from its stated place that would leave this mean, the parameters free to follow as they did in the fit, m;
-    /// `None` when they can follow any, or were not fitted to these rows.
+    /// Displacement of the ball from its stated position that would leave this mean, with the parameters refitted, and
+    /// its one-sigma, m; `None` if the parameters can absorb any displacement, or were not fitted to these rows.
     pub displacement: Option<[Vector3<f64>; 2]>,
-    /// Whether the mean is more than chance.
+    /// Significance of the mean.
     pub test: ViewTest,
 }
 
@@ -63,47 +65,47 @@ pub struct BallView {
 pub struct ToolView {
     /// Mean, m.
     pub mean: Vector3<f64>,
-    /// What chance makes of it, one-sigma, m.
+    /// One-sigma of the mean by chance, m.
     pub sigma: Vector3<f64>,
-    /// Whether it is more than chance.
+    /// Significance of the mean.
     pub test: ViewTest,
 }
 
-/// Mean residual in the world's axes, and the motion of the base that would best take the residuals away.
+/// Mean residual in the world's axes, and the motion of the base that would best remove the residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorldView {
     /// Mean, m.
     pub mean: Vector3<f64>,
-    /// What chance makes of it, one-sigma, m.
+    /// One-sigma of the mean by chance, m.
     pub sigma: Vector3<f64>,
-    /// Shift of the base, world axes, m.
+    /// Translation of the base, world axes, m.
     pub translation: Vector3<f64>,
-    /// What chance makes of it, one-sigma, m.
+    /// One-sigma of the translation by chance, m.
     pub translation_sigma: Vector3<f64>,
-    /// Turn of the base about its own origin, world axes, rad.
+    /// Rotation of the base about its own origin, world axes, rad.
     pub rotation: Vector3<f64>,
-    /// What chance makes of it, one-sigma, rad.
+    /// One-sigma of the rotation by chance, rad.
     pub rotation_sigma: Vector3<f64>,
-    /// Root mean square of the 3-D residual with that motion taken away, m.
+    /// Root mean square of the 3-D residual with that motion removed, m.
     pub rms_after: f64,
-    /// Whether the motion is more than chance.
+    /// Significance of the motion.
     pub test: ViewTest,
 }
 
-/// Residuals of one base and tool.
+/// Residuals of one set-up (base and tool).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SetupView {
-    /// Dataset.
+    /// Name of the dataset.
     pub dataset: String,
-    /// Session; may be empty.
+    /// Name of the session; may be empty.
     pub session: String,
-    /// Samples of it.
+    /// Number of samples.
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
     /// In the tool's axes.
     pub tool: ToolView,
-    /// In the world.
+    /// In the world's axes.
     pub world: WorldView,
 }
 
@@ -112,33 +114,33 @@ pub struct SetupView {
 pub struct JointBin {
     /// Mean of the variable, in its unit.
     pub x: f64,
-    /// Least value of the variable.
+    /// Smallest value of the variable.
     pub from: f64,
     /// Largest value of the variable.
     pub to: f64,
     /// Mean apparent angle error of the joint, actual minus reported, rad.
     pub mean: f64,
-    /// What chance makes of it, one-sigma, rad.
+    /// One-sigma of the mean by chance, rad.
     pub sigma: f64,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
 }
 
-/// Apparent angle error of a joint, `j . r / |j|²` with the joint's column `j`, against a variable.
+/// Apparent angle error of a joint, `j . r / |j|²` with the joint's column `j`, as a function of a variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointCurve {
     /// Joint, counted from 1.
     pub joint: usize,
-    /// What it is drawn against.
+    /// The variable.
     pub against: JointVariable,
-    /// The curve.
+    /// The bins of the curve.
     pub bins: Vec<JointBin>,
-    /// Whether it is not flat: analysis of variance between bins.
+    /// Significance of its variation: analysis of variance between bins.
     pub test: ViewTest,
 }
 
 impl JointCurve {
-    /// Largest minus smallest bin, rad.
+    /// Difference of the largest and the smallest bin mean, rad.
     pub fn swing(&self) -> f64 {
         let ends = self.bins.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |e, b| [e[0].min(b.mean), e[1].max(b.mean)]);
         ends[1] - ends[0]
@@ -152,9 +154,9 @@ pub struct JointOffset {
     pub joint: usize,
     /// Actual minus reported, rad.
     pub mean: f64,
-    /// What chance makes of it, one-sigma, rad.
+    /// One-sigma of the mean by chance, rad.
     pub sigma: f64,
-    /// Whether it is more than chance.
+    /// Significance of the mean.
     pub test: ViewTest,
 }
 
@@ -163,12 +165,13 @@ pub struct JointOffset {
 pub struct SampleResidual {
     /// Name of the sample.
     pub id: String,
-    /// Its set-up, by place.
+    /// Index of its set-up.
     pub setup: usize,
-    /// Measured minus predicted, world axes, m; of a distance along the line of sight.
+    /// Measured minus predicted, world axes, m; for a distance, along the line of sight.
     pub world: Vector3<f64>,
-    /// The same in the tool's axes, m.
+    /// Measured minus predicted, tool axes, m.
     pub tool: Vector3<f64>,
-    /// Root mean square of its numbers in units of what noise leaves of them; of the mean residual where the noise is unknown.
+    /// Root mean square of its components in units of the noise remaining after the fit, or of the mean residual if the
+    /// noise is unknown.
     pub normalised: f64,
 }

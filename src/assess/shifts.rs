@@ -1,8 +1,9 @@
-//! What an effect that the model leaves out does to the parameters that it holds.
+//! Shifts of the fitted parameters that are caused by an effect missing in the model.
 //!
-//! A fit takes what is missing for wrong values of its own parameters, as far as these can follow it: with J the whitened derivatives by
-//! the fitted parameters and x those by a number of the effect, a truth with that number at size s and a model without it shift the
-//! estimates by `s (J^T J)^-1 J^T x` (omitted-variable bias; in J also what is stated of balls and tool). Noise does not enter.
+//! A fit compensates a missing effect with wrong values of its own parameters, as far as these can reproduce it. Let J
+//! be the whitened derivatives with respect to the fitted parameters, and x those with respect to a parameter of the
+//! effect. If that parameter truly has size s, a model without it gives estimates shifted by `s (J^T J)^-1 J^T x`
+//! (omitted-variable bias; J includes the prior knowledge of balls and tool). Noise has no influence.
 
 use nalgebra::DMatrix;
 
@@ -12,51 +13,52 @@ use crate::identify::{IdentifyError, Model, Prior, Use};
 use crate::measure::{Dataset, Sample};
 use crate::units::Unit;
 
-/// Periods per turn at which an effect stands in the table whose order a diagnosis has to find: the slowest that is sought, which a model
-/// of links and springs can follow best.
+/// Order, in periods per turn, assumed in the table for effects whose order is found by a diagnosis: the slowest one
+/// that is searched, which a model of links and springs can reproduce best.
 const SLOWEST_ORDER: &str = "3";
 
-/// A parameter that the model holds and these data determine.
+/// A parameter that the model contains and these data determine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shifted {
     /// Its name.
     pub name: String,
-    /// Its unit for people and files.
+    /// Its unit for display and files.
     pub unit: Unit,
 }
 
-/// What one number of an effect does, at its plausible size, to every parameter that is fitted.
+/// Shift of every fitted parameter by one parameter of a missing effect at its plausible size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shift {
     /// Id of the effect.
     pub effect: String,
-    /// Name of the number.
+    /// Name of the effect's parameter.
     pub number: String,
     /// Its plausible size, SI.
     pub size: f64,
-    /// Its unit for people and files.
+    /// Its unit for display and files.
     pub unit: Unit,
     /// Shift of each parameter, SI, in the order of [`Shifts::parameters`].
     pub by: Vec<f64>,
 }
 
-/// Shifts of the fitted parameters by every effect that the model does not hold.
+/// Shifts of the fitted parameters by every effect that the model does not contain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shifts {
-    /// The fitted parameters of which nothing but the data is known.
+    /// The fitted parameters with an uninformative prior.
     pub parameters: Vec<Shifted>,
-    /// Number by number, the numbers of an effect side by side: of the library, then of effects that are found by a scan.
+    /// One entry per parameter of each effect, grouped by effect: those of the library, then those found by a scan.
     pub shifts: Vec<Shift>,
-    /// Effects that these data cannot show, and what that would need.
+    /// Effects that these data cannot show, and the data that they need.
     pub untestable: Vec<Untestable>,
 }
 
 impl Shifts {
-    /// Of the rows of set `fit`, near what `model` makes of them. Effects with an order to be found stand at three per turn, those with a
-    /// moment in the middle of the session, and those of a single sample are left out.
+    /// Computes the shifts for the rows of set `fit`, linearised about the fit of `model`. Effects with an unknown
+    /// order are given three periods per turn, those with a moment the middle of the session; effects of a single
+    /// sample are omitted.
     ///
     /// # Errors
-    /// When data and model do not go together, or do not determine the unknowns.
+    /// When the data do not fit the model, or do not determine the unknowns.
     pub fn of(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
         let Library { mut candidates, untestable, .. } = Library::new(datasets, model);
         let middle = middle_s(datasets).map(|t| format!("{t:.0}"));
@@ -68,7 +70,7 @@ impl Shifts {
         Ok(Shifts { untestable, ..Shifts::beside(&Examination::with(datasets, model, candidates)?) })
     }
 
-    /// Of the candidates of an examination.
+    /// Computes the shifts by the candidates of an examination.
     fn beside(examination: &Examination) -> Self {
         let Examination { wide, fitted, columns, spans, library, projection, .. } = examination;
         let flat: Vec<usize> =
@@ -98,19 +100,19 @@ impl Shifts {
         }
     }
 
-    /// The effects, each with its numbers.
+    /// The shifts grouped by effect.
     pub fn effects(&self) -> impl Iterator<Item = &[Shift]> {
         self.shifts.chunk_by(|a, b| a.effect == b.effect)
     }
 }
 
-/// One-sigma of the shift of parameter `k`, SI, by numbers that are independent, each of its plausible size one-sigma; of a single number
-/// the amount of its shift.
+/// One-sigma of the shift of fitted parameter `k`, SI, by independent parameters of an effect, each with its plausible
+/// size as one sigma; for a single parameter, the absolute value of its shift.
 pub fn shift_of(numbers: &[Shift], k: usize) -> f64 {
     numbers.iter().filter_map(|shift| shift.by.get(k)).map(|by| by * by).sum::<f64>().sqrt()
 }
 
-/// The middle of the time in which the fitted samples were taken, s; `None` where one of them has no time.
+/// Middle of the measurement time of the fitted samples, s; `None` if any of them has no time.
 fn middle_s(datasets: &[(&str, &Dataset)]) -> Option<f64> {
     let fitted = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)));
     let times = fitted.map(|s: &Sample| s.time_s).collect::<Option<Vec<f64>>>()?;

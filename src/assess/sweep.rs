@@ -1,5 +1,6 @@
-//! Columns that vary with a position: an order, a change point, a length scale. Each is a carrier (how the residual of a sample moves
-//! with a place of the arm) times a feature (a number of the sample), so that thousands cost one product of matrices.
+//! Columns that depend on a scanned position: an order, a change point, a length scale. Each is a carrier (derivative
+//! of a sample's residual with respect to a site of the arm) times a feature (one number per sample), so thousands of
+//! columns cost one matrix product.
 
 use std::borrow::Cow;
 
@@ -13,29 +14,29 @@ use crate::math::linalg;
 
 /// Projected columns `carrier_c(i) feature_b(i)`; column `b * carriers + c`.
 pub(super) struct Sweep<'a> {
-    /// Inner product of carriers c and d at every sample, at place `c * carriers + d`.
+    /// Inner product of carriers c and d at every sample, at index `c * carriers + d`.
     among: Vec<DVector<f64>>,
     carriers: usize,
     /// Samples x features.
     features: Cow<'a, DMatrix<f64>>,
-    /// Halves of the fitted parameters' products.
+    /// Result of [`Projection::half`](super::projection::Projection::half) for the products with the fitted parameters.
     half: DMatrix<f64>,
-    /// Products with the candidates' columns, projected, along the background's directions.
+    /// Projected inner products with the candidates' columns, in the background's principal directions.
     along: DMatrix<f64>,
     z: DVector<f64>,
 }
 
-/// A stretch of a sweep as one candidate.
+/// A range of columns of a sweep, as one candidate.
 pub(super) struct Block {
     pub k: DMatrix<f64>,
     pub z: DVector<f64>,
     along: DMatrix<f64>,
-    /// Energy before projection.
+    /// Squared norm before projection.
     pub whole: f64,
 }
 
 impl<'a> Sweep<'a> {
-    /// Columns of these carriers (one vector a sample each) times these features (samples x features).
+    /// Multiplies these carriers (one vector per sample each) by these features (samples x features).
     pub fn new(
         examination: &Examination,
         background: &Background,
@@ -52,7 +53,7 @@ impl<'a> Sweep<'a> {
         Sweep::of(examination, background, carriers, features, products)
     }
 
-    /// The carriers at one sample after the other.
+    /// A sweep over the samples: the carriers at one sample after the other.
     pub fn of_each_sample(examination: &Examination, background: &Background, carriers: &[Vec<Vector3<f64>>]) -> Self {
         let samples = examination.circumstances.len();
         let mut products = DMatrix::zeros(examination.rows.nrows(), samples * carriers.len());
@@ -85,7 +86,8 @@ impl<'a> Sweep<'a> {
         Sweep { among, carriers: carriers.len(), features, half, along, z }
     }
 
-    /// The columns of features `first` ... `first + count` as one candidate, of plausible size `plausible` (SI) each.
+    /// Returns the columns of features `first` ... `first + count` as one candidate; each has the plausible size
+    /// `plausible` (SI).
     pub fn block(&self, first: usize, count: usize, plausible: f64) -> Block {
         let carriers = self.carriers;
         let (from, wide) = (first * carriers, count * carriers);
@@ -114,14 +116,14 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// The carriers at sample `i`, of a sweep [over each sample](Sweep::of_each_sample).
+    /// Returns the carriers at sample `i` as one candidate, from a sweep [over each sample](Sweep::of_each_sample).
     pub fn of_sample(&self, i: usize, plausible: f64) -> Block {
         let among = DMatrix::from_fn(self.carriers, self.carriers, |c, d| self.among[c * self.carriers + d][i]);
         self.projected(among, i * self.carriers, self.carriers, plausible)
     }
 }
 
-/// Products of a carrier at each sample with all rows of the examination: rows x samples.
+/// Inner products of a carrier at each sample with all rows of the examination: rows x samples.
 fn moved(examination: &Examination, carrier: &[Vector3<f64>]) -> DMatrix<f64> {
     let rows = &examination.rows;
     let mut moved = DMatrix::zeros(rows.nrows(), carrier.len());
@@ -135,7 +137,7 @@ fn moved(examination: &Examination, carrier: &[Vector3<f64>]) -> DMatrix<f64> {
 }
 
 impl Block {
-    /// Logarithm of the evidence against nothing, and against the background.
+    /// Log evidence vs. noise alone, and vs. background.
     pub fn ln_evidence(&self, examination: &Examination, background: &Background, sizes: &[f64]) -> [f64; 2] {
         let plain = Seen::new(self.k.clone(), &self.z).ln_evidence(&examination.remainder, sizes);
         [plain, background.ln_evidence_of(&self.k, &self.z, &self.along, sizes)]
@@ -147,12 +149,12 @@ pub(super) fn joint(circumstances: &[Circumstance], j: usize) -> Vec<Vec<Vector3
     vec![circumstances.iter().map(|c| c.joints[j]).collect()]
 }
 
-/// Carriers: the place of the base in the world.
+/// Carriers: the position of the base in the world.
 pub(super) fn base(circumstances: &[Circumstance]) -> Vec<Vec<Vector3<f64>>> {
     (0..3).map(|k| circumstances.iter().map(|c| c.base[k]).collect()).collect()
 }
 
-/// Carriers: the TCP in the last frame.
+/// Carriers: the position of the TCP in the last frame.
 pub(super) fn tool(circumstances: &[Circumstance]) -> Vec<Vec<Vector3<f64>>> {
     (0..3).map(|k| circumstances.iter().map(|c| c.tool[k]).collect()).collect()
 }

@@ -1,17 +1,17 @@
-//! Numbers that no arm can have: signs by which a fit says that something else is missing.
+//! Parameter values that are physically impossible: symptoms of another effect that is missing.
 
 use crate::effects::{EffectId, Unphysical};
 use crate::identify::{Calibration, Estimate};
 use crate::measure::Dataset;
 use crate::units::Unit;
 
-/// In how many one-sigmas a number has to be beyond what is possible.
+/// Number of one-sigmas by which a value must exceed the possible range.
 const BEYOND: f64 = 2.0;
 
-/// A number that no arm can have.
+/// A parameter value that is physically impossible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Symptom {
-    /// Its parameter.
+    /// Name of the parameter.
     pub parameter: String,
     /// The effect of the parameter.
     pub effect: String,
@@ -19,14 +19,14 @@ pub struct Symptom {
     pub value: f64,
     /// One-sigma, SI.
     pub sigma: f64,
-    /// Unit to show it in.
+    /// Unit in which it is shown.
     pub unit: Unit,
-    /// What is impossible about it.
+    /// Reason why it is impossible.
     pub unphysical: Unphysical,
 }
 
 impl Symptom {
-    /// The numbers of a calibration that are impossible by more than two one-sigmas.
+    /// Finds the values of a calibration that are impossible by more than two one-sigmas.
     pub fn of(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Vec<Self> {
         let heaviest = datasets.iter().flat_map(|(_, d)| d.payloads.iter().map(|p| p.mass)).fold(0.0, f64::max);
         let symptom = |e: &Estimate| {
@@ -44,7 +44,7 @@ impl Symptom {
         calibration.estimates.iter().filter_map(symptom).collect()
     }
 
-    /// The joint that the effect belongs to, counted from 1, where it belongs to one.
+    /// The joint that the effect belongs to, counted from 1; `None` if it belongs to none.
     pub fn joint(&self) -> Option<usize> {
         let compliance = || self.parameter.split('@').next().unwrap_or_default().strip_prefix('c');
         match EffectId::new(&self.effect).rest() {

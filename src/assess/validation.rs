@@ -1,4 +1,4 @@
-//! Position errors of a calibrated robot: the numbers of the paper's Table 9 and the bars of its Figure 9.
+//! Position errors of a calibrated robot: the figures of the paper's Table 9 and the bars of its Figure 9.
 
 use crate::identify::Prediction;
 
@@ -9,17 +9,17 @@ pub struct Validation {
     pub samples: usize,
     /// Mean of the errors.
     pub mean: f64,
-    /// Largest.
+    /// Largest error.
     pub max: f64,
     /// Standard deviation of the errors about their mean (n - 1); zero for one pose.
     pub std: f64,
-    /// Root mean square.
+    /// Root mean square of the errors.
     pub rms: f64,
     /// Errors below which 5, 25, 50, 75 and 95 % of the poses lie.
     pub quantiles: [f64; 5],
-    /// Errors, ascending.
+    /// All errors, ascending.
     pub errors: Vec<f64>,
-    /// Set-up parameters that were fitted to these very poses.
+    /// Set-up parameters that were fitted to the judged poses themselves.
     pub refitted: Vec<String>,
     /// Set-up parameters that were fitted to other rows of these data.
     pub from_fit_rows: Vec<String>,
@@ -32,7 +32,7 @@ pub struct HistogramBin {
     pub from: f64,
     /// Upper edge, m.
     pub to: f64,
-    /// Poses in it.
+    /// Number of poses in it.
     pub count: usize,
 }
 
@@ -40,7 +40,7 @@ pub struct HistogramBin {
 pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.50, 0.75, 0.95];
 
 impl Validation {
-    /// Judges predictions; `None` when there are none.
+    /// Computes the statistics of predictions; `None` if there are none.
     pub fn of(prediction: &Prediction) -> Option<Self> {
         let mut errors: Vec<f64> = prediction.residuals.iter().map(|r| r.norm()).collect();
         if errors.is_empty() {
@@ -64,7 +64,7 @@ impl Validation {
         })
     }
 
-    /// Equal bins from zero to the largest error.
+    /// Sorts the errors into equal bins from zero to the largest error.
     pub fn histogram(&self, bins: usize) -> Vec<HistogramBin> {
         let width = self.max.max(f64::MIN_POSITIVE) / bins.max(1) as f64;
         (0..bins.max(1))

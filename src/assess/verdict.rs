@@ -1,29 +1,29 @@
-//! What a diagnosis comes to.
+//! The verdict of a diagnosis.
 
-/// What a diagnosis comes to.
+/// The verdict of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Verdict {
-    /// The data are not of this robot, or not of this kind: nothing is diagnosed.
+    /// The data are not from this robot, or not of this kind; nothing is diagnosed.
     DataDoNotFit,
-    /// What remains is noise, but more of it than the data state.
+    /// The residual is noise, but larger than the data state.
     NoiseLargerThanStated,
-    /// Single samples disagree with all others; the rest of the diagnosis is without them.
+    /// Single samples disagree with all others; the rest of the diagnosis excludes them.
     SuspectSamples,
-    /// What remains is noise.
+    /// The residual is noise.
     NothingLeft,
-    /// The credible set names one effect, and what is left beside it is noise.
+    /// The credible set names one effect, and with it the residual is noise.
     Identified,
-    /// Effects are named that explain a part; more is missing.
+    /// The named effects explain a part; more is missing.
     Partly,
-    /// The set names several that these data cannot separate.
+    /// The credible set names several effects that these data cannot distinguish.
     Indistinguishable,
-    /// Something is left, and no effect of the catalogue explains it.
+    /// The residual exceeds the noise, and no effect of the catalogue explains it.
     Unexplained,
 }
 
 impl Verdict {
-    /// As in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::DataDoNotFit => "data_do_not_fit",
@@ -37,12 +37,12 @@ impl Verdict {
         }
     }
 
-    /// Whether it names effects of the catalogue.
+    /// True if the verdict names effects of the catalogue.
     pub fn names_effects(self) -> bool {
         matches!(self, Verdict::Identified | Verdict::Partly | Verdict::Indistinguishable)
     }
 
-    /// Whether nothing but noise is left: there is nothing to add to the model.
+    /// True if the residual is only noise, so that nothing need be added to the model.
     pub fn is_noise(self) -> bool {
         matches!(self, Verdict::NothingLeft | Verdict::NoiseLargerThanStated)
     }

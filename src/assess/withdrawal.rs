@@ -1,25 +1,26 @@
-//! Rows that nobody fitted or chose by, held against what was chosen without them.
+//! Test of a chosen model on rows that were used neither for fitting nor for the choice.
 
 use crate::identify::{Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, Postures};
 
-/// The second is worse when its squares are larger by so many standard errors of the paired differences.
+/// Number of standard errors of the paired differences by which the squared errors must increase to count as worse.
 const SIGNIFICANT: f64 = 2.0;
 
-/// And by more than this share.
+/// Share by which the rms must increase as well.
 const WORSE: f64 = 0.01;
 
-/// How far rows that were not fitted contradict a step.
+/// Contradiction of a step by rows that were not fitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contradiction {
     /// Rms of the 3-D error before and after, m.
     pub rms: [f64; 2],
-    /// By how many standard errors the squares are larger.
+    /// Increase of the mean squared error in standard errors.
     pub sigma: f64,
 }
 
 impl Contradiction {
-    /// From squared errors (m²) of the same rows before and after, and the posture of each row.
+    /// Compares squared errors (m²) of the same rows before and after, given the posture index of each row; `None`
+    /// unless they are significantly larger, or with fewer than three postures.
     pub fn of(before: &[f64], after: &[f64], posture: &[usize]) -> Option<Self> {
         let count = posture.iter().max().map_or(0, |p| p + 1);
         let mut differences = vec![(0.0, 0.0); count];
@@ -39,7 +40,7 @@ impl Contradiction {
     }
 }
 
-/// Whether the rows of set `validation` contradict `after`, chosen without them, in favour of `before`.
+/// Tests if the rows of set `validation`, which the choice did not use, contradict `after` in favour of `before`.
 pub(super) fn contradicted(
     datasets: &[(&str, &Dataset)],
     before: &Calibration,
@@ -68,7 +69,7 @@ mod tests {
         assert!(Contradiction::of(&before, &worse, &posture).is_some_and(|c| c.sigma > 5.0));
         assert!(Contradiction::of(&before, &chance, &posture).is_none());
         assert!(Contradiction::of(&worse, &before, &posture).is_none());
-        // Repeats of one posture are one witness.
+        // Repeats of one posture count as one observation.
         assert!(Contradiction::of(&before, &worse, &[0; 30]).is_none());
     }
 }

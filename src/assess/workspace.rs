@@ -1,8 +1,9 @@
-//! How wrong the present calibration is over the workspace, as far as the data and ordinary physics tell.
+//! Error of the present calibration to expect over the workspace, from the data and the plausible size of physical
+//! effects.
 //!
-//! A small residual on four balls is no evidence of a good model: what is missing hides in wrong parameters where it was measured and
-//! comes out elsewhere. Every size of every candidate that the data allow is drawn, what the fit would have absorbed of it is taken
-//! along, and both are carried to poses of the workspace.
+//! A small residual on four balls does not prove a good model: a missing effect is absorbed by wrong parameters at the
+//! measured poses and appears elsewhere. Every candidate is drawn at sizes that the data allow, together with the part
+//! that the fit would have absorbed, and both are evaluated at poses of the workspace.
 
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use rand::SeedableRng;
@@ -18,10 +19,10 @@ use crate::identify::{IdentifyError, Parameter};
 use crate::measure::{Dataset, FreePosesRequest, Margins, Measured, Sample, SampleSet, free_poses};
 use crate::robot::{Axis6, Robot, Surroundings, world_from_tool};
 
-/// Poses when none are named.
+/// Number of poses if none are given.
 pub const WORKSPACE_POSES: usize = 300;
 
-/// Nothing else is random here; the same data give the same numbers.
+/// Fixed seed: the same data give the same figures.
 pub(super) const SEED: u64 = 0x0ca1_1be0;
 
 /// Position error expected at one pose.
@@ -33,13 +34,13 @@ pub struct ExpectedError {
     pub tcp: Vector3<f64>,
     /// Distance of the TCP from axis 1, m.
     pub radius: f64,
-    /// Height of the TCP over the base, along axis 1, m.
+    /// Height of the TCP above the base, along axis 1, m.
     pub height: f64,
     /// Expected length of the error, m.
     pub error: f64,
 }
 
-/// A number with the spread of its draws.
+/// A figure with the band of its draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Banded {
     /// Expected value.
@@ -58,31 +59,32 @@ impl Banded {
     }
 }
 
-/// Predicted position error of a calibration over the workspace.
+/// Expected position error of a calibration over the workspace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkspaceError {
     /// Mean over the poses, m.
     pub mean: Banded,
-    /// Largest of the poses, m.
+    /// Largest error among the poses, m.
     pub max: Banded,
-    /// Mean over the poses inside the joint ranges of the fit, and a tenth of them beyond, m; `None` where no pose is.
+    /// Mean over the poses inside the joint ranges and the TCP box of the fit, each extended by a tenth, m; `None` if
+    /// there are none.
     pub ranges_seen: Option<Banded>,
-    /// Mean over the others, where nothing was measured, m.
+    /// Mean over the other poses, m; `None` if there are none.
     pub elsewhere: Option<Banded>,
-    /// Pose by pose.
+    /// One entry per pose.
     pub poses: Vec<ExpectedError>,
-    /// One-sigma of the instrument's noise per axis, m: who measures the error sees it as well. Zero where it is not known.
+    /// One-sigma of the instrument noise per axis, m, which a measured error would contain as well; zero if unknown.
     pub noise: f64,
 }
 
 impl WorkspaceError {
-    /// The mean that an instrument would measure, its own noise in it, m.
+    /// The mean error that an instrument would measure, including its own noise, m.
     pub fn mean_as_measured(&self) -> f64 {
         self.mean.expected.hypot(MEAN_LENGTH * self.noise)
     }
 }
 
-/// Poses spread over the workspace of a robot: uniform in its joints, clear of itself (rad, N).
+/// Draws poses over the workspace of a robot: uniform in its joint limits, without self-collision (rad, N).
 pub fn workspace_poses(dataset: &Dataset, count: usize) -> Vec<Vec<f64>> {
     let request = FreePosesRequest {
         robot: &dataset.robot,
@@ -97,12 +99,12 @@ pub fn workspace_poses(dataset: &Dataset, count: usize) -> Vec<Vec<f64>> {
     free_poses(&request).unwrap_or_default()
 }
 
-/// Where the poses of a prediction come from.
+/// Source of the poses of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PoseSource {
-    /// The rows of set `validation`: what the robot is to be judged on.
+    /// The rows of set `validation`, on which the robot is to be judged.
     Validation,
-    /// Drawn: uniform in the joint limits, clear of itself.
+    /// Drawn uniformly in the joint limits, without self-collision.
     Drawn,
 }
 
@@ -111,12 +113,12 @@ pub enum PoseSource {
 pub struct WorkspacePoses {
     /// Joint angles, rad (N).
     pub q: Vec<Vec<f64>>,
-    /// Where they come from.
+    /// Source of the poses.
     pub source: PoseSource,
 }
 
 impl WorkspacePoses {
-    /// The poses of the datasets' validation rows; where there are none, [`workspace_poses`] of the first dataset.
+    /// Returns the poses of the datasets' validation rows; if there are none, [`workspace_poses`] of the first dataset.
     pub fn of(datasets: &[(&str, &Dataset)]) -> Self {
         let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| s.set == SampleSet::Validation));
         let judged: Vec<Vec<f64>> = rows.map(|s| s.q.clone()).collect();
@@ -129,8 +131,9 @@ impl WorkspacePoses {
 }
 
 impl WorkspaceError {
-    /// Predicts the error of the examined fit at joint angles `poses` (rad, N) of the first set-up, with its first payload, at the
-    /// end of the session; `None` without poses, and where the data leave the set-up itself open ([`undetermined`]).
+    /// Predicts the error of the examined fit at joint angles `poses` (rad, N) in the first set-up, with its first
+    /// payload, at the end of the session; `None` without poses, or if the data do not determine the set-up itself
+    /// ([`undetermined`]).
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -191,8 +194,9 @@ impl WorkspaceError {
     }
 }
 
-/// Numbers of the first set-up's base and tool that these data do not tell, by name, though they know a place in the world: the position
-/// error there cannot be predicted. Where no place is known, the base itself defines the world, and nothing is open.
+/// Names the parameters of the first set-up's base and tool that these data do not determine although they contain a
+/// known position in the world; the position error there cannot be predicted then. If no position is known, the base
+/// itself defines the world, and nothing is undetermined.
 pub fn undetermined(examination: &Examination) -> Vec<String> {
     let problem = examination.problem();
     let by_definition = problem.setups()[0].datum_freedoms.len() == Axis6::ALL.len();
@@ -201,10 +205,10 @@ pub fn undetermined(examination: &Examination) -> Vec<String> {
     left_out.filter(|p| frame(p) && !(p.defines_world && by_definition)).map(|p| p.name.clone()).collect()
 }
 
-/// Share of a range by which a pose may lie beyond it and still be where the fit has seen the arm.
+/// Share of a range by which a pose may lie outside and still count as inside the range of the fit.
 const MARGIN: f64 = 0.1;
 
-/// Whether numbers lie in these ranges, or hardly outside.
+/// True if all values lie in their ranges, extended by the margin.
 fn inside(values: &[f64], ranges: &[[f64; 2]]) -> bool {
     let within = |(v, r): (&f64, &[f64; 2])| {
         let margin = MARGIN * (r[1] - r[0]);
@@ -213,7 +217,7 @@ fn inside(values: &[f64], ranges: &[[f64; 2]]) -> bool {
     values.iter().zip(ranges).all(within)
 }
 
-/// Which poses are where the fit has seen the arm: inside the ranges of its joints, and of its TCP.
+/// For each pose, true if it lies inside the ranges of the fit: those of its joints and of its TCP position.
 fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<bool> {
     let tcp = |q: &[f64]| world_from_tool(&there.robot, &there.base, &there.tool, q).translation.vector;
     let mut box_of_tcp = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
@@ -225,10 +229,11 @@ fn seen(examination: &Examination, there: &Dataset, poses: &[Vec<f64>]) -> Vec<b
     poses.iter().map(|q| inside(q, &ranges) && inside(tcp(q).as_slice(), &box_of_tcp)).collect()
 }
 
-/// A draw is held to so many times the median of all: the tail of some hundred draws is not known, and a mean must not hang on one of them.
+/// Limit for the mean error of a draw, as a multiple of the median over all draws: the tail of some hundred draws is
+/// uncertain, and the mean must not depend on a single one.
 const FURTHEST_DRAW: f64 = 3.0;
 
-/// Holds draws that run away.
+/// Scales down draws beyond that limit.
 fn rein_in(errors: &mut DMatrix<f64>) {
     let poses = errors.nrows() / 3;
     let mean = |draw: usize| (0..poses).map(|p| errors.fixed_view::<3, 1>(3 * p, draw).norm()).sum::<f64>();
@@ -241,9 +246,11 @@ fn rein_in(errors: &mut DMatrix<f64>) {
     }
 }
 
-/// Holds the draws to what was measured where that says most: at poses like those of the campaign, the geometric mean of the draws and of
-/// the error at postures left out. Where no place in the world is known the absolute error has no meaning, and what was measured alone
-/// decides: at poses like those seen by postures left out, at others by whole places.
+/// Scales the draws to the measured level. At poses within the range of the campaign, the target is a geometric mean of
+/// the draws' level and the error at left-out postures, weighted by the share of the latter that is not instrument
+/// noise. If no position in the world is known, the absolute error has no meaning and only the measurement counts:
+/// within the range the error at left-out postures, beyond it the geometric mean of that and the error at left-out
+/// places.
 fn hold_to_level(errors: &mut DMatrix<f64>, seen: &[bool], level: &Level, examination: &Examination) {
     let nowhere = examination.problem.parameters().iter().any(|p| p.defines_world);
     let mut hold = |inside: bool, target: f64, weight: f64| {
@@ -256,15 +263,17 @@ fn hold_to_level(errors: &mut DMatrix<f64>, seen: &[bool], level: &Level, examin
     };
     if nowhere {
         hold(true, level.left_out, 1.0);
-        // Predicted from one place less, a place errs by too much; by postures of the same places, by too little.
+        // A prediction from one place fewer gives too large an error; one from other postures at the same places, too
+        // small.
         hold(false, level.places_left_out.map_or(level.left_out, |places| (places * level.left_out).sqrt()), 1.0);
     } else {
-        // Where most of what is left out is the instrument's noise, it says little of the robot.
+        // If most of the error at left-out postures is instrument noise, it says little about the robot.
         hold(true, level.left_out, 0.5 * level.share);
     }
 }
 
-/// Points measured at these poses by whoever measured the first set-up, at the end of the session, coming from any side.
+/// Samples of point measurements at these poses in the first set-up, at the end of the session, with random directions
+/// of approach.
 pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Vec<f64>], random: &mut ChaCha8Rng) -> Dataset {
     let setup = &examination.problem.setups()[0];
     let taken = || dataset.samples.iter().filter(|s| s.set == SampleSet::Fit);
@@ -290,8 +299,8 @@ pub(super) fn at_poses(dataset: &Dataset, examination: &Examination, poses: &[Ve
     Dataset { base: setup.start, samples, ball_distances: Vec::new(), ..dataset.clone() }
 }
 
-/// How fitted parameters (SI) and candidates (in plausible sizes) move the TCP at each pose: 3 rows a pose, m. All that the fit absorbed of
-/// the balls is in the parameters.
+/// Jacobian of the TCP at each pose with respect to the fitted parameters (per SI unit) and the candidates (per
+/// plausible size): 3 rows per pose, m. The part of ball errors that the fit absorbed is contained in the parameters.
 pub(super) fn fields(there: &Dataset, examination: &Examination) -> Result<DMatrix<f64>, IdentifyError> {
     Ok(AtNewPoses::of_the_arm(there, examination)?.fields())
 }

@@ -1,32 +1,32 @@
-//! Where in the workspace a calibration errs: the predicted error over the distance from axis 1 and the height.
+//! Map of the expected error over the workspace, by distance from axis 1 and height.
 
 use super::workspace::WorkspaceError;
 
-/// Cells each way.
+/// Number of cells in each direction.
 const CELLS: usize = 5;
 
-/// A ring of the workspace.
+/// One cell of the map: a ring around axis 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapCell {
     /// Mean of the expected errors of its poses, m.
     pub error: f64,
-    /// Poses in it.
+    /// Number of poses in it.
     pub poses: usize,
 }
 
-/// The workspace cut into rings around axis 1.
+/// The workspace divided into rings around axis 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkspaceMap {
-    /// Edges of the rings: distance from axis 1, m, ascending, one more than there are cells.
+    /// Edges in distance from axis 1, m, ascending; one more than there are cells.
     pub radius: Vec<f64>,
-    /// Edges over the base, along axis 1, m, ascending, one more than there are cells.
+    /// Edges in height above the base, along axis 1, m, ascending; one more than there are cells.
     pub height: Vec<f64>,
-    /// Row by row, lowest first, each from axis 1 outwards; `None` where no pose lies.
+    /// Row by row, lowest first, each from axis 1 outwards; `None` if a cell contains no pose.
     pub cells: Vec<Vec<Option<MapCell>>>,
 }
 
 impl WorkspaceError {
-    /// The error over radius and height, five cells each way between the poses' extremes.
+    /// Maps the error over radius and height, with five cells each between the extremes of the poses.
     pub fn map(&self) -> WorkspaceMap {
         let edges = |of: &dyn Fn(usize) -> f64| {
             let range =
