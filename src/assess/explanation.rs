@@ -42,7 +42,7 @@ impl Explanation {
             }
             set = with;
             reached = ln;
-            // With another member present, a different candidate may fit better in place of one.
+            // After a member is added, another candidate may fit better than an earlier member.
             let mut exchanged = true;
             while exchanged && set.len() > 1 {
                 exchanged = false;

@@ -105,7 +105,7 @@ pub struct NoisySample {
 }
 
 impl NoiseFloor {
-    /// Finds the noise of samples; `stated` tells if their noise is stated.
+    /// Finds the noise of samples; `stated` is true if the data state it.
     pub fn of(samples: &[NoisySample], stated: bool) -> Self {
         let replicates = pooled(samples);
         let numbers: usize = samples.iter().map(|s| s.height).sum();

@@ -1,6 +1,6 @@
 //! Shifts of the fitted parameters that are caused by an effect missing in the model.
 //!
-//! A fit compensates a missing effect with wrong values of its own parameters, as far as these can reproduce it. Let J
+//! A fit compensates for a missing effect by wrong values of its own parameters, as far as these can reproduce it. Let J
 //! be the whitened derivatives with respect to the fitted parameters, and x those with respect to a parameter of the
 //! effect. If that parameter truly has size s, a model without it gives estimates shifted by `s (J^T J)^-1 J^T x`
 //! (omitted-variable bias; J includes the prior knowledge of balls and tool). Noise has no influence.

@@ -40,7 +40,7 @@ impl Contradiction {
     }
 }
 
-/// Tests if the rows of set `validation`, which the choice did not use, contradict `after` in favour of `before`.
+/// Tests whether the rows of set `validation`, which the choice did not use, contradict `after` in favour of `before`.
 pub(super) fn contradicted(
     datasets: &[(&str, &Dataset)],
     before: &Calibration,

@@ -1,4 +1,4 @@
-//! Error of the present calibration to expect over the workspace, from the data and the plausible size of physical
+//! Expected error of the present calibration over the workspace, from the data and the plausible size of physical
 //! effects.
 //!
 //! A small residual on four balls does not prove a good model: a missing effect is absorbed by wrong parameters at the
