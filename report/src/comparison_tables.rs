@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::plain_table;
-use super::workspace::Forecast;
+use super::workspace::{Forecast, NoForecast};
 use calibench::assess::{Comparison, JointBin, SIGNIFICANCE, ViewTest};
 use calibench::units::{MM, UM, URAD};
 
@@ -59,7 +59,7 @@ fn bars(bins: &[JointBin]) -> String {
 }
 
 /// The whole comparison; `outlook` is the expected error over the workspace, or the reason why it cannot be predicted.
-pub fn comparison_text(c: &Comparison, outlook: &Result<Forecast, String>) -> String {
+pub fn comparison_text(c: &Comparison, outlook: &Result<Forecast, NoForecast>) -> String {
     let mut out = format!(
         "{} against {} sample{}, {:.4} mm rms (3-D)\n\n",
         c.robot,
@@ -67,7 +67,7 @@ pub fn comparison_text(c: &Comparison, outlook: &Result<Forecast, String>) -> St
         if c.samples == 1 { "" } else { "s" },
         c.rms / MM
     );
-    let number_that_matters = outlook.as_ref().map_or_else(String::clone, Forecast::sentence);
+    let number_that_matters = outlook.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence);
     for sentence in [number_that_matters].into_iter().chain(c.sentences()) {
         out.push_str(&format!("* {sentence}\n"));
     }

@@ -40,4 +40,4 @@ pub use tables::{
     histogram, parameter_rows, parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row,
     validation_table, wider_sentence,
 };
-pub use workspace::{Forecast, extrapolation_sentence, no_forecast_sentence};
+pub use workspace::{Forecast, NoForecast, extrapolation_sentence};

@@ -1,8 +1,11 @@
 //! The decisive figure: the position error expected over the workspace, its map, and the extrapolation beyond the identified
 //! ranges.
 
+use std::fmt;
+
 use super::tables::plain_rows;
 use calibench::assess::{Banded, Extrapolation, PoseSource, WorkspaceError};
+use calibench::identify::IdentifyError;
 use calibench::units::{DEG, MM};
 
 /// A predicted error over the workspace and the origin of its poses.
@@ -64,19 +67,49 @@ impl Forecast {
     }
 }
 
-/// Explains why no error over the workspace is predicted: set-up numbers not determined by the data, by name, or a lack of
-/// poses.
-pub fn no_forecast_sentence(undetermined: &[String]) -> String {
-    const WHAT: &str = "The position error to expect over the workspace cannot be predicted";
-    match undetermined {
-        [] => format!("{WHAT}: no pose of the robot is clear of itself."),
-        [one] => {
-            format!("{WHAT}: {one} is kept at its nominal value, and these data do not determine it. Measure at more places.")
+/// The reason why no error over the workspace is predicted.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum NoForecast {
+    /// The data do not determine these parameters of the set-up.
+    Undetermined(Vec<String>),
+    /// No pose of the robot is clear of the robot itself.
+    NoPose,
+    /// The data are not those to which the calibration was fitted.
+    OtherRows,
+    /// The examination of the data failed.
+    Failed(IdentifyError),
+}
+
+impl NoForecast {
+    /// The reason for a model whose set-up leaves these parameters undetermined.
+    #[must_use]
+    pub fn of(undetermined: &[String]) -> Self {
+        if undetermined.is_empty() { NoForecast::NoPose } else { NoForecast::Undetermined(undetermined.to_vec()) }
+    }
+}
+
+impl fmt::Display for NoForecast {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("The position error to expect over the workspace cannot be predicted")?;
+        match self {
+            NoForecast::Undetermined(names) => match names.as_slice() {
+                [one] => write!(
+                    f,
+                    ": {one} is kept at its nominal value, and these data do not determine it. Measure at more places."
+                ),
+                several => write!(
+                    f,
+                    ": {} are kept at their nominal values, and these data do not determine them. Measure at more places.",
+                    several.join(", ")
+                ),
+            },
+            NoForecast::NoPose => f.write_str(": no pose of the robot is clear of itself."),
+            NoForecast::OtherRows => f.write_str(
+                " from these data: it takes the rows to which the calibration was fitted; name their dataset as well.",
+            ),
+            NoForecast::Failed(e) => write!(f, ": {e}."),
         }
-        several => format!(
-            "{WHAT}: {} are kept at their nominal values, and these data do not determine them. Measure at more places.",
-            several.join(", ")
-        ),
     }
 }
 

@@ -24,9 +24,17 @@ pub struct Compensation {
     pub after: Validation,
 }
 
-/// Sends the tool to the poses of the nominal robot and cell at joints `poses` (rad). `uncompensated` (world, m) holds the
-/// positions reached at those very joints, to which the uncompensated targets lead. The compensator works in the world.
-/// Returns `None` when no target can be compensated.
+/// The targets: the poses of the nominal robot and cell at the validation joints of a plan.
+pub(crate) struct Targets<'a> {
+    /// Robot and cell.
+    pub cell: &'a Dataset,
+    /// The plan.
+    pub plan: &'a TrackerPlan,
+    /// Positions reached at those very joints (world, m), to which the uncompensated targets lead.
+    pub uncompensated: &'a [Vector3<f64>],
+}
+
+/// Sends the tool to the targets. The compensator works in the world. Returns `None` when no target can be compensated.
 ///
 /// # Errors
 /// When the robot does not reach a target.
@@ -34,10 +42,9 @@ pub(crate) fn compensation(
     session: &Session<'_>,
     tracker: &SimulatedTracker,
     compensator: &mut Compensator<'_>,
-    cell: &Dataset,
-    plan: &TrackerPlan,
-    uncompensated: &[Vector3<f64>],
+    targets: &Targets<'_>,
 ) -> Result<Option<Compensation>, ManipulatorError> {
+    let &Targets { cell, plan, uncompensated } = targets;
     let conditions = Conditions { temp_c: session.temperature_c(), ..Conditions::default() };
     let (mut wanted, mut before, mut joints) = (Vec::new(), Vec::new(), Vec::new());
     let poses = &plan.validation.poses;

@@ -9,7 +9,7 @@ use calibench::units::MM;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::compensation::{Compensation, compensation};
+use crate::compensation::{Compensation, Targets, compensation};
 use crate::planning::{Plan, PlanError, TrackerPlan, shown};
 use crate::plans::Plans;
 use crate::random::Streams;
@@ -197,7 +197,8 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, observer: &mut d
     let before = judge(&trical.calibration.nominal(), &validation)?;
     let Plans { plan, tracker: tracker_plan, .. } = plans;
     let mut compensator = Compensator::new(&trical.calibration, &Task { frame: WorkFrame::World, ..Task::default() })?;
-    let compensation = compensation(&session, &set_up, &mut compensator, &validation, &tracker_plan, &validation_truth)?;
+    let targets = Targets { cell: &validation, plan: &tracker_plan, uncompensated: &validation_truth };
+    let compensation = compensation(&session, &set_up, &mut compensator, &targets)?;
     Ok(Run {
         seed: streams.seed,
         plan,

@@ -32,7 +32,7 @@ pub use design_keys::DesignToml;
 pub use document::Document;
 pub use expect::{Expectation, Quantity};
 pub use instrument_keys::{InstrumentKind, InstrumentToml};
-pub use key::Key;
+pub use key::{Key, KeyError};
 pub use keys::{CentringToml, IndicatorsToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};
 pub use mujoco_truth::{Backlash, Bearing, Friction, MujocoToml, Pedestal, Stiffening};
 pub use precision_keys::{MOST_REPETITIONS, PrecisionToml};

@@ -1,7 +1,9 @@
 //! Hold-out: poses and campaigns that a model is judged on and not fitted to.
 
+use std::sync::Arc;
+
 use super::Validation;
-use crate::identify::{Calibration, Use};
+use crate::identify::{Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, Postures, SampleSet};
 
 /// The poses and campaigns on which a model is judged, besides the rows that it is fitted to.
@@ -14,13 +16,25 @@ pub struct HoldOut<'a> {
     pub checks: &'a [(&'a str, &'a Dataset)],
 }
 
+/// The reason why a campaign cannot be judged.
+#[derive(Debug, Clone, thiserror::Error)]
+#[non_exhaustive]
+pub enum NotJudged {
+    /// Its rows cannot be predicted.
+    #[error("{0}")]
+    Unpredictable(Arc<IdentifyError>),
+    /// It has no rows.
+    #[error("it has no samples")]
+    Empty,
+}
+
 /// Result for a campaign that was not fitted.
 #[derive(Debug, Clone)]
 pub struct Check {
     /// Name of the campaign.
     pub name: String,
     /// Position errors in it, or the reason why it cannot be judged.
-    pub result: Result<Validation, String>,
+    pub result: Result<Validation, NotJudged>,
     /// Squared errors, m², in the order of its rows, and the posture index of each.
     pub(super) squares: Vec<f64>,
     pub(super) posture: Vec<usize>,
@@ -30,10 +44,11 @@ impl Check {
     pub(super) fn of(calibration: &Calibration, name: &str, dataset: &Dataset) -> Self {
         let held_out = dataset.samples.iter().any(|s| s.set == SampleSet::Validation);
         let which = if held_out { Use::Validation } else { Use::All };
-        let predicted = calibration.set_up_anew().predict(&[(name, dataset)], which).map_err(|e| e.to_string());
+        let predicted =
+            calibration.set_up_anew().predict(&[(name, dataset)], which).map_err(|e| NotJudged::Unpredictable(Arc::new(e)));
         let squares = predicted.as_ref().map_or(Vec::new(), |p| p.residuals.iter().map(|r| r.norm_squared()).collect());
         let posture = Postures::of(&[(name, dataset)], |s| which.takes(s)).of_samples().to_vec();
-        let result = predicted.and_then(|p| Validation::of(&p).ok_or_else(|| "it has no samples".to_owned()));
+        let result = predicted.and_then(|p| Validation::of(&p).ok_or(NotJudged::Empty));
         Check { name: name.into(), result, squares, posture }
     }
 }

@@ -338,7 +338,7 @@ impl LadderStep {
                     let by = Contradiction::of(&before.squares, &after.squares, &after.posture);
                     all.extend(by.map(|by| Objection::Check { name, by }));
                 }
-                (Ok(_), Err(because)) => all.push(Objection::CheckUnjudged { name, because: because.clone() }),
+                (Ok(_), Err(because)) => all.push(Objection::CheckUnjudged { name, because: because.to_string() }),
                 _ => {}
             }
         }

@@ -47,7 +47,7 @@ pub use diagnosis::{Contribution, Diagnosis, Explained, Finding, FoundParameter,
 pub use exact_alias::exact_aliases;
 pub use examination::Examination;
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
-pub use hold_out::{Check, HoldOut};
+pub use hold_out::{Check, HoldOut, NotJudged};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Next, StopReason, best_step, ladder};
 pub use ladder_step::{LadderStep, Objection, SessionError, add, ladder_step, step};

@@ -60,7 +60,7 @@ pub(super) const FAMILY: Family = Family {
                 }
             }
             for k in 0..2 {
-                displace(k, frame, &near, &turned[k], &moved[k], emit);
+                displace(k, (frame, &near), [&turned[k], &moved[k]], emit);
             }
         })
         .needs(&[Needs::Masses])
@@ -81,9 +81,9 @@ fn length(subject: &Subject<'_>, j: usize) -> f64 {
     next.a.hypot(next.d)
 }
 
-/// A rotation about the origin of frame k and a translation (world), as deviations of its flex sites.
-fn displace(parameter: usize, k: usize, frame: &Frame, turn: &Vector3<f64>, shift: &Vector3<f64>, emit: &mut Emit<'_>) {
-    let (turn, shift) = (frame.components(turn), frame.components(shift));
+/// A rotation about the origin of frame k and a translation (both world), as deviations of its flex sites.
+fn displace(parameter: usize, (k, frame): (usize, &Frame), motion: [&Vector3<f64>; 2], emit: &mut Emit<'_>) {
+    let [turn, shift] = motion.map(|v| frame.components(v));
     for (axis, weight) in Axis6::ALL.into_iter().zip([shift.x, shift.y, shift.z, turn.z, turn.y, turn.x]) {
         emit(parameter, Site::flex(k, axis), weight);
     }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::own_effects::{OwnEffectTable, tables};
-use super::{Calibration, Estimate, MeasuredSetup, Model, Outcome, check_effects};
+use super::{Calibration, EffectList, Estimate, MeasuredSetup, Model, Outcome, check_effects};
 use crate::effects::{self, Subject};
 use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text, write_whole};
 use crate::math::Observability;
@@ -313,7 +313,8 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
     let of_ball = |p: &ParameterTable| p.effect.strip_prefix("ball:").map(str::to_owned);
     balls.extend(file.parameter.iter().filter_map(of_ball));
     let subject = Subject::new(&robot, &balls);
-    let (own, effects) = check_effects(path, &text, "effects", &file.effects, &file.effect, &subject)?;
+    let (own, effects) =
+        check_effects(&EffectList { path, text: &text, key: "effects", ids: &file.effects, tables: &file.effect }, &subject)?;
     let subject = Subject { own: &own, ..subject };
     if file.joint_range.len() != robot.joints() {
         return Err(wrong(

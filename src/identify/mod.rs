@@ -23,7 +23,7 @@ pub use fit_result::{Fit, FitError, Outcome, Unresolved};
 pub use identified::identify;
 pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
 pub use model_error::covariance_with_model_error;
-pub use model_file::{check_effects, read_model, write_model, write_model_like};
+pub use model_file::{EffectList, check_effects, read_model, write_model, write_model_like};
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
 pub use prediction::{Application, Prediction};
 pub(crate) use problem::Circumstance;

@@ -34,7 +34,8 @@ struct ModelToml {
 pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError> {
     let text = read_text(path)?;
     let file: ModelToml = parse_toml(path, &text)?;
-    let (own, effects) = check_effects(path, &text, "effects", &file.effects, &file.effect, subject)?;
+    let (own, effects) =
+        check_effects(&EffectList { path, text: &text, key: "effects", ids: &file.effects, tables: &file.effect }, subject)?;
     for (id, width) in &file.width {
         let key = format!("width.{id:?}");
         if !effects.contains(id) {
@@ -56,20 +57,27 @@ pub fn read_model(path: &Path, subject: &Subject<'_>) -> Result<Model, FileError
     })
 }
 
-/// Checks the list of effects under `key` of the TOML document `text`, such as `model.effects` of a scenario, and the
-/// tables `[[effect]]` beside it; returns the effects of those tables, and the list of effects to be fitted.
+/// A list of effects in a TOML document, and the tables `[[effect]]` beside it.
+pub struct EffectList<'a> {
+    /// Path of the document; empty if it comes from no file.
+    pub path: &'a Path,
+    /// Its text, to locate errors.
+    pub text: &'a str,
+    /// Key of the list, such as `model.effects` of a scenario.
+    pub key: &'a str,
+    /// The list.
+    pub ids: &'a [String],
+    /// The tables.
+    pub tables: &'a [OwnEffectTable],
+}
+
+/// Checks a list of effects; returns the effects of its tables, and the list of effects to be fitted.
 ///
 /// # Errors
 /// The first effect that does not exist, does not fit the robot or the artifact, or is named twice; an empty list; an
 /// invalid table.
-pub fn check_effects(
-    path: &Path,
-    text: &str,
-    key: &str,
-    ids: &[String],
-    tables: &[OwnEffectTable],
-    subject: &Subject<'_>,
-) -> Result<(Vec<OwnEffect>, Vec<String>), FileError> {
+pub fn check_effects(list: &EffectList<'_>, subject: &Subject<'_>) -> Result<(Vec<OwnEffect>, Vec<String>), FileError> {
+    let &EffectList { path, text, key, ids, tables } = list;
     if ids.is_empty() {
         return Err(field_error(path, text, key, "names no effect", "name at least one, such as `base_frame`"));
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::column_map::ColumnMap;
 use super::initial_setup::fit_base_and_tool;
-use super::table::read_table;
+use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::read_text;
 use crate::measure::{Column, Dataset, SampleSet};
@@ -34,7 +34,8 @@ pub(super) fn by_map(
         if sets.get(k) == Some(&SampleSet::Validation) {
             constants.push((Column::Set, "validation".into()));
         }
-        read_table(file, &label, map, &constants, &mut dataset, &mut report)?;
+        let table = TableFile { path: file, label: &label, constants: &constants };
+        read_table(&table, map, &mut dataset, &mut report)?;
     }
     if !map.has_base {
         fit_base_and_tool(&mut dataset);

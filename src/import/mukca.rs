@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::column_map::ColumnMap;
 use super::initial_setup::flanges;
-use super::table::read_table;
+use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::{FileError, cannot_be_read};
 use crate::measure::{Ball, BallDistance, Column, Dataset, Measured, SampleSet};
@@ -66,7 +66,8 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
         if *set == SampleSet::Validation {
             constants.push((Column::Set, "validation".into()));
         }
-        read_table(path, &id, &map, &constants, &mut dataset, &mut report)?;
+        let table = TableFile { path, label: &id, constants: &constants };
+        read_table(&table, &map, &mut dataset, &mut report)?;
     }
     pair_sockets(&mut dataset);
     place_sockets(&mut dataset);

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use csv::StringRecord;
 
-use super::column_map::{ColumnMap, ColumnName, Measure, Source};
+use super::column_map::{ColumnMap, ColumnName, MappedColumn, Measure, Source};
 use super::{ImportError, ImportReport, Skipped};
 use crate::files::{FileError, Record, Rows, open_file};
 use crate::measure::{Column, Dataset, Header, Row, number};
@@ -18,16 +18,24 @@ struct Places {
     minus: Option<usize>,
 }
 
-/// Reads the rows of `path` into `dataset`. `constants` are dataset columns that are the same in every row; ids are
-/// `label:line`.
+/// A file of measurements.
+pub(super) struct TableFile<'a> {
+    /// Its path.
+    pub path: &'a Path,
+    /// Label of its rows: ids are `label:line`.
+    pub label: &'a str,
+    /// Columns of the dataset that are the same in every row.
+    pub constants: &'a [(Column, String)],
+}
+
+/// Reads the rows of a file into `dataset`.
 pub(super) fn read_table(
-    path: &Path,
-    label: &str,
+    table: &TableFile<'_>,
     map: &ColumnMap,
-    constants: &[(Column, String)],
     dataset: &mut Dataset,
     report: &mut ImportReport,
 ) -> Result<(), ImportError> {
+    let &TableFile { path, label, constants } = table;
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "name the files in it").into());
     }
@@ -36,18 +44,16 @@ pub(super) fn read_table(
     let titles = if map.header { rows.next()? } else { None };
     let titles: Option<Vec<String>> = titles.map(|t| t.fields.iter().map(|t| t.trim().to_owned()).collect());
     let place = |source: &Source| place(path, titles.as_deref(), source);
-    let places = map.columns.iter().map(|m| place(&m.source)).collect::<Result<Vec<Places>, FileError>>()?;
-    let extra = map.extra.iter().map(|(_, source)| place(source)).collect::<Result<Vec<Places>, FileError>>()?;
-
+    let reader = RowReader {
+        map,
+        columns: map.columns.iter().map(|m| place(&m.source)).collect::<Result<_, FileError>>()?,
+        extra: map.extra.iter().map(|(_, source)| place(source)).collect::<Result<_, FileError>>()?,
+        titled: titles.as_ref().map_or(usize::MAX, Vec::len),
+    };
     let constants: Vec<&(Column, String)> = constants.iter().filter(|(c, _)| !map.fills(*c)).collect();
     let own_id = !map.fills(Column::Id);
-    let columns: Vec<Column> = map
-        .columns
-        .iter()
-        .map(|m| m.column)
-        .chain(constants.iter().map(|(c, _)| *c))
-        .chain(own_id.then_some(Column::Id))
-        .collect();
+    let mapped = map.columns.iter().map(|m| m.column);
+    let columns: Vec<Column> = mapped.chain(constants.iter().map(|(c, _)| *c)).chain(own_id.then_some(Column::Id)).collect();
     let names: Vec<String> = map.extra.iter().map(|(name, _)| name.clone()).collect();
     let header = Header::new(&columns, &names);
     let first = dataset.samples.len();
@@ -55,41 +61,20 @@ pub(super) fn read_table(
     let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
     while let Some(source) = rows.next()? {
         read += 1;
-        let mut skip = |reason: String| {
-            first_reason.get_or_insert_with(|| reason.clone());
-            report.skipped.push(Skipped { path: path.into(), line: source.line, reason });
-        };
-        let titled = titles.as_ref().map_or(usize::MAX, Vec::len);
-        if source.fields.iter().skip(titled).any(|field| !field.trim().is_empty()) {
-            skip(format!("it has {} fields, the header {titled}", source.fields.len()));
-            continue;
-        }
-        let mut fields = Vec::with_capacity(columns.len() + extra.len());
-        let mut reason = None;
-        for (mapped, place) in map.columns.iter().zip(&places) {
-            match value(&source.fields, place, &mapped.source, mapped.measure, mapped.column, map.decimal) {
-                Ok(text) => {
-                    dated &= mapped.measure != Some(Measure::Timestamp) || !text.is_empty();
-                    fields.push(text);
-                }
-                Err(problem) => reason = reason.or(Some(problem)),
+        let repeated = |fields: &Vec<String>| seen.get(fields).map(|line| format!("the same as line {line}"));
+        let mut fields = match reader.fields(&source.fields).and_then(|f| repeated(&f).map_or(Ok(f), Err)) {
+            Ok(fields) => fields,
+            Err(reason) => {
+                first_reason.get_or_insert_with(|| reason.clone());
+                report.skipped.push(Skipped { path: path.into(), line: source.line, reason });
+                continue;
             }
-        }
-        if let Some(reason) = reason {
-            skip(reason);
-            continue;
-        }
-        if let Some(line) = seen.insert(fields.clone(), source.line) {
-            skip(format!("the same as line {line}"));
-            continue;
-        }
+        };
+        seen.insert(fields.clone(), source.line);
+        dated &= reader.is_dated(&fields);
         fields.extend(constants.iter().map(|(_, text)| text.clone()));
         fields.extend(own_id.then(|| format!("{label}:{}", source.line)));
-        fields.extend(
-            extra
-                .iter()
-                .map(|p| p.column.and_then(|k| source.fields.get(k)).unwrap_or_default().trim().replace(map.decimal, ".")),
-        );
+        fields.extend(reader.extra_fields(&source.fields));
         let record = Record { line: source.line, fields: StringRecord::from(fields), cut: false };
         dataset.samples.push(Row { path, header: &header, record: &record }.sample(dataset)?);
     }
@@ -110,6 +95,40 @@ pub(super) fn read_table(
     }
     dataset.extra_columns = names;
     Ok(())
+}
+
+/// Turns a row of the file into the fields of a dataset.
+struct RowReader<'a> {
+    map: &'a ColumnMap,
+    /// Places of the mapped columns.
+    columns: Vec<Places>,
+    /// Places of the extra columns.
+    extra: Vec<Places>,
+    /// Number of columns with a title.
+    titled: usize,
+}
+
+impl RowReader<'_> {
+    /// The mapped columns, or the reason why the row cannot be used.
+    fn fields(&self, source: &StringRecord) -> Result<Vec<String>, String> {
+        if source.iter().skip(self.titled).any(|field| !field.trim().is_empty()) {
+            return Err(format!("it has {} fields, the header {}", source.len(), self.titled));
+        }
+        let mapped = self.map.columns.iter().zip(&self.columns);
+        mapped.map(|(mapped, places)| value(source, places, mapped, self.map.decimal)).collect()
+    }
+
+    /// True if every time of day in the fields of a row is whole.
+    fn is_dated(&self, fields: &[String]) -> bool {
+        let mut mapped = self.map.columns.iter().zip(fields);
+        mapped.all(|(mapped, text)| mapped.measure != Some(Measure::Timestamp) || !text.is_empty())
+    }
+
+    /// The extra columns.
+    fn extra_fields<'s>(&'s self, source: &'s StringRecord) -> impl Iterator<Item = String> + 's {
+        let text = |p: &Places| p.column.and_then(|k| source.get(k)).unwrap_or_default().trim();
+        self.extra.iter().map(move |p| text(p).replace(self.map.decimal, "."))
+    }
 }
 
 /// Finds a source in the header.
@@ -134,14 +153,8 @@ fn place(path: &Path, titles: Option<&[String]>, source: &Source) -> Result<Plac
 
 /// Text for a column of the dataset; empty if an optional source has no value. The error is the reason why the row cannot be
 /// used.
-fn value(
-    fields: &StringRecord,
-    places: &Places,
-    source: &Source,
-    measure: Option<Measure>,
-    column: Column,
-    decimal: char,
-) -> Result<String, String> {
+fn value(fields: &StringRecord, places: &Places, mapped: &MappedColumn, decimal: char) -> Result<String, String> {
+    let MappedColumn { source, measure, column } = mapped;
     let field = |place: usize| fields.get(place).map(str::trim).unwrap_or_default();
     let Some(text) = places.column.map(field).filter(|t| !t.is_empty()) else {
         return if source.optional { Ok(String::new()) } else { Err(format!("{} is empty", column.quantity())) };
@@ -152,7 +165,7 @@ fn value(
     };
     let Measure::Si(si) = (match measure {
         None => return Ok(text.to_owned()),
-        Some(measure) => measure,
+        Some(measure) => *measure,
     }) else {
         return Ok(timestamp(text).map(|seconds| seconds.to_string()).unwrap_or_default());
     };

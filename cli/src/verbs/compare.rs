@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use calibench::assess::{Comparison, Examination, Extrapolation, WorkspacePoses};
 use calibench::files::check_output_folder;
-use calibench::identify::{Calibration, IdentifyError, Use};
+use calibench::identify::{Calibration, Use};
 use calibench::measure::Dataset;
-use calibench_report::{Forecast, PLOTS_MARK, comparison_text, documents, extrapolation_sentence, write_comparison_plots};
+use calibench_report::{
+    Forecast, NoForecast, PLOTS_MARK, comparison_text, documents, extrapolation_sentence, write_comparison_plots,
+};
 
 use super::data::{locate_in_data, named, outlook, read_calibration_to_use, read_datasets};
 use super::failure::{Failure, Outcome};
@@ -74,8 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// The expected error over the workspace, from the rows that the calibration was fitted to; otherwise the reason why it cannot
 /// be predicted.
-fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Forecast, String> {
-    let why = |e: IdentifyError| format!("The position error to expect over the workspace cannot be predicted: {e}.");
+fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Forecast, NoForecast> {
     let of_hash = |hash: &String| datasets.iter().find(|(_, d)| d.hash == *hash).copied();
     let mut fitted: Vec<(&str, &Dataset)> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
     if fitted.is_empty() || fitted.len() < calibration.dataset_hashes.len() {
@@ -84,10 +85,9 @@ fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> R
         fitted = datasets.iter().copied().filter(|(_, d)| has_fit_rows(d)).collect();
         let is_fit = |rows: &[(&str, &Dataset)]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.standing.fitted);
         if fitted.is_empty() || !is_fit(&fitted) {
-            return Err("The position error to expect over the workspace cannot be predicted from these data: it takes the rows to which the calibration was fitted; name their dataset as well."
-                .into());
+            return Err(NoForecast::OtherRows);
         }
     }
-    let examination = Examination::new(&fitted, &calibration.model).map_err(why)?;
-    outlook(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(why)?
+    let examination = Examination::new(&fitted, &calibration.model).map_err(NoForecast::Failed)?;
+    outlook(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(NoForecast::Failed)?
 }

@@ -7,7 +7,7 @@ use calibench::effects::Subject;
 use calibench::files::with_reasons;
 use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_calibration, read_model};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
-use calibench_report::{Forecast, Recommended, extrapolation_sentence, no_forecast_sentence};
+use calibench_report::{Forecast, NoForecast, Recommended, extrapolation_sentence};
 
 use super::failure::{Failure, LocatedError};
 
@@ -101,9 +101,9 @@ pub fn outlook(
     named: &[(&str, &Dataset)],
     examination: &Examination,
     poses: &WorkspacePoses,
-) -> Result<Result<Forecast, String>, IdentifyError> {
+) -> Result<Result<Forecast, NoForecast>, IdentifyError> {
     let Some(error) = WorkspaceError::predict(named, examination, &poses.q)? else {
-        return Ok(Err(no_forecast_sentence(&undetermined(examination))));
+        return Ok(Err(NoForecast::of(&undetermined(examination))));
     };
     let ranges = examination.problem().joint_ranges();
     let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, Extrapolation, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    added_sentences, advice, documents, ladder_step_sentence, ladder_step_table, no_forecast_sentence, objection_sentence,
+    NoForecast, added_sentences, advice, documents, ladder_step_sentence, ladder_step_table, objection_sentence,
     symptom_sentence, top_sentences,
 };
 
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print(&symptom_sentence(symptom))?;
     }
     if chosen.workspace.is_none() {
-        print(&no_forecast_sentence(&chosen.undetermined))?;
+        print(&NoForecast::of(&chosen.undetermined).to_string())?;
     }
     print(&advice(&climbed))?;
     if let Some(path) = &arguments.output {

@@ -106,7 +106,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
     };
     journal.live_through_again();
     let mut bar = CampaignBar::new(wanted(poses));
-    let measured = measure(&scenario, Streams { seed, trial: 0 }, &planned, &points, &mut journal, &mut bar);
+    let measured = measure(&scenario, Streams { seed, trial: 0 }, (&planned, &points), &mut journal, &mut bar);
     drop(bar);
     let interrupted =
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
@@ -135,8 +135,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
 fn measure(
     scenario: &Scenario,
     streams: Streams,
-    plan: &ProbingPlan,
-    points: &Tour,
+    (plan, points): (&ProbingPlan, &Tour),
     journal: &mut Journal,
     observer: &mut dyn CampaignObserver,
 ) -> Result<(CampaignRecord, Vec<Sample>), RunError> {

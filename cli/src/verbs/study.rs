@@ -13,8 +13,8 @@ use super::output::{check_outputs, print, print_json};
 use super::progress::{Trials, Waiting};
 use super::study_tables::{Products, study_json, study_text};
 use calibench_lab::study::{Extent, RowsFile, Study, Summary, run as run_trials};
-use calibench_sim::scenario::Document;
 use calibench_sim::scenario::PlantKind;
+use calibench_sim::scenario::{Document, KeyError};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn prepare(arguments: &Arguments) -> Result<Study, Failure> {
     let mut document = Document::read(&arguments.scenario)?;
     let change =
-        |document: &mut Document, key: &str, value: Value| -> Result<(), String> { document.set(&key.parse()?, value) };
+        |document: &mut Document, key: &str, value: Value| -> Result<(), KeyError> { document.set(&key.parse()?, value) };
     if let Some(seed) = arguments.seed {
         let seed =
             i64::try_from(seed).map_err(|_| format!("--seed: a study takes seeds up to {}; give a smaller one", i64::MAX))?;

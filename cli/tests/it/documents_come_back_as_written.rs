@@ -54,9 +54,9 @@ fn every_verb_prints_a_document_of_its_type() {
     is_a::<Compensation>("compensate --urdf", &run("compensate c.toml --urdf r.urdf --json"));
     let plan = format!("plan {} --json -o p.toml", run_folder().join("s.toml").display());
     is_a::<Detectability>("plan", &run(&plan));
-    // Joint 2 in the other sense.
+    // Joint 4 in the other sense.
     let samples = fs::read_to_string(folder.path().join("trical/samples.csv")).unwrap();
-    let column = samples.lines().next().unwrap().split(',').position(|c| c == "q2_deg").unwrap();
+    let column = samples.lines().next().unwrap().split(',').position(|c| c == "q4_deg").unwrap();
     let flipped = samples.lines().enumerate().map(|(k, line)| {
         let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
         if k > 0 {
@@ -79,10 +79,11 @@ fn the_document_of_another_kind_is_refused_with_its_line() {
         ("{\n  \"format\": \"calibench-run/2\"\n}", "result.json:2: "),
         ("{\n  \"format\": \"calibench-run/1\"\n}", "missing field `scenario`"),
         ("[1, 2", "result.json:1: "),
-        ("", "result.json:1: "),
     ] {
         fs::write(&path, text).unwrap();
         let error = Run::read(folder.path()).unwrap_err().to_string();
         assert!(error.contains(named) && error.contains("calibench run"), "{text}: {error}");
     }
+    fs::write(&path, "").unwrap();
+    assert!(Run::read(folder.path()).unwrap_err().to_string().contains("result.json: is empty"));
 }

@@ -9,7 +9,7 @@ use super::{CampaignRecord, FORMAT, PageSubject, shorts};
 use crate::documents;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
-use crate::{Forecast, no_forecast_sentence, symptom_sentence, unconverged_sentence, unresolved_sentences};
+use crate::{Forecast, NoForecast, symptom_sentence, unconverged_sentence, unresolved_sentences};
 use calibench::assess::{Extrapolation, HoldOut, LadderStep, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step};
 use calibench::identify::{Calibration, IdentifyError, Use};
 use calibench::measure::{Dataset, SampleSet};
@@ -163,7 +163,7 @@ fn verdict(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
         "name": d.verdict.name(),
         "headline": headline,
         "means": means,
-        "expected": outlook.map_or_else(|| no_forecast_sentence(&first.undetermined), Forecast::sentence),
+        "expected": outlook.map_or_else(|| NoForecast::of(&first.undetermined).to_string(), Forecast::sentence),
         "warning": outlook.and_then(|o| extrapolation_sentence(&o.extrapolation)),
         "symptoms": first.symptoms.iter().map(symptom_sentence).collect::<Vec<_>>(),
     })

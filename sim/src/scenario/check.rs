@@ -5,7 +5,7 @@ use std::path::Path;
 
 use calibench::effects::Subject;
 use calibench::files::FileError;
-use calibench::identify::{Model, check_effects};
+use calibench::identify::{EffectList, Model, check_effects};
 use calibench::measure::{Dataset, check_description};
 use calibench::units::UM;
 use toml::{Table, Value};
@@ -189,7 +189,8 @@ pub(super) fn cell(cell: &Dataset, toml: &ScenarioToml, sources: &Sources) -> Re
     let subject = Subject::new(&cell.robot, &balls);
     let ModelToml { effects, effect } = &toml.model;
     let tables = [effect.as_slice(), &toml.effects].concat();
-    let (own, effects) = check_effects(Path::new(""), "", "model.effects", effects, &tables, &subject).map_err(as_here)?;
+    let list = EffectList { path: Path::new(""), text: "", key: "model.effects", ids: effects, tables: &tables };
+    let (own, effects) = check_effects(&list, &subject).map_err(as_here)?;
     Ok(Model { effects, own, ..Model::default() })
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{Unit, Vector3};
 use toml::{Table, Value};
 
 use super::design_check;
-use super::key::Key;
+use super::key::{Key, KeyError};
 use super::sources::Sources;
 use super::{Bodies, FORMAT, Scenario, ScenarioToml, Truth, cell, check};
 
@@ -94,16 +94,16 @@ impl Document {
     /// Sets the value of a key; missing tables on its path are created.
     ///
     /// # Errors
-    /// A description of the obstacle.
-    pub fn set(&mut self, key: &Key, value: Value) -> Result<(), String> {
+    /// If the key leads through something that is no table, or past the end of a list.
+    pub fn set(&mut self, key: &Key, value: Value) -> Result<(), KeyError> {
         key.put(&mut self.keys, value)
     }
 
     /// Removes a key, or an element of a list.
     ///
     /// # Errors
-    /// A description, if there is no such key.
-    pub fn remove(&mut self, key: &Key) -> Result<(), String> {
+    /// If there is no such key.
+    pub fn remove(&mut self, key: &Key) -> Result<(), KeyError> {
         key.take(&mut self.keys)
     }
 }

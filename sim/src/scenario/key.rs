@@ -13,6 +13,18 @@ pub struct Key {
     steps: Vec<Step>,
 }
 
+/// A key that cannot be read or followed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum KeyError {
+    /// The text is no key.
+    #[error("'{0}' is no key: names joined by dots, places in lists counted from 0 in brackets")]
+    Malformed(String),
+    /// The scenario has nothing there.
+    #[error("the scenario has nothing at `{0}`")]
+    Nothing(Key),
+}
+
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Step {
     Name(String),
@@ -27,10 +39,10 @@ impl fmt::Display for Key {
 }
 
 impl FromStr for Key {
-    type Err = String;
+    type Err = KeyError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("'{text}' is no key: names joined by dots, places in lists counted from 0 in brackets");
+    fn from_str(text: &str) -> Result<Self, KeyError> {
+        let wrong = || KeyError::Malformed(text.into());
         let mut steps = Vec::new();
         let mut rest = text;
         while !rest.is_empty() {
@@ -95,7 +107,7 @@ impl Key {
         Some(at)
     }
 
-    pub(crate) fn put(&self, keys: &mut Table, value: Value) -> Result<(), String> {
+    pub(crate) fn put(&self, keys: &mut Table, value: Value) -> Result<(), KeyError> {
         let Some((Step::Name(first), steps)) = self.steps.split_first() else { return Err(self.nothing()) };
         let empty = || Value::Table(Table::new());
         let mut at = keys.entry(first.clone()).or_insert_with(empty);
@@ -110,7 +122,7 @@ impl Key {
         Ok(())
     }
 
-    pub(crate) fn take(&self, keys: &mut Table) -> Result<(), String> {
+    pub(crate) fn take(&self, keys: &mut Table) -> Result<(), KeyError> {
         let Some((last, before)) = self.steps.split_last() else { return Err(self.nothing()) };
         let mut owner: Option<&mut Value> = None;
         for step in before {
@@ -136,8 +148,8 @@ impl Key {
         .ok_or_else(|| self.nothing())
     }
 
-    fn nothing(&self) -> String {
-        format!("the scenario has nothing at `{self}`")
+    fn nothing(&self) -> KeyError {
+        KeyError::Nothing(self.clone())
     }
 }
 

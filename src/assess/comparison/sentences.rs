@@ -53,7 +53,7 @@ impl Comparison {
                     other. State it in [noise] of dataset.toml, or measure ten targets twice and name them in the column repeat."
                 .into();
         };
-        let size = format!("{} um per axis, {} mm rms in 3-D", three(level.per_axis / UM), three(level.rms / MM));
+        let size = format!("{} µm per axis, {} mm rms in 3-D", three(level.per_axis / UM), three(level.rms / MM));
         match (self.noise.source, self.noise.replicates, level.interval) {
             (NoiseSource::Replicates, Some(r), Some([low, high])) => format!(
                 "The noise is {size} (95 %: {} to {} mm), from the scatter of {} replicates of {} targets.",
@@ -197,7 +197,7 @@ impl Comparison {
                     JointVariable::Time | JointVariable::Temperature => ("it drifts", "let the robot warm up"),
                 };
                 format!(
-                    "Joint {} against {} stands out ({explains}): its apparent angle error swings by {} urad; {meaning}: {}.",
+                    "Joint {} against {} stands out ({explains}): its apparent angle error swings by {} µrad; {meaning}: {}.",
                     curve.joint,
                     curve.against.name(),
                     three(curve.swing() / URAD),

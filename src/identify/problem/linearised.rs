@@ -138,7 +138,7 @@ impl Problem {
         let cells = transposed.as_mut_slice();
         let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len()) * width);
         if self.rows.len() <= STRETCH {
-            self.linearise_rows(0..self.rows.len(), at, work, row_of, width, of_samples);
+            self.linearise_rows(0..self.rows.len(), at, work, row_of, of_samples);
         } else {
             let mut tasks = Vec::new();
             for (stretch, rows) in self.rows.chunks(STRETCH).enumerate() {
@@ -148,7 +148,7 @@ impl Problem {
                 of_samples = others;
             }
             let task = |work: &mut Workspace, (rows, own): (Range<usize>, &mut [f64])| {
-                self.linearise_rows(rows, at, work, row_of, width, own);
+                self.linearise_rows(rows, at, work, row_of, own);
             };
             tasks.into_par_iter().for_each_init(|| Workspace::new(&self.robot), task);
         }
@@ -165,16 +165,12 @@ impl Problem {
         }
     }
 
-    /// The same for a range of rows, into their own part of memory.
-    fn linearise_rows(
-        &self,
-        rows: Range<usize>,
-        at: At<'_>,
-        work: &mut Workspace,
-        row_of: &[usize],
-        width: usize,
-        mut cells: &mut [f64],
-    ) {
+    /// The same for a range of rows, into their own part of memory, which holds the same number of cells for each component.
+    fn linearise_rows(&self, rows: Range<usize>, at: At<'_>, work: &mut Workspace, row_of: &[usize], mut cells: &mut [f64]) {
+        if rows.is_empty() {
+            return;
+        }
+        let width = cells.len() / self.rows[rows.clone()].iter().map(SampleRow::height).sum::<usize>().max(1);
         let m = width - 1;
         let At { values, state } = at;
         let Workspace { batch, destinations, products, .. } = work;

@@ -16,6 +16,16 @@ use super::sample_row::EvaluationContext;
 use crate::identify::TorquePosture;
 use crate::robot::LanePosture;
 
+/// The arm of a batch of rows.
+struct ArmState<'a> {
+    /// Its deviations; `None` for the nominal arm.
+    deviating: Option<Deviating<'a>>,
+    /// Compliance of each joint, rad/(N·m).
+    compliance: &'a [f64],
+    /// Known patterns of the Jacobian.
+    patterns: &'a [Vec<JacobianPattern>],
+}
+
 impl Problem {
     /// Computes the loads at `values`, so that evaluations at exactly these values need not compute them again.
     ///
@@ -90,7 +100,7 @@ impl Problem {
 
     /// Computes the loads of every sample's arm in the posture of the given values and loads; of the nominal arm if there
     /// are none.
-    fn load_rows(&self, standing: Option<(&LoadState, &[f64])>, into: &mut LoadState, room: &mut LoadWorkspace) {
+    fn load_rows(&self, state: Option<(&LoadState, &[f64])>, into: &mut LoadState, room: &mut LoadWorkspace) {
         let LoadState { compliance, patterns, rows: terms } = into;
         if patterns.is_empty() {
             patterns.clone_from(&self.drawn.patterns);
@@ -101,8 +111,8 @@ impl Problem {
         }
         let compliance: &[f64] = compliance;
         let few = |first: usize, terms: &mut [RowTerms], patterns: &[Vec<JacobianPattern>], room: &mut LoadWorkspace| {
-            let deviating = standing.map(|(state, values)| state.deviating(values, first));
-            self.load_few(first, deviating, compliance, patterns, terms, room)
+            let deviating = state.map(|(state, values)| state.deviating(values, first));
+            self.load_few(first, &ArmState { deviating, compliance, patterns }, terms, room)
         };
         // The pattern of the first rows usually applies to all.
         let begun = if terms.len() <= STRETCH { terms.len() } else { BATCH };
@@ -131,12 +141,11 @@ impl Problem {
     fn load_few(
         &self,
         first: usize,
-        deviating: Option<Deviating<'_>>,
-        compliance: &[f64],
-        patterns: &[Vec<JacobianPattern>],
+        arm: &ArmState<'_>,
         terms: &mut [RowTerms],
         room: &mut LoadWorkspace,
     ) -> [Option<Vec<JacobianPattern>>; BATCH] {
+        let &ArmState { deviating, compliance, patterns } = arm;
         let LoadWorkspace { batch, weights, all, loads } = room;
         let few = first..first + terms.len();
         let (rows, samples) = (&self.rows[few.clone()], &self.sample_ids[few]);

@@ -6,7 +6,7 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use calibench_sim::contact::DATUM_RADIUS;
-use calibench_sim::scenario::{DesignToml, Document, Scenario};
+use calibench_sim::scenario::{DesignToml, Document, KeyError, Scenario};
 
 /// A place where a ball may stand: vertically above a riser block.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -181,7 +181,7 @@ impl Workshop {
             ("plan.poses_per_ball", Value::Integer(poses_per_ball as i64)),
         ] {
             let put = key.parse().and_then(|key| document.set(&key, value));
-            put.map_err(|problem| self.document.wrong(key, problem, "let the scenario have it"))?;
+            put.map_err(|e: KeyError| self.document.wrong(key, e.to_string(), "let the scenario have it"))?;
         }
         Ok(document)
     }

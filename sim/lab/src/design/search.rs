@@ -22,7 +22,7 @@ pub struct Site {
     /// The place.
     pub place: Place,
     /// The information from its postures.
-    pub lesson: PlaceInformation,
+    pub information: PlaceInformation,
 }
 
 /// Input of a search.
@@ -52,6 +52,22 @@ pub struct Found {
     pub worst_um: f64,
 }
 
+/// The information of average postures.
+struct AverageInformation {
+    /// Known beforehand, and from the balls that stay.
+    base: DMatrix<f64>,
+    /// From a ball at each place.
+    of_places: Vec<DMatrix<f64>>,
+}
+
+impl AverageInformation {
+    /// With balls at the places `at`, without the ball number `but`.
+    fn of(&self, at: &[usize], but: usize) -> DMatrix<f64> {
+        let others = at.iter().enumerate().filter(|(b, _)| *b != but);
+        others.fold(self.base.clone(), |sum, (_, &place)| sum + &self.of_places[place])
+    }
+}
+
 impl Ground<'_> {
     /// All sites, by index.
     pub fn all(&self) -> Vec<usize> {
@@ -79,13 +95,14 @@ impl Ground<'_> {
     /// in a plan.
     pub fn search(&self, count: usize, among: &[usize]) -> Vec<Found> {
         let poses = self.workshop.design.poses_per_ball(self.kept.len() + count);
-        let lessons: Vec<DMatrix<f64>> = among.par_iter().map(|&s| self.sites[s].lesson.on_average(poses)).collect();
+        let of_places = among.par_iter().map(|&s| self.sites[s].information.on_average(poses)).collect();
         let mut base = self.sought.beforehand();
-        self.kept.iter().for_each(|(_, lesson)| base += lesson.on_average(poses));
+        self.kept.iter().for_each(|(_, information)| base += information.on_average(poses));
+        let average = AverageInformation { base, of_places };
         let worst = |information: &DMatrix<f64>| self.workspace.predicted(information).map_or(f64::INFINITY, |p| p.worst().0);
         let mut ends: Vec<Vec<usize>> = (0..self.workshop.design.starts)
             .into_par_iter()
-            .filter_map(|start| self.exchange(start, count, among, &lessons, &base, &worst))
+            .filter_map(|start| self.exchange(start, count, among, &average, &worst))
             .collect();
         ends.sort();
         ends.dedup();
@@ -104,8 +121,7 @@ impl Ground<'_> {
         start: usize,
         count: usize,
         among: &[usize],
-        lessons: &[DMatrix<f64>],
-        base: &DMatrix<f64>,
+        average: &AverageInformation,
         worst: &(dyn Fn(&DMatrix<f64>) -> f64 + Sync),
     ) -> Option<Vec<usize>> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
@@ -123,19 +139,15 @@ impl Ground<'_> {
         if at.len() < count {
             return None;
         }
-        let total = |at: &[usize], but: usize| {
-            let others = at.iter().enumerate().filter(|(b, _)| *b != but);
-            others.fold(base.clone(), |sum, (_, &place)| sum + &lessons[place])
-        };
-        let mut best = worst(&total(&at, count));
+        let mut best = worst(&average.of(&at, count));
         for _ in 0..MOST_ROUNDS {
             let before = best;
             for ball in 0..count {
-                let others = total(&at, ball);
+                let others = average.of(&at, ball);
                 let moved = |place: usize| {
                     let mut there = at.clone();
                     there[ball] = place;
-                    self.is_allowed(&sites(&there)).then(|| (worst(&(&others + &lessons[place])), place))
+                    self.is_allowed(&sites(&there)).then(|| (worst(&(&others + &average.of_places[place])), place))
                 };
                 let tried: Vec<(f64, usize)> = (0..among.len()).into_par_iter().filter_map(moved).collect();
                 // The first of equal values, whatever the number of threads.
@@ -155,20 +167,20 @@ impl Ground<'_> {
 
     /// Uncertainty of an artifact whose postures are chosen by observability; `None` if it leaves something undetermined.
     pub fn with_chosen_postures(&self, sites: &[usize]) -> Option<Predicted> {
-        let lessons: Vec<&PlaceInformation> =
-            self.kept.iter().map(|(_, l)| l).chain(sites.iter().map(|&s| &self.sites[s].lesson)).collect();
-        let poses = self.workshop.design.poses_per_ball(lessons.len());
-        let rows: Vec<f64> = lessons.iter().flat_map(|l| l.plain()).copied().collect();
-        let groups: Vec<usize> = lessons.iter().enumerate().flat_map(|(g, l)| vec![g; l.postures()]).collect();
+        let places: Vec<&PlaceInformation> =
+            self.kept.iter().map(|(_, l)| l).chain(sites.iter().map(|&s| &self.sites[s].information)).collect();
+        let poses = self.workshop.design.poses_per_ball(places.len());
+        let rows: Vec<f64> = places.iter().flat_map(|l| l.plain()).copied().collect();
+        let groups: Vec<usize> = places.iter().enumerate().flat_map(|(g, l)| vec![g; l.postures()]).collect();
         let candidates = Candidates::new(&rows, self.sought.flat(), groups).ok()?;
-        let quota = Quota::PerGroup(vec![poses; lessons.len()]);
+        let quota = Quota::PerGroup(vec![poses; places.len()]);
         let request = Request { starts: 1, seed: self.seed, excursion: EXCURSION, ..Request::new(quota) };
         let selection = select(&candidates, &request).ok()?;
         let mut information = self.sought.beforehand();
         let mut first = 0;
-        for lesson in lessons {
-            let own = first..first + lesson.postures();
-            information += lesson.of(selection.poses.iter().filter(|p| own.contains(p)).map(|p| p - own.start));
+        for place in places {
+            let own = first..first + place.postures();
+            information += place.of(selection.poses.iter().filter(|p| own.contains(p)).map(|p| p - own.start));
             first = own.end;
         }
         self.workspace.predicted(&information)

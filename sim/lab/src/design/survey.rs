@@ -37,17 +37,17 @@ pub fn survey<'a>(layouts: &Layouts<'a>, watcher: &dyn Watcher) -> Result<Ground
     let locate = |e: PlanError| scenario.locate_plan(&e);
     let sought = Sought::new(&together(kept_pools.iter().chain(pools.iter().flatten())), model).map_err(locate)?;
     let workspace = Workspace::new(&scenario.dataset(), model, &sought, layouts.workspace()?).map_err(locate)?;
-    let lesson = |cell: &Dataset| PlaceInformation::new(cell, model, &sought).map_err(locate);
-    let lessons: Vec<Option<PlaceInformation>> = pools
+    let information = |cell: &Dataset| PlaceInformation::new(cell, model, &sought).map_err(locate);
+    let of_places: Vec<Option<PlaceInformation>> = pools
         .par_iter()
-        .map(|cell| Ok::<_, FileError>(cell.as_ref().map(lesson).transpose()?.flatten()))
+        .map(|cell| Ok::<_, FileError>(cell.as_ref().map(information).transpose()?.flatten()))
         .collect::<Result<_, _>>()?;
-    let kept = kept.iter().zip(&kept_pools).map(|(&ball, cell)| Ok(lesson(cell)?.map(|lesson| (ball, lesson))));
+    let kept = kept.iter().zip(&kept_pools).map(|(&ball, cell)| Ok(information(cell)?.map(|information| (ball, information))));
     let kept = kept.collect::<Result<Vec<_>, FileError>>()?.into_iter().flatten().collect();
     let (mut grid, mut sites) = (Vec::with_capacity(places.len()), Vec::new());
-    for (place, lesson) in places.into_iter().zip(lessons) {
-        grid.push((place, lesson.is_some().then_some(sites.len())));
-        sites.extend(lesson.map(|lesson| Site { place, lesson }));
+    for (place, information) in places.into_iter().zip(of_places) {
+        grid.push((place, information.is_some().then_some(sites.len())));
+        sites.extend(information.map(|information| Site { place, information }));
     }
     Ok(Ground { workshop, kept, grid, sites, sought, workspace, seed: layouts.seed })
 }

@@ -4,7 +4,7 @@ use calibench::files::FileError;
 use toml::Value;
 
 use super::rows::is_of_every_study;
-use calibench_sim::scenario::{AxisToml, CaseToml, Design, Document, Key, Scale};
+use calibench_sim::scenario::{AxisToml, CaseToml, Design, Document, Key, KeyError, Scale};
 
 /// Largest accepted number of points; more are a mistake.
 pub(super) const MOST_POINTS: usize = 10_000;
@@ -44,7 +44,7 @@ impl Written<'_> {
     }
 
     fn key(&self, at: &str, text: &str) -> Result<Key, FileError> {
-        let key: Key = text.parse().map_err(|e: String| self.wrong(at, e, "write it as in ball[0].z_mm"))?;
+        let key: Key = text.parse().map_err(|e: KeyError| self.wrong(at, e.to_string(), "write it as in ball[0].z_mm"))?;
         if ["sweep", "suite", "expect", "format", "name", "question"].contains(&key.top()) {
             let problem = format!("`{text}` changes nothing that is measured");
             return Err(self.wrong(at, problem, "name a key of the cell or of its truth"));
@@ -132,7 +132,10 @@ impl Axis {
     }
 
     /// Sets a scenario to the position `place` (0 to 1) on the axis and returns the position's label.
-    pub fn apply(&self, place: f64, design: Design, document: &mut Document) -> Result<String, String> {
+    ///
+    /// # Errors
+    /// If the scenario lacks the key.
+    pub fn apply(&self, place: f64, design: Design, document: &mut Document) -> Result<String, KeyError> {
         let level = |count: usize| ((place * count as f64) as usize).min(count - 1);
         match &self.kind {
             AxisKind::Values(key, values) => {

@@ -84,7 +84,7 @@ fn point(document: &Document, axes: &[Axis], place: &[f64], design: Design) -> R
     for (k, (axis, &place)) in axes.iter().zip(place).enumerate() {
         let label = axis
             .apply(place, design, &mut point.document)
-            .map_err(|problem| document.wrong(&format!("sweep.axis[{k}]"), problem, "name a key that the scenario has"))?;
+            .map_err(|e| document.wrong(&format!("sweep.axis[{k}]"), e.to_string(), "name a key that the scenario has"))?;
         point.at.push(label);
     }
     Ok(point)

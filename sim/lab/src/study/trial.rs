@@ -1,6 +1,7 @@
 //! One trial at one point: the whole procedure, and one row of numbers per method.
 
 use calibench::assess::diagnose;
+use calibench::identify::IdentifyError;
 use calibench::units::MM;
 
 use super::Point;
@@ -28,7 +29,7 @@ pub(super) fn trial(point: &Point, diagnosed: bool, trial: u64) -> [Row; 2] {
 
 fn row(run: &Run, method: &Method, diagnosed: bool) -> Row {
     let finding = if diagnosed { finding(method) } else { Ok(None) };
-    Row { method: method.name, outcome: finding.map(|finding| numbers(run, method, finding)) }
+    Row { method: method.name, outcome: finding.map(|finding| numbers(run, method, finding)).map_err(|e| with_reasons(&e)) }
 }
 
 fn numbers(run: &Run, method: &Method, finding: Option<Finding>) -> Numbers {
@@ -54,8 +55,8 @@ fn numbers(run: &Run, method: &Method, finding: Option<Finding>) -> Numbers {
     }
 }
 
-fn finding(method: &Method) -> Result<Option<Finding>, String> {
-    let diagnosis = diagnose(&[(method.name, &method.dataset)], &method.calibration.model).map_err(|e| with_reasons(&e))?;
+fn finding(method: &Method) -> Result<Option<Finding>, IdentifyError> {
+    let diagnosis = diagnose(&[(method.name, &method.dataset)], &method.calibration.model)?;
     let effect = diagnosis.findings.first().map(|f| f.hypothesis.in_model.clone()).unwrap_or_default();
     Ok(Some(Finding { verdict: diagnosis.verdict.name(), effect }))
 }

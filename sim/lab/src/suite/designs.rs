@@ -70,8 +70,8 @@ pub fn designs(scenario: &Scenario, seed: u64, trials: usize, done: &(dyn Fn() +
     scenario.plan.starts = 1;
     scenario.tracker.validation_poses = 200;
     let plans = Plans::new(&scenario, seed).map_err(RunError::Plan)?;
-    let plain = measure_all(&scenario, Streams { seed, trial: u64::MAX }, &plans, &mut ())?;
-    let examination = Examination::new(&[("fit", &plain.fit)], &scenario.model)?;
+    let data = measure_all(&scenario, Streams { seed, trial: u64::MAX }, &plans, &mut ())?.fit;
+    let examination = Examination::new(&[("fit", &data)], &scenario.model)?;
     let known: Vec<String> = examination.library().candidates.iter().map(|c| c.id.clone()).collect();
     let ids: Vec<String> = Library::of_robot(&scenario.dataset(), &scenario.model)
         .candidates
@@ -79,8 +79,9 @@ pub fn designs(scenario: &Scenario, seed: u64, trials: usize, done: &(dyn Fn() +
         .map(|c| c.id)
         .filter(|id| known.contains(id))
         .collect();
+    let plain = Plain { examination, data, ids };
     let one = |trial: usize| {
-        let case = followed(&scenario, &plans, &examination, &plain.fit, &ids, Streams { seed, trial: trial as u64 });
+        let case = followed(&scenario, &plans, &plain, Streams { seed, trial: trial as u64 });
         done();
         case
     };
@@ -104,23 +105,24 @@ pub fn designs(scenario: &Scenario, seed: u64, trials: usize, done: &(dyn Fn() +
     Ok((0..ways).map(row).collect())
 }
 
+/// The robot without a hidden effect.
+struct Plain {
+    examination: Examination,
+    data: Dataset,
+    /// The effects that may be hidden.
+    ids: Vec<String>,
+}
+
 /// One robot; `None` if no effect was found in it, or the right one was named with certainty at once.
-fn followed(
-    scenario: &Scenario,
-    plans: &Plans,
-    plain: &Examination,
-    plain_data: &Dataset,
-    ids: &[String],
-    streams: Streams,
-) -> Result<Option<Vec<Way>>, TrialError> {
+fn followed(scenario: &Scenario, plans: &Plans, plain: &Plain, streams: Streams) -> Result<Option<Vec<Way>>, TrialError> {
     let mut random = streams.stream("designs");
     let cell = scenario.dataset();
     let balls = cell.ball_ids();
-    let id = &ids[random.random_range(0..ids.len())];
+    let id = &plain.ids[random.random_range(0..plain.ids.len())];
     let Ok(effect) = effects::build(id, &Subject::new(&cell.robot, &balls)) else { return Ok(None) };
     let priors: Vec<f64> = effect.parameters().iter().map(|p| p.prior).collect();
     let drawn: Vec<f64> = priors.iter().map(|p| p * random.sample::<f64, _>(StandardNormal)).collect();
-    let visible = plain.visible_rms(&[("fit", plain_data)], &[(id.clone(), drawn.clone())])?;
+    let visible = plain.examination.visible_rms(&[("fit", &plain.data)], &[(id.clone(), drawn.clone())])?;
     let wanted = random.random_range(VISIBLE);
     let scale = wanted / visible.first().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
     if drawn.iter().zip(&priors).any(|(d, p)| (scale * d / p).abs() > LARGEST) {
