@@ -1,6 +1,8 @@
 //! A fitted model and the columns of every candidate, reduced to inner products after projection orthogonal to the
 //! model. Every statement of a diagnosis is computed from these.
 
+mod wide;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::evidence::{Remainder, Seen};
@@ -13,30 +15,11 @@ use crate::identify::{Calibration, Circumstance, Fit, FitError, IdentifyError, M
 use crate::math::linalg;
 use crate::measure::Dataset;
 
+use wide::Wide;
+pub(super) use wide::{Column, Span};
+
 /// Degrees of freedom that a stated noise is worth: a stated value is often wrong by a factor of 1.5.
 const STATED_NOISE_DOF: f64 = 4.0;
-
-/// Columns of one candidate: its parameters in plausible sizes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Span {
-    pub first: usize,
-    pub count: usize,
-}
-
-impl Span {
-    pub fn range(self) -> std::ops::Range<usize> {
-        self.first..self.first + self.count
-    }
-}
-
-/// A parameter of a candidate effect.
-#[derive(Debug, Clone)]
-pub(super) struct Column {
-    /// Index of the parameter in the wide problem.
-    pub parameter: usize,
-    /// Plausible size, SI.
-    pub plausible: f64,
-}
 
 /// A model fitted to data, and its candidates.
 pub struct Examination {
@@ -102,7 +85,7 @@ impl Examination {
     /// Adds the columns of every candidate of the library to a fit.
     fn fitted(datasets: &[(&str, &Dataset)], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
         let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library::new(datasets, model), yardstick)
+        Examination::of(datasets, model, (problem, fit), Library::new(datasets, model), yardstick)
     }
 
     /// As [`Examination::new`], with these candidates in place of the library.
@@ -117,7 +100,7 @@ impl Examination {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
         let yardstick = Yardstick::of(datasets, &problem, &fit);
-        Examination::of(datasets, model, problem, fit, Library { candidates, ..Library::default() }, yardstick)
+        Examination::of(datasets, model, (problem, fit), Library { candidates, ..Library::default() }, yardstick)
     }
 
     /// Examines planned poses, given as samples at their nominal positions. Joint compliances are set to their
@@ -136,7 +119,7 @@ impl Examination {
         }
         problem.update_loads(&fit.values);
         let yardstick = Yardstick::as_stated(problem.noise_stated());
-        Examination::of(&datasets, model, problem, fit, Library::new(&datasets, model), yardstick)
+        Examination::of(&datasets, model, (problem, fit), Library::new(&datasets, model), yardstick)
     }
 
     /// As this examination, with the same fit but other candidates.
@@ -144,65 +127,24 @@ impl Examination {
         let mut problem = Problem::new(datasets, &self.model, Use::Fit)?;
         problem.update_loads(&self.fit.values);
         let library = Library { candidates, ..Library::default() };
-        Examination::of(datasets, &self.model, problem, self.fit.clone(), library, self.yardstick.clone())
+        Examination::of(datasets, &self.model, (problem, self.fit.clone()), library, self.yardstick.clone())
     }
 
     fn of(
         datasets: &[(&str, &Dataset)],
         model: &Model,
-        problem: Problem,
-        fit: Fit,
+        (problem, fit): (Problem, Fit),
         library: Library,
         yardstick: Yardstick,
     ) -> Result<Self, IdentifyError> {
-        let mut wide_model = model.clone();
-        wide_model.effects.extend(library.candidates.iter().map(|c| c.id.clone()));
-        let mut wide = Problem::new(datasets, &wide_model, Use::Fit)?;
-        let mut values = wide.start();
-        let of_name = |name: &str| wide.parameters().iter().position(|p| p.name == name);
-        let mut fitted = Vec::with_capacity(fit.kept.len());
-        for (p, parameter) in problem.parameters().iter().enumerate() {
-            let Some(place) = of_name(&parameter.name) else { continue };
-            values[place] = fit.values[p];
-            if fit.kept.binary_search(&p).is_ok() {
-                fitted.push(place);
-            }
-        }
-        wide.update_loads(&values);
-
-        let mut columns = Vec::new();
-        let spans = library.candidates.iter().map(|candidate| {
-            let first = columns.len();
-            let parameters = wide.parameters().iter().enumerate().filter(|(_, p)| p.effect == candidate.id);
-            columns.extend(parameters.map(|(k, p)| Column { parameter: k, plausible: p.spec.prior }));
-            Span { first, count: columns.len() - first }
-        });
-        let spans: Vec<Span> = spans.collect();
-
+        let wide = Wide::of(datasets, model, (&problem, &fit), &library)?;
         let weight = yardstick.weight();
-        let rows = lay_out(&wide, &values, &fitted, &columns) * weight;
+        let rows = wide.rows() * weight;
+        let Wide { problem: wide, values, fitted, columns, spans } = wide;
         let mut products = DMatrix::zeros(rows.nrows(), rows.nrows());
         linalg::normal_matrix(&rows, &mut products);
         let (m, n) = (fitted.len(), columns.len());
-        // The prior of a fitted parameter acts as a measurement of it: an extra row in which every candidate column is
-        // zero.
-        let mut normal = products.view((0, 0), (m, m)).into_owned();
-        let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
-        let mut squares = products[(m + n, m + n)];
-        for (k, p) in fit.kept.iter().enumerate() {
-            let information = problem.parameters()[*p].knowledge.information();
-            normal[(k, k)] += information;
-            gradient[k] -= information * fit.values[*p];
-            squares += information * fit.values[*p].powi(2);
-        }
-        let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
-        let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-        let mut factor = linalg::Cholesky::new(m);
-        factor.factor(&scaled).map_err(|_| FitError::Singular)?;
-        let empty = DMatrix::zeros(m, 0);
-        let mut projection = Projection { factor, scale, of_columns: empty, of_residual: DVector::zeros(m) };
-        projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
-        projection.of_residual = projection.half(gradient).column(0).into_owned();
+        let (projection, squares) = project(&products, n, &problem, &fit)?;
         let absorbed = linalg::product_of_transposed(&projection.of_columns, &projection.of_columns);
         let gram = products.view((m, m), (n, n)) - absorbed;
         let z = products.view((m, m + n), (n, 1)).column(0) - projection.of_columns.tr_mul(&projection.of_residual);
@@ -348,26 +290,28 @@ impl Examination {
     }
 }
 
-/// Whitened columns of the fitted parameters (SI) and of the candidates (plausible sizes), then the residuals;
-/// transposed.
-fn lay_out(wide: &Problem, values: &[f64], fitted: &[usize], columns: &[Column]) -> DMatrix<f64> {
-    // A certified ball is both fitted and a candidate: its columns are computed once and copied.
-    let mut parameters: Vec<usize> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).collect();
-    parameters.sort_unstable();
-    parameters.dedup();
-    let all = wide.whitened(values, &parameters);
-    let place = |p: usize| parameters.binary_search(&p).unwrap_or_else(|_| unreachable!("listed above"));
-    let sources: Vec<(usize, f64)> = fitted
-        .iter()
-        .map(|&p| (place(p), 1.0))
-        .chain(columns.iter().map(|c| (place(c.parameter), c.plausible)))
-        .chain([(parameters.len(), 1.0)])
-        .collect();
-    let mut rows = DMatrix::zeros(sources.len(), all.ncols());
-    for (mut to, from) in rows.column_iter_mut().zip(all.column_iter()) {
-        for (x, (source, scale)) in to.iter_mut().zip(&sources) {
-            *x = from[*source] * scale;
-        }
+/// The projection orthogonal to the fitted parameters, from the inner products of all rows with `candidates` columns, and
+/// the squared residuals. The prior of a fitted parameter acts as a measurement of it: an extra row in which every
+/// candidate column is zero.
+fn project(products: &DMatrix<f64>, candidates: usize, problem: &Problem, fit: &Fit) -> Result<(Projection, f64), FitError> {
+    let n = candidates;
+    let m = products.nrows() - n - 1;
+    let mut normal = products.view((0, 0), (m, m)).into_owned();
+    let mut gradient = products.view((0, m + n), (m, 1)).into_owned();
+    let mut squares = products[(m + n, m + n)];
+    for (k, p) in fit.kept.iter().enumerate() {
+        let information = problem.parameters()[*p].knowledge.information();
+        normal[(k, k)] += information;
+        gradient[k] -= information * fit.values[*p];
+        squares += information * fit.values[*p].powi(2);
     }
-    rows
+    let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
+    let scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
+    let mut factor = linalg::Cholesky::new(m);
+    factor.factor(&scaled).map_err(|_| FitError::Singular)?;
+    let empty = DMatrix::zeros(m, 0);
+    let mut projection = Projection { factor, scale, of_columns: empty, of_residual: DVector::zeros(m) };
+    projection.of_columns = projection.half(products.view((0, m), (m, n)).into_owned());
+    projection.of_residual = projection.half(gradient).column(0).into_owned();
+    Ok((projection, squares))
 }

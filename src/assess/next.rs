@@ -33,7 +33,7 @@ use rayon::prelude::*;
 
 use super::diagnosis::Diagnosis;
 use super::examination::Examination;
-use super::relevance::Relevance;
+use super::workspace::{WORKSPACE_POSES, workspace_poses};
 use crate::identify::IdentifyError;
 use crate::measure::Dataset;
 
@@ -86,7 +86,7 @@ pub struct Proposal {
 }
 
 /// Compares possible next measurements: by how well they distinguish the rivals of the diagnosis or, if there are none,
-/// by how much they reduce the error expected at joint angles `poses` (rad, N).
+/// by how much they reduce the error expected over the workspace. `seed` chooses the candidate postures.
 ///
 /// # Errors
 /// When the data do not fit the model.
@@ -94,13 +94,12 @@ pub fn propose(
     datasets: &[(&str, &Dataset)],
     examination: &Examination,
     diagnosis: &Diagnosis,
-    relevance: &Relevance,
     layout: &CellLayout,
-    poses: &[Vec<f64>],
     seed: u64,
 ) -> Result<Proposal, IdentifyError> {
     let rivals = Rival::of(diagnosis, 1);
-    let designer = Designer::new(datasets, examination, &rivals)?.with_workspace(datasets, relevance, poses)?;
+    let poses = datasets.first().map_or_else(Vec::new, |(_, first)| workspace_poses(first, WORKSPACE_POSES));
+    let designer = Designer::new(datasets, examination, &rivals)?.with_workspace(datasets, &diagnosis.relevance, &poses)?;
     let criterion = if designer.has_rivals() { Criterion::Discrimination } else { Criterion::Accuracy };
     let needs_sides = examination.library().candidates.iter().any(|c| c.family == OF_SIDES)
         || rivals.iter().any(|r| r.effect.starts_with(OF_SIDES));

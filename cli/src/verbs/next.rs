@@ -2,9 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{
-    CellLayout, Examination, HoldOut, WORKSPACE_POSES, WorkspacePoses, diagnose_examined, planned_for, propose, workspace_poses,
-};
+use calibench::assess::{CellLayout, Examination, HoldOut, WorkspacePoses, diagnose_examined, planned_for, propose};
 use calibench::identify::Use;
 use calibench::measure::Dataset;
 use calibench::units::MM;
@@ -64,7 +62,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let named = named(&datasets);
     let waiting = Waiting::new("diagnosing");
-    let poses = workspace_poses(first, WORKSPACE_POSES);
     // A model given explicitly is used as it is.
     let planned = match &arguments.model {
         Some(_) => None,
@@ -77,8 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let examination = Examination::new(&named, model).map_err(locate)?;
     let diagnosis = diagnose_examined(&named, &examination).map_err(locate)?;
     waiting.now("designing");
-    let proposal =
-        propose(&named, &examination, &diagnosis, &diagnosis.relevance, &layout, &poses, arguments.seed).map_err(locate)?;
+    let proposal = propose(&named, &examination, &diagnosis, &layout, arguments.seed).map_err(locate)?;
     drop(waiting);
     let written = match &arguments.output {
         Some(path) => write_proposal(path, &proposal, &reference, Some(&layout))?,

@@ -1,8 +1,6 @@
 //! State of the workbench: the opened data and the user's actions.
 
-use calibench::assess::{
-    CellLayout, Examination, LadderStep, Objection, Proposal, WORKSPACE_POSES, ladder, propose, step, workspace_poses,
-};
+use calibench::assess::{CellLayout, Examination, LadderStep, Objection, Proposal, ladder, propose, step};
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
 use calibench_report::{Page, PageSubject, Recommended, Standing, Views, advice, documents, objection_sentence};
@@ -325,10 +323,8 @@ impl Bench {
         let (proposal, cell_known) = self.with_data(|datasets, here| {
             let examination = Examination::new(datasets, &here.ladder_step.model)?;
             let first = datasets[0].1;
-            let poses = workspace_poses(first, WORKSPACE_POSES);
-            let diagnosis = &here.ladder_step.diagnosis;
             let layout = CellLayout::of_dataset(first);
-            let proposal = propose(datasets, &examination, diagnosis, &diagnosis.relevance, &layout, &poses, NEXT_SEED)?;
+            let proposal = propose(datasets, &examination, &here.ladder_step.diagnosis, &layout, NEXT_SEED)?;
             Ok::<_, Refusal>((proposal, layout.is_known))
         })?;
         let document = documents::Next { cell_known: Some(cell_known), ..documents::Next::of(&proposal) };

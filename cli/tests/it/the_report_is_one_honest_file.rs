@@ -208,8 +208,8 @@ fn what_is_no_run_and_no_dataset_ends_in_one_line() {
     refused(&["report", "nothing"], "nothing");
     fs::create_dir(folder.path().join("run")).unwrap();
     fs::write(folder.path().join("run/result.json"), "{}").unwrap();
-    refused(&["report", "run"], "calibench-run/1");
+    refused(&["report", "run"], "result.json:1: missing field `format`");
     fs::write(folder.path().join("run/result.json"), "{").unwrap();
-    refused(&["report", "run"], "is no JSON");
+    refused(&["report", "run"], "result.json:1: EOF while parsing");
     refused(&["report", "run", "--model", "model.toml"], "--model is for datasets");
 }

@@ -57,7 +57,7 @@ pub struct ObservabilityIndices {
 /// An identified robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Calibration {
-    /// CalibrationFormat tag.
+    /// Format tag.
     pub format: CalibrationFormat,
     /// The robot, as the data name it.
     pub robot: String,

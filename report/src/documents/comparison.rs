@@ -229,7 +229,7 @@ pub struct Standout {
 /// Where a model fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Comparison {
-    /// ComparisonFormat tag.
+    /// Format tag.
     pub format: ComparisonFormat,
     /// Name of the robot.
     pub robot: String,

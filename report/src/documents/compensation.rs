@@ -96,7 +96,7 @@ pub struct RigidPart {
 /// Targets compensated by a calibration, and the robot written out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Compensation {
-    /// CompensationFormat tag.
+    /// Format tag.
     pub format: CompensationFormat,
     /// Name of the robot.
     pub robot: String,

@@ -121,7 +121,7 @@ pub struct Contribution {
 /// Which effect is missing in a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Diagnosis {
-    /// DiagnosisFormat tag.
+    /// Format tag.
     pub format: DiagnosisFormat,
     /// Number of fitted rows.
     pub samples: usize,

@@ -5,27 +5,10 @@ use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{LadderStep, OutsideRange, finite, format_tag};
+use super::{Gain, LadderStep, OutsideRange, format_tag};
 use crate::ladder_sentences::{advice, objection_sentence, why};
 
 format_tag!(LadderFormat, "calibench-ladder/1");
-
-/// Gain of a model for one division of the postures into blocks.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Gain {
-    /// The division: `postures`, `places` or `campaigns`.
-    pub held_out_by: String,
-    /// Number of postures held out.
-    pub postures: usize,
-    /// Held-out error before, rms, mm.
-    pub before_mm: f64,
-    /// Held-out error after, rms, mm.
-    pub after_mm: f64,
-    /// Relative gain.
-    pub gain: Option<f64>,
-    /// Its one-sigma.
-    pub gain_sigma: Option<f64>,
-}
 
 /// One of the compared models.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -82,7 +65,7 @@ pub struct Stopped {
 /// The models from the first to the last, and the recommended one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ladder {
-    /// LadderFormat tag.
+    /// Format tag.
     pub format: LadderFormat,
     /// The steps.
     pub rungs: Vec<LadderStep>,
@@ -103,19 +86,6 @@ pub struct Ladder {
     /// Warning that the data do not fit the robot, if used nevertheless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit: Option<String>,
-}
-
-impl Gain {
-    pub(super) fn of(gain: &assess::Gain) -> Self {
-        Gain {
-            held_out_by: gain.division.name().into(),
-            postures: gain.postures,
-            before_mm: gain.rms[0] / MM,
-            after_mm: gain.rms[1] / MM,
-            gain: finite(gain.share),
-            gain_sigma: finite(gain.sigma),
-        }
-    }
 }
 
 impl Choice {

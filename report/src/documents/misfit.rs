@@ -37,7 +37,7 @@ pub struct Correction {
 /// Data that do not fit their robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Misfit {
-    /// MisfitFormat tag.
+    /// Format tag.
     pub format: MisfitFormat,
     /// Always `data_do_not_fit`.
     pub verdict: String,

@@ -42,7 +42,7 @@ pub use self::diagnosis::{
 };
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
 pub use self::import::{ImportFormat, ImportReport, NominalFit};
-pub use self::ladder::{Choice, Gain, Ladder, LadderFormat, Recommended, Stopped, TriedStep};
+pub use self::ladder::{Choice, Ladder, LadderFormat, Recommended, Stopped, TriedStep};
 pub use self::misfit::{Correction, Misfit, MisfitFormat, MisfitResidual, Slip};
 pub use self::next::{
     Action, Detectability, DetectabilityFormat, EffectDetectability, Next, NextFormat, NotOffered, PlannedStep, Rival,
@@ -57,7 +57,7 @@ pub use self::scatter::{
 pub use self::schema::schemas;
 pub use self::shifts::{ShiftOfNumber, ShiftedParameter, Shifts};
 pub use self::step::{
-    AddedParameter, CheckErrors, EffectNote, ErrorSummary, LadderStep, Moment, SessionErrors, Step, StepFormat,
+    AddedParameter, CheckErrors, EffectNote, ErrorSummary, Gain, LadderStep, Moment, SessionErrors, Step, StepFormat,
 };
 pub use self::validation::{HistogramBin, Quantiles, Validated, Validation, ValidationFormat};
 pub use self::workspace::{ExpectedPart, JointOutside, MapCell, OutsideRange, Workspace, WorkspaceMap};

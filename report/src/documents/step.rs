@@ -6,7 +6,7 @@ use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Gain, Workspace, finite, format_tag};
+use super::{Workspace, finite, format_tag};
 use crate::finding_notes::{found, parted_by};
 use crate::ladder_sentences::{added_words, objection_sentence, symptom_sentence};
 
@@ -88,6 +88,23 @@ pub struct CheckErrors {
     pub refused: Option<String>,
 }
 
+/// Gain of a model for one division of the postures into blocks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Gain {
+    /// The division: `postures`, `places` or `campaigns`.
+    pub held_out_by: String,
+    /// Number of postures held out.
+    pub postures: usize,
+    /// Held-out error before, rms, mm.
+    pub before_mm: f64,
+    /// Held-out error after, rms, mm.
+    pub after_mm: f64,
+    /// Relative gain.
+    pub gain: Option<f64>,
+    /// Its one-sigma.
+    pub gain_sigma: Option<f64>,
+}
+
 /// A model of a ladder, fitted and judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LadderStep {
@@ -136,7 +153,7 @@ pub struct LadderStep {
 /// One step, printed by `add`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Step {
-    /// StepFormat tag.
+    /// Format tag.
     pub format: StepFormat,
     /// The model before.
     pub before: LadderStep,
@@ -183,6 +200,19 @@ impl CheckErrors {
             name: c.name.clone(),
             errors: c.result.as_ref().ok().map(ErrorSummary::of),
             refused: c.result.as_ref().err().map(ToString::to_string),
+        }
+    }
+}
+
+impl Gain {
+    pub(super) fn of(gain: &assess::Gain) -> Self {
+        Gain {
+            held_out_by: gain.division.name().into(),
+            postures: gain.postures,
+            before_mm: gain.rms[0] / MM,
+            after_mm: gain.rms[1] / MM,
+            gain: finite(gain.share),
+            gain_sigma: finite(gain.sigma),
         }
     }
 }

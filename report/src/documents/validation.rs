@@ -46,7 +46,7 @@ pub struct HistogramBin {
 /// Position errors at rows that were not fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Validation {
-    /// ValidationFormat tag.
+    /// Format tag.
     pub format: ValidationFormat,
     /// Number of rows.
     pub samples: usize,

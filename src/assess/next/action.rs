@@ -210,7 +210,7 @@ impl<'a> Bench<'a> {
     }
 
     /// A measurement that has not been made, `after` s into the action. From which side joints and plungers will come is left to chance.
-    fn sample(&self, id: String, q: &[f64], measured: Measured, payload: usize, after: f64, random: &mut ChaCha8Rng) -> Sample {
+    fn sample(&self, id: String, q: &[f64], measured: Measured, after: f64, random: &mut ChaCha8Rng) -> Sample {
         let mut side = || if random.random::<bool>() { 1 } else { -1 };
         let approach = Some(q.iter().map(|_| side()).collect());
         let plungers = Some([side(), side(), side()]);
@@ -218,7 +218,6 @@ impl<'a> Bench<'a> {
         // Torques that a controller will report are those that it reported nearby.
         let near = || self.cell.samples.iter().filter(|s| s.tau.is_some()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         Sample {
-            payload,
             time_s: self.end_s.map(|t| t + after),
             temp_c: self.temp_c,
             approach,
@@ -287,7 +286,8 @@ impl<'a> Bench<'a> {
         let mut random = self.random();
         let candidate = |(k, c): (usize, &Probing)| {
             let measured = Measured::Ball { ball: c.ball, reading: None };
-            (self.sample(format!("next {k}"), &c.q, measured, payload, times[0], &mut random), c.q_approach.clone())
+            let sample = self.sample(format!("next {k}"), &c.q, measured, times[0], &mut random);
+            (Sample { payload, ..sample }, c.q_approach.clone())
         };
         self.action(kind, times, probings.iter().enumerate().map(candidate).collect())
     }
@@ -330,7 +330,8 @@ impl<'a> Bench<'a> {
             let mut approach = made.q.clone();
             rel_tool.shift(&self.cell.robot, &self.cell.base, &self.cell.tool, &mut approach, &offset).ok()?;
             let measured = Measured::Ball { ball, reading: None };
-            let mut sample = self.sample(format!("next {k}"), &made.q, measured, made.payload, times[0], &mut random);
+            let mut sample = self.sample(format!("next {k}"), &made.q, measured, times[0], &mut random);
+            sample.payload = made.payload;
             if kind == Kind::OtherSide {
                 sample.approach = made.approach.as_ref().map(|signs| signs.iter().map(|s| -s).collect());
             }
@@ -379,7 +380,7 @@ impl<'a> Bench<'a> {
         let mut random = self.random();
         let mut point = |(k, q): (usize, &Vec<f64>)| {
             let at = world_from_tool(&self.cell.robot, &self.cell.base, &self.cell.tool, q).translation.vector;
-            (self.sample(format!("next {k}"), q, Measured::Point(at), 0, TRACKER, &mut random), Vec::new())
+            (self.sample(format!("next {k}"), q, Measured::Point(at), TRACKER, &mut random), Vec::new())
         };
         match found {
             Ok(found) => Ok(self.action(Kind::Points, [TRACKER, POINT], found.iter().enumerate().map(&mut point).collect())),
