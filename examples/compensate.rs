@@ -6,7 +6,7 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use calibench::compensate::{Compensator, Conditions, Fake, Target, Task, Wanted};
+use calibench::compensate::{Compensator, Conditions, Desired, Fake, Target, Task};
 use calibench::identify::{Calibration, Model, identify};
 use calibench::measure::{Dataset, Measured, Noise, Sample};
 use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
@@ -56,9 +56,9 @@ pub fn compensated() -> Result<Compensation, Box<dyn Error>> {
     let calibration = calibrated(&nominal, &arm)?;
     let mut compensator = Compensator::new(&calibration, &Task::default())?;
     let near = NEAR_DEG.map(|angle| angle * DEG).to_vec();
-    let pose = compensator.drawn(&near);
-    let wanted = Wanted::Pose { pose, near: Some(near.clone()), status: None, turn: None };
-    let target = Target { id: "t1".into(), wanted, payload: None, conditions: Conditions::default() };
+    let pose = compensator.nominal_pose(&near);
+    let desired = Desired::Pose { pose, near: Some(near.clone()), status: None, turn: None };
+    let target = Target { id: "t1".into(), desired, payload: None, conditions: Conditions::default() };
     let fake = compensator.compensate(&target).outcome?;
     let off = |q: &[f64]| {
         let stands = world_from_tool(&arm, &FramePose::default(), &TOOL, q);

@@ -4,9 +4,7 @@ use std::path::Path;
 
 use calibench::assess::{CellLayout, Kind, Offer, Proposal};
 use calibench::files::{FileError, write_whole};
-use calibench::measure::{
-    Dataset, PlannedPose, ProbingPlan, WAY_MARGIN, WayRequest, WaysError, interleave, plan_ways, write_plan,
-};
+use calibench::measure::{Dataset, PlannedPose, ProbingPlan, WayRequest, WaysError, interleave, plan_ways, write_plan};
 use calibench::units::DEG;
 
 use calibench_sim::planning::retreat;
@@ -56,9 +54,7 @@ pub fn write_proposal(
 /// pose is reachable.
 fn with_ways(mut poses: Vec<PlannedPose>, cell: &Dataset, layout: Option<&CellLayout>) -> ProbingPlan {
     while let Some(layout) = layout {
-        let Dataset { robot, base, tool, .. } = cell;
-        let surroundings = &layout.surroundings;
-        let request = WayRequest { robot, base, tool, surroundings, margin: WAY_MARGIN, guards: None, seed: 1 };
+        let request = WayRequest::of(cell, &layout.surroundings, 1);
         match plan_ways(request, &layout.bodies, &-retreat(), &mut poses) {
             Ok(ways) => return ProbingPlan { poses, ways: Some(ways) },
             Err(WaysError::Blocked(blocked)) if blocked.len() < poses.len() => {

@@ -19,9 +19,9 @@ const FILES: &[&str] = &[PLOTS_MARK, "balls.csv", "setups.csv", "joints.csv", "w
 ///
 /// # Errors
 /// If the folder holds something else or cannot be written.
-pub fn write_comparison_plots(c: &Comparison, outlook: Option<&Forecast>, folder: &Path) -> Result<(), FileError> {
+pub fn write_comparison_plots(c: &Comparison, forecast: Option<&Forecast>, folder: &Path) -> Result<(), FileError> {
     replace_folder(folder, "comparison", FILES, |inside| {
-        let contents = [residuals(c), balls(c), setups(c), joints(c), worst(c), workspace(outlook)];
+        let contents = [residuals(c), balls(c), setups(c), joints(c), worst(c), workspace(forecast)];
         FILES.iter().zip(contents).try_for_each(|(name, rows)| {
             let path = inside.join(name);
             let whole = text(&rows).map_err(|e| {
@@ -143,9 +143,9 @@ fn worst(c: &Comparison) -> Vec<Vec<String>> {
 }
 
 /// The predicted error by radius and height: one row per cell; none if it could not be predicted.
-fn workspace(outlook: Option<&Forecast>) -> Vec<Vec<String>> {
+fn workspace(forecast: Option<&Forecast>) -> Vec<Vec<String>> {
     let mut rows = vec![header(&["radius_from_mm", "radius_to_mm", "height_from_mm", "height_to_mm", "mean_mm", "poses"])];
-    let Some(map) = outlook.map(|o| o.error.map()) else { return rows };
+    let Some(map) = forecast.map(|o| o.error.map()) else { return rows };
     for (cells, height) in map.cells.iter().zip(map.height.windows(2)) {
         for (cell, radius) in cells.iter().zip(map.radius.windows(2)) {
             if let Some(cell) = cell {

@@ -58,8 +58,8 @@ fn bars(bins: &[JointBin]) -> String {
     bins.iter().map(|b| BARS[height(b).min(7)]).collect()
 }
 
-/// The whole comparison; `outlook` is the expected error over the workspace, or the reason why it cannot be predicted.
-pub fn comparison_text(c: &Comparison, outlook: &Result<Forecast, NoForecast>) -> String {
+/// The whole comparison; `forecast` is the expected error over the workspace, or the reason why it cannot be predicted.
+pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> String {
     let mut out = format!(
         "{} against {} sample{}, {:.4} mm rms (3-D)\n\n",
         c.robot,
@@ -67,7 +67,7 @@ pub fn comparison_text(c: &Comparison, outlook: &Result<Forecast, NoForecast>) -
         if c.samples == 1 { "" } else { "s" },
         c.rms / MM
     );
-    let number_that_matters = outlook.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence);
+    let number_that_matters = forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence);
     for sentence in [number_that_matters].into_iter().chain(c.sentences()) {
         out.push_str(&format!("* {sentence}\n"));
     }
@@ -82,14 +82,14 @@ pub fn comparison_text(c: &Comparison, outlook: &Result<Forecast, NoForecast>) -
     section("IN THE TOOL'S AXES (gauge): mean residual", tool(c));
     section("IN THE WORLD (base): the motion of the base that would best take the residuals away", world(c));
     section("PROJECTED TO THE JOINTS (arm): apparent angle error, actual minus reported; is the curve flat?", curves(c));
-    if !c.standing.fitted {
+    if !c.fit_relation.fitted {
         section("MEANS OF THE JOINTS (arm): apparent angle error wherever the joint stands", offsets(c));
     }
     section("WORST SAMPLES", worst(c));
-    if let Ok(outlook) = outlook {
+    if let Ok(forecast) = forecast {
         section(
             "OVER THE WORKSPACE: position error to expect, mm, by distance from axis 1 and height over the base",
-            outlook.map_table(),
+            forecast.map_table(),
         );
     }
     out

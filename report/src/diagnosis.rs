@@ -7,17 +7,17 @@ use super::tables::plain_table;
 use super::workspace::{Forecast, NoForecast};
 use calibench::assess::{Diagnosis, Verdict};
 
-/// A diagnosis as tables for a terminal; `outlook` is the expected error over the workspace, or the reason why it cannot be
+/// A diagnosis as tables for a terminal; `forecast` is the expected error over the workspace, or the reason why it cannot be
 /// predicted.
 pub fn diagnosis_text(
     d: &Diagnosis,
-    outlook: &Result<Forecast, NoForecast>,
+    forecast: &Result<Forecast, NoForecast>,
     commands: &Recommended,
     with_heat_map: bool,
 ) -> String {
     let mut out = String::new();
     for sentence in
-        sentences(d, commands).into_iter().chain([outlook.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence)])
+        sentences(d, commands).into_iter().chain([forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence)])
     {
         out.push_str(&sentence);
         out.push('\n');

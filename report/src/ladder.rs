@@ -6,12 +6,12 @@ use calibench::assess::{LadderStep, Validation};
 use calibench::units::MM;
 
 /// Steps as a table; one column per campaign if there are several, and one per campaign that was not fitted.
-pub fn ladder_step_table(rungs: &[&LadderStep]) -> String {
-    let Some(first) = rungs.first() else { return String::new() };
+pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
+    let Some(first) = steps.first() else { return String::new() };
     let mm = |x: f64| format!("{:.4}", x / MM);
     let mut header: Vec<String> =
         ["model", "fit rms mm", "cross-validated", "predicted over the workspace"].map(String::from).into();
-    let validated = rungs.iter().any(|r| r.validation.is_some());
+    let validated = steps.iter().any(|r| r.validation.is_some());
     if validated {
         header.extend(["validation mean", "validation max"].map(String::from));
     }
@@ -55,5 +55,5 @@ pub fn ladder_step_table(rungs: &[&LadderStep]) -> String {
         row.extend(r.checks.iter().map(|c| c.result.as_ref().map_or("-".into(), |v| mm(v.rms))));
         row
     };
-    plain_rows(&header, &rungs.iter().map(row).collect::<Vec<_>>())
+    plain_rows(&header, &steps.iter().map(row).collect::<Vec<_>>())
 }

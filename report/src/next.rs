@@ -20,8 +20,8 @@ pub fn next_table(p: &Proposal) -> String {
             setup,
             each,
             along(steps, &|s| Some(s.count.to_string())),
-            along(steps, &|s| s.outlook.map(|o| format!("{:.2}", o.truth))),
-            along(steps, &|s| s.outlook.map(|o| format!("{:.2}", o.resolved))),
+            along(steps, &|s| s.forecast.map(|o| format!("{:.2}", o.truth))),
+            along(steps, &|s| s.forecast.map(|o| format!("{:.2}", o.resolved))),
             along(steps, &|s| s.error.map(|e| format!("{:.3}", e / MM))),
         ]
     };
@@ -46,8 +46,8 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     }
     let says = |offer: &Offer, step: &Step| {
         let minutes = offer.action.duration(step.count) / MINUTE;
-        let what = match (p.criterion, step.outlook, step.error) {
-            (Criterion::Discrimination, Some(outlook), _) => format!("resolve with chance {:.2}", outlook.resolved),
+        let what = match (p.criterion, step.forecast, step.error) {
+            (Criterion::Discrimination, Some(forecast), _) => format!("resolve with chance {:.2}", forecast.resolved),
             (_, _, Some(error)) => format!("leave {:.3} mm over the workspace", error / MM),
             _ => "change nothing that could be measured".into(),
         };

@@ -6,9 +6,9 @@
 mod campaign;
 mod candidate;
 mod html;
+mod page_model;
 mod pictures;
 mod residuals;
-mod standing;
 mod steps;
 mod telling;
 mod views;
@@ -22,8 +22,8 @@ use calibench::measure::Dataset;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
 pub use self::html::{LivePage, chart_page_html, page_html};
+pub use self::page_model::PageModel;
 pub use self::pictures::CellPicture;
-pub use self::standing::Standing;
 pub use self::views::Views;
 
 /// Format tag.
@@ -70,20 +70,20 @@ impl Page {
     /// # Errors
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
-        let standing = Standing::new(subject)?;
-        let mut views = Views::new(subject, &standing)?;
-        views.look_at_the_best(subject, &standing);
-        let ladder = steps::ladder(subject, &standing.ladder_step, standing.ground())?;
-        Page::of(subject, &standing, ladder, &views)
+        let page_model = PageModel::new(subject)?;
+        let mut views = Views::new(subject, &page_model)?;
+        views.look_at_the_best(subject, &page_model);
+        let ladder = steps::ladder(subject, &page_model.ladder_step, page_model.ground())?;
+        Page::of(subject, &page_model, ladder, &views)
     }
 
     /// Writes the document of a completed examination; `ladder` is the ladder as a document.
     ///
     /// # Errors
     /// If the validation rows cannot be predicted.
-    pub fn of(subject: &PageSubject<'_>, standing: &Standing, ladder: Value, views: &Views) -> Result<Self, IdentifyError> {
-        let mut document = standing.json(subject, ladder)?;
-        if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), views.json(standing)) {
+    pub fn of(subject: &PageSubject<'_>, page_model: &PageModel, ladder: Value, views: &Views) -> Result<Self, IdentifyError> {
+        let mut document = page_model.json(subject, ladder)?;
+        if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), views.json(page_model)) {
             whole.extend(part);
         }
         Ok(Page { document })

@@ -3,7 +3,7 @@
 
 use calibench::assess::Validation;
 use calibench::cell::ManipulatorError;
-use calibench::compensate::{Compensator, Conditions, Target, Wanted};
+use calibench::compensate::{Compensator, Conditions, Desired, Target};
 use calibench::identify::Prediction;
 use calibench::measure::{Dataset, SampleSet};
 use calibench::robot::world_from_tool;
@@ -46,13 +46,13 @@ pub(crate) fn compensation(
 ) -> Result<Option<Compensation>, ManipulatorError> {
     let &Targets { cell, plan, uncompensated } = targets;
     let conditions = Conditions { temp_c: session.temperature_c(), ..Conditions::default() };
-    let (mut wanted, mut before, mut joints) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut desired, mut before, mut joints) = (Vec::new(), Vec::new(), Vec::new());
     let poses = &plan.validation.poses;
     for (q, went) in poses.iter().zip(uncompensated) {
         let pose = world_from_tool(&cell.robot, &cell.base, &cell.tool, q);
         let target = Target {
             id: String::new(),
-            wanted: Wanted::Pose { pose, near: Some(q.clone()), status: None, turn: None },
+            desired: Desired::Pose { pose, near: Some(q.clone()), status: None, turn: None },
             payload: None,
             conditions: conditions.clone(),
         };
@@ -61,7 +61,7 @@ pub(crate) fn compensation(
         let Ok(found) = compensator.controller_joints(&fake.pose, fake.status_turn, &fake.q) else { continue };
         joints.push(found);
         before.push(pose.translation.vector - went);
-        wanted.push(pose.translation.vector);
+        desired.push(pose.translation.vector);
     }
     let tour = if plan.validation.has_no_ways {
         Tour::direct(joints)
@@ -69,14 +69,14 @@ pub(crate) fn compensation(
         // Near a singularity the joints of a compensated target differ from those of the target, and so does the path to them.
         let (tour, unreached) = session.tour_without_artifact(joints);
         for k in unreached.into_iter().rev() {
-            wanted.remove(k);
+            desired.remove(k);
             before.remove(k);
         }
         tour
     };
-    let refused = poses.len() - wanted.len();
+    let refused = poses.len() - desired.len();
     let went = session.points(tracker, &tour, "c", SampleSet::Validation)?.truth;
-    let after = wanted.iter().zip(&went).map(|(wanted, went)| wanted - went).collect();
+    let after = desired.iter().zip(&went).map(|(desired, went)| desired - went).collect();
     let of = |residuals| {
         let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new(), from_fit_rows: Vec::new() };
         Validation::of(&prediction)

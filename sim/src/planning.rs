@@ -18,7 +18,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 pub use error::PlanError;
-pub use layout::{layout, retreat, way_request};
+pub use layout::{layout, retreat};
 pub(crate) use pool_design::PoolDesign;
 pub use pool_design::{Chosen, shown};
 pub use tracker_plan::{Tour, TrackerPlan, plan_tracker, tour_without_artifact};
@@ -101,7 +101,7 @@ pub fn find_ways(
     let cell = scenario.dataset();
     let bodies: Vec<String> = scenario.ball_ids().iter().map(|id| ball_body(id)).collect();
     let surroundings = scenario.surroundings();
-    let request = WayRequest { guards, ..way_request(&cell, &surroundings, seed) };
+    let request = WayRequest { guards, ..WayRequest::of(&cell, &surroundings, seed) };
     plan_ways(request, &bodies, &-retreat(), poses)
 }
 

@@ -102,19 +102,10 @@ impl<'a> Distances<'a> {
             motion.rest_at(&q);
             for anchor in anchors {
                 let distance = self.read(anchor, &world.tcp());
-                samples.push(Sample {
-                    payload: world.payload(),
-                    time_s: Some(robot.clock_s()),
-                    temp_c: robot.temperature_c(),
-                    approach: Some(motion.signs().to_vec()),
-                    q_commanded: robot.commanded(),
-                    sigma: Some(Distances::stated_sigma(self.spec)),
-                    ..Sample::new(
-                        format!("d{:03}.{}", number + 1, anchor + 1),
-                        q.clone(),
-                        Measured::Distance { anchor, distance },
-                    )
-                });
+                let id = format!("d{:03}.{}", number + 1, anchor + 1);
+                let sample = Sample::new(id, q.clone(), Measured::Distance { anchor, distance });
+                let sigma = Some(Distances::stated_sigma(self.spec));
+                samples.push(robot.stamped(&motion, Sample { sigma, ..sample }));
             }
         }
         Ok(samples)
@@ -182,14 +173,8 @@ impl<'a> Seat<'a> {
             world.wait(spec.pose_s);
             let q = robot.joints()?;
             motion.rest_at(&q);
-            samples.push(Sample {
-                payload: world.payload(),
-                time_s: Some(robot.clock_s()),
-                temp_c: robot.temperature_c(),
-                approach: Some(motion.signs().to_vec()),
-                q_commanded: robot.commanded(),
-                ..Sample::new(&*pose.id, q, Measured::Ball { ball: pose.ball, reading: None })
-            });
+            let sample = Sample::new(&*pose.id, q, Measured::Ball { ball: pose.ball, reading: None });
+            samples.push(robot.stamped(&motion, sample));
             robot.move_joints(&pose.approach)?;
         }
         Ok(samples)

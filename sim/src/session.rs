@@ -6,7 +6,7 @@ use calibench::cell::{Manipulator, ManipulatorError, TriCal};
 use calibench::measure::{
     ArmAt, Campaign, CampaignObserver, CampaignRecord, CampaignSettings, CenteringController, CentringSettings, Iteration,
     Journal, LastMotion, Mastering, MasteringError, MasteringSettings, Measured, PlannedPose, Probing, ProbingFailure,
-    ProbingPlan, Progress, RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, WayFinder, master,
+    ProbingPlan, Progress, RepeatabilitySettings, Sample, SampleSet, Station, StationRecord, WayFinder, WayRequest, master,
     parts_by_payload,
 };
 use calibench::units::{MM, UM};
@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::gauge::Gauge;
-use crate::planning::{Tour, tour_without_artifact, way_request};
+use crate::planning::{Tour, tour_without_artifact};
 use crate::plans::Plans;
 use crate::plant::{Parts, PlantError};
 use crate::random::Streams;
@@ -166,7 +166,7 @@ impl<'a> Session<'a> {
         self.world.begin_at(&home);
         if spec.kind.measures_distances() {
             let (cell, surroundings) = (self.scenario.dataset(), self.scenario.surroundings_without_artifact());
-            let mut finder = WayFinder::new(way_request(&cell, &surroundings, self.streams.seed), home);
+            let mut finder = WayFinder::new(WayRequest::of(&cell, &surroundings, self.streams.seed), home);
             return Distances::set_up(spec, &self.streams).measure(&self.world, &mut finder, &plans.rival);
         }
         let gauge = Gauge::draw(&self.scenario.truth().keys().indicators.plungers(), &self.streams);
@@ -217,15 +217,7 @@ impl<'a> Session<'a> {
             motion.rest_at(&q);
             let point = tracker.measure(&self.world.point(), &mut rng);
             points.truth.push(self.world.tcp());
-            points.samples.push(Sample {
-                set,
-                payload: self.world.payload(),
-                time_s: Some(robot.clock_s()),
-                temp_c: robot.temperature_c(),
-                approach: Some(motion.signs().to_vec()),
-                q_commanded: robot.commanded(),
-                ..Sample::new(id, q, Measured::Point(point))
-            });
+            points.samples.push(robot.stamped(&motion, Sample { set, ..Sample::new(id, q, Measured::Point(point)) }));
         }
         Ok(points)
     }

@@ -19,7 +19,7 @@ pub(super) struct AtNewPoses {
     /// Scale of each twin: 1 for a fitted parameter, the plausible size for a candidate.
     scales: Vec<f64>,
     /// Parameters of `problem` that are a twin, ascending.
-    wanted: Vec<usize>,
+    parameters: Vec<usize>,
 }
 
 impl AtNewPoses {
@@ -63,22 +63,22 @@ impl AtNewPoses {
         let twins: Vec<Option<usize>> = fitted.iter().copied().chain(columns.iter().map(|c| c.parameter)).map(twin).collect();
         let scales = std::iter::repeat_n(1.0, fitted.len()).chain(columns.iter().map(|c| c.plausible)).collect();
         problem.update_loads(&at);
-        let mut wanted: Vec<usize> = twins.iter().flatten().copied().collect();
-        wanted.sort_unstable();
-        wanted.dedup();
-        Ok(AtNewPoses { problem, values: at, twins, scales, wanted })
+        let mut parameters: Vec<usize> = twins.iter().flatten().copied().collect();
+        parameters.sort_unstable();
+        parameters.dedup();
+        Ok(AtNewPoses { problem, values: at, twins, scales, parameters })
     }
 
-    /// Each twin: its index, its place among the wanted parameters, and its scale.
+    /// Each twin: its index, its place among the parameters, and its scale.
     fn places(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let twins = self.twins.iter().zip(&self.scales).enumerate();
-        twins.filter_map(|(k, (twin, scale))| Some((k, self.wanted.binary_search(twin.as_ref()?).ok()?, *scale)))
+        twins.filter_map(|(k, (twin, scale))| Some((k, self.parameters.binary_search(twin.as_ref()?).ok()?, *scale)))
     }
 
     /// Jacobian of the TCP position: three rows per sample (m); one column per fitted parameter (per SI unit), then one
     /// per candidate parameter (per plausible size).
     pub fn fields(&self) -> DMatrix<f64> {
-        let jacobian = self.problem.plain_jacobian(&self.values, &self.wanted);
+        let jacobian = self.problem.plain_jacobian(&self.values, &self.parameters);
         let mut all = DMatrix::zeros(jacobian.nrows(), self.twins.len());
         for (k, from, scale) in self.places() {
             all.column_mut(k).axpy(scale, &jacobian.column(from), 0.0);
@@ -88,7 +88,7 @@ impl AtNewPoses {
 
     /// Jacobian of the residuals, whitened by the noise of each sample and transposed: three columns per sample.
     pub fn whitened(&self) -> DMatrix<f64> {
-        let rows = self.problem.whitened(&self.values, &self.wanted);
+        let rows = self.problem.whitened(&self.values, &self.parameters);
         let mut all = DMatrix::zeros(self.twins.len(), rows.ncols());
         for (mut to, from) in all.column_iter_mut().zip(rows.column_iter()) {
             self.places().for_each(|(k, at, scale)| to[k] = from[at] * scale);

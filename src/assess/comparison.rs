@@ -2,11 +2,11 @@
 //! views of the residuals.
 
 mod finding;
+mod fit_relation;
 mod lack_of_fit;
 mod layout;
 mod sentences;
 mod significance;
-mod standing;
 mod standout;
 mod suggestions;
 mod views;
@@ -23,9 +23,9 @@ use super::residual_views::{
     WorstSample,
 };
 
+pub use self::fit_relation::FitRelation;
 pub use self::lack_of_fit::LackOfFit;
 pub use self::significance::SIGNIFICANCE;
-pub use self::standing::Standing;
 pub use self::standout::{Standout, Subject};
 
 /// A calibration compared with samples.
@@ -38,7 +38,7 @@ pub struct Comparison {
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
     /// Relation of the samples to the calibration.
-    pub standing: Standing,
+    pub fit_relation: FitRelation,
     /// Noise of the measurement alone.
     pub noise: NoiseFloor,
     /// Residual beyond that noise.
@@ -82,14 +82,14 @@ impl Comparison {
             .map(|(s, &group)| NoisySample { group, whitened: s.whitener * s.residual, height: s.height, variance: s.variance })
             .collect();
         let noise = NoiseFloor::of(&noisy, problem.noise_stated());
-        let (standing, beforehand) = standing::of(calibration, &application, datasets, which, &noise);
+        let (fit_relation, beforehand) = fit_relation::of(calibration, &application, datasets, which, &noise);
         let whitened = Whitened::new(problem, values, &beforehand);
         let rms = (seen.iter().map(|s| s.residual.norm_squared()).sum::<f64>() / seen.len() as f64).sqrt();
         let lack_of_fit = LackOfFit::of(&noise, rms, &whitened, problem.row_count());
 
         let normalised: Vec<(f64, usize)> = seen.iter().map(|s| whitened.normalised(s.first_row, s.height)).collect();
         let mut layout = Layout::new(&seen, problem.setups().len(), datasets, &normalised);
-        layout.acquit(&standing.refitted, datasets);
+        layout.acquit(&fit_relation.refitted, datasets);
         let places: Vec<(usize, usize)> = seen.iter().map(|s| (s.first_row, s.height)).collect();
         let mut show = |place: usize, patterns: &mut _| layout.show(&seen[place], place, patterns);
         let scores = Scores::new(&whitened, &beforehand, &places, layout.patterns(), &mut show);
@@ -113,7 +113,7 @@ impl Comparison {
             robot: problem.robot().name.clone(),
             samples: seen.len(),
             rms,
-            standing,
+            fit_relation,
             lack_of_fit,
             balls: views.balls(datasets),
             tool,

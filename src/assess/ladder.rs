@@ -13,7 +13,7 @@ use crate::identify::{IdentifyError, Model, Outcome, Use, missing};
 use crate::measure::Dataset;
 
 /// Largest number of steps that are added to the first model.
-const MOST_RUNGS: usize = 16;
+const MOST_STEPS: usize = 16;
 
 /// Number of findings, and of contributions, that are tried at one step.
 const TRIED: usize = 4;
@@ -76,7 +76,7 @@ pub enum Climb<'a> {
 #[derive(Debug, Clone)]
 pub struct Ladder {
     /// The steps, starting with the first model.
-    pub rungs: Vec<LadderStep>,
+    pub steps: Vec<LadderStep>,
     /// Reason why it ends.
     pub top: StopReason,
     /// Every model that was compared with the first.
@@ -90,12 +90,12 @@ pub struct Ladder {
 impl Ladder {
     /// The first model.
     pub fn first(&self) -> &LadderStep {
-        &self.rungs[0]
+        &self.steps[0]
     }
 
     /// The last step.
     pub fn last(&self) -> &LadderStep {
-        &self.rungs[self.rungs.len() - 1]
+        &self.steps[self.steps.len() - 1]
     }
 
     /// Kind of the recommended model.
@@ -108,7 +108,7 @@ impl Ladder {
         match (&self.withdrawn, &self.other) {
             (Some(_), _) => self.first(),
             (None, Some(other)) => other,
-            (None, None) => rung_of(&self.rungs, self.recommendation.choice()).unwrap_or(self.first()),
+            (None, None) => step_of(&self.steps, self.recommendation.choice()).unwrap_or(self.first()),
         }
     }
 }
@@ -124,10 +124,10 @@ pub fn ladder(
     ground: HoldOut<'_>,
     observer: &mut dyn FnMut(Climb<'_>),
 ) -> Result<Ladder, IdentifyError> {
-    let mut rungs = vec![ladder_step(datasets, model, ground)?];
-    observer(Climb::Reached(&rungs[0]));
+    let mut steps = vec![ladder_step(datasets, model, ground)?];
+    observer(Climb::Reached(&steps[0]));
     let top = loop {
-        let below = &rungs[rungs.len() - 1];
+        let below = &steps[steps.len() - 1];
         if below.diagnosis.verdict.is_noise() {
             break match below.calibration.unconverged() {
                 Some(outcome) => StopReason::NotConverged(outcome),
@@ -135,39 +135,39 @@ pub fn ladder(
                 None => StopReason::NothingLeft,
             };
         }
-        if rungs.len() > MOST_RUNGS {
+        if steps.len() > MOST_STEPS {
             break StopReason::StepLimit;
         }
         match best_step(datasets, below, ground, observer)? {
             Ok(next) => {
                 observer(Climb::Reached(&next));
-                rungs.push(*next);
+                steps.push(*next);
             }
             Err(tried) => break StopReason::NoStepHelps { tried },
         }
     };
     observer(Climb::Choosing);
-    let first = &rungs[0];
-    let steps: Vec<String> = rungs[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
+    let first = &steps[0];
+    let added: Vec<String> = steps[1..].iter().flat_map(|r| r.added.iter().cloned()).collect();
     let examination = Examination::with(datasets, model, Vec::new())?;
     let sets_suspects_aside =
         |r: &&LadderStep| r.added == first.diagnosis.without_suspects() && r.objection_of_the_others(first).is_none();
-    let bad = rungs.get(1).filter(sets_suspects_aside).map_or(&[][..], |ladder_step| &ladder_step.added);
-    let mut recommendation = recommend(datasets, &examination, [&steps, bad], &library(datasets, first, ground))?;
-    let (chosen, other) = choose(datasets, &rungs, &recommendation, ground)?;
+    let bad = steps.get(1).filter(sets_suspects_aside).map_or(&[][..], |ladder_step| &ladder_step.added);
+    let mut recommendation = recommend(datasets, &examination, [&added, bad], &library(datasets, first, ground))?;
+    let (chosen, other) = choose(datasets, &steps, &recommendation, ground)?;
     recommendation.chosen = chosen;
     if let Some(ladder_step) = &other {
         observer(Climb::Reached(ladder_step));
     }
-    let first = &rungs[0];
-    let taken = other.as_ref().or_else(|| rung_of(&rungs, recommendation.choice())).unwrap_or(first);
+    let first = &steps[0];
+    let taken = other.as_ref().or_else(|| step_of(&steps, recommendation.choice())).unwrap_or(first);
     let withdrawn = contradicted(datasets, &first.calibration, &taken.calibration)?;
-    Ok(Ladder { rungs, top, recommendation, other, withdrawn })
+    Ok(Ladder { steps, top, recommendation, other, withdrawn })
 }
 
 /// The step that has the same model as a choice, if there is one.
-fn rung_of<'r>(rungs: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderStep> {
-    rungs.iter().find(|ladder_step| ladder_step.model.effects == choice.model.effects)
+fn step_of<'r>(steps: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderStep> {
+    steps.iter().find(|ladder_step| ladder_step.model.effects == choice.model.effects)
 }
 
 /// Fits the choices that are about equally good at left-out postures. Selects the one with the lowest geometric mean of
@@ -177,11 +177,11 @@ fn rung_of<'r>(rungs: &'r [LadderStep], choice: &Choice) -> Option<&'r LadderSte
 /// Choices that do not converge readily, or that a left-out campaign contradicts, are excluded.
 fn choose(
     datasets: &[(&str, &Dataset)],
-    rungs: &[LadderStep],
+    steps: &[LadderStep],
     recommendation: &Recommendation,
     ground: HoldOut<'_>,
 ) -> Result<(usize, Option<LadderStep>), IdentifyError> {
-    let first = &rungs[0];
+    let first = &steps[0];
     let begun_well = first.calibration.unconverged().is_none();
     let ranked = recommendation.ranked();
     let left = |place: usize| recommendation.choices[place].left();
@@ -191,7 +191,7 @@ fn choose(
         if choice.kind == Kind::Begin || lowest_left.is_some_and(|lowest| left(place) > ABOUT_AS_GOOD * lowest) {
             break;
         }
-        let climbed = rung_of(rungs, choice).filter(|_| choice.kind == Kind::Steps);
+        let climbed = step_of(steps, choice).filter(|_| choice.kind == Kind::Steps);
         let reached = match climbed {
             Some(_) => None,
             None => match readily_fitted(datasets, &choice.model, ground) {
@@ -224,7 +224,7 @@ fn choose(
     }
     // Samples that disagree with all others are set aside whichever model is chosen.
     let begin = &recommendation.choices[0];
-    let without = if rung_of(rungs, begin).is_some() { None } else { ladder_step(datasets, &begin.model, ground).ok() };
+    let without = if step_of(steps, begin).is_some() { None } else { ladder_step(datasets, &begin.model, ground).ok() };
     Ok((0, without.filter(|ladder_step| ladder_step.calibration.unconverged().is_none())))
 }
 

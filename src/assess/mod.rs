@@ -40,7 +40,7 @@ mod withdrawal;
 mod workspace;
 mod workspace_map;
 
-pub use comparison::{Comparison, LackOfFit, SIGNIFICANCE, Standing, Standout, Subject};
+pub use comparison::{Comparison, FitRelation, LackOfFit, SIGNIFICANCE, Standout, Subject};
 pub use curve_families::CurveFamily;
 pub use detectability::{Detectability, Sight, noncentrality};
 pub use diagnosis::{Contribution, Diagnosis, Explained, Finding, FoundParameter, Scatter, diagnose, diagnose_examined};

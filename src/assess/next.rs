@@ -54,7 +54,7 @@ pub struct Step {
     /// Number of measurements.
     pub count: usize,
     /// Forecast of how well the effect will be named; `None` with fewer than two rivals.
-    pub outlook: Option<Forecast>,
+    pub forecast: Option<Forecast>,
     /// Mean error expected over the workspace with the whole library fitted, m; `None` if no workspace was given.
     pub error: Option<f64>,
 }
@@ -114,21 +114,21 @@ pub fn propose(
         let counts: Vec<usize> = STEPS.iter().copied().filter(|&count| count <= chosen.len()).collect();
         let errors = prospect.errors_after(&chosen, &counts)?;
         let step = |(k, &count): (usize, &usize)| -> Result<Step, IdentifyError> {
-            Ok(Step { count, outlook: prospect.outlook(&chosen[..count])?, error: errors.get(k).copied() })
+            Ok(Step { count, forecast: prospect.forecast(&chosen[..count])?, error: errors.get(k).copied() })
         };
         let steps = counts.iter().enumerate().map(step).collect::<Result<_, _>>()?;
         Ok(Offer { chosen, steps, action })
     };
     let offers = actions.into_par_iter().map(offer).collect::<Result<_, _>>()?;
-    let now = Step { count: 0, outlook: designer.now(), error: designer.error_now() };
+    let now = Step { count: 0, forecast: designer.now(), error: designer.error_now() };
     Ok(Proposal { rivals, criterion, now, offers, not_offered })
 }
 
 impl Proposal {
     /// Merit of a step by the criterion: larger is better.
     pub fn merit(&self, step: &Step) -> f64 {
-        match (self.criterion, step.outlook) {
-            (Criterion::Discrimination, Some(outlook)) => outlook.resolved,
+        match (self.criterion, step.forecast) {
+            (Criterion::Discrimination, Some(forecast)) => forecast.resolved,
             _ => -step.error.unwrap_or(f64::INFINITY),
         }
     }

@@ -28,7 +28,7 @@ const FOOT: f64 = 0.02;
 
 /// The desired position of the TCP.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Wanted {
+pub enum Desired {
     /// Pose of the TCP in the frame of the targets.
     Pose {
         /// `work_from_tcp`.
@@ -50,7 +50,7 @@ pub struct Target {
     /// Unique name.
     pub id: String,
     /// The desired position of the TCP.
-    pub wanted: Wanted,
+    pub desired: Desired,
     /// The payload on the flange; `None` for the one of the task.
     pub payload: Option<Payload>,
     /// The conditions at the target.
@@ -93,7 +93,7 @@ pub struct Fake {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensated {
     /// Desired `work_from_tcp`.
-    pub wanted: Pose,
+    pub desired: Pose,
     /// The target to be commanded, or the reason for refusal.
     pub outcome: Result<Fake, Refusal>,
     /// Warnings.
@@ -105,7 +105,7 @@ pub struct Compensated {
 /// ```
 /// use std::sync::Arc;
 ///
-/// use calibench::compensate::{Compensator, Conditions, Target, Task, Wanted};
+/// use calibench::compensate::{Compensator, Conditions, Target, Task, Desired};
 /// use calibench::identify::{Model, identify};
 /// use calibench::measure::{Dataset, Measured, Noise, Sample};
 /// use calibench::robot::{FramePose, built_in, world_from_tool};
@@ -129,12 +129,12 @@ pub struct Compensated {
 /// // At the compensated joints the arm reaches the nominal pose of the target.
 /// let mut compensator = Compensator::new(&calibration, &Task::default())?;
 /// let joints = vec![0.3, -1.2, 1.6, 0.3, 0.8, 0.5];
-/// let wanted = Wanted::Joints(joints);
-/// let target = Target { id: "t1".into(), wanted, payload: None, conditions: Conditions::default() };
+/// let desired = Desired::Joints(joints);
+/// let target = Target { id: "t1".into(), desired, payload: None, conditions: Conditions::default() };
 /// let compensated = compensator.compensate(&target);
 /// let fake = compensated.outcome?;
 /// let stands = world_from_tool(&arm, &base, &tool, &fake.q).translation.vector;
-/// assert!((stands - compensated.wanted.translation.vector).norm() < fake.uncertainty.three_d);
+/// assert!((stands - compensated.desired.translation.vector).norm() < fake.uncertainty.three_d);
 /// assert!(fake.shift > 0.3 * MM);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -216,7 +216,7 @@ impl<'a> Compensator<'a> {
     }
 
     /// Nominal TCP at joints `q` (rad, N), in the frame of the targets: the pose the controller assumes.
-    pub fn drawn(&self, q: &[f64]) -> Pose {
+    pub fn nominal_pose(&self, q: &[f64]) -> Pose {
         self.root_from_work.inverse() * world_from_tool(&self.calibration.robot, &FramePose::default(), self.arm.tool(), q)
     }
 
@@ -273,9 +273,9 @@ impl<'a> Compensator<'a> {
     pub fn all_in_the_foot(&self, targets: &[Target]) -> bool {
         let links = self.calibration.robot.links.iter();
         let foot = FOOT * links.map(|l| l.mdh.a.abs() + l.mdh.d.abs()).sum::<f64>();
-        let is_in = |t: &Target| match &t.wanted {
-            Wanted::Pose { pose, .. } => (self.root_from_work * pose).translation.vector.norm() < foot,
-            Wanted::Joints(_) => false,
+        let is_in = |t: &Target| match &t.desired {
+            Desired::Pose { pose, .. } => (self.root_from_work * pose).translation.vector.norm() < foot,
+            Desired::Joints(_) => false,
         };
         !targets.is_empty() && targets.iter().all(is_in)
     }
@@ -283,12 +283,12 @@ impl<'a> Compensator<'a> {
     /// Compensates a target.
     pub fn compensate(&mut self, target: &Target) -> Compensated {
         let robot = self.arm.robot();
-        let (wanted, drawn) = match &target.wanted {
-            Wanted::Joints(q) => {
+        let (desired, nominal) = match &target.desired {
+            Desired::Joints(q) => {
                 let outside = robot.outside_limits(q, 0.0).map(|joint| Refusal::JointLimit { joint: Some(joint) });
-                (self.drawn(q), outside.map_or_else(|| Ok(q.clone()), Err))
+                (self.nominal_pose(q), outside.map_or_else(|| Ok(q.clone()), Err))
             }
-            Wanted::Pose { pose, near, status, turn } => {
+            Desired::Pose { pose, near, status, turn } => {
                 let root_from_last = self.root_from_work * pose * self.arm.tool().pose().inverse();
                 (*pose, self.inverse.joints(&root_from_last, *status, *turn, near.as_ref().unwrap_or(&self.near)))
             }
@@ -296,25 +296,25 @@ impl<'a> Compensator<'a> {
         self.arm.payload.clone_from(target.payload.as_ref().unwrap_or(&self.payload));
         self.arm.conditions.clone_from(&target.conditions);
         let mut warnings = Warnings::default();
-        let outcome = drawn.and_then(|drawn| self.reach(&wanted, &drawn)).map(|q| {
+        let outcome = nominal.and_then(|nominal| self.reach(&desired, &nominal)).map(|q| {
             let n = robot.joints();
             let ranges = Extrapolation::of(&self.calibration.joint_ranges, &self.calibration.model, std::iter::once(&q[..]));
             warnings =
                 Warnings { out_of_range: ranges.outside > 0, near_singular: dexterity(self.arm.posture(), n) < NEAR_SINGULAR };
-            let pose = self.drawn(&q);
-            let shift: Vector3<f64> = pose.translation.vector - wanted.translation.vector;
+            let pose = self.nominal_pose(&q);
+            let shift: Vector3<f64> = pose.translation.vector - desired.translation.vector;
             self.near.clone_from(&q);
             Fake { pose, status_turn: self.status_turn(&q), uncertainty: self.spread.at(&self.arm), shift: shift.norm(), q }
         });
-        Compensated { wanted, outcome, warnings }
+        Compensated { desired, outcome, warnings }
     }
 
-    /// The joints at which the identified arm meets `wanted` (in the frame of the targets), sought from the nominal ones;
+    /// The joints at which the identified arm meets `desired` (in the frame of the targets), sought from the nominal ones;
     /// the arm is left posed there.
-    fn reach(&mut self, wanted: &Pose, drawn: &[f64]) -> Result<Vec<f64>, Refusal> {
+    fn reach(&mut self, desired: &Pose, nominal: &[f64]) -> Result<Vec<f64>, Refusal> {
         let robot = self.arm.robot();
-        let world_from_wanted = self.world_from_root * self.root_from_work * wanted;
-        let found = self.solver.solve(&mut self.arm, &world_from_wanted, drawn, |i| robot.links[i].limits);
+        let world_from_desired = self.world_from_root * self.root_from_work * desired;
+        let found = self.solver.solve(&mut self.arm, &world_from_desired, nominal, |i| robot.links[i].limits);
         self.arm.settle(&found.q);
         if let Some(effect) = self.arm.undefined() {
             return Err(Refusal::NoValue { effect: effect.into() });
@@ -326,8 +326,8 @@ impl<'a> Compensator<'a> {
             Outcome::NotConverged => return Err(Refusal::NotConverged),
         }
         let status = |q: &[f64]| self.status_turn(q).map(|s| s.status);
-        let turned = found.q.iter().zip(drawn).any(|(a, b)| (a - b).abs() > LARGEST_TURN);
-        if turned || status(&found.q) != status(drawn) {
+        let turned = found.q.iter().zip(nominal).any(|(a, b)| (a - b).abs() > LARGEST_TURN);
+        if turned || status(&found.q) != status(nominal) {
             return Err(Refusal::ConfigurationFlip);
         }
         match self.bodies.holds_tcp(self.arm.posture()) {

@@ -54,7 +54,7 @@ pub fn fake_csv(joints: usize, targets: &[Target], results: &[Compensated]) -> S
             }
         }
         row.push(target.payload.as_ref().map_or(String::new(), |p| p.name.clone()));
-        row.extend(pose_fields(&result.wanted));
+        row.extend(pose_fields(&result.desired));
         table.write_record(&row).expect(into_memory);
     }
     let bytes = table.into_inner().expect("memory takes what is left");

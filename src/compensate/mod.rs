@@ -5,7 +5,7 @@
 //! joints that bring the identified robot to the desired pose,
 //!
 //! ```text
-//! identified(joints) = wanted,    fake = drawn(joints)
+//! identified(joints) = desired,    fake = nominal(joints)
 //! ```
 //!
 //! so that its own inverse kinematics leads it to those joints.
@@ -26,7 +26,7 @@ mod uncertainty;
 mod urdf;
 
 pub use calibrated_arm::CalibratedArm;
-pub use compensator::{Compensated, Compensator, Fake, NEAR_SINGULAR, Target, Wanted, Warnings};
+pub use compensator::{Compensated, Compensator, Desired, Fake, NEAR_SINGULAR, Target, Warnings};
 pub use conditions::Conditions;
 pub use fake_file::fake_csv;
 pub use flange::flange_frame;

@@ -45,12 +45,12 @@ pub struct RigidRobot {
 impl RigidRobot {
     /// The rigid part of an arm with its payload, under its conditions.
     pub fn of(arm: &mut CalibratedArm<'_>) -> Self {
-        let drawn = arm.robot();
-        let middle: Vec<f64> = drawn.links.iter().map(|l| 0.5 * (l.limits[0] + l.limits[1])).collect();
+        let nominal = arm.robot();
+        let middle: Vec<f64> = nominal.links.iter().map(|l| 0.5 * (l.limits[0] + l.limits[1])).collect();
         arm.settle(&middle);
         let rigid = arm.deviations_of(|id| RIGID.contains(&id));
-        let sites = SiteIndex::new(drawn.joints());
-        let mut robot = drawn.clone();
+        let sites = SiteIndex::new(nominal.joints());
+        let mut robot = nominal.clone();
         for (i, link) in robot.links.iter_mut().enumerate() {
             let [alpha, a, beta, theta, d] = std::array::from_fn(|k| rigid[sites.link(i) + k]);
             link.mdh.alpha += alpha;
@@ -64,8 +64,8 @@ impl RigidRobot {
         let effects: Vec<String> =
             arm.needs().map(|(id, _)| id.to_owned()).filter(|id| !RIGID.contains(&id.as_str())).collect();
         let base = FramePose::from_pose(&arm.world_from_root());
-        robot.name = format!("{}_calibrated", drawn.name);
-        robot.source = format!("identified links of {}: {}", drawn.name, drawn.source);
+        robot.name = format!("{}_calibrated", nominal.name);
+        robot.source = format!("identified links of {}: {}", nominal.name, nominal.source);
         let left_out = left_out(arm, &robot, &base, &tool);
         RigidRobot { robot, base, tool, effects, left_out }
     }

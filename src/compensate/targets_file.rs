@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::io::BufReader;
 use std::path::Path;
 
-use super::{Conditions, Target, Wanted};
+use super::{Conditions, Desired, Target};
 use crate::files::{FileError, Record, Rows, cannot_be_read, name_remedy, nearest_name, open_file};
 use crate::measure::{TEMPERATURE_C, TIME_S, out_of_range};
 use crate::robot::{FramePose, Payload, Robot, SphericalWrist};
@@ -220,15 +220,15 @@ impl<'a> Row<'a> {
             return Err(self.error("id", "has control characters".into(), "give a plain name"));
         }
         let near = self.numbers(&joints(n), DEG)?;
-        let wanted = if self.header.poses {
+        let desired = if self.header.poses {
             let (status, turn) = (self.bits("s", 7)?, self.bits("t", 63)?);
-            Wanted::Pose { pose: self.pose()?.pose(), near, status, turn }
+            Desired::Pose { pose: self.pose()?.pose(), near, status, turn }
         } else {
             if let Some(column) = ["s", "t"].into_iter().find(|c| self.text(c).is_some()) {
                 let problem = "has no meaning where the joints are given".into();
                 return Err(self.error(column, problem, "leave it empty: the joints say which posture is meant"));
             }
-            Wanted::Joints(near.ok_or_else(|| self.error("q1_deg", "is empty".into(), "fill it"))?)
+            Desired::Joints(near.ok_or_else(|| self.error("q1_deg", "is empty".into(), "fill it"))?)
         };
         let sign = |(k, value): (usize, f64)| match value {
             -1.0 => Ok(-1),
@@ -255,6 +255,11 @@ impl<'a> Row<'a> {
                 self.error("payload", format!("there is no payload `{name}`"), &remedy)
             })
         });
-        Ok(Target { id: id.into(), wanted, payload: payload.transpose()?, conditions: Conditions { time_s, temp_c, approach } })
+        Ok(Target {
+            id: id.into(),
+            desired,
+            payload: payload.transpose()?,
+            conditions: Conditions { time_s, temp_c, approach },
+        })
     }
 }

@@ -50,9 +50,9 @@ pub struct Problem {
     cells: Vec<Cell>,
     rows: Vec<SampleRow>,
     /// Terms under the loads of the nominal arm.
-    drawn: LoadState,
+    nominal: LoadState,
     /// Values and the terms under the loads there, if computed beforehand; see [`Problem::update_loads`].
-    settled: Option<(Vec<f64>, LoadState)>,
+    cached: Option<(Vec<f64>, LoadState)>,
     distances: Vec<DistanceRow>,
     row_count: usize,
     torque_posture: TorquePosture,
@@ -171,7 +171,7 @@ impl Problem {
 
     /// The loads of the nominal arm.
     pub(super) fn nominal_loads(&self) -> &LoadState {
-        &self.drawn
+        &self.nominal
     }
 
     /// True if an effect of the model acts through the unknown compliances.
@@ -181,8 +181,8 @@ impl Problem {
 
     /// Checks that every effect has a value at every sample.
     fn check_values(&self) -> Result<(), ProblemError> {
-        for ((row, terms), sample) in self.rows.iter().zip(&self.drawn.rows).zip(&self.sample_ids) {
-            let moving = self.drawn.patterns[terms.pattern].iter().zip(&terms.weights);
+        for ((row, terms), sample) in self.rows.iter().zip(&self.nominal.rows).zip(&self.sample_ids) {
+            let moving = self.nominal.patterns[terms.pattern].iter().zip(&terms.weights);
             if let Some((moves, _)) = { moving }.find(|(_, weight)| !weight.is_finite()) {
                 let effect = &self.parameters[moves.parameter].effect;
                 return Err(ProblemError::NoValue {

@@ -383,8 +383,8 @@ mod tests {
         let n = |k: usize| a.column(k).norm();
         let expected = [(0, 2e-6 * n(0) / n(4)), (3, -1e-6 * n(3) / n(4))];
         assert_eq!(d.combination.len(), 2);
-        for ((column, coefficient), (wanted, value)) in d.combination.iter().zip(expected) {
-            assert_eq!(*column, wanted);
+        for ((column, coefficient), (expected, value)) in d.combination.iter().zip(expected) {
+            assert_eq!(*column, expected);
             assert!((coefficient - value).abs() < 1e-12);
         }
     }

@@ -122,15 +122,15 @@ const FIRST_DRAWS: usize = 2_000;
 const DRAWS_PER_FOUND: usize = 100;
 /// Smallest and largest number of draws per batch: enough for all threads, with little waste.
 const BLOCK: [usize; 2] = [64, 2048];
-/// Takes draws in order until `wanted` results are found, or the limit on draws is reached.
+/// Takes draws in order until `count` results are found, or the limit on draws is reached.
 pub(super) fn drawn<W: Send, R: Send>(
-    wanted: usize,
+    count: usize,
     workspace: impl Fn() -> W + Sync + Send,
     draw: impl Fn(&mut W, u64) -> (Vec<R>, Refusals) + Sync + Send,
 ) -> (Vec<R>, usize, Refusals) {
     let (mut found, mut tried, mut because) = (Vec::new(), 0, Refusals::default());
-    while found.len() < wanted && tried < FIRST_DRAWS + DRAWS_PER_FOUND * found.len() {
-        let block = (wanted - found.len()).clamp(BLOCK[0], BLOCK[1]);
+    while found.len() < count && tried < FIRST_DRAWS + DRAWS_PER_FOUND * found.len() {
+        let block = (count - found.len()).clamp(BLOCK[0], BLOCK[1]);
         let numbers = tried as u64..(tried + block) as u64;
         let results: Vec<_> = numbers.into_par_iter().map_init(&workspace, &draw).collect();
         for (results, refused) in results {
@@ -139,7 +139,7 @@ pub(super) fn drawn<W: Send, R: Send>(
         }
         tried += block;
     }
-    found.truncate(wanted);
+    found.truncate(count);
     (found, tried, because)
 }
 

@@ -70,8 +70,8 @@ impl Changed {
             "plan" => "is of another plan".into(),
             "cell" => "is of another cell: its robot, tool, balls or payloads were described otherwise".into(),
             _ => {
-                let told = |value: Option<String>| value.unwrap_or_else(|| "not given".into());
-                format!("was {}, and is {} now", told(self.was), told(self.is))
+                let shown = |value: Option<String>| value.unwrap_or_else(|| "not given".into());
+                format!("was {}, and is {} now", shown(self.was), shown(self.is))
             }
         };
         let remedy = format!("go on under the conditions that it was begun with; or {BEGIN_ANEW}");

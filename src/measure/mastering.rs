@@ -237,19 +237,19 @@ fn judge(on_ball: &[f64; 3], free: &[f64; 3], trical: &TriCal, settings: &Master
 
 /// The mean readings, m, once the last few of each indicator agree.
 fn at_rest<I: Indicator>(indicators: &mut [I; 3], settings: &MasteringSettings) -> Result<[f64; 3], MasteringError> {
-    let wanted = settings.stable_readings.max(1);
+    let count = settings.stable_readings.max(1);
     let mut last: [Vec<f64>; 3] = Default::default();
-    for _ in 0..settings.patience.max(wanted) {
+    for _ in 0..settings.patience.max(count) {
         for (axis, indicator) in indicators.iter_mut().enumerate() {
             let reading = read_patiently(indicator, settings.retries, &mut 0)
                 .map_err(|error| MasteringError::Indicator { axis, error })?;
-            if last[axis].len() == wanted {
+            if last[axis].len() == count {
                 last[axis].remove(0);
             }
             last[axis].push(reading);
         }
-        if last[0].len() == wanted && last.iter().all(|readings| spread(readings) <= settings.stable_within) {
-            return Ok(last.map(|readings| readings.iter().sum::<f64>() / wanted as f64));
+        if last[0].len() == count && last.iter().all(|readings| spread(readings) <= settings.stable_within) {
+            return Ok(last.map(|readings| readings.iter().sum::<f64>() / count as f64));
         }
     }
     let spreads = last.map(|readings| spread(&readings));

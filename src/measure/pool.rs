@@ -173,7 +173,7 @@ fn random_pose(request: &PoolRequest<'_>, ball: &ProbedBall, random: &mut ChaCha
 #[derive(Clone)]
 struct Approach {
     posture: Posture,
-    drawn: Vec<f64>,
+    nominal: Vec<f64>,
     clearance: ClearanceCheck,
     rel_tool: RelTool,
     /// The ball's own body.
@@ -189,7 +189,7 @@ impl Approach {
         let excepted = body.as_ref().map(|body| clearance.fixed_named(body).ok_or_else(|| unknown(body))).transpose()?;
         Ok(Approach {
             posture: Posture::new(robot),
-            drawn: vec![0.0; SiteIndex::new(robot.joints()).len()],
+            nominal: vec![0.0; SiteIndex::new(robot.joints()).len()],
             clearance,
             rel_tool: RelTool::new(robot),
             excepted,
@@ -197,7 +197,7 @@ impl Approach {
     }
 
     fn is_clear(&mut self, request: &PoolRequest<'_>, q: &[f64]) -> bool {
-        self.posture.set(request.robot, request.base, request.tool, q, &self.drawn);
+        self.posture.set(request.robot, request.base, request.tool, q, &self.nominal);
         self.clearance.is_clear(&self.posture, request.margins.clearance, self.excepted)
     }
 

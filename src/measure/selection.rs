@@ -146,7 +146,7 @@ mod tests {
         let fails = |request: Request| select(&candidates, &request).unwrap_err();
         assert_eq!(fails(Request::new(Quota::Free(2))), SelectionError::TooFewPoses { poses: 2, parameters: 7 });
         let many = Request::new(Quota::PerGroup(vec![3, 6]));
-        assert_eq!(fails(many), SelectionError::TooFewCandidates { group: 1, wanted: 6, available: 5 });
+        assert_eq!(fails(many), SelectionError::TooFewCandidates { group: 1, requested: 6, available: 5 });
         let twice = Request { fixed: vec![3, 3], ..Request::new(Quota::Free(4)) };
         assert_eq!(fails(twice), SelectionError::Fixed { candidate: 3 });
         let outside = Request { fixed: vec![10], ..Request::new(Quota::Free(4)) };

@@ -13,20 +13,15 @@ mod whereabouts;
 
 pub use plan::{ArmAt, BlockedPose, HomeWays, WaysError, plan_ways};
 pub use polyline::turn;
-pub use request::WayRequest;
+pub use request::{WAY_MARGIN, WayRequest};
 pub use whereabouts::{Whereabouts, whereabouts};
 
 use polyline::{length, part};
+use request::NOMINAL_WITHIN;
 use thiserror::Error;
 
 use crate::robot::{Clearance, Narrowest, SweptCheck};
 use crate::units::MM;
-
-/// Clearance of ways, m: 3 mm of gap, and 5 mm for the deviation of an uncalibrated arm from its nominal position.
-pub const WAY_MARGIN: f64 = 3.0 * MM + DRAWN_WITHIN;
-
-/// Largest deviation of an uncalibrated arm from its nominal position, m.
-const DRAWN_WITHIN: f64 = 5.0 * MM;
 
 /// A way between two postures.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -87,7 +82,7 @@ impl<'a> WayFinder<'a> {
     /// The bodies that are too close.
     pub fn stands(&mut self, at: &[f64]) -> Result<(), Blocked> {
         match self.narrowest(at, at, None) {
-            Some(narrowest) if narrowest.clearance.distance < DRAWN_WITHIN => {
+            Some(narrowest) if narrowest.clearance.distance < NOMINAL_WITHIN => {
                 Err(Blocked { narrowest: Some(narrowest.clearance) })
             }
             _ => Ok(()),
@@ -161,15 +156,7 @@ impl<'a> WayFinder<'a> {
     }
 
     fn leg(&mut self, from: &[f64], to: &[f64], margin: f64) -> Result<Option<Clearance>, Blocked> {
-        if !self.request.is_allowed(from, to) {
-            return Err(Blocked { narrowest: None });
-        }
-        let narrowest = self.swept.narrowest(from, to, margin, None).map(|n| n.clearance);
-        // An overlap is never clear, however small the margin.
-        match &narrowest {
-            Some(gap) if gap.distance < margin || gap.distance <= 0.0 => Err(Blocked { narrowest }),
-            _ => Ok(narrowest),
-        }
+        self.request.leg(&mut self.swept, [from, to], margin).map_err(|narrowest| Blocked { narrowest })
     }
 
     /// Converts a polyline to a way, if it is clear.

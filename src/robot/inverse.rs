@@ -199,10 +199,10 @@ impl InverseKinematics {
             let mut pressed = None;
             for i in 0..n {
                 let [low, high] = limits(i);
-                let wanted = if self.held[i] { self.q[i] } else { self.q[i] + scale * step(i) };
-                self.next[i] = wanted.clamp(low, high);
+                let target = if self.held[i] { self.q[i] } else { self.q[i] + scale * step(i) };
+                self.next[i] = target.clamp(low, high);
                 let stuck = self.q[i] == low || self.q[i] == high;
-                if !self.held[i] && stuck && self.next[i] == self.q[i] && wanted != self.q[i] {
+                if !self.held[i] && stuck && self.next[i] == self.q[i] && target != self.q[i] {
                     pressed = Some(i);
                 }
             }
@@ -215,10 +215,10 @@ impl InverseKinematics {
 }
 
 /// Remaining translation and rotation, world axes; the rotation in metres at the lever.
-fn pose_error(is: &Pose, wanted: &Pose) -> Vector6<f64> {
-    let slide = wanted.translation.vector - is.translation.vector;
+fn pose_error(is: &Pose, target: &Pose) -> Vector6<f64> {
+    let slide = target.translation.vector - is.translation.vector;
     // Via the quaternion: the angle from a matrix's trace has no resolution below 1e-8 rad.
-    let turn = UnitQuaternion::from_rotation_matrix(&(wanted.rotation * is.rotation.inverse())).scaled_axis() * LEVER;
+    let turn = UnitQuaternion::from_rotation_matrix(&(target.rotation * is.rotation.inverse())).scaled_axis() * LEVER;
     Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
 }
 

@@ -122,8 +122,8 @@ impl<const L: usize> Postures<L> {
         for (i, lines) in self.lines.iter_mut().enumerate() {
             for first in (0..L).step_by(S::F64_LANES) {
                 let group = Group::new(simd, first);
-                let drawn = group.splat(robot.links[i].mdh.theta);
-                let angle = group.of(&q[i]) + drawn + group.of(&deviations[self.sites.link(i) + 3]);
+                let nominal = group.splat(robot.links[i].mdh.theta);
+                let angle = group.of(&q[i]) + nominal + group.of(&deviations[self.sites.link(i) + 3]);
                 group.put(&mut lines.theta.angle, angle);
             }
         }

@@ -37,7 +37,7 @@ pub struct RelTool {
     posture: Posture,
     /// Base and tool of the arm's last set-up.
     set_up: Option<(FramePose, FramePose)>,
-    drawn: Vec<f64>,
+    nominal: Vec<f64>,
     wide: Matrix6xX<f64>,
     moved: Vec<f64>,
 }
@@ -51,7 +51,7 @@ impl RelTool {
             turned: Rotation3::identity(),
             posture: Posture::new(robot),
             set_up: None,
-            drawn: vec![0.0; SiteIndex::new(n).len()],
+            nominal: vec![0.0; SiteIndex::new(n).len()],
             wide: Matrix6xX::zeros(n),
             moved: vec![0.0; n],
         }
@@ -80,17 +80,17 @@ impl RelTool {
     ) -> Result<(), RelToolError> {
         self.moved.copy_from_slice(q);
         if self.set_up == Some((*base, *tool)) {
-            self.posture.turn_to(robot, &self.moved, &self.drawn);
+            self.posture.turn_to(robot, &self.moved, &self.nominal);
         } else {
-            self.posture.set(robot, base, tool, &self.moved, &self.drawn);
+            self.posture.set(robot, base, tool, &self.moved, &self.nominal);
             self.turned = tool.pose().rotation;
             self.set_up = Some((*base, *tool));
         }
-        let wanted = self.posture.flange();
-        let target = self.posture.tcp() + wanted.direction(&(self.turned * offset));
+        let flange = self.posture.flange();
+        let target = self.posture.tcp() + flange.direction(&(self.turned * offset));
         for step in 1..=MOST_STEPS {
             let is = self.posture.flange();
-            let turn = (is.x.cross(&wanted.x) + is.y.cross(&wanted.y) + is.z.cross(&wanted.z)) * 0.5;
+            let turn = (is.x.cross(&flange.x) + is.y.cross(&flange.y) + is.z.cross(&flange.z)) * 0.5;
             let slide = target - self.posture.tcp();
             let error = Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z);
             let largest = self.step(&error).ok_or(RelToolError::Singular)?;
@@ -101,7 +101,7 @@ impl RelTool {
                 q.copy_from_slice(&self.moved);
                 return Ok(());
             }
-            self.posture.turn_to(robot, &self.moved, &self.drawn);
+            self.posture.turn_to(robot, &self.moved, &self.nominal);
         }
         Err(RelToolError::Singular)
     }

@@ -79,10 +79,10 @@ impl WithSimd for WeighOne<'_> {
         let WeighOne { loads, robot, posture, weights, at_tcp } = self;
         let force = (*at_tcp != Vector3::zeros()).then_some(at_tcp);
         let gravity = weights.gravity.at(0);
-        let mut hanging = OutboardMass::new(Group::lane(0), robot, posture, weights, force);
+        let mut outboard = OutboardMass::new(Group::lane(0), robot, posture, weights, force);
         for k in (0..=robot.joints()).rev() {
-            let (moment, tau) = hanging.on(k);
-            loads.force[k] = gravity * f64::from(hanging.mass) + at_tcp;
+            let (moment, tau) = outboard.on(k);
+            loads.force[k] = gravity * f64::from(outboard.mass) + at_tcp;
             loads.moment[k] = moment.into();
             if k > 0 {
                 loads.tau[k - 1] = tau.into();
@@ -95,13 +95,13 @@ impl WithSimd for WeighOne<'_> {
 #[derive(Debug, Clone)]
 pub struct LoadsBatch<const L: usize> {
     /// On each frame (N + 1).
-    on: Vec<LoadAbreast<L>>,
+    on: Vec<BatchLoad<L>>,
 }
 
 /// Loads carried by one frame.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))] // So that a register of eight numbers does not straddle two cache lines.
-struct LoadAbreast<const L: usize> {
+struct BatchLoad<const L: usize> {
     /// Moment vector about its origin, world axes, N·m.
     moment: Vectors<L>,
     /// Its component about +z of the joint, N·m.
@@ -141,7 +141,7 @@ impl<const L: usize> Weights<L> {
 impl<const L: usize> LoadsBatch<L> {
     /// Allocates for arms with `joints` joints.
     pub fn new(joints: usize) -> Self {
-        LoadsBatch { on: vec![LoadAbreast { moment: Vectors::ZERO, tau: [0.0; L], mass: [0.0; L] }; joints + 1] }
+        LoadsBatch { on: vec![BatchLoad { moment: Vectors::ZERO, tau: [0.0; L], mass: [0.0; L] }; joints + 1] }
     }
 
     /// Moments of the loads about +z of joint `i` (counted from 0), N·m.
@@ -185,13 +185,13 @@ impl<const L: usize> WithSimd for Weigh<'_, L> {
         let Weigh { loads, robot, postures, weights } = self;
         for first in (0..L).step_by(S::F64_LANES) {
             let group = Group::new(simd, first);
-            let mut hanging = OutboardMass::new(group, robot, postures, weights, None);
+            let mut outboard = OutboardMass::new(group, robot, postures, weights, None);
             for k in (0..=robot.joints()).rev() {
-                let (moment, tau) = hanging.on(k);
+                let (moment, tau) = outboard.on(k);
                 let on = &mut loads.on[k];
                 on.moment.put_all(group, moment);
                 group.put(&mut on.tau, tau);
-                group.put(&mut on.mass, hanging.mass);
+                group.put(&mut on.mass, outboard.mass);
             }
         }
     }

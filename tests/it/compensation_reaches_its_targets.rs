@@ -1,8 +1,8 @@
-//! At the joints of a compensated target the identified model has the tool where it is wanted, to a micrometre and a microradian, in
+//! At the joints of a compensated target the identified model has the tool where it is desired, to a micrometre and a microradian, in
 //! position and orientation, whatever effects the calibration holds; and the controller, told the fake target, goes to those joints.
 
 use crate::identified::{EFFECTS, calibration, calibration_of, postures, target};
-use calibench::compensate::{Compensator, Task, Wanted, WorkFrame};
+use calibench::compensate::{Compensator, Desired, Task, WorkFrame};
 use calibench::identify::{Calibration, Use};
 use calibench::measure::{Dataset, Measured, Sample};
 use calibench::robot::{FramePose, Pose, built_in, world_from_tool};
@@ -66,11 +66,11 @@ fn poses_in_the_world_are_met_with_either_load() {
         let mut largest_shift = 0.0f64;
         for q in postures(200, 2) {
             let pose = world_from_tool(&calibration.robot, &setup.base, &setup.tool, &q);
-            let wanted = Wanted::Pose { pose, near: Some(q), status: None, turn: None };
+            let desired = Desired::Pose { pose, near: Some(q), status: None, turn: None };
             let found =
-                compensator.compensate(&calibench::compensate::Target { payload: Some(load.clone()), ..target("t", wanted) });
+                compensator.compensate(&calibench::compensate::Target { payload: Some(load.clone()), ..target("t", desired) });
             let Ok(fake) = found.outcome else { continue };
-            assert!((compensator.drawn(&fake.q).to_homogeneous() - fake.pose.to_homogeneous()).amax() < 1e-12);
+            assert!((compensator.nominal_pose(&fake.q).to_homogeneous() - fake.pose.to_homogeneous()).amax() < 1e-12);
             let told = compensator.controller_joints(&fake.pose, fake.status_turn, &fake.q).unwrap();
             assert!(told.iter().zip(&fake.q).all(|(a, b)| (a - b).abs() < 1e-9), "{told:?} against {:?}", fake.q);
             largest_shift = largest_shift.max(fake.shift);
@@ -92,9 +92,9 @@ fn joint_targets_are_met_where_the_drawing_has_them() {
     let world_from_root = compensator.arm().world_from_root();
     let mut reached = Vec::new();
     for q in postures(100, 4) {
-        let found = compensator.compensate(&target("t", Wanted::Joints(q.clone())));
+        let found = compensator.compensate(&target("t", Desired::Joints(q.clone())));
         let drawn = world_from_tool(&calibration.robot, &FramePose::default(), &setup.tool, &q);
-        assert!((found.wanted.to_homogeneous() - drawn.to_homogeneous()).amax() < 1e-12);
+        assert!((found.desired.to_homogeneous() - drawn.to_homogeneous()).amax() < 1e-12);
         if let Ok(fake) = found.outcome {
             reached.push((fake.q, world_from_root * drawn));
         }
@@ -123,8 +123,8 @@ fn other_arms_are_compensated_too() {
                 .map(|(i, l)| l.limits[0] + share(i) * (l.limits[1] - l.limits[0]))
                 .collect();
             let pose = world_from_tool(&calibration.robot, &setup.base, &setup.tool, &q);
-            let wanted = Wanted::Pose { pose, near: Some(q), status: None, turn: None };
-            if let Ok(fake) = compensator.compensate(&target("t", wanted)).outcome {
+            let desired = Desired::Pose { pose, near: Some(q), status: None, turn: None };
+            if let Ok(fake) = compensator.compensate(&target("t", desired)).outcome {
                 assert_eq!(fake.status_turn, None, "KUKA's bits are of spherical wrists");
                 reached.push((fake.q, pose));
             }
@@ -141,12 +141,13 @@ fn a_path_of_poses_stays_in_its_configuration() {
     let calibration = calibration(6);
     let mut compensator = Compensator::new(&calibration, &Task::default()).unwrap();
     let start = [0.2, -1.2, 1.6, 0.3, 0.8, 0.5];
-    let from = compensator.drawn(&start);
+    let from = compensator.nominal_pose(&start);
     let mut before: Option<Vec<f64>> = None;
     for k in 0..50 {
         let pose = Pose::translation(0.0, 0.004 * f64::from(k), 0.002 * f64::from(k)) * from;
         let near = (k == 0).then(|| start.to_vec());
-        let fake = compensator.compensate(&target("t", Wanted::Pose { pose, near, status: None, turn: None })).outcome.unwrap();
+        let fake =
+            compensator.compensate(&target("t", Desired::Pose { pose, near, status: None, turn: None })).outcome.unwrap();
         if let Some(before) = before {
             assert!(before.iter().zip(&fake.q).all(|(a, b)| (a - b).abs() < 0.1), "a jump at {k}");
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::identified::{calibration, calibration_of, postures, target};
-use calibench::compensate::{Compensator, NEAR_SINGULAR, Refusal, Task, TaskError, Wanted, WorkFrame, fake_csv};
+use calibench::compensate::{Compensator, Desired, NEAR_SINGULAR, Refusal, Task, TaskError, WorkFrame, fake_csv};
 use calibench::effects::OwnEffect;
 use calibench::robot::{FramePose, Payload, Pose, built_in};
 use calibench::units::{DEG, MM, Unit};
@@ -11,15 +11,15 @@ use nalgebra::Vector3;
 
 const PLAIN: [f64; 6] = [0.2, -1.2, 1.6, 0.3, 0.8, 0.5];
 
-fn pose_of(compensator: &Compensator<'_>, q: &[f64]) -> Wanted {
-    Wanted::Pose { pose: compensator.drawn(q), near: Some(q.to_vec()), status: None, turn: None }
+fn pose_of(compensator: &Compensator<'_>, q: &[f64]) -> Desired {
+    Desired::Pose { pose: compensator.nominal_pose(q), near: Some(q.to_vec()), status: None, turn: None }
 }
 
 #[test]
 fn every_refusal_has_its_row() {
     let calibration = calibration(1);
     let mut compensator = Compensator::new(&calibration, &Task::default()).unwrap();
-    let far = Wanted::Pose { pose: Pose::translation(3.0, 0.0, 0.5), near: None, status: None, turn: None };
+    let far = Desired::Pose { pose: Pose::translation(3.0, 0.0, 0.5), near: None, status: None, turn: None };
     let beyond: Vec<f64> = [175.0, -60.0, 80.0, 10.0, 40.0, 5.0].map(|a: f64| a * DEG).into();
     // In the limit as drawn, and the identified arm needs more.
     let mut at_limit = None;
@@ -27,7 +27,7 @@ fn every_refusal_has_its_row() {
         for side in 0..2 {
             let mut q = PLAIN.to_vec();
             q[joint] = calibration.robot.links[joint].limits[side];
-            let result = compensator.compensate(&target("limit", Wanted::Joints(q.clone())));
+            let result = compensator.compensate(&target("limit", Desired::Joints(q.clone())));
             if let Err(Refusal::JointLimit { joint: Some(at) }) = result.outcome {
                 assert_eq!(at, joint);
                 at_limit = at_limit.or(Some(q));
@@ -36,11 +36,11 @@ fn every_refusal_has_its_row() {
     }
     let cases = [
         ("far", far, "unreachable"),
-        ("beyond", Wanted::Joints(beyond), "joint_limit"),
-        ("limit", Wanted::Joints(at_limit.expect("each limit is needed by one side or the other")), "joint_limit"),
-        ("plain", Wanted::Joints(PLAIN.to_vec()), "ok"),
+        ("beyond", Desired::Joints(beyond), "joint_limit"),
+        ("limit", Desired::Joints(at_limit.expect("each limit is needed by one side or the other")), "joint_limit"),
+        ("plain", Desired::Joints(PLAIN.to_vec()), "ok"),
     ];
-    let targets: Vec<_> = cases.iter().map(|(id, wanted, _)| target(*id, wanted.clone())).collect();
+    let targets: Vec<_> = cases.iter().map(|(id, desired, _)| target(*id, desired.clone())).collect();
     let results: Vec<_> = targets.iter().map(|t| compensator.compensate(t)).collect();
     let file = fake_csv(6, &targets, &results);
     let rows: Vec<Vec<&str>> = file.lines().map(|line| line.split(',').collect()).collect();
@@ -57,10 +57,10 @@ fn every_refusal_has_its_row() {
 fn a_configuration_that_is_not_there_is_named() {
     let calibration = calibration(1);
     let mut compensator = Compensator::new(&calibration, &Task::default()).unwrap();
-    let pose = compensator.drawn(&PLAIN);
+    let pose = compensator.nominal_pose(&PLAIN);
     // No posture has all joints negative and reaches it.
-    let wanted = Wanted::Pose { pose, near: None, status: None, turn: Some(63) };
-    assert_eq!(compensator.compensate(&target("t", wanted)).outcome, Err(Refusal::NoSuchConfiguration));
+    let desired = Desired::Pose { pose, near: None, status: None, turn: Some(63) };
+    assert_eq!(compensator.compensate(&target("t", desired)).outcome, Err(Refusal::NoSuchConfiguration));
 }
 
 #[test]
@@ -70,8 +70,8 @@ fn near_the_wrist_singularity_it_is_said_and_a_flip_is_refused() {
     let at = |five: f64| vec![0.2, -1.2, 1.6, 0.3, five, 0.5];
     let mut statuses = Vec::new();
     for five in [0.5, 0.05, 2e-4, 1e-5, -1e-5, -2e-4, -0.05, -0.5] {
-        let wanted = pose_of(&compensator, &at(five));
-        let result = compensator.compensate(&target("t", wanted));
+        let desired = pose_of(&compensator, &at(five));
+        let result = compensator.compensate(&target("t", desired));
         if let Ok(fake) = &result.outcome {
             assert_eq!(result.warnings.near_singular, five.abs() < 0.1, "A5 {five}; the threshold is {NEAR_SINGULAR}");
             assert_eq!(fake.status_turn.unwrap().status >> 2, u8::from(five < 0.0), "the wrist did not flip");
@@ -91,7 +91,7 @@ fn a_joint_that_was_never_measured_there_is_warned_of() {
     let mut out_of_range = |first: f64| {
         let mut q = PLAIN.to_vec();
         q[0] = first;
-        let result = compensator.compensate(&target("t", Wanted::Joints(q)));
+        let result = compensator.compensate(&target("t", Desired::Joints(q)));
         assert!(result.outcome.is_ok());
         result.warnings.out_of_range
     };
@@ -111,9 +111,9 @@ fn an_effect_without_a_value_is_named() {
     calibration.correlation = nalgebra::DMatrix::identity(m, m);
     let mut compensator = Compensator::new(&calibration, &Task::default()).unwrap();
     let mut q = PLAIN.to_vec();
-    assert!(compensator.compensate(&target("t", Wanted::Joints(q.clone()))).outcome.is_ok());
+    assert!(compensator.compensate(&target("t", Desired::Joints(q.clone()))).outcome.is_ok());
     q[0] = -0.5;
-    let refused = compensator.compensate(&target("t", Wanted::Joints(q))).outcome;
+    let refused = compensator.compensate(&target("t", Desired::Joints(q))).outcome;
     assert_eq!(refused, Err(Refusal::NoValue { effect: "odd".into() }));
 }
 
@@ -151,7 +151,7 @@ fn load_and_tool_of_the_task_are_taken() {
     let q = &postures(1, 3)[0];
     let shift = |task: &Task| {
         let mut compensator = Compensator::new(&calibration, task).unwrap();
-        compensator.compensate(&target("t", Wanted::Joints(q.clone()))).outcome.unwrap().shift
+        compensator.compensate(&target("t", Desired::Joints(q.clone()))).outcome.unwrap().shift
     };
     let heavy = Payload { name: "heavy".into(), mass: 12.0, com: Vector3::new(0.0, 0.0, -100.0) * MM };
     assert!((shift(&Task { payload: Some(heavy), ..Task::default() }) - shift(&Task::default())).abs() > 1e-5);

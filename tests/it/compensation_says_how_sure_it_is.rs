@@ -2,7 +2,7 @@
 //! unexplained of its own data on top.
 
 use crate::identified::{EFFECTS, calibration, calibration_of, postures, target};
-use calibench::compensate::{Compensator, Fake, Task, Wanted, WorkFrame};
+use calibench::compensate::{Compensator, Desired, Fake, Task, WorkFrame};
 use calibench::identify::{Calibration, Use};
 use calibench::measure::{Dataset, Measured, Sample};
 use calibench::robot::{FramePose, built_in};
@@ -15,7 +15,7 @@ const LINEAR: f64 = 2e-2;
 
 fn fake(calibration: &Calibration, q: &[f64], frame: WorkFrame) -> Fake {
     let mut compensator = Compensator::new(calibration, &Task { frame, ..Task::default() }).unwrap();
-    compensator.compensate(&target("t", Wanted::Joints(q.to_vec()))).outcome.unwrap()
+    compensator.compensate(&target("t", Desired::Joints(q.to_vec()))).outcome.unwrap()
 }
 
 /// Where the TCP of a calibrated arm stands, world, m.

@@ -2,7 +2,7 @@
 //! inverse kinematics that we did not write back to the same joints: 10,000 poses.
 
 use crate::identified::{calibration, target};
-use calibench::compensate::{Compensator, Task, Wanted, fake_csv};
+use calibench::compensate::{Compensator, Desired, Task, fake_csv};
 use calibench::robot::{FramePose, Posture, SiteIndex};
 use calibench::units::{DEG, MM};
 use rand::{RngExt, SeedableRng};
@@ -34,10 +34,10 @@ fn exported_joints_come_back_from_pose_status_and_turn() {
     let (mut targets, mut results) = (Vec::new(), Vec::new());
     while results.len() < POSES {
         let q: Vec<f64> = robot.links.iter().map(|l| random.random_range(l.limits[0]..l.limits[1])).collect();
-        let wanted = target(results.len().to_string(), Wanted::Joints(q));
-        let result = compensator.compensate(&wanted);
+        let desired = target(results.len().to_string(), Desired::Joints(q));
+        let result = compensator.compensate(&desired);
         if result.outcome.is_ok() && !result.warnings.near_singular {
-            targets.push(wanted);
+            targets.push(desired);
             results.push(result);
         }
     }
@@ -119,11 +119,11 @@ fn a_posture_that_is_asked_for_is_taken() {
     let calibration = calibration(2);
     let mut compensator = Compensator::new(&calibration, &Task::default()).unwrap();
     let q = [0.3, -1.2, 1.5, 0.4, 0.7, -0.6];
-    let pose = compensator.drawn(&q);
+    let pose = compensator.nominal_pose(&q);
     let mut found = std::collections::BTreeSet::new();
     for status in 0..8 {
-        let wanted = Wanted::Pose { pose, near: None, status: Some(status), turn: None };
-        if let Ok(fake) = compensator.compensate(&target("t", wanted)).outcome {
+        let desired = Desired::Pose { pose, near: None, status: Some(status), turn: None };
+        if let Ok(fake) = compensator.compensate(&target("t", desired)).outcome {
             assert_eq!(fake.status_turn.unwrap().status, status);
             found.insert(status);
         }
@@ -134,8 +134,8 @@ fn a_posture_that_is_asked_for_is_taken() {
         .into_iter()
         .map(|bit| {
             let of_q = compensator.status_turn(&q).unwrap();
-            let wanted = Wanted::Pose { pose, near: None, status: Some(of_q.status), turn: Some(of_q.turn & 0b011111 | bit) };
-            compensator.compensate(&target("t", wanted)).outcome.unwrap().q[5]
+            let desired = Desired::Pose { pose, near: None, status: Some(of_q.status), turn: Some(of_q.turn & 0b011111 | bit) };
+            compensator.compensate(&target("t", desired)).outcome.unwrap().q[5]
         })
         .collect();
     assert!((six[1] - six[0] - std::f64::consts::TAU).abs() < 1e-9, "{six:?}");

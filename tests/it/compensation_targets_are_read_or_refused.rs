@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::identified::setup;
-use calibench::compensate::{Expected, Target, Wanted, read_targets};
+use calibench::compensate::{Desired, Expected, Target, read_targets};
 use calibench::files::FileError;
 use calibench::robot::{FramePose, Robot, built_in};
 use calibench::units::{DEG, MM};
@@ -30,11 +30,11 @@ fn poses_and_joints_are_read() {
     assert_eq!(targets.len(), 2);
     let pose =
         FramePose { xyz: [400.0 * MM, -100.5 * MM, 300.0 * MM], rz_ry_rx: [10.0 * DEG, 85.0 * DEG, -170.0 * DEG] }.pose();
-    assert_eq!(targets[0].wanted, Wanted::Pose { pose, near: None, status: Some(2), turn: Some(35) });
+    assert_eq!(targets[0].desired, Desired::Pose { pose, near: None, status: Some(2), turn: Some(35) });
     assert_eq!(targets[0].payload.as_ref().unwrap().mass, 1.3);
     assert!(targets[1].payload.is_none());
     let joints = read(JOINTS, &kr6(), None).unwrap();
-    assert_eq!(joints[0].wanted, Wanted::Joints([0.0, -90.0, 90.0, 0.0, 30.0, 0.0].map(|q: f64| q * DEG).to_vec()));
+    assert_eq!(joints[0].desired, Desired::Joints([0.0, -90.0, 90.0, 0.0, 30.0, 0.0].map(|q: f64| q * DEG).to_vec()));
     // A byte-order mark, line ends of Windows, blanks, no line end at the end.
     let other = format!("\u{feff}{}", JOINTS.trim_end().replace('\n', "\r\n").replace(",", " , "));
     assert_eq!(read(&other, &kr6(), None).unwrap(), joints);

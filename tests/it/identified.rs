@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use calibench::compensate::{Conditions, Target, Wanted};
+use calibench::compensate::{Conditions, Desired, Target};
 use calibench::effects::{Subject, build};
 use calibench::identify::{Calibration, Estimate, MeasuredSetup, Model, Outcome};
 use calibench::math::Observability;
@@ -122,6 +122,6 @@ pub fn postures(count: usize, seed: u64) -> Vec<Vec<f64>> {
 }
 
 /// A target that nothing more is said of.
-pub fn target(id: impl Into<String>, wanted: Wanted) -> Target {
-    Target { id: id.into(), wanted, payload: None, conditions: Conditions::default() }
+pub fn target(id: impl Into<String>, desired: Desired) -> Target {
+    Target { id: id.into(), desired, payload: None, conditions: Conditions::default() }
 }

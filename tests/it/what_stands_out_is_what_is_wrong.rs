@@ -129,14 +129,14 @@ fn noise_alone_raises_an_alarm_as_rarely_as_claimed() {
         samples.extend(cell.points(20, &exact));
         let data = cell.dataset(samples);
         let c = compare(&data, &data, Use::Fit);
-        assert!(c.standing.fitted);
+        assert!(c.fit_relation.fitted);
         add(&mut chi2[0], &c);
         of_fit += usize::from(!c.findings.is_empty());
         lack += usize::from(c.lack_of_fit.p.unwrap() < LEVEL);
         let new_points = cell.points(60, &exact);
         let new = cell.dataset(new_points);
         let c = compare(&data, &new, Use::Fit);
-        assert!(!c.standing.fitted);
+        assert!(!c.fit_relation.fitted);
         add(&mut chi2[1], &c);
         of_new += usize::from(!c.findings.is_empty());
         lack += usize::from(c.lack_of_fit.p.unwrap() < LEVEL);

@@ -10,7 +10,7 @@ use calibench_report::{
     Forecast, NoForecast, PLOTS_MARK, comparison_text, documents, extrapolation_sentence, write_comparison_plots,
 };
 
-use super::data::{locate_in_data, named, outlook, read_calibration_to_use, read_datasets};
+use super::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
 use super::failure::{Failure, Outcome};
 use super::output::{print, print_json};
 use super::progress::Waiting;
@@ -61,15 +61,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(warning) = extrapolation_sentence(&beyond) {
         waiting.say(&warning);
     }
-    let outlook = of_fitted_rows(&calibration, &named(&datasets));
+    let forecast = of_fitted_rows(&calibration, &named(&datasets));
     drop(waiting);
     if let Some(folder) = &arguments.plots {
-        write_comparison_plots(&comparison, outlook.as_ref().ok(), folder)?;
+        write_comparison_plots(&comparison, forecast.as_ref().ok(), folder)?;
     }
     if arguments.json {
-        print_json(&documents::Comparison::of(&comparison, outlook.as_ref().ok(), &beyond))?;
+        print_json(&documents::Comparison::of(&comparison, forecast.as_ref().ok(), &beyond))?;
     } else {
-        print(&comparison_text(&comparison, &outlook))?;
+        print(&comparison_text(&comparison, &forecast))?;
     }
     Ok(Outcome::Done)
 }
@@ -83,11 +83,12 @@ fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> R
         // A calibration that lists none of these files is recognised by its values: they are optimal for these rows.
         let has_fit_rows = |d: &Dataset| d.samples.iter().any(|s| Use::Fit.takes(s));
         fitted = datasets.iter().copied().filter(|(_, d)| has_fit_rows(d)).collect();
-        let is_fit = |rows: &[(&str, &Dataset)]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.standing.fitted);
+        let is_fit =
+            |rows: &[(&str, &Dataset)]| Comparison::of(calibration, rows, Use::Fit).is_ok_and(|c| c.fit_relation.fitted);
         if fitted.is_empty() || !is_fit(&fitted) {
             return Err(NoForecast::OtherRows);
         }
     }
     let examination = Examination::new(&fitted, &calibration.model).map_err(NoForecast::Failed)?;
-    outlook(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(NoForecast::Failed)?
+    forecast(&fitted, &examination, &WorkspacePoses::of(datasets)).map_err(NoForecast::Failed)?
 }

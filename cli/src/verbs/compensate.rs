@@ -260,7 +260,7 @@ fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Com
             id: target.id.clone(),
             status: status.into(),
             warnings: result.warnings.names().map(Into::into).collect(),
-            target: (&result.wanted).into(),
+            target: (&result.desired).into(),
             outcome,
         }
     };

@@ -97,7 +97,7 @@ pub fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Resu
 }
 
 /// The expected error of an examined fit at `poses`, or the reason why it cannot be predicted.
-pub fn outlook(
+pub fn forecast(
     named: &[(&str, &Dataset)],
     examination: &Examination,
     poses: &WorkspacePoses,

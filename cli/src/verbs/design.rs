@@ -42,15 +42,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let bar = Steps::new();
     let found = design(&document, seed, arguments.trials, &bar)?;
     drop(bar);
-    let told = to_value(&found)?;
+    let document = to_value(&found)?;
     if let Some(path) = &arguments.output {
         write_whole(path, scenario_text(&found, &arguments.scenario, path)?.as_bytes())?;
     }
     if let Some(path) = &arguments.report {
-        write_whole(path, design_page(&told).as_bytes())?;
+        write_whole(path, design_page(&document).as_bytes())?;
     }
     if arguments.json {
-        print_json(&told)?;
+        print_json(&document)?;
     } else {
         print(&design_text(&found))?;
     }

@@ -6,7 +6,7 @@ use calibench::assess::{Examination, WorkspacePoses, diagnose_examined};
 use calibench::identify::{Outcome as FitOutcome, Use};
 use calibench_report::{diagnosis_text, documents, extrapolation_sentence};
 
-use super::data::{locate_in_data, model_for, named, outlook, read_datasets, recommended};
+use super::data::{forecast, locate_in_data, model_for, named, read_datasets, recommended};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
 use super::output::{print, print_json};
@@ -43,18 +43,18 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     bar.begin("testing every effect");
     let diagnosis = diagnose_examined(&named, &examination).map_err(locate)?;
     bar.begin("predicting the error over the workspace");
-    let outlook = outlook(&named, &examination, &WorkspacePoses::of(&named)).map_err(locate)?;
+    let forecast = forecast(&named, &examination, &WorkspacePoses::of(&named)).map_err(locate)?;
     drop(bar);
-    if let Some(warning) = outlook.as_ref().ok().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
+    if let Some(warning) = forecast.as_ref().ok().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
         eprintln!("{warning}");
     }
     let commands = recommended(&arguments.datasets, arguments.model.as_deref());
     if arguments.json {
-        let document = documents::Diagnosis::of(&diagnosis, outlook.as_ref().ok(), &commands);
+        let document = documents::Diagnosis::of(&diagnosis, forecast.as_ref().ok(), &commands);
         print_json(&documents::Diagnosis { misfit: gate.misfit, ..document })?
     } else {
         gate.tell()?;
-        print(&diagnosis_text(&diagnosis, &outlook, &commands, arguments.heat_map))?
+        print(&diagnosis_text(&diagnosis, &forecast, &commands, arguments.heat_map))?
     }
     Ok(if diagnosis.outcome == FitOutcome::Converged { Outcome::Done } else { Outcome::ExpectationFailed })
 }

@@ -77,10 +77,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     gate.tell()?;
-    print(&ladder_step_table(&climbed.rungs.iter().chain(&climbed.other).collect::<Vec<&LadderStep>>()))?;
-    let rungs: Vec<&LadderStep> = climbed.rungs.iter().collect();
-    for (k, ladder_step) in rungs.iter().enumerate() {
-        added_sentences(&ladder_step.added, &rungs[..k]).iter().try_for_each(|sentence| print(sentence))?;
+    print(&ladder_step_table(&climbed.steps.iter().chain(&climbed.other).collect::<Vec<&LadderStep>>()))?;
+    let steps: Vec<&LadderStep> = climbed.steps.iter().collect();
+    for (k, ladder_step) in steps.iter().enumerate() {
+        added_sentences(&ladder_step.added, &steps[..k]).iter().try_for_each(|sentence| print(sentence))?;
     }
     for sentence in top_sentences(&climbed.top, &recommended(&arguments.datasets, arguments.model.as_deref())) {
         print(&sentence)?;

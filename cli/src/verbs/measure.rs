@@ -119,7 +119,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
             return Err(scenario.locate(&e).into());
         }
     };
-    let told = format!(
+    let summary = format!(
         "{} of {} planned probings{} measured; dataset in {}",
         record.samples.len(),
         wanted(poses),
@@ -128,7 +128,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
     );
     let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
-    print(&told)?;
+    print(&summary)?;
     Ok(Outcome::Done)
 }
 

@@ -17,7 +17,7 @@ use calibench::units::{DEG, MM};
 
 use super::cell::disagreement_verdict;
 use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
-use super::operator::Operator;
+use super::operator::{OperatedArguments, Operator};
 use super::output::print;
 use super::progress::CampaignBar;
 use super::rehearsal::rehearse;
@@ -32,21 +32,14 @@ pub struct CellArguments {
     /// Print every motion of the plan without connecting to or moving anything
     #[arg(long, requires = "cell")]
     pub dry_run: bool,
-    /// Do not ask: the robot may move, the master ball lies in the socket, and is taken away within 5 s of being used
-    #[arg(long, requires = "cell")]
-    yes: bool,
-    /// Use the gauge's readings as they are: it is mastered, and nothing touches it
-    #[arg(long, requires = "cell")]
-    mastered: bool,
+    #[command(flatten)]
+    operated: OperatedArguments,
     /// Start a new session: robot, artifact or gauge were moved since the campaign was interrupted
     #[arg(long, requires = "resume")]
     moved: bool,
     /// Continue although guards or speed of the cell were changed since the campaign was interrupted
     #[arg(long, requires = "resume")]
     accept_changes: bool,
-    /// Speed override that replaces the cell's, %
-    #[arg(long, requires = "cell", value_parser = clap::value_parser!(u8).range(1..=100))]
-    speed: Option<u8>,
 }
 
 pub fn run(
@@ -57,14 +50,14 @@ pub fn run(
     resume: bool,
 ) -> Result<Outcome, Failure> {
     let mut cell = read_cell(path)?;
-    cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
+    cell.speed_percent = arguments.operated.speed.unwrap_or(cell.speed_percent);
     let planned = read_plan(plan, &cell.dataset)?;
     if arguments.dry_run {
         return rehearse(&cell, &planned);
     }
     preflight(&cell, &planned, plan)?;
     let output = output.ok_or("say where to write the dataset: -o DATASET")?;
-    let mut operator = Operator::new(arguments.yes)?;
+    let mut operator = Operator::new(arguments.operated.yes)?;
     let poses = &planned.poses;
     let under = Conditions::of(poses, &cell.dataset)
         .and_settings("centring", &cell.centring)
@@ -91,7 +84,7 @@ pub fn run(
     let log = motion_log(output)?;
     let mut guarded =
         Guarded::new(OffsetClock::new(robot.as_mut(), from_s), cell.guards.clone(), operator.stop(), Box::new(log));
-    let before = Before { session: journal.last_session(), mastered: arguments.mastered, moved: arguments.moved };
+    let before = Before { session: journal.last_session(), mastered: arguments.operated.mastered, moved: arguments.moved };
     let (session, stands) = begin((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges))?;
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
@@ -103,7 +96,7 @@ pub fn run(
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
     let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
-    print(&told(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
+    print(&summary(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
     if let Some(abort) = &record.aborted {
         return Err(interrupted(abort.to_string(), &journal).into());
     }
@@ -126,7 +119,7 @@ fn open_journal(
             let changed = format!("since the campaign was interrupted {}", what.join("; "));
             if arguments.accept_changes {
                 eprintln!("{changed}: accepted");
-            } else if arguments.yes {
+            } else if arguments.operated.yes {
                 return Err(format!("{changed}; say --accept-changes to go on so, or put it back").into());
             } else {
                 let question = format!("{changed}. Go on so?");
@@ -148,7 +141,7 @@ fn open_journal(
 }
 
 /// Summary of a campaign: probings done, their time, and the bytes exchanged.
-fn told(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
+fn summary(record: &CampaignRecord, wanted: usize, traffic: &str) -> String {
     let time: f64 = record.probings.iter().map(|p| p.probing.duration_s).sum();
     format!(
         "{} of {wanted} planned probings measured, {:.2} s each; {traffic}",

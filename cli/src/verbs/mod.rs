@@ -195,7 +195,7 @@ fn refuse(message: &str, code: u8) -> ExitCode {
 fn misuse(error: &clap::Error) -> String {
     let text = error.render().to_string();
     // The paragraphs after the first show the usage, for which --help is better; tips and lists of values are kept.
-    let told = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
-    let told: Vec<&str> = told.filter(|l| !l.is_empty()).collect();
-    format!("{}; `calibench --help` and `calibench VERB --help` tell more", told.join(" ").trim_start_matches("error: "))
+    let lines = text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
+    let lines: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
+    format!("{}; `calibench --help` and `calibench VERB --help` tell more", lines.join(" ").trim_start_matches("error: "))
 }

@@ -15,6 +15,20 @@ const TAKEN_AWAY: Duration = Duration::from_secs(5);
 /// Interval at which a question checks for a stop request.
 const LOOK: Duration = Duration::from_millis(100);
 
+/// Options of every verb that moves a real robot.
+#[derive(clap::Args)]
+pub struct OperatedArguments {
+    /// Do not ask: the robot may move, the master ball lies in the socket, and is taken away within 5 s of being used
+    #[arg(long, requires = "cell")]
+    pub yes: bool,
+    /// Use the gauge's readings as they are: it is mastered, and nothing touches it
+    #[arg(long, requires = "cell")]
+    pub mastered: bool,
+    /// Speed override that replaces the cell's, %
+    #[arg(long, requires = "cell", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub speed: Option<u8>,
+}
+
 /// The operator of the cell; from its creation on, `q` and Enter, or Ctrl-C, request a stop.
 pub struct Operator {
     lines: Receiver<String>,

@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let (cell, visited) = at_cell(path, plan, &arguments.cell, &asked)?;
         let (path, balls) = (path.display().to_string(), cell.dataset.ball_ids());
         let whose = Whose { name: format!("cell '{path}'"), keys: vec![("cell", json!(path))], balls: &balls };
-        return told(arguments.json, &whose, &visited);
+        return print_result(arguments.json, &whose, &visited);
     }
     let Some(path) = &arguments.scenario else { return Err("give a scenario, or --cell CELL with --plan PLAN".into()) };
     let mut scenario = load_scenario(path)?;
@@ -89,10 +89,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(waiting);
     let keys = vec![("scenario", json!(scenario.name)), ("plant", json!(scenario.plant.name())), ("seed", json!(seed))];
     let whose = Whose { name: format!("scenario '{}', seed {seed},", scenario.name), keys, balls: &scenario.ball_ids() };
-    told(arguments.json, &whose, &visited)
+    print_result(arguments.json, &whose, &visited)
 }
 
-fn told(as_json: bool, whose: &Whose<'_>, visited: &Visited) -> Result<Outcome, Failure> {
+fn print_result(as_json: bool, whose: &Whose<'_>, visited: &Visited) -> Result<Outcome, Failure> {
     if as_json {
         print_json(&repeatability_json(whose, visited))?;
     } else {

@@ -12,7 +12,7 @@ use calibench::measure::{
 use super::failure::Failure;
 use super::failure::hardware;
 use super::measure_cell::{open_gauges, prepare};
-use super::operator::Operator;
+use super::operator::{OperatedArguments, Operator};
 use super::start::{Before, FirstMotion, begin, preflight};
 use calibench_sim::repeatability::{RepeatabilityError, Visited, most_telling};
 
@@ -24,15 +24,8 @@ pub struct CellArguments {
     /// Plan of the cell that supplies postures and ways
     #[arg(long, requires = "cell")]
     pub plan: Option<PathBuf>,
-    /// Do not ask: the robot may move, the master ball lies in the socket, and is taken away within 5 s of being used
-    #[arg(long, requires = "cell")]
-    yes: bool,
-    /// Use the gauge's readings as they are: it is mastered, and nothing touches it
-    #[arg(long, requires = "cell")]
-    mastered: bool,
-    /// Speed override that replaces the cell's, %
-    #[arg(long, requires = "cell", value_parser = clap::value_parser!(u8).range(1..=100))]
-    speed: Option<u8>,
+    #[command(flatten)]
+    operated: OperatedArguments,
 }
 
 /// The requested measurement.
@@ -48,7 +41,7 @@ pub struct Asked<'a> {
 /// Visits postures of the plan and goes home.
 pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Asked<'_>) -> Result<(Cell, Visited), Failure> {
     let mut cell = read_cell(path)?;
-    cell.speed_percent = arguments.speed.unwrap_or(cell.speed_percent);
+    cell.speed_percent = arguments.operated.speed.unwrap_or(cell.speed_percent);
     let planned = read_plan(plan, &cell.dataset)?;
     let Some(ways) = planned.ways.clone() else {
         let remedy = "plan anew with `calibench plan CELL`";
@@ -58,7 +51,7 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
     };
     let stations = stations(&cell, &planned.poses, asked)?;
     preflight(&cell, &planned, plan)?;
-    let mut operator = Operator::new(arguments.yes)?;
+    let mut operator = Operator::new(arguments.operated.yes)?;
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut gauges = open_gauges(&cell)?;
     prepare(&cell, robot.as_mut())?;
@@ -73,7 +66,7 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
     );
     operator.ask(&question).map_err(|_| "called off; nothing moved")?;
     let mut guarded = Guarded::new(robot.as_mut(), cell.guards.clone(), operator.stop(), Box::new(|_: &MotionRecord| ()));
-    let before = Before { session: None, mastered: arguments.mastered, moved: false };
+    let before = Before { session: None, mastered: arguments.operated.mastered, moved: false };
     let (session, stands) = begin((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges))?;
     let mut tour = Tour { ways: &ways, stands };
     let mut records = Vec::with_capacity(count);

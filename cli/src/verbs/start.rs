@@ -6,8 +6,8 @@ use calibench::cell::Manipulator;
 use calibench::cell::gauge::CellGauge;
 use calibench::cell::gauge::PresetManner;
 use calibench::measure::{
-    ArmAt, Cell, HomeWays, JournalSession, PlannedPose, ProbingPlan, WAY_MARGIN, Way, WayFinder, WayRequest, Whereabouts,
-    master, still_mastered, whereabouts,
+    ArmAt, Cell, HomeWays, JournalSession, PlannedPose, ProbingPlan, Way, WayFinder, WayRequest, Whereabouts, master,
+    still_mastered, whereabouts,
 };
 use calibench::units::{DEG, MM};
 
@@ -137,15 +137,7 @@ fn found(cell: &Cell, ways: &HomeWays, q: &[f64]) -> Result<FirstMotion, Failure
     };
     let scenario = load_scenario(named)?;
     let (model, surroundings) = (&cell.dataset, scenario.surroundings());
-    let request = WayRequest {
-        robot: &model.robot,
-        base: &model.base,
-        tool: &model.tool,
-        surroundings: &surroundings,
-        margin: WAY_MARGIN,
-        guards: Some(&cell.guards),
-        seed: scenario.seed,
-    };
+    let request = WayRequest { guards: Some(&cell.guards), ..WayRequest::of(model, &surroundings, scenario.seed) };
     match WayFinder::new(request, ways.home.clone()).home_from(q) {
         Ok(way) => Ok(FirstMotion {
             way: [way.via.as_slice(), std::slice::from_ref(&ways.home)].concat(),

@@ -52,12 +52,12 @@ pub fn study_text(summary: &Summary, extent: Extent) -> String {
     for point in &summary.points {
         for method in &point.methods {
             // For several points only the mean error, with the band of its median.
-            let told: &[(&str, &str)] = if summary.axes.is_empty() {
+            let columns: &[(&str, &str)] = if summary.axes.is_empty() {
                 &[("mean_mm", "mean"), ("max_mm", "max"), ("std_mm", "std"), ("before_mean_mm", "mean, nominal")]
             } else {
                 &[("mean_mm", "mean")]
             };
-            for (k, (column, name)) in told.iter().enumerate() {
+            for (k, (column, name)) in columns.iter().enumerate() {
                 let mut row = point.at.clone();
                 row.extend([method.name.clone(), method.done.to_string(), (*name).to_owned()]);
                 row.extend(method.spread(column).map_or_else(|| vec![String::new(); PERCENT.len()], |s| quantiles(&s)));

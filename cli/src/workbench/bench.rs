@@ -3,7 +3,7 @@
 use calibench::assess::{CellLayout, Examination, LadderStep, Objection, Proposal, ladder, propose, step};
 use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
-use calibench_report::{Page, PageSubject, Recommended, Standing, Views, advice, documents, objection_sentence};
+use calibench_report::{Page, PageModel, PageSubject, Recommended, Views, advice, documents, objection_sentence};
 use serde_json::{Value, json};
 
 use super::own_effect::{self, Draft};
@@ -23,7 +23,7 @@ const NEXT_SEED: u64 = 1;
 struct Step {
     /// Objections to it.
     objections: Vec<Objection>,
-    standing: Standing,
+    page_model: PageModel,
     /// Present once computed.
     views: Option<Views>,
     /// The next measurements, once requested.
@@ -31,8 +31,8 @@ struct Step {
 }
 
 impl Step {
-    fn new(objections: Vec<Objection>, standing: Standing) -> Self {
-        Step { objections, standing, views: None, proposal: None }
+    fn new(objections: Vec<Objection>, page_model: PageModel) -> Self {
+        Step { objections, page_model, views: None, proposal: None }
     }
 }
 
@@ -45,8 +45,8 @@ struct Hunt {
 
 impl Hunt {
     fn begun(case: &Case, chosen: Vec<usize>) -> Result<Self, IdentifyError> {
-        let standing = case.subject(&chosen, &case.model, &case.commands, Standing::new)?;
-        Ok(Hunt { chosen, steps: vec![Step::new(Vec::new(), standing)] })
+        let page_model = case.subject(&chosen, &case.model, &case.commands, PageModel::new)?;
+        Ok(Hunt { chosen, steps: vec![Step::new(Vec::new(), page_model)] })
     }
 }
 
@@ -88,7 +88,7 @@ impl Bench {
     }
 
     fn model(&self) -> &Model {
-        &self.here().standing.ladder_step.model
+        &self.here().page_model.ladder_step.model
     }
 
     /// The arguments of the commands recommended by the page: those of the terminal as long as nothing was done.
@@ -112,12 +112,12 @@ impl Bench {
     /// The steps taken, as the page shows them.
     fn ladder(&self) -> Value {
         let steps = &self.hunt().steps;
-        let rungs: Vec<&LadderStep> = steps.iter().map(|s| &s.standing.ladder_step).collect();
-        let rungs = documents::LadderStep::all(&rungs);
+        let steps: Vec<&LadderStep> = steps.iter().map(|s| &s.page_model.ladder_step).collect();
+        let steps = documents::LadderStep::all(&steps);
         let objections: Vec<String> = self.here().objections.iter().map(objection_sentence).collect();
         let step = (steps.len() > 1)
-            .then(|| json!({"effect": self.here().standing.ladder_step.added.join(" + "), "objections": objections}));
-        json!({"rungs": rungs, "complete": true, "step": step})
+            .then(|| json!({"effect": self.here().page_model.ladder_step.added.join(" + "), "objections": objections}));
+        json!({"rungs": steps, "complete": true, "step": step})
     }
 
     /// The data beside the document: datasets that can be chosen, the model, and available actions.
@@ -129,13 +129,13 @@ impl Bench {
             .iter()
             .enumerate()
             .map(|(k, (name, d))| json!({"name": name, "samples": d.samples.len(), "chosen": hunt.chosen.contains(&k)}));
-        let joints = self.here().standing.ladder_step.calibration.robot.joints();
+        let joints = self.here().page_model.ladder_step.calibration.robot.joints();
         let each = |from: usize, site: &'static str| (from..from + joints).map(move |j| format!("{site}:{j}"));
         let sites: Vec<String> = each(1, "theta").chain(each(1, "d")).chain(each(0, "alpha")).chain(each(0, "a")).collect();
         json!({
             "datasets": datasets.collect::<Vec<_>>(),
             "effects": self.model().effects,
-            "candidates": self.here().standing.candidates(),
+            "candidates": self.here().page_model.candidates(),
             "sites": sites,
             "can_undo": hunt.steps.len() > 1 || self.hunts.len() > 1,
             "saves_to": self.place.folder().display().to_string(),
@@ -147,7 +147,7 @@ impl Bench {
     /// # Errors
     /// If the validation rows cannot be predicted.
     pub fn document(&self) -> Result<Value, Refusal> {
-        let document = self.subject(|subject| self.here().standing.json(subject, self.ladder()))?;
+        let document = self.subject(|subject| self.here().page_model.json(subject, self.ladder()))?;
         Ok(json!({"live": self.live(), "document": document}))
     }
 
@@ -156,14 +156,14 @@ impl Bench {
     fn look(&mut self, effect: Option<&str>) -> Result<Option<usize>, Refusal> {
         let looked = self.subject(|subject| {
             let here = self.here();
-            let fresh = if here.views.is_none() { Some(Views::new(subject, &here.standing)?) } else { None };
+            let fresh = if here.views.is_none() { Some(Views::new(subject, &here.page_model)?) } else { None };
             Ok::<_, IdentifyError>(fresh)
         })?;
         if looked.is_some() {
             self.here_mut().views = looked;
         }
         let Some(mut views) = self.here_mut().views.take() else { return Ok(None) };
-        let place = self.subject(|subject| views.look_at(subject, &self.here().standing, effect));
+        let place = self.subject(|subject| views.look_at(subject, &self.here().page_model, effect));
         self.here_mut().views = Some(views);
         Ok(place?)
     }
@@ -179,7 +179,7 @@ impl Bench {
             Err(other) => return Err(other),
         }
         let here = self.here();
-        Ok(here.views.as_ref().map_or(Value::Null, |v| v.json(&here.standing)))
+        Ok(here.views.as_ref().map_or(Value::Null, |v| v.json(&here.page_model)))
     }
 
     /// The share of the residuals that one candidate would explain.
@@ -190,7 +190,7 @@ impl Bench {
         let place = self.look(Some(effect))?;
         let place = place.ok_or_else(|| Refusal::field("effect", format!("'{effect}' is no candidate of this diagnosis")))?;
         let here = self.here();
-        Ok(here.views.as_ref().map_or(Value::Null, |v| v.candidate_json(&here.standing, place)))
+        Ok(here.views.as_ref().map_or(Value::Null, |v| v.candidate_json(&here.page_model, place)))
     }
 
     /// Starts over on a choice of the opened datasets.
@@ -265,13 +265,13 @@ impl Bench {
         Ok(answer)
     }
 
-    fn with_data<T>(&self, act: impl FnOnce(&[(&str, &Dataset)], &Standing) -> T) -> T {
-        self.subject(|subject| act(subject.datasets, &self.here().standing))
+    fn with_data<T>(&self, act: impl FnOnce(&[(&str, &Dataset)], &PageModel) -> T) -> T {
+        self.subject(|subject| act(subject.datasets, &self.here().page_model))
     }
 
     /// Continues from a step, unless it is refused.
     fn taken(&mut self, after: LadderStep, force: bool) -> Result<Value, Refusal> {
-        let before = &self.here().standing;
+        let before = &self.here().page_model;
         let objections = after.objections(&before.ladder_step);
         let accepted = force || !objections.iter().any(Objection::refuses);
         if !accepted {
@@ -281,11 +281,11 @@ impl Bench {
     }
 
     fn accept(&mut self, after: LadderStep, objections: Vec<Objection>) -> Result<Value, Refusal> {
-        let before = &self.here().standing;
+        let before = &self.here().page_model;
         let step = documents::Step::of(&before.ladder_step, &after, &objections, true);
-        let standing = self.subject(|subject| before.stepped(after, subject))?;
+        let page_model = self.subject(|subject| before.stepped(after, subject))?;
         let last = self.hunts.len() - 1;
-        self.hunts[last].steps.push(Step::new(objections, standing));
+        self.hunts[last].steps.push(Step::new(objections, page_model));
         let mut answer = self.document()?;
         answer["step"] = documents::to_value(&step);
         Ok(answer)
@@ -364,7 +364,7 @@ impl Bench {
         self.views()?;
         let here = self.here();
         let Some(views) = &here.views else { return Err(Refusal::field("report", "there is nothing to show yet")) };
-        let page = self.subject(|subject| Page::of(subject, &here.standing, self.ladder(), views))?;
+        let page = self.subject(|subject| Page::of(subject, &here.page_model, self.ladder(), views))?;
         Ok(self.place.save_report(&page.document)?)
     }
 }

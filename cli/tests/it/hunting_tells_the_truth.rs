@@ -24,7 +24,7 @@ static PAGE: Mutex<()> = Mutex::new(());
 /// The part of a command's output shown on the page: lines that begin so.
 type Shown = (&'static str, &'static [&'static str]);
 
-const RUNGS: [&str; 5] = ["│ model", "│ base_frame", "│ + ", "Taken", "Against"];
+const STEP_LINES: [&str; 5] = ["│ model", "│ base_frame", "│ + ", "Taken", "Against"];
 
 const RIPPLE: [(&str, &[Shown]); 5] = [
     (
@@ -40,7 +40,7 @@ const RIPPLE: [(&str, &[Shown]); 5] = [
         "ripple: add",
         &[(
             "add harmonic:3:202 runs/ripple/trical -o runs/ripple-model.toml",
-            &[RUNGS[0], RUNGS[1], RUNGS[2], RUNGS[3], "│ parameter", "│ harmonic"],
+            &[STEP_LINES[0], STEP_LINES[1], STEP_LINES[2], STEP_LINES[3], "│ parameter", "│ harmonic"],
         )],
     ),
     (
@@ -49,7 +49,7 @@ const RIPPLE: [(&str, &[Shown]); 5] = [
             ("identify runs/ripple/trical --model runs/ripple-model.toml -o runs/ripple/after.toml", &[]),
             ("validate runs/ripple/trical.toml runs/ripple/validation", &["│ position error", "│ 500"]),
             ("validate runs/ripple/after.toml runs/ripple/validation", &["│ position error", "│ 500"]),
-            ("ladder runs/ripple/trical", &[RUNGS[0], RUNGS[1], RUNGS[2], "The ladder", "Use"]),
+            ("ladder runs/ripple/trical", &[STEP_LINES[0], STEP_LINES[1], STEP_LINES[2], "The ladder", "Use"]),
         ],
     ),
 ];
@@ -69,9 +69,9 @@ const UR10: [(&str, &[Shown]); 5] = [
     (
         "ur10: add",
         &[
-            ("add harmonic:2:17 A --check B -o model.toml", &RUNGS),
-            ("add harmonic:1:17 A --model model.toml --check B", &RUNGS),
-            ("add harmonic:3:17 A --model model.toml --check B", &RUNGS),
+            ("add harmonic:2:17 A --check B -o model.toml", &STEP_LINES),
+            ("add harmonic:1:17 A --model model.toml --check B", &STEP_LINES),
+            ("add harmonic:3:17 A --model model.toml --check B", &STEP_LINES),
         ],
     ),
     (
@@ -135,7 +135,7 @@ fn block(commands: &[Shown], folder: &Path, data: Option<&Path>) -> String {
     for (command, beginnings) in commands {
         let _ = writeln!(out, "$ calibench {command}");
         let said = said(command, folder, data);
-        for beginning in beginnings.iter().filter(|b| !RUNGS.contains(b)) {
+        for beginning in beginnings.iter().filter(|b| !STEP_LINES.contains(b)) {
             assert!(
                 said.lines().any(|line| line.starts_with(beginning)),
                 "calibench {command}: no line '{beginning}...'\n{said}"
@@ -232,9 +232,9 @@ fn fall(shown: &str) -> String {
     let mut table = String::from("| model | A, blocks left out, rms mm | B, robot of A, rms mm |\n|---|---|---|\n");
     let mut row = |cells: &[&str]| _ = writeln!(table, "| {} |", cells.join(" | "));
     for step in shown.split("$ calibench add ").skip(1) {
-        let rungs: Vec<Vec<String>> =
+        let steps: Vec<Vec<String>> =
             step.lines().filter(|line| line.starts_with("│ base_frame") || line.starts_with("│ + ")).map(cells).collect();
-        let [below, above] = &rungs[..] else { panic!("a step has two rungs: {step}") };
+        let [below, above] = &steps[..] else { panic!("a step has two steps: {step}") };
         if !below[0].contains("harmonic") {
             row(&[&below[0], &below[2], &below[5]]);
         }

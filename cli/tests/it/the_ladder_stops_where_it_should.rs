@@ -58,9 +58,9 @@ fn a_campaign_that_was_not_fitted_can_refuse_a_step() {
     run(at, &scenario("paper.toml"));
     let v = climbed(at, &["run/trical", "--check", "run/validation", "-o", "model.toml"]);
     assert_eq!(v["format"], "calibench-ladder/1");
-    let rungs = v["rungs"].as_array().unwrap();
-    assert!(rungs.len() >= 2 && rungs[1]["added"][0] == "harmonic1:1", "{v}");
-    for pair in rungs.windows(2) {
+    let steps = v["rungs"].as_array().unwrap();
+    assert!(steps.len() >= 2 && steps[1]["added"][0] == "harmonic1:1", "{v}");
+    for pair in steps.windows(2) {
         let errors = |r: &Value| r["checks"][0]["errors"]["rms_mm"].as_f64().unwrap();
         assert!(errors(&pair[1]) <= 1.01 * errors(&pair[0]));
         assert!(pair[1]["cv_rms_mm"].as_f64() < pair[0]["cv_rms_mm"].as_f64());
@@ -70,7 +70,7 @@ fn a_campaign_that_was_not_fitted_can_refuse_a_step() {
     let because = |o: &Value| o.as_str().unwrap().contains("'validation', which was not fitted, gets worse");
     assert!(refused.iter().any(|t| t["objections"].as_array().unwrap().iter().any(because)), "{v}");
     // The paper's robot has many ordinary errors: added step by step or all at once, whichever the unfitted campaign confirms.
-    let recommended = if v["recommended"] == "whole_library" { &v["whole_library"] } else { &rungs[rungs.len() - 1] };
+    let recommended = if v["recommended"] == "whole_library" { &v["whole_library"] } else { &steps[steps.len() - 1] };
     fs::write(at.join("paper.toml"), "effects = [\"base_frame\", \"mdh\", \"joint_compliance\"]").unwrap();
     let (before, after) = (mean(at, "paper.toml"), mean(at, "model.toml"));
     assert!(after < 0.5 * before, "{before} to {after}");

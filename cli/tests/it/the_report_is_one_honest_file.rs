@@ -97,11 +97,11 @@ fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
     let result: Value = serde_json::from_slice(&fs::read(at.join("result.json")).unwrap()).unwrap();
     assert_eq!(report["run"], result);
     let step = json(&at, &["add", "harmonic:3:202", "trical", "--json"]);
-    let rungs = report["ladder"]["rungs"].as_array().unwrap();
-    for (ladder_step, of_step) in rungs.iter().zip(["before", "after"]) {
+    let steps = report["ladder"]["rungs"].as_array().unwrap();
+    for (ladder_step, of_step) in steps.iter().zip(["before", "after"]) {
         assert_same(ladder_step, &step[of_step], &["fit_rms_mm", "cv_rms_mm", "noise_mm", "effects"]);
     }
-    assert_eq!(rungs.len(), 2);
+    assert_eq!(steps.len(), 2);
 
     // The candidate's points come from a separate fit: subtracting its effect from the residuals gives the stated remainder.
     let candidate = &report["candidates"][0];

@@ -416,9 +416,9 @@ impl Place {
 }
 
 impl Comparison {
-    /// The document of a comparison; `outlook` is the error expected over the workspace.
+    /// The document of a comparison; `forecast` is the error expected over the workspace.
     #[must_use]
-    pub fn of(c: &assess::Comparison, outlook: Option<&Forecast>, extrapolation: &Extrapolation) -> Self {
+    pub fn of(c: &assess::Comparison, forecast: Option<&Forecast>, extrapolation: &Extrapolation) -> Self {
         let level = c.noise.level;
         let mm = |x: Option<f64>| x.map(|x| x / MM);
         let interval = |x: Option<[f64; 2]>| x.map(|x| x.map(|x| x / MM));
@@ -431,9 +431,9 @@ impl Comparison {
             format: ComparisonFormat::V1,
             robot: c.robot.clone(),
             samples: c.samples,
-            fitted: c.standing.fitted,
-            refitted: c.standing.refitted.clone(),
-            from_fit_rows: c.standing.from_fit_rows.clone(),
+            fitted: c.fit_relation.fitted,
+            refitted: c.fit_relation.refitted.clone(),
+            from_fit_rows: c.fit_relation.from_fit_rows.clone(),
             rms_mm: c.rms / MM,
             noise_mm: mm(level.map(|l| l.rms)),
             noise_um_per_axis: level.map(|l| l.per_axis / UM),
@@ -457,7 +457,7 @@ impl Comparison {
             offsets: c.offsets.iter().map(Into::into).collect(),
             worst: c.worst.iter().map(|w| WorstSample::of(w, c)).collect(),
             findings: c.findings.iter().map(standout).collect(),
-            workspace: outlook.map(Workspace::of_forecast),
+            workspace: forecast.map(Workspace::of_forecast),
             outside_range: OutsideRange::of(extrapolation),
             sentences: c.sentences(),
         }

@@ -133,9 +133,9 @@ pub struct Diagnosis {
     pub noise_mm: f64,
     /// Residual beyond the noise, mm.
     pub unexplained_mm: f64,
-    /// Sum of squared residuals over the noise, per degree of freedom; null without a stated noise.
+    /// Sum of squared residuals over the noise, per degree of freedom; null if the noise is unknown.
     pub chi2_per_dof: Option<f64>,
-    /// p-value of the lack of fit; null without a stated noise.
+    /// p-value of the lack of fit; null if the noise is unknown.
     pub lack_of_fit_p: Option<f64>,
     /// One of the verdicts of the glossary, in snake case.
     pub verdict: String,
@@ -223,10 +223,10 @@ impl Finding {
 }
 
 impl Diagnosis {
-    /// The document of a diagnosis; `outlook` is the expected error over the workspace, and `commands` are those that its
+    /// The document of a diagnosis; `forecast` is the expected error over the workspace, and `commands` are those that its
     /// sentences recommend.
     #[must_use]
-    pub fn of(d: &assess::Diagnosis, outlook: Option<&Forecast>, commands: &Recommended) -> Self {
+    pub fn of(d: &assess::Diagnosis, forecast: Option<&Forecast>, commands: &Recommended) -> Self {
         let explained = |e: &assess::Explained| Explained { effect: e.effect.clone(), explains_percent: 100.0 * e.share };
         let contribution =
             |c: &assess::Contribution| Contribution { effect: c.effect.clone(), share: c.share, size_plausible: c.size };
@@ -257,8 +257,8 @@ impl Diagnosis {
             heat_map: HeatMap::of(&d.heat_map),
             untestable: Untestable::all(&d.untestable),
             fitted: d.fitted.clone(),
-            workspace: outlook.map(Workspace::of_forecast),
-            outside_range: outlook.and_then(|o| OutsideRange::of(&o.extrapolation)),
+            workspace: forecast.map(Workspace::of_forecast),
+            outside_range: forecast.and_then(|o| OutsideRange::of(&o.extrapolation)),
             sentences: sentences(d, commands),
             scatter: Scatter::of(&d.scatter),
             misfit: None,

@@ -68,7 +68,8 @@ pub struct Ladder {
     /// Format tag.
     pub format: LadderFormat,
     /// The steps.
-    pub rungs: Vec<LadderStep>,
+    #[serde(rename = "rungs")]
+    pub steps: Vec<LadderStep>,
     /// Why the ladder ended.
     pub stopped: Stopped,
     /// The recommended model, if it is none of the steps.
@@ -138,10 +139,10 @@ impl Ladder {
     /// The document of a ladder.
     #[must_use]
     pub fn of(ladder: &assess::Ladder) -> Self {
-        let all: Vec<&assess::LadderStep> = ladder.rungs.iter().collect();
+        let all: Vec<&assess::LadderStep> = ladder.steps.iter().collect();
         Ladder {
             format: LadderFormat::V1,
-            rungs: LadderStep::all(&all),
+            steps: LadderStep::all(&all),
             stopped: Stopped::of(&ladder.top),
             other: ladder.other.as_ref().map(|other| LadderStep::of(other, &all)),
             choices: ladder.recommendation.choices.iter().map(Choice::of).collect(),

@@ -32,7 +32,7 @@ pub struct PlannedStep {
     pub minutes: Option<f64>,
     /// Expected probability of the true effect; null if none is in question.
     pub probability_of_truth: Option<f64>,
-    /// Chance that the effects in question are told apart; null if none is in question.
+    /// Chance that the effects in question are distinguished; null if none is in question.
     pub resolved: Option<f64>,
     /// Expected position error over the workspace, mm; null if it cannot be predicted.
     pub workspace_error_mm: Option<f64>,
@@ -163,8 +163,8 @@ impl PlannedStep {
         PlannedStep {
             measurements: step.count,
             minutes: offer.map(|o| o.action.duration(step.count) / MINUTE),
-            probability_of_truth: step.outlook.map(|o| o.truth),
-            resolved: step.outlook.map(|o| o.resolved),
+            probability_of_truth: step.forecast.map(|o| o.truth),
+            resolved: step.forecast.map(|o| o.resolved),
             workspace_error_mm: step.error.and_then(|e| finite(e / MM)),
             action: None,
         }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::PageSubject;
-use super::standing::judge;
+use super::page_model::judge;
 use crate::documents::{Ladder, LadderStep as StepDocument, to_value};
 use crate::objection_sentence;
 use calibench::assess::{HoldOut, LadderStep, Objection, best_step, ladder as climb};
@@ -16,7 +16,7 @@ use calibench::identify::IdentifyError;
 pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: HoldOut<'_>) -> Result<Value, IdentifyError> {
     if subject.climb {
         let mut climbed = climb(subject.datasets, subject.model, ground, &mut |_| ())?;
-        climbed.rungs = climbed.rungs.into_iter().map(|r| judge(r, subject.judged)).collect::<Result<_, _>>()?;
+        climbed.steps = climbed.steps.into_iter().map(|r| judge(r, subject.judged)).collect::<Result<_, _>>()?;
         climbed.other = climbed.other.map(|r| judge(r, subject.judged)).transpose()?;
         let mut whole = to_value(&Ladder::of(&climbed));
         whole["complete"] = json!(true);
@@ -29,7 +29,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
         );
     }
     let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
-    let (rungs, step) = match best_step(subject.datasets, first, ground, &mut |_| ())? {
+    let (steps, step) = match best_step(subject.datasets, first, ground, &mut |_| ())? {
         Ok(next) => {
             let next = judge(*next, subject.judged)?;
             let step = step_json(&next.added.join(" + "), &next.objections(first));
@@ -40,7 +40,7 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
             (vec![StepDocument::of(first, &[])], step)
         }
     };
-    Ok(json!({"rungs": rungs, "complete": false, "step": step, "command": command}))
+    Ok(json!({"rungs": steps, "complete": false, "step": step, "command": command}))
 }
 
 fn step_json(effect: &str, objections: &[Objection]) -> Value {

@@ -4,8 +4,8 @@ use serde_json::{Value, json};
 
 use super::PageSubject;
 use super::candidate::{Candidate, MOST, Offered};
+use super::page_model::PageModel;
 use super::residuals::Residuals;
-use super::standing::Standing;
 use super::telling::{telling, telling_of};
 use crate::documents;
 use calibench::assess::{Comparison, Extrapolation, Place};
@@ -25,10 +25,10 @@ impl Views {
     ///
     /// # Errors
     /// If the data do not determine the model.
-    pub fn new(subject: &PageSubject<'_>, standing: &Standing) -> Result<Self, IdentifyError> {
+    pub fn new(subject: &PageSubject<'_>, page_model: &PageModel) -> Result<Self, IdentifyError> {
         let PageSubject { datasets, model, .. } = subject;
-        let diagnosis = &standing.ladder_step.diagnosis;
-        let calibration = &standing.ladder_step.calibration;
+        let diagnosis = &page_model.ladder_step.diagnosis;
+        let calibration = &page_model.ladder_step.calibration;
         let spoken_of = |id: &str| diagnosis.findings.iter().any(|f| f.hypothesis.place == Some(Place::Sample(id.into())));
         Ok(Views {
             comparison: Comparison::of(calibration, datasets, Use::Fit)?,
@@ -39,8 +39,9 @@ impl Views {
     }
 
     /// Fits the best candidates one by one, skipping those that the data do not determine.
-    pub fn look_at_the_best(&mut self, subject: &PageSubject<'_>, standing: &Standing) {
-        let best: Vec<Offered> = Offered::all(subject.model, &standing.ladder_step.diagnosis).into_iter().take(MOST).collect();
+    pub fn look_at_the_best(&mut self, subject: &PageSubject<'_>, page_model: &PageModel) {
+        let best: Vec<Offered> =
+            Offered::all(subject.model, &page_model.ladder_step.diagnosis).into_iter().take(MOST).collect();
         for offered in best {
             self.look(subject, offered).ok();
         }
@@ -54,10 +55,10 @@ impl Views {
     pub fn look_at(
         &mut self,
         subject: &PageSubject<'_>,
-        standing: &Standing,
+        page_model: &PageModel,
         effect: Option<&str>,
     ) -> Result<Option<usize>, IdentifyError> {
-        let mut all = Offered::all(subject.model, &standing.ladder_step.diagnosis).into_iter();
+        let mut all = Offered::all(subject.model, &page_model.ladder_step.diagnosis).into_iter();
         let Some(offered) = all.find(|o| effect.is_none_or(|e| o.effect == e)) else { return Ok(None) };
         if let Some(place) = self.candidates.iter().position(|c| c.effect == offered.effect) {
             return Ok(Some(place));
@@ -72,20 +73,20 @@ impl Views {
     }
 
     /// The part of the document that shows individual samples.
-    pub fn json(&self, standing: &Standing) -> Value {
+    pub fn json(&self, page_model: &PageModel) -> Value {
         let Views { comparison, residuals, beyond, candidates } = self;
         json!({
-            "telling": telling(&standing.ladder_step.diagnosis, residuals, candidates, comparison),
-            "comparison": documents::Comparison::of(comparison, standing.outlook().as_ref(), beyond),
+            "telling": telling(&page_model.ladder_step.diagnosis, residuals, candidates, comparison),
+            "comparison": documents::Comparison::of(comparison, page_model.forecast().as_ref(), beyond),
             "residuals": residuals.json(comparison),
             "candidates": candidates.iter().map(Candidate::json).collect::<Vec<_>>(),
         })
     }
 
     /// A fitted candidate and its most informative picture; null if the index is out of range.
-    pub fn candidate_json(&self, standing: &Standing, place: usize) -> Value {
+    pub fn candidate_json(&self, page_model: &PageModel, place: usize) -> Value {
         let Some(candidate) = self.candidates.get(place) else { return Value::Null };
-        let picture = telling_of(&standing.ladder_step.diagnosis, &self.residuals, candidate, &self.comparison);
+        let picture = telling_of(&page_model.ladder_step.diagnosis, &self.residuals, candidate, &self.comparison);
         json!({"candidate": candidate.json(), "telling": picture})
     }
 }

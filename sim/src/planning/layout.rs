@@ -1,8 +1,7 @@
 //! The cell of a scenario, as needed to find postures and paths in it.
 
 use calibench::assess::CellLayout;
-use calibench::measure::{Dataset, Facing, Margins, WAY_MARGIN, WayRequest};
-use calibench::robot::Surroundings;
+use calibench::measure::{Facing, Margins, WAY_MARGIN};
 use calibench::units::{DEG, MM};
 use nalgebra::{Unit, Vector3};
 
@@ -31,10 +30,4 @@ pub fn layout(scenario: &Scenario) -> CellLayout {
 /// Direction in which the gauge leaves a ball, in the tool's axes: the middle of the three channels.
 pub fn retreat() -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::repeat(1.0))
-}
-
-/// Request for paths of the nominal arm of a cell among these bodies.
-pub fn way_request<'a>(cell: &'a Dataset, surroundings: &'a Surroundings, seed: u64) -> WayRequest<'a> {
-    let Dataset { robot, base, tool, .. } = cell;
-    WayRequest { robot, base, tool, surroundings, margin: WAY_MARGIN, guards: None, seed }
 }

@@ -7,7 +7,7 @@ use calibench::measure::{
 use calibench::robot::world_from_tool;
 
 use super::error::PlanError;
-use super::layout::{layout, way_request};
+use super::layout::layout;
 use super::pool_design::{Chosen, PoolDesign};
 use crate::scenario::{Scenario, TRACKER_POOL, TrackerToml};
 
@@ -68,8 +68,8 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64, start: Option<&[f64]>) -> Re
     }
     let validation = free.split_off(free.len() - validation_poses);
     // Nominal positions: a point that contradicts the base would shift the estimate of the base.
-    let drawn = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
-    let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(drawn(q))));
+    let nominal = |q: &[f64]| world_from_tool(&cell.robot, &cell.base, &cell.tool, q).translation.vector;
+    let samples = free.iter().enumerate().map(|(k, q)| Sample::new(k.to_string(), q.clone(), Measured::Point(nominal(q))));
     let design = PoolDesign::new(&cell, samples.collect(), vec![0; free.len()], &scenario.model)?;
     let best = |poses: usize| {
         let request = Request { starts: scenario.plan.starts, seed, ..Request::new(Quota::Free(poses)) };
@@ -82,7 +82,7 @@ pub fn plan_tracker(scenario: &Scenario, seed: u64, start: Option<&[f64]>) -> Re
         poses => joints(&best(poses)?),
     };
     let identification = joints(&selection);
-    let request = way_request(&cell, &layout.without_artifact, seed);
+    let request = WayRequest::of(&cell, &layout.without_artifact, seed);
     let [points, validation, identification] = match start {
         Some(start) => tours(request, start, [points, validation, identification])?,
         None => [points, validation, identification].map(Tour::direct),
@@ -130,7 +130,7 @@ fn through(finder: &mut WayFinder<'_>, start: &[f64], poses: Vec<Vec<f64>>) -> (
 /// The paths from `start` through postures with the artifact removed, and the indices of postures that cannot be reached.
 pub fn tour_without_artifact(scenario: &Scenario, seed: u64, start: &[f64], poses: Vec<Vec<f64>>) -> (Tour, Vec<usize>) {
     let (cell, surroundings) = (scenario.dataset(), scenario.surroundings_without_artifact());
-    let mut finder = WayFinder::new(way_request(&cell, &surroundings, seed), start.to_vec());
+    let mut finder = WayFinder::new(WayRequest::of(&cell, &surroundings, seed), start.to_vec());
     let (tour, blocked) = through(&mut finder, start, poses);
     (tour, blocked.into_iter().map(|(k, _)| k).collect())
 }

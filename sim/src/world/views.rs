@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use calibench::cell::{Indicator, IndicatorError, Manipulator, ManipulatorError};
-use calibench::measure::{Attendant, CalledOff};
+use calibench::measure::{Attendant, CalledOff, LastMotion, Sample};
 use nalgebra::Vector3;
 
 use crate::collision::CollisionCheck;
@@ -109,6 +109,22 @@ impl SharedWorld {
 
 /// The simulated robot.
 pub struct SimulatedRobot(SharedWorld);
+
+impl SimulatedRobot {
+    /// A sample with what the controller and the cell know of this moment: payload, time, temperature, commanded joints, and
+    /// from `motion` the side from which each joint came.
+    #[must_use]
+    pub fn stamped(&mut self, motion: &LastMotion, sample: Sample) -> Sample {
+        Sample {
+            payload: self.0.payload(),
+            time_s: Some(self.clock_s()),
+            temp_c: self.temperature_c(),
+            approach: Some(motion.signs().to_vec()),
+            q_commanded: self.commanded(),
+            ..sample
+        }
+    }
+}
 
 impl Manipulator for SimulatedRobot {
     fn joints(&mut self) -> Result<Vec<f64>, ManipulatorError> {

@@ -31,7 +31,7 @@ pub struct Shown {
 /// what is shown.
 pub fn arrows(rec: &RecordingStream, steps: &Steps) -> Result<Vec<Shown>, ViewError> {
     let mut targets: Vec<[f32; 3]> =
-        steps.rungs.iter().take(1).flat_map(|left| &left.residuals).map(|r| single(&r.at)).collect();
+        steps.models.iter().take(1).flat_map(|left| &left.residuals).map(|r| single(&r.at)).collect();
     targets.dedup();
     let targets = Points3D::new(targets).with_radii([TARGET]).with_colors([solid(paint::BALL)]);
     rec.log_static("world/residuals/targets", &targets)?;
@@ -39,25 +39,23 @@ pub fn arrows(rec: &RecordingStream, steps: &Steps) -> Result<Vec<Shown>, ViewEr
     for (k, (before, after)) in steps.pairs().enumerate() {
         let scale = magnification(before.longest(), LONGEST);
         let path = format!("world/residuals/step {}", k + 1);
-        draw(rec, &format!("{path}/before"), before, scale, paint::BEFORE, FINE)?;
-        draw(rec, &format!("{path}/after"), after, scale, paint::AFTER, BOLD)?;
+        rec.log_static(format!("{path}/before"), &residual_arrows(before, scale, paint::BEFORE).with_radii([FINE]))?;
+        rec.log_static(format!("{path}/after"), &residual_arrows(after, scale, paint::AFTER).with_radii([BOLD]))?;
         let title = format!("{}: {:.3} to {:.3} mm (arrows x{scale})", after.name, before.rms / MM, after.rms / MM);
         shown.push(Shown { path, title });
     }
-    if let Some(last) = steps.rungs.last() {
+    if let Some(last) = steps.models.last() {
         let (path, scale) = ("world/residuals/left".to_owned(), magnification(last.longest(), LONGEST));
-        draw(rec, &path, last, scale, paint::AFTER, FINE)?;
+        rec.log_static(path.as_str(), &residual_arrows(last, scale, paint::AFTER).with_radii([FINE]))?;
         shown.push(Shown { path, title: format!("What is left: {:.4} mm (arrows x{scale})", last.rms / MM) });
     }
     Ok(shown)
 }
 
-fn draw(rec: &RecordingStream, path: &str, left: &Left, scale: f64, colour: [u8; 3], radius: f32) -> Result<(), ViewError> {
+/// The residuals as arrows, `scale` times as long as they are.
+fn residual_arrows(left: &Left, scale: f64, colour: [u8; 3]) -> Arrows3D {
     let arrow = |r: &Residual| single(&(r.residual * scale));
-    let arrows = Arrows3D::from_vectors(left.residuals.iter().map(arrow))
+    Arrows3D::from_vectors(left.residuals.iter().map(arrow))
         .with_origins(left.residuals.iter().map(|r| single(&r.at)))
-        .with_radii([radius])
-        .with_colors([solid(colour)]);
-    rec.log_static(path, &arrows)?;
-    Ok(())
+        .with_colors([solid(colour)])
 }

@@ -28,7 +28,7 @@ pub struct Left {
 /// Residuals of all models.
 pub struct Steps {
     /// Residuals of the nominal arm, of the calibration, and of every step of the ladder above it.
-    pub rungs: Vec<Left>,
+    pub models: Vec<Left>,
     /// Residuals of the recommended model if it is none of the steps: error curves, or the whole library at once,
     /// compared with the calibration.
     pub other: Option<Left>,
@@ -38,8 +38,8 @@ impl Steps {
     /// Residuals before and after every step: each step of the ladder after the previous one, the recommended model
     /// after the calibration.
     pub fn pairs(&self) -> impl Iterator<Item = (&Left, &Left)> {
-        let other = self.rungs.get(1).zip(self.other.as_ref());
-        self.rungs.iter().zip(self.rungs.iter().skip(1)).chain(other)
+        let other = self.models.get(1).zip(self.other.as_ref());
+        self.models.iter().zip(self.models.iter().skip(1)).chain(other)
     }
 }
 
@@ -51,14 +51,14 @@ pub fn steps(subject: &Subject, climb: bool) -> Result<Steps, IdentifyError> {
     let (calibration, dataset) = (&subject.calibration, &subject.dataset);
     let named = [(subject.name.as_str(), dataset)];
     let left = |name: String, of: &Calibration| Left::new(name, of, &named);
-    let rungs = vec![left("nominal".into(), &calibration.nominal())?, left("calibrated".into(), calibration)?];
-    let mut steps = Steps { rungs, other: None };
+    let models = vec![left("nominal".into(), &calibration.nominal())?, left("calibrated".into(), calibration)?];
+    let mut steps = Steps { models, other: None };
     if climb {
         let poses = WorkspacePoses::of(&named);
         let ground = HoldOut { poses: &poses.q, checks: &[] };
         let ladder = ladder(&named, &calibration.model, ground, &mut |_| {})?;
-        for ladder_step in ladder.rungs.iter().skip(1) {
-            steps.rungs.push(left(format!("+ {}", ladder_step.added.join(", ")), &ladder_step.calibration)?);
+        for ladder_step in ladder.steps.iter().skip(1) {
+            steps.models.push(left(format!("+ {}", ladder_step.added.join(", ")), &ladder_step.calibration)?);
         }
         let other = ladder
             .other

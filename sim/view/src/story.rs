@@ -32,7 +32,7 @@ pub fn story(subject: &Subject, arms: &Arms, steps: &Steps, judgement: Option<&J
     }
     story += ".\n1. **Arrows**: what is left where it was measured, **orange before a step, blue after it**. Rms ";
     let fall = |left: &Left| format!("{} {:.4} mm", left.name, left.rms / MM);
-    let falls: Vec<String> = steps.rungs.iter().chain(&steps.other).map(fall).collect();
+    let falls: Vec<String> = steps.models.iter().chain(&steps.other).map(fall).collect();
     story += &format!("{}.\n\n", falls.join(", "));
     story += "Play `probing` for one pose after the other, `iteration` for every stop, `time`, where it was noted, at the pace of the cell.\n";
     if !subject.left_out.is_empty() {

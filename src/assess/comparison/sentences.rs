@@ -115,18 +115,18 @@ impl Comparison {
 
     fn of_standing(&self) -> Vec<String> {
         let mut said = Vec::new();
-        if self.standing.fitted {
+        if self.fit_relation.fitted {
             said.push(format!(
                 "The calibration was fitted to these rows: its {} free parameters{} have taken up what they could. A small residual is no \
                  proof of accuracy elsewhere; only rows that were not fitted can give that.",
-                self.standing.absorbed,
-                match self.standing.held {
+                self.fit_relation.absorbed,
+                match self.fit_relation.held {
                     0 => String::new(),
                     held => format!(", and {held} of which something is known beforehand,"),
                 }
             ));
         }
-        let from = [(&self.standing.refitted, "these samples"), (&self.standing.from_fit_rows, "rows of set fit")];
+        let from = [(&self.fit_relation.refitted, "these samples"), (&self.fit_relation.from_fit_rows, "rows of set fit")];
         for (names, what) in from.into_iter().filter(|(names, _)| !names.is_empty()) {
             said.push(format!(
                 "Not in the calibration, so fitted to {what} first, and invisible in the views: {}.",

@@ -29,7 +29,7 @@ const BETTER: f64 = 1.0 / 3.0;
 const FREEDOM_PER_UNKNOWN: isize = 2;
 /// Two slips are preferred to one when they leave this share of it.
 const PAIR_IS_BETTER: f64 = 1.0 / 5.0;
-/// Slips that leave less than this multiple of the best one's residual cannot be told from it.
+/// Slips that leave less than this multiple of the best one's residual cannot be distinguished from it.
 const ALIKE: f64 = 1.25;
 /// What an unknown of its own counts against a slip.
 const FREEDOM: f64 = 1.5;
@@ -42,7 +42,7 @@ const STATED: f64 = 0.05;
 const TURNED: f64 = 20.0 * DEG;
 /// A slip puts the base where it is stated when it is turned by no more than this, rad.
 const PUT_RIGHT: f64 = 2.0 * DEG;
-/// Best tries that are told when none explains the misfit.
+/// Best tries that are reported when none explains the misfit.
 const TOLD: usize = 3;
 /// Gross rows named one by one.
 const NAMED: usize = 20;
@@ -92,7 +92,7 @@ impl Search<'_> {
             if found.is_empty() {
                 return self.base_misplaced();
             }
-            return Some((Cause::Slips, self.told(found)));
+            return Some((Cause::Slips, self.tried(found)));
         }
         let singles_left = |t: &Trial, limit: f64| self.explains(t, limit, &gross);
         let mut found = self.confirmed(tried, by_all, singles_left);
@@ -117,7 +117,7 @@ impl Search<'_> {
             found = self.confirmed(try_all(&screen, &odd_zeros(&screen), false), false, singles_left);
         }
         if !found.is_empty() {
-            return Some((Cause::Slips, self.told(found)));
+            return Some((Cause::Slips, self.tried(found)));
         }
         let few = gross.len() as f64 <= MOST_GROSS * self.whole.shots.len() as f64;
         if !too_large && few {
@@ -126,7 +126,7 @@ impl Search<'_> {
         let mut tried = try_all(&screen, &singles, false);
         tried.sort_by(|a, b| a.score.total_cmp(&b.score));
         tried.truncate(TOLD);
-        Some((Cause::Unknown, self.told(tried)))
+        Some((Cause::Unknown, self.tried(tried)))
     }
 
     /// Rows of all that are far beyond anything expected, with their misses, m; the farthest first. Known distances between balls count.
@@ -156,7 +156,7 @@ impl Search<'_> {
             let slips: Vec<Vec<Slip>> = Slip::turning_the_base(campaign).into_iter().map(|s| vec![s]).collect();
             let mut tried = try_all(campaign, &slips, false);
             tried.retain(|t| t.score <= 1.1 * self.nominal.robust && self.turned(&t.fitted.frames) <= PUT_RIGHT);
-            return (!tried.is_empty()).then(|| (Cause::Base, self.told(tried)));
+            return (!tried.is_empty()).then(|| (Cause::Base, self.tried(tried)));
         }
         let in_unit = |by: f64| {
             campaign.places.iter().zip(bases).all(|(place, base)| {
@@ -179,7 +179,7 @@ impl Search<'_> {
         trial.fitted.robust <= limit && few && better
     }
 
-    /// Tries the best on more rows, and keeps those that pass and cannot be told from the best of them.
+    /// Tries the best on more rows, and keeps those that pass and cannot be distinguished from the best of them.
     fn confirmed(&self, mut tried: Vec<Trial>, by_all: bool, passes: impl Fn(&Trial, f64) -> bool) -> Vec<Trial> {
         tried.sort_by(|a, b| a.score.total_cmp(&b.score));
         tried.truncate(CONFIRMED);
@@ -203,14 +203,14 @@ impl Search<'_> {
         frames.bases.iter().zip(&self.some.places).map(turn).fold(0.0, f64::max)
     }
 
-    fn told(&self, trials: Vec<Trial>) -> Vec<SlipTried> {
-        let told = |t: Trial| {
+    fn tried(&self, trials: Vec<Trial>) -> Vec<SlipTried> {
+        let slip = |t: Trial| {
             let names: Vec<String> = t.slips.iter().map(|s| s.name(self.some)).collect();
             let words: Vec<String> = t.slips.iter().map(|s| s.words(self.some)).collect();
             SlipTried { slip: names.join("+"), residual: t.fitted.robust, words: words.join(" and ") }
         };
         let mut seen = Vec::new();
-        let mut all: Vec<SlipTried> = trials.into_iter().map(told).collect();
+        let mut all: Vec<SlipTried> = trials.into_iter().map(slip).collect();
         all.retain(|t| {
             let new = !seen.contains(&t.slip);
             seen.push(t.slip.clone());

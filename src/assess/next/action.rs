@@ -321,7 +321,7 @@ impl<'a> Bench<'a> {
     }
 
     /// Samples on balls that were made, as candidates.
-    fn repeated(&self, kind: Kind, times: [f64; 2], wanted: impl Fn(&Sample) -> bool) -> Action {
+    fn repeated(&self, kind: Kind, times: [f64; 2], chosen: impl Fn(&Sample) -> bool) -> Action {
         let mut random = self.random();
         let mut rel_tool = RelTool::new(&self.cell.robot);
         let offset = retreat().into_inner() * self.layout.retreat;
@@ -337,7 +337,7 @@ impl<'a> Bench<'a> {
             }
             Some((sample, approach))
         };
-        let made = self.cell.samples.iter().filter(|s| wanted(s)).enumerate();
+        let made = self.cell.samples.iter().filter(|s| chosen(s)).enumerate();
         let candidates = made.filter_map(candidate).collect();
         self.action(kind.clone(), times, candidates)
     }

@@ -89,7 +89,7 @@ impl<'a> Designer<'a> {
         Ok(self)
     }
 
-    /// Whether there are rivals to be told apart.
+    /// Whether there are rivals to be distinguished.
     pub fn has_rivals(&self) -> bool {
         self.states.len() > 1
     }

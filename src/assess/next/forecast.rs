@@ -74,15 +74,15 @@ impl Forecast {
         let normal = DMatrix::<f64>::from_fn(size, DRAWS, |_, _| StandardNormal.sample(&mut random));
         let of_truth = |a: usize| {
             let all: Vec<Vec<f64>> = sides.iter().map(|side| side.log_likelihoods(&sides[a], &normal)).collect();
-            let mut outlook = Forecast { truth: 0.0, resolved: 0.0 };
+            let mut forecast = Forecast { truth: 0.0, resolved: 0.0 };
             for draw in 0..DRAWS {
                 let log: Vec<f64> = all.iter().zip(weights).map(|(l, w)| l[draw] + w.ln()).collect();
                 let largest = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                 let own = (log[a] - largest).exp() / log.iter().map(|l| (l - largest).exp()).sum::<f64>();
-                outlook.truth += own / DRAWS as f64;
-                outlook.resolved += if own >= RESOLVED { 1.0 / DRAWS as f64 } else { 0.0 };
+                forecast.truth += own / DRAWS as f64;
+                forecast.resolved += if own >= RESOLVED { 1.0 / DRAWS as f64 } else { 0.0 };
             }
-            outlook
+            forecast
         };
         let each: Vec<Forecast> = (0..states.len()).into_par_iter().map(of_truth).collect();
         let mean = |of: fn(&Forecast) -> f64| each.iter().zip(weights).map(|(o, w)| w * of(o)).sum();
@@ -212,9 +212,9 @@ mod tests {
     fn the_chance_to_resolve_two_by_hand() {
         let mut columns = DMatrix::zeros(2, 3);
         columns[(0, 0)] = 1.0;
-        let outlook = Forecast::after(&[state(0, 4.0), state(1, 0.0)], &[0.5, 0.5], &columns, 1).unwrap();
+        let forecast = Forecast::after(&[state(0, 4.0), state(1, 0.0)], &[0.5, 0.5], &columns, 1).unwrap();
         // Phi(2 - 0.7361) = 0.8968
-        assert!((outlook.resolved - 0.8968).abs() < 0.03, "{}", outlook.resolved);
+        assert!((forecast.resolved - 0.8968).abs() < 0.03, "{}", forecast.resolved);
         let nothing = Forecast::after(&[state(0, 0.0), state(1, 0.0)], &[0.7, 0.3], &columns, 1).unwrap();
         assert!((nothing.truth - 0.58).abs() < 1e-12 && nothing.resolved == 0.0);
         assert_eq!(Forecast::now(&[0.7, 0.3]).resolved, 0.0);
@@ -229,16 +229,16 @@ mod tests {
         fields[(1, 0)] = 2.0;
         let errors = WorkspaceErrors::new(fields);
         let length = |variance: f64| (2.0 * variance / std::f64::consts::PI).sqrt();
-        let mut outlook = WorkspaceOutlook::to_choose(&errors, candidates);
+        let mut forecast = WorkspaceOutlook::to_choose(&errors, candidates);
         let worth_of = |o: &WorkspaceOutlook<'_>| o.gain(&o.choice.as_ref().unwrap().worth[0], 0);
-        assert!((outlook.mean() - length(4.0)).abs() < 1e-14);
+        assert!((forecast.mean() - length(4.0)).abs() < 1e-14);
         // It lowers 4 to 0.8.
-        assert!((worth_of(&outlook) - 3.2).abs() < 1e-14);
-        assert_eq!(outlook.choose(&[]), Some(0));
-        assert!((outlook.mean() - length(0.8)).abs() < 1e-14);
+        assert!((worth_of(&forecast) - 3.2).abs() < 1e-14);
+        assert_eq!(forecast.choose(&[]), Some(0));
+        assert!((forecast.mean() - length(0.8)).abs() < 1e-14);
         // Once more it would lower 0.8 to 0.8 / (0.8 + 1).
-        assert!((worth_of(&outlook) - (0.8 - 0.8 / 1.8)).abs() < 1e-14);
-        assert_eq!(outlook.choose(&[0]), Some(1));
-        assert!((outlook.mean() - length(0.8)).abs() < 1e-14);
+        assert!((worth_of(&forecast) - (0.8 - 0.8 / 1.8)).abs() < 1e-14);
+        assert_eq!(forecast.choose(&[0]), Some(1));
+        assert!((forecast.mean() - length(0.8)).abs() < 1e-14);
     }
 }

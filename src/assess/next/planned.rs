@@ -7,7 +7,7 @@ use crate::assess::verdict::Verdict;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
-/// The ladder of a model, and which of its rungs measurements are planned for.
+/// The ladder of a model, and which of its steps measurements are planned for.
 #[derive(Debug, Clone)]
 pub struct Planned {
     /// From the model to begin with.
@@ -24,7 +24,7 @@ impl Planned {
 }
 
 /// The model that the ladder recommends from `model`, unless it is in question which effect that lacks: a ladder takes one of them, and
-/// nothing would be left to be told apart.
+/// nothing would be left to be distinguished.
 ///
 /// # Errors
 /// As [`ladder`].

@@ -74,9 +74,9 @@ impl Prospect<'_> {
         if criterion == Criterion::Accuracy
             && let Some(workspace) = &self.designer.workspace
         {
-            let mut outlook = WorkspaceOutlook::to_choose(&workspace.errors, self.wide()?.clone());
-            chosen.iter().for_each(|&seed| outlook.take(seed));
-            by(&mut |chosen| outlook.choose(chosen), &mut chosen, count);
+            let mut forecast = WorkspaceOutlook::to_choose(&workspace.errors, self.wide()?.clone());
+            chosen.iter().for_each(|&seed| forecast.take(seed));
+            by(&mut |chosen| forecast.choose(chosen), &mut chosen, count);
         }
         Ok(chosen)
     }
@@ -85,7 +85,7 @@ impl Prospect<'_> {
     ///
     /// # Errors
     /// When the pool cannot be laid out.
-    pub fn outlook(&self, chosen: &[usize]) -> Result<Option<Forecast>, IdentifyError> {
+    pub fn forecast(&self, chosen: &[usize]) -> Result<Option<Forecast>, IdentifyError> {
         if !self.designer.has_rivals() {
             return Ok(None);
         }
@@ -100,12 +100,12 @@ impl Prospect<'_> {
     /// When the pool cannot be laid out.
     pub fn errors_after(&self, chosen: &[usize], steps: &[usize]) -> Result<Vec<f64>, IdentifyError> {
         let Some(workspace) = &self.designer.workspace else { return Ok(Vec::new()) };
-        let mut outlook = WorkspaceOutlook::new(&workspace.errors, of_candidates(self.wide()?, chosen));
+        let mut forecast = WorkspaceOutlook::new(&workspace.errors, of_candidates(self.wide()?, chosen));
         let mut errors = Vec::with_capacity(steps.len());
         for k in 0..chosen.len() {
-            outlook.take(k);
+            forecast.take(k);
             if steps.contains(&(k + 1)) {
-                errors.push(outlook.mean());
+                errors.push(forecast.mean());
             }
         }
         Ok(errors)

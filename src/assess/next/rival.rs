@@ -7,7 +7,7 @@ use crate::assess::examination::Examination;
 use crate::identify::{BACKGROUND_WIDTH, FitError};
 use crate::math::linalg;
 
-/// Most rivals that are told apart at once; beyond the sixth they hold a few per cent of the probability.
+/// Most rivals that are distinguished at once; beyond the sixth they hold a few per cent of the probability.
 const MOST: usize = 6;
 
 /// An effect that may be what is missing.

@@ -39,7 +39,7 @@ impl Rivalry {
         self.sides[a].predictions[a][candidate] - self.sides[b].predictions[a][candidate]
     }
 
-    /// `pi_a pi_b exp(-T_ab/8)`: what is left to be told apart of every pair.
+    /// `pi_a pi_b exp(-T_ab/8)`: what is left to be distinguished of every pair.
     fn open(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.sides.len(), self.sides.len(), |a, b| {
             if a == b { 0.0 } else { self.sides[a].weight * self.sides[b].weight * (-self.separation[(a, b)] / 8.0).exp() }

@@ -161,10 +161,10 @@ impl KukaRobot {
         &self.link
     }
 
-    fn verify_frame(&mut self, name: &str, wanted: &FramePose) -> Result<(), ManipulatorError> {
+    fn verify_frame(&mut self, name: &str, expected: &FramePose) -> Result<(), ManipulatorError> {
         self.sent_to = None;
         let is = self.frame(name)?;
-        let (distance, angle) = apart(&is, wanted);
+        let (distance, angle) = apart(&is, expected);
         // The controller stores float32: 0.1 um and 1e-5 deg at the sizes of tools and bases.
         if distance < 1e-3 * MM && angle < 1e-3 * DEG {
             return Ok(());

@@ -247,8 +247,8 @@ impl<'a> Assembly<'a> {
             parameters,
             cells,
             rows: Vec::new(),
-            drawn: LoadState::default(),
-            settled: None,
+            nominal: LoadState::default(),
+            cached: None,
             distances,
             row_count: 0,
             torque_posture,
@@ -284,7 +284,7 @@ impl<'a> Assembly<'a> {
         problem.acts_through_compliance = problem.cells.iter().any(|cell| cell.effects.iter().any(through));
         problem.load_nominal();
         problem.check_values()?;
-        for moves in problem.drawn.patterns.iter().flatten() {
+        for moves in problem.nominal.patterns.iter().flatten() {
             if let Site::Mdh(i, _) = moves.site {
                 problem.parameters[moves.parameter].link = Some(i.into());
             }

@@ -45,7 +45,7 @@ impl Batch {
         let Batch { base, tool, q, deviations, postures, .. } = self;
         deviations.fill([0.0; BATCH]);
         for (lane, row) in rows.iter().enumerate() {
-            row.lay_in(lane, &setups[row.setup], base, tool, q);
+            row.put(lane, &setups[row.setup], base, tool, q);
         }
         if let Some(Deviating { values, patterns, terms }) = deviating {
             let terms = &terms[..rows.len()];

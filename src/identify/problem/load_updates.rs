@@ -31,7 +31,7 @@ impl Problem {
     ///
     /// This changes no result.
     pub fn update_loads(&mut self, values: &[f64]) {
-        self.settled = match self.load_state(values) {
+        self.cached = match self.load_state(values) {
             Cow::Owned(state) => Some((values.to_vec(), state)),
             Cow::Borrowed(_) => return,
         };
@@ -40,9 +40,9 @@ impl Problem {
     /// The loads at `values`: those of the nominal arm if nothing deviates or nothing depends on the values.
     pub(in crate::identify) fn load_state(&self, values: &[f64]) -> Cow<'_, LoadState> {
         if !self.depends_on_values() || values.iter().all(|&v| v == 0.0) {
-            return Cow::Borrowed(&self.drawn);
+            return Cow::Borrowed(&self.nominal);
         }
-        if let Some((_, state)) = self.settled.as_ref().filter(|(at, _)| at == values) {
+        if let Some((_, state)) = self.cached.as_ref().filter(|(at, _)| at == values) {
             return Cow::Borrowed(state);
         }
         let (mut once, mut twice) = (LoadState::default(), LoadState::default());
@@ -54,7 +54,7 @@ impl Problem {
     /// the posture under these, which leaves an error of a millionth.
     pub(in crate::identify) fn settle(&self, values: &[f64], states: [&mut LoadState; 2], room: &mut LoadWorkspace) {
         let [once, twice] = states;
-        self.load(&self.drawn, values, once, room);
+        self.load(&self.nominal, values, once, room);
         self.load(once, values, twice, room);
     }
 
@@ -74,8 +74,8 @@ impl Problem {
     /// Until the compliances are known, joints are assumed to have their plausible compliance: otherwise effects acting
     /// through them would seem to move nothing.
     pub(super) fn load_nominal(&mut self) {
-        self.settled = None;
-        let mut state = std::mem::take(&mut self.drawn);
+        self.cached = None;
+        let mut state = std::mem::take(&mut self.nominal);
         let mut room = self.room.take().unwrap_or_else(|| LoadWorkspace::new(&self.robot));
         state.compliance.resize(self.robot.joints(), 0.0);
         state.compliance.fill(0.0);
@@ -83,7 +83,7 @@ impl Problem {
             state.compliance[joint] += self.parameters[p].spec.prior;
         }
         self.load_rows(None, &mut state, &mut room);
-        self.drawn = state;
+        self.nominal = state;
         self.state_noise(&mut room.batch);
         self.room = Some(room);
     }
@@ -103,10 +103,10 @@ impl Problem {
     fn load_rows(&self, state: Option<(&LoadState, &[f64])>, into: &mut LoadState, room: &mut LoadWorkspace) {
         let LoadState { compliance, patterns, rows: terms } = into;
         if patterns.is_empty() {
-            patterns.clone_from(&self.drawn.patterns);
+            patterns.clone_from(&self.nominal.patterns);
         }
         if terms.len() != self.rows.len() {
-            terms.clone_from(&self.drawn.rows);
+            terms.clone_from(&self.nominal.rows);
             terms.resize_with(self.rows.len(), RowTerms::default);
         }
         let compliance: &[f64] = compliance;

@@ -164,7 +164,7 @@ impl SampleRow {
 
     /// Writes joints (rad), base and TCP of this sample into one lane of a batch.
     #[inline]
-    pub fn lay_in<const L: usize>(
+    pub fn put<const L: usize>(
         &self,
         lane: usize,
         setup: &Setup,

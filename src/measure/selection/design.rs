@@ -148,7 +148,7 @@ impl<'a> Design<'a> {
     }
 
     /// Marks the field as up to date: a copy of this design has applied the updates.
-    pub(super) fn told(&mut self) {
+    pub(super) fn mark_up_to_date(&mut self) {
         self.pending.clear();
     }
 

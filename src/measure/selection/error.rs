@@ -33,12 +33,12 @@ pub enum SelectionError {
         column: usize,
     },
     /// A group has fewer candidates than poses requested.
-    #[error("{wanted} poses are wanted of group {group}, which has {available} candidates")]
+    #[error("{requested} poses are wanted of group {group}, which has {available} candidates")]
     TooFewCandidates {
         /// Group; 0 if groups are ignored.
         group: usize,
         /// Poses requested.
-        wanted: usize,
+        requested: usize,
         /// Candidates available.
         available: usize,
     },

@@ -33,7 +33,7 @@ impl<'a> Plan<'a> {
         let mut available = vec![0; quotas.len()];
         groups.iter().filter(|&&g| g < quotas.len()).for_each(|&g| available[g] += 1);
         if let Some(group) = (0..quotas.len()).find(|&g| available[g] < quotas[g]) {
-            return Err(SelectionError::TooFewCandidates { group, wanted: quotas[group], available: available[group] });
+            return Err(SelectionError::TooFewCandidates { group, requested: quotas[group], available: available[group] });
         }
         let (poses, parameters) = (quotas.iter().sum::<usize>(), candidates.parameters());
         if 3 * poses < parameters {
@@ -63,9 +63,9 @@ impl<'a> Plan<'a> {
         let mut room = self.quotas.clone();
         poses.iter().for_each(|&c| room[self.groups[c]] -= 1);
         let left = room.iter().sum::<usize>() as f64;
-        let wanted = poses.len() + (DRAWN * left).ceil() as usize;
+        let requested = poses.len() + (DRAWN * left).ceil() as usize;
         for candidate in order {
-            if poses.len() == wanted {
+            if poses.len() == requested {
                 break;
             }
             let room = &mut room[self.groups[candidate]];

@@ -111,7 +111,7 @@ impl<'a> Search<'a> {
             };
             if length == 1 {
                 self.away.copy_from(&self.field);
-                self.home.told();
+                self.home.mark_up_to_date();
             }
             out.add(best.candidate);
             let mut back = out.clone();

@@ -1,7 +1,15 @@
 //! The request for a way.
 
 use crate::cell::Guards;
-use crate::robot::{FramePose, Robot, Surroundings};
+use crate::measure::Dataset;
+use crate::robot::{Clearance, FramePose, Robot, Surroundings, SweptCheck};
+use crate::units::MM;
+
+/// Largest deviation of an uncalibrated arm from its nominal position, m.
+pub(super) const NOMINAL_WITHIN: f64 = 5.0 * MM;
+
+/// Clearance of ways, m: 3 mm of gap, and 5 mm for the deviation of an uncalibrated arm from its nominal position.
+pub const WAY_MARGIN: f64 = 3.0 * MM + NOMINAL_WITHIN;
 
 /// The cell in which a way is searched for, and the clearance to keep.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +30,35 @@ pub struct WayRequest<'a> {
     pub seed: u64,
 }
 
-impl WayRequest<'_> {
+impl<'a> WayRequest<'a> {
+    /// Asks for ways of the nominal arm of a cell among these bodies, with the usual clearance and no guards.
+    #[must_use]
+    pub fn of(cell: &'a Dataset, surroundings: &'a Surroundings, seed: u64) -> Self {
+        let Dataset { robot, base, tool, .. } = cell;
+        WayRequest { robot, base, tool, surroundings, margin: WAY_MARGIN, guards: None, seed }
+    }
+
+    /// The narrowest gap of a straight motion that keeps `margin` (m).
+    ///
+    /// # Errors
+    /// The narrowest gap of one that does not; `None` if the guards forbid it.
+    pub(super) fn leg(
+        &self,
+        swept: &mut SweptCheck<'_>,
+        [from, to]: [&[f64]; 2],
+        margin: f64,
+    ) -> Result<Option<Clearance>, Option<Clearance>> {
+        if !self.is_allowed(from, to) {
+            return Err(None);
+        }
+        let narrowest = swept.narrowest(from, to, margin, None).map(|n| n.clearance);
+        // An overlap is never clear, however small the margin.
+        match &narrowest {
+            Some(gap) if gap.distance < margin || gap.distance <= 0.0 => Err(narrowest),
+            _ => Ok(narrowest),
+        }
+    }
+
     /// True if the guards allow this motion.
     pub(super) fn is_allowed(&self, from: &[f64], to: &[f64]) -> bool {
         self.guards.is_none_or(|guards| guards.joint_motion(from, to).is_ok())

@@ -38,11 +38,11 @@ pub(super) fn path(
         random.borrow_mut().set_stream((0xB1 << 56) | search);
         // The first searches require more clearance than the last, which require the margin; near the ends only the margin can
         // be required.
-        let wanted = margin + BETWEEN_NODES * (SEARCHES - 1 - search) as f64 / (SEARCHES - 1) as f64;
+        let required = margin + BETWEEN_NODES * (SEARCHES - 1 - search) as f64 / (SEARCHES - 1) as f64;
         let mut is_free = |q: &[f64]| {
             let near_an_end = [from, to].iter().any(|end| turn(q, end) < BRANCH);
             posture.set(robot, base, tool, q, &nominal);
-            request.is_allowed(q, q) && check.is_clear(&posture, if near_an_end { margin } else { wanted }, None)
+            request.is_allowed(q, q) && check.is_clear(&posture, if near_an_end { margin } else { required }, None)
         };
         let sample = || {
             let mut random = random.borrow_mut();
@@ -56,12 +56,7 @@ pub(super) fn path(
         if found.last().is_none_or(|q| q != to) {
             found.push(to.to_vec());
         }
-        let mut clear = |a: &[f64], b: &[f64]| {
-            request.is_allowed(a, b)
-                && swept
-                    .narrowest(a, b, margin, None)
-                    .is_none_or(|n| n.clearance.distance >= margin && n.clearance.distance > 0.0)
-        };
+        let mut clear = |a: &[f64], b: &[f64]| request.leg(swept, [a, b], margin).is_ok();
         if !found.windows(2).all(|leg| clear(&leg[0], &leg[1])) {
             continue;
         }

@@ -163,7 +163,7 @@ fn followed(scenario: &Scenario, plans: &Plans, plain: &Plain, streams: Streams)
                 let taken = &chosen[..count.min(chosen.len())];
                 let more = taken.iter().map(|&k| samples[k].clone());
                 let together = Dataset { samples: first.samples.iter().cloned().chain(more).collect(), ..first.clone() };
-                let expected = prospect.outlook(taken)?.map_or(0.0, |o| o.resolved);
+                let expected = prospect.forecast(taken)?.map_or(0.0, |o| o.resolved);
                 ways.push((name, criterion, count, Judged { expected, ..judge(&together, &scenario.model, id)? }));
             }
         }

@@ -11,9 +11,9 @@ use crate::measure::Dataset;
 /// 1e-8 and files keep fifteen digits; new samples ask for a step of about the square root of the number of parameters.
 const NO_STEP: f64 = 0.03;
 
-/// How the samples stand to the calibration.
+/// How the samples relate to the fit of the calibration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Standing {
+pub struct FitRelation {
     /// The calibration is the fit of these samples, or of some of them: its parameters have taken up what they could.
     pub fitted: bool,
     /// Number of parameters that these samples have determined: those of the fit, or those of set-ups not seen before.
@@ -32,7 +32,7 @@ pub(super) fn of(
     datasets: &[(&str, &Dataset)],
     which: Use,
     noise: &NoiseFloor,
-) -> (Standing, Beforehand) {
+) -> (FitRelation, Beforehand) {
     let Application { problem, values, refitted, from_fit_rows, .. } = application;
     let as_fitted = as_fitted(application);
     let named = |d: &Dataset| !d.hash.is_empty() && calibration.dataset_hashes.contains(&d.hash);
@@ -43,14 +43,14 @@ pub(super) fn of(
         as_predicted(calibration, application, noise)
     };
     let names = |list: &[usize]| list.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
-    let standing = Standing {
+    let fit_relation = FitRelation {
         fitted: beforehand.fitted,
         absorbed: beforehand.parameters.len() - beforehand.informed.len(),
         held: beforehand.informed.len(),
         refitted: names(refitted),
         from_fit_rows: names(from_fit_rows),
     };
-    (standing, beforehand)
+    (fit_relation, beforehand)
 }
 
 fn is_best(problem: &crate::identify::Problem, values: &[f64], beforehand: &Beforehand) -> bool {

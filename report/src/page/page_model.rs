@@ -16,13 +16,13 @@ use calibench::measure::{Dataset, SampleSet};
 use calibench::units::{DEG, MM};
 
 /// A fitted model of a page's data, and the poses on which it is judged.
-pub struct Standing {
+pub struct PageModel {
     /// The model, fitted and judged.
     pub ladder_step: LadderStep,
     poses: WorkspacePoses,
 }
 
-impl Standing {
+impl PageModel {
     /// Fits the subject's model and judges it.
     ///
     /// # Errors
@@ -31,7 +31,7 @@ impl Standing {
         let poses = judged_at(subject);
         let ground = HoldOut { poses: &poses.q, checks: &[] };
         let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject.judged)?;
-        Ok(Standing { ladder_step, poses })
+        Ok(PageModel { ladder_step, poses })
     }
 
     /// The state after one more step, judged on the same poses.
@@ -39,7 +39,7 @@ impl Standing {
     /// # Errors
     /// If the validation rows cannot be predicted.
     pub fn stepped(&self, ladder_step: LadderStep, subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
-        Ok(Standing { ladder_step: judge(ladder_step, subject.judged)?, poses: self.poses.clone() })
+        Ok(PageModel { ladder_step: judge(ladder_step, subject.judged)?, poses: self.poses.clone() })
     }
 
     /// The effects that may be added, by the id a model accepts, most credible first.
@@ -53,7 +53,7 @@ impl Standing {
     }
 
     /// The expected error over the workspace, if it can be predicted.
-    pub(super) fn outlook(&self) -> Option<Forecast> {
+    pub(super) fn forecast(&self) -> Option<Forecast> {
         self.ladder_step.workspace.clone().map(|error| {
             let of_poses = self.poses.q.iter().map(Vec::as_slice);
             let calibration = &self.ladder_step.calibration;
@@ -69,22 +69,22 @@ impl Standing {
     pub fn json(&self, subject: &PageSubject<'_>, ladder: Value) -> Result<Value, IdentifyError> {
         let PageSubject { datasets, judged, commands, .. } = subject;
         let LadderStep { calibration, diagnosis, .. } = &self.ladder_step;
-        let outlook = self.outlook();
+        let forecast = self.forecast();
         let mut document = json!({
             "format": FORMAT,
             "title": subject.title,
             "question": subject.question,
             "robot": calibration.robot.name,
-            "verdict": verdict(&self.ladder_step, outlook.as_ref()),
-            "figures": figures(&self.ladder_step, outlook.as_ref()),
+            "verdict": verdict(&self.ladder_step, forecast.as_ref()),
+            "figures": figures(&self.ladder_step, forecast.as_ref()),
             "commands_from": subject.commands_from,
-            "diagnosis": documents::Diagnosis::of(diagnosis, outlook.as_ref(), commands),
+            "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref(), commands),
             "meanings": candidate::meanings(diagnosis),
             "calibration": fitted(calibration),
             "ladder": ladder,
-            "drawn": drawn(calibration, datasets, judged)?,
+            "drawn": nominal(calibration, datasets, judged)?,
             "validation": self.ladder_step.validation.as_ref().map(documents::Validation::of),
-            "workspace": outlook.as_ref().map(|o| workspace(o, calibration, judged)).transpose()?,
+            "workspace": forecast.as_ref().map(|o| workspace(o, calibration, judged)).transpose()?,
             "campaign": subject.campaign.map(CampaignRecord::json),
             "pictures": subject.pictures.iter().map(CellPicture::json).collect::<Vec<_>>(),
             "run": subject.run,
@@ -104,7 +104,7 @@ fn judged_at(subject: &PageSubject<'_>) -> WorkspacePoses {
 }
 
 /// The verdict as a headline, its meaning, and the expected error of the robot.
-fn verdict(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
+fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
     let named = || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect));
     let first_named = named().next().map(|f| f.hypothesis.in_model.clone());
@@ -163,8 +163,8 @@ fn verdict(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
         "name": d.verdict.name(),
         "headline": headline,
         "means": means,
-        "expected": outlook.map_or_else(|| NoForecast::of(&first.undetermined).to_string(), Forecast::sentence),
-        "warning": outlook.and_then(|o| extrapolation_sentence(&o.extrapolation)),
+        "expected": forecast.map_or_else(|| NoForecast::of(&first.undetermined).to_string(), Forecast::sentence),
+        "warning": forecast.and_then(|o| extrapolation_sentence(&o.extrapolation)),
         "symptoms": first.symptoms.iter().map(symptom_sentence).collect::<Vec<_>>(),
     })
 }
@@ -176,7 +176,7 @@ fn sentence(clause: &str) -> String {
 }
 
 /// The key figures.
-fn figures(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
+fn figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
     json!({
         "samples": d.samples,
@@ -184,7 +184,7 @@ fn figures(first: &LadderStep, outlook: Option<&Forecast>) -> Value {
         "noise_mm": d.noise / MM,
         "unexplained_mm": d.unexplained / MM,
         "noise_stated": d.lack_of_fit_p.is_some(),
-        "expected": outlook.map(documents::Workspace::of_forecast),
+        "expected": forecast.map(documents::Workspace::of_forecast),
         "validation": first.validation.as_ref().map(documents::Validation::of),
     })
 }
@@ -223,15 +223,15 @@ pub(super) fn judge(ladder_step: LadderStep, judged: &[(&str, &Dataset)]) -> Res
 
 /// Position errors of the nominal robot on the validation rows or, without any, on the fit rows. The nominal model does not
 /// locate several set-ups; their bases are fitted.
-fn drawn(
+fn nominal(
     calibration: &Calibration,
     datasets: &[(&str, &Dataset)],
     judged: &[(&str, &Dataset)],
 ) -> Result<Value, IdentifyError> {
     let base_fitted = calibration.setups.len() > 1;
-    let drawn = if base_fitted { calibration.nominal().set_up_anew() } else { calibration.nominal() };
+    let nominal = if base_fitted { calibration.nominal().set_up_anew() } else { calibration.nominal() };
     let held_out = has_validation(judged);
-    let prediction = if held_out { drawn.predict(judged, Use::Validation)? } else { drawn.predict(datasets, Use::Fit)? };
+    let prediction = if held_out { nominal.predict(judged, Use::Validation)? } else { nominal.predict(datasets, Use::Fit)? };
     let errors = Validation::of(&prediction);
     Ok(json!({
         "name": if base_fitted { "nominal, bases fitted" } else { "nominal" },
@@ -241,13 +241,13 @@ fn drawn(
 }
 
 /// The poses of the predicted error and, if measured at them, a map of the measured error.
-fn workspace(outlook: &Forecast, calibration: &Calibration, judged: &[(&str, &Dataset)]) -> Result<Value, IdentifyError> {
-    let poses = &outlook.error.poses;
+fn workspace(forecast: &Forecast, calibration: &Calibration, judged: &[(&str, &Dataset)]) -> Result<Value, IdentifyError> {
+    let poses = &forecast.error.poses;
     let stride = poses.len().div_ceil(MOST_POINTS).max(1);
     let mut measured = None;
-    if outlook.source == PoseSource::Validation {
+    if forecast.source == PoseSource::Validation {
         let prediction = calibration.predict(judged, Use::Validation)?;
-        let mut error = outlook.error.clone();
+        let mut error = forecast.error.clone();
         error.poses.iter_mut().zip(&prediction.residuals).for_each(|(pose, residual)| pose.error = residual.norm());
         // For a set-up refitted to these poses the residual is only a spread, smaller than the error.
         measured = prediction
@@ -256,7 +256,7 @@ fn workspace(outlook: &Forecast, calibration: &Calibration, judged: &[(&str, &Da
             .then(|| error.map().cells.iter().map(|row| documents::MapCell::row(row)).collect::<Vec<_>>());
     }
     Ok(json!({
-        "poses_are": outlook.poses(),
+        "poses_are": forecast.poses(),
         "radius_mm": shorts(poses.iter().step_by(stride).map(|p| p.radius / MM)),
         "height_mm": shorts(poses.iter().step_by(stride).map(|p| p.height / MM)),
         "measured": measured,
