@@ -6,9 +6,12 @@ use crate::robot::{FramePose, Robot};
 
 /// The manufacturer's flange in the last MDH frame: its z axis points away from the arm.
 ///
-/// If the last row has a negative d, the last axis points back into the wrist, as on KUKA's arms (paper Table 4: d_6 = -80
+/// A robot from a URDF file states it. Otherwise, if the last row has a negative d, the last axis points back into the wrist, as on KUKA's arms (paper Table 4: d_6 = -80
 /// mm), and the flange is that frame rotated by 180 deg about y. Otherwise the two are the same.
 pub fn flange_frame(robot: &Robot) -> FramePose {
+    if robot.flange != FramePose::default() {
+        return robot.flange;
+    }
     let looks_back = robot.links.last().is_some_and(|link| link.mdh.d < 0.0);
     FramePose { xyz: [0.0; 3], rz_ry_rx: [0.0, if looks_back { PI } else { 0.0 }, 0.0] }
 }

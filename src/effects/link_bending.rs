@@ -105,7 +105,7 @@ mod tests {
             source: String::new(),
             links: vec![link(0.0), link(LENGTH)],
             gear_ratios: Vec::new(),
-            solids: Vec::new(),
+            ..Robot::default()
         };
         let payload = Payload { name: String::new(), mass: 5.0, com: Vector3::new(0.0, beside, 0.0) };
         let (mut posture, mut loads) = (Posture::new(&robot), Loads::new(2));

@@ -6,7 +6,7 @@
 use super::family::alone;
 use super::shape::constant;
 use super::{Family, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
-use crate::robot::{MdhEntry, Robot, Site};
+use crate::robot::{MdhEntry, NEARLY_PARALLEL, Robot, Site};
 use crate::units::{DEG, MM, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -34,9 +34,6 @@ pub(super) const FAMILY: Family = Family {
     },
 };
 
-/// Axes closer to parallel than this get a beta: below it, the common normal is too ill-defined to carry the error in d.
-const PARALLEL: f64 = 1.0 * DEG;
-
 /// Name, nominal value and unit of an MDH entry of link `i` (counted from 0).
 fn describe(robot: &Robot, i: usize, entry: MdhEntry) -> ParameterSpec {
     let mdh = &robot.links[i].mdh;
@@ -52,7 +49,7 @@ fn describe(robot: &Robot, i: usize, entry: MdhEntry) -> ParameterSpec {
 
 /// The proposed entries, in the order of Table 8: twists, lengths, offsets, joint offsets, skews.
 fn sites(robot: &Robot) -> Vec<(usize, MdhEntry)> {
-    let parallel = |i: usize| i > 0 && robot.links[i].mdh.alpha.sin().abs() < PARALLEL.sin();
+    let parallel = |i: usize| i > 0 && robot.links[i].mdh.alpha.sin().abs() < NEARLY_PARALLEL.sin();
     let entries = [MdhEntry::Alpha, MdhEntry::A, MdhEntry::D, MdhEntry::Theta, MdhEntry::Beta];
     let all = entries.into_iter().flat_map(|entry| (0..robot.joints()).map(move |i| (i, entry)));
     all.filter(|&(i, entry)| entry != MdhEntry::Beta || parallel(i)).collect()

@@ -166,7 +166,7 @@ impl Default for Dataset {
                 source: String::new(),
                 links: Vec::new(),
                 gear_ratios: Vec::new(),
-                solids: Vec::new(),
+                ..Robot::default()
             }),
             robot_reference: String::new(),
             gravity: DEFAULT_GRAVITY,

@@ -13,7 +13,7 @@ use super::samples_file::read_samples;
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise};
 use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
-use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, robot, to_toml};
+use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, RobotReference, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
 
 /// File with the description of the measurements.
@@ -160,9 +160,10 @@ impl Reading<'_> {
         let payloads = self.payloads(&file.payload)?;
         let balls = self.balls(&file.ball)?;
         let t = &file.tool;
+        let base = file.base.map_or(FramePose::default(), |b| frame([b.x_mm, b.y_mm, b.z_mm], [b.a_deg, b.b_deg, b.c_deg]));
         let dataset = Dataset {
-            base: file.base.map_or(FramePose::default(), |b| frame([b.x_mm, b.y_mm, b.z_mm], [b.a_deg, b.b_deg, b.c_deg])),
-            tool: frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg]),
+            base: base.then(&robot.root),
+            tool: robot.flange.then(&frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg])),
             tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
             tool_free: t.free,
             contact_force: t.contact_force_n.map_or(Vector3::zeros(), Vector3::from),
@@ -187,7 +188,7 @@ impl Reading<'_> {
     }
 
     fn robot(&self, reference: &str, folder: &Path) -> Result<Arc<Robot>, FileError> {
-        if !BUILT_IN.contains(&reference) && !folder.join(reference).is_file() {
+        if !RobotReference::parse(reference).is_in(folder) {
             let remedy = format!("name a built-in robot ({}), or a robot file relative to this one", BUILT_IN.join(", "));
             return Err(self.wrong("robot", format!("there is no robot `{reference}`"), remedy));
         }

@@ -135,9 +135,9 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
     let mm = |v: f64| readable(v, MM);
     let um = |v: f64| readable(v, UM);
     let sigma = |v: f64| (v != 0.0).then(|| um(v));
-    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.base);
+    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.base.then(&dataset.robot.root.inverse()));
     let base = FrameToml { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg };
-    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.tool);
+    let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) = shown(&dataset.robot.flange.inverse().then(&dataset.tool));
     let tool = ToolToml {
         x_mm,
         y_mm,

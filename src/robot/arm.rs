@@ -1,13 +1,13 @@
 //! The nominal robot.
 
-use super::link::{Link, MdhLink};
+use super::link::{FramePose, Link, MdhLink};
 use super::solids::Solid;
 
 /// Robot files are written with nine decimals, in mm, deg and kg: two copies of one arm may differ by this, in SI.
 const ROUNDING_OF_FILES: f64 = 1e-9;
 
 /// The nominal robot: its model and the facts that no calibration changes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Robot {
     /// Short name, e.g. `kr6_r700`.
     pub name: String,
@@ -19,6 +19,10 @@ pub struct Robot {
     pub gear_ratios: Vec<f64>,
     /// Bodies used for clearance.
     pub solids: Vec<Solid>,
+    /// First frame of the chain in the robot's base link, whose pose a dataset states.
+    pub root: FramePose,
+    /// Frame in which a dataset states its tool, in the last frame of the chain.
+    pub flange: FramePose,
 }
 
 impl Robot {

@@ -2,8 +2,14 @@
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
+use crate::units::DEG;
+
 /// A rigid transform; `world_from_tool` maps tool coordinates to world coordinates.
 pub type Pose = IsometryMatrix3<f64>;
+
+/// Axes closer to parallel than this have no usable common normal: its foot is far away and carries every error of the
+/// direction. Their rows have a beta.
+pub const NEARLY_PARALLEL: f64 = 1.0 * DEG;
 
 /// Modified DH row with Hayati's beta, `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)` (paper Eq. 1).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -70,6 +76,24 @@ impl FramePose {
     pub fn pose(&self) -> Pose {
         let [rz, ry, rx] = self.rz_ry_rx;
         Pose::from_parts(Translation3::new(self.xyz[0], self.xyz[1], self.xyz[2]), Rotation3::from_euler_angles(rx, ry, rz))
+    }
+
+    /// The frame of the product of two transforms. Exact where one of them is the identity.
+    #[must_use]
+    pub fn then(&self, next: &FramePose) -> FramePose {
+        if *next == FramePose::default() {
+            *self
+        } else if *self == FramePose::default() {
+            *next
+        } else {
+            FramePose::from_pose(&(self.pose() * next.pose()))
+        }
+    }
+
+    /// The frame of the inverse transform.
+    #[must_use]
+    pub fn inverse(&self) -> FramePose {
+        if *self == FramePose::default() { *self } else { FramePose::from_pose(&self.pose().inverse()) }
     }
 
     /// The frame of a transform; at gimbal lock rx is zero, as KUKA's C. Exact there as well: the rounding of one angle is

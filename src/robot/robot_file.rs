@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{BUILT_IN, Link, MOST_JOINTS, MdhLink, Robot, Shape, Solid, built_in};
+use super::{BUILT_IN, ChainEnds, FramePose, Link, MOST_JOINTS, MdhLink, Robot, Shape, Solid, built_in, robot_from_urdf};
 use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::{DEG, MM};
 
@@ -25,6 +25,10 @@ struct Document {
     source: String,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     gear_ratios: Vec<f64>,
+    #[serde(default, skip_serializing_if = "FrameEntry::is_identity")]
+    root: FrameEntry,
+    #[serde(default, skip_serializing_if = "FrameEntry::is_identity")]
+    flange: FrameEntry,
     link: Vec<LinkEntry>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     solid: Vec<SolidEntry>,
@@ -47,6 +51,49 @@ struct LinkEntry {
     com_mm: Option<[f64; 3]>,
 }
 
+/// A constant frame.
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrameEntry {
+    x_mm: f64,
+    y_mm: f64,
+    z_mm: f64,
+    a_deg: f64,
+    b_deg: f64,
+    c_deg: f64,
+}
+
+impl FrameEntry {
+    fn is_identity(&self) -> bool {
+        *self == FrameEntry::default()
+    }
+
+    fn of(frame: &FramePose) -> Self {
+        let ([x_mm, y_mm, z_mm], [a_deg, b_deg, c_deg]) =
+            (frame.xyz.map(|v| written(v / MM)), frame.rz_ry_rx.map(|v| written(v / DEG)));
+        FrameEntry { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg }
+    }
+
+    fn frame(&self) -> FramePose {
+        FramePose {
+            xyz: [self.x_mm, self.y_mm, self.z_mm].map(|v| v * MM),
+            rz_ry_rx: [self.a_deg, self.b_deg, self.c_deg].map(|v| v * DEG),
+        }
+    }
+
+    /// The first component that is not finite.
+    fn not_finite(&self) -> Option<&'static str> {
+        let FrameEntry { x_mm, y_mm, z_mm, a_deg, b_deg, c_deg } = *self;
+        let all = [("x_mm", x_mm), ("y_mm", y_mm), ("z_mm", z_mm), ("a_deg", a_deg), ("b_deg", b_deg), ("c_deg", c_deg)];
+        all.into_iter().find(|(_, v)| !v.is_finite()).map(|(name, _)| name)
+    }
+}
+
+/// Numbers in files are rounded to 1e-9 mm and deg: below any significance, above conversion noise.
+fn written(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9
+}
+
 /// A capsule (`from_mm`, `to_mm`, `radius_mm`) or a box (`centre_mm`, `half_size_mm`).
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -60,11 +107,47 @@ struct SolidEntry {
     half_size_mm: Option<[f64; 3]>,
 }
 
-/// Loads a robot: `reference` is a built-in name, or a path relative to the folder `relative_to`.
+/// A robot as a dataset, a scenario or an option names it: `ur10`, `arm.toml`, `arm.urdf`, or `arm.urdf#BASE:TOOL` with the names
+/// of the first and the last link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RobotReference<'a> {
+    /// A built-in name, or a path.
+    pub name: &'a str,
+    /// Links between which the chain of a URDF file is taken.
+    pub ends: ChainEnds,
+}
+
+impl<'a> RobotReference<'a> {
+    /// Reads a reference.
+    #[must_use]
+    pub fn parse(text: &'a str) -> Self {
+        let named = |name: &str| (!name.is_empty()).then(|| name.to_owned());
+        match text.rsplit_once('#').filter(|(path, _)| is_urdf(Path::new(path))) {
+            None => RobotReference { name: text, ends: ChainEnds::default() },
+            Some((name, links)) => {
+                let (base, tool) = links.split_once(':').unwrap_or(("", links));
+                RobotReference { name, ends: ChainEnds { base: named(base), tool: named(tool) } }
+            }
+        }
+    }
+
+    /// True if the robot is built in, or its file is in the folder.
+    #[must_use]
+    pub fn is_in(&self, folder: &Path) -> bool {
+        BUILT_IN.contains(&self.name) || folder.join(self.name).is_file()
+    }
+}
+
+fn is_urdf(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
+}
+
+/// Loads a robot: `reference` is a built-in name, or a path relative to the folder `relative_to`; see [`RobotReference`].
 ///
 /// # Errors
 /// When the name is not built in and there is no such file, or the file is not a robot.
 pub fn robot(reference: &str, relative_to: &Path) -> Result<Robot, FileError> {
+    let RobotReference { name: reference, ends } = RobotReference::parse(reference);
     if let Some(robot) = built_in(reference) {
         return Ok(robot);
     }
@@ -73,7 +156,7 @@ pub fn robot(reference: &str, relative_to: &Path) -> Result<Robot, FileError> {
         let remedy = format!("name a robot file, or one of the built-in robots: {}", BUILT_IN.join(", "));
         return Err(FileError::whole(&path, format!("there is no robot '{reference}'"), remedy));
     }
-    load_robot(&path)
+    if is_urdf(&path) { robot_from_urdf(&path, &ends).map(|urdf| urdf.robot) } else { load_robot(&path) }
 }
 
 /// Reads a robot file.
@@ -112,6 +195,11 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
     if document.gear_ratios.iter().any(|r| !(r.is_finite() && *r > 0.0)) {
         return Err(wrong("gear_ratios", "has a ratio that is not positive", "give motor turns per turn of the joint"));
     }
+    for (table, entry) in [("root", &document.root), ("flange", &document.flange)] {
+        if let Some(name) = entry.not_finite() {
+            return Err(wrong(&format!("{table}.{name}"), "is not a finite number", "give a number"));
+        }
+    }
     let mut solids = Vec::with_capacity(document.solid.len());
     for (k, entry) in document.solid.iter().enumerate() {
         let solid = solid_of(k, entry, joints).map_err(|(key, problem, remedy)| wrong(&key, problem, remedy))?;
@@ -123,6 +211,8 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
         links: document.link.iter().map(link_of).collect(),
         gear_ratios: document.gear_ratios,
         solids,
+        root: document.root.frame(),
+        flange: document.flange.frame(),
     })
 }
 
@@ -209,10 +299,8 @@ fn solid_of(k: usize, entry: &SolidEntry, joints: usize) -> Result<Solid, Fault>
     Ok(Solid { name: entry.name.clone(), frame: entry.frame, shape })
 }
 
-/// The robot as the text of a robot file. Numbers are rounded to 1e-9 mm and deg: below any significance, above conversion
-/// noise.
+/// The robot as the text of a robot file.
 pub fn to_toml(robot: &Robot) -> String {
-    let written = |value: f64| (value * 1e9).round() / 1e9;
     let mm = |v: &Vector3<f64>| [v.x, v.y, v.z].map(|c| written(c / MM));
     let deg = |angle: f64| written(angle / DEG);
     let link = |l: &Link| LinkEntry {
@@ -245,6 +333,8 @@ pub fn to_toml(robot: &Robot) -> String {
         name: robot.name.clone(),
         source: robot.source.clone(),
         gear_ratios: robot.gear_ratios.clone(),
+        root: FrameEntry::of(&robot.root),
+        flange: FrameEntry::of(&robot.flange),
         link: robot.links.iter().map(link).collect(),
         solid: robot.solids.iter().map(solid).collect(),
     };

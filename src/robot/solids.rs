@@ -214,8 +214,8 @@ mod tests {
             name: "planar".into(),
             source: String::new(),
             links: vec![link(0.0), link(1.0), link(1.0)],
-            gear_ratios: Vec::new(),
             solids,
+            ..Robot::default()
         }
     }
 

@@ -159,13 +159,7 @@ pub fn golden_model() -> GoldenModel {
         })
         .collect();
     GoldenModel {
-        robot: Robot {
-            name: "golden".into(),
-            source: "model.json of the golden numbers".into(),
-            links,
-            gear_ratios: Vec::new(),
-            solids: Vec::new(),
-        },
+        robot: Robot { name: "golden".into(), source: "model.json of the golden numbers".into(), links, ..Robot::default() },
         base: frame(&model["base_nominal"]),
         tool: frame(&model["tool"]),
         payload,

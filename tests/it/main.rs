@@ -48,6 +48,7 @@ mod pool_probes_every_ball_of_the_paper;
 mod real_robots_are_identified;
 mod real_robots_show_what_they_lack;
 mod repeatability_intervals_cover;
+mod robots_come_from_urdf;
 mod selection_reaches_the_golden_observability;
 mod the_loop_makes_the_golden_centrings;
 mod what_stands_out_is_what_is_wrong;

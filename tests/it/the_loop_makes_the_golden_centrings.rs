@@ -92,7 +92,7 @@ impl Arm {
             };
             deviations[sites.of(site)] = deviation;
         }
-        let robot = Robot { name: "golden".into(), source: String::new(), links, gear_ratios: vec![], solids: vec![] };
+        let robot = Robot { name: "golden".into(), links, ..Robot::default() };
         Arm {
             robot,
             base: frame(&model["base_nominal"]),

@@ -87,7 +87,7 @@ fn described(path: &Path) -> Robot {
         Link { mdh, limits: [-2.0 * PI, 2.0 * PI], mass: 0.0, com: Vector3::zeros() }
     };
     let links = json["joints"].as_array().unwrap().iter().map(link).collect();
-    Robot { name: "described".into(), source: String::new(), links, gear_ratios: Vec::new(), solids: Vec::new() }
+    Robot { name: "described".into(), links, ..Robot::default() }
 }
 
 /// 24 postures, ten repeats, three reflectors: three sessions, each with its own tool.

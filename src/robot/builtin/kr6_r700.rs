@@ -88,5 +88,6 @@ pub(super) fn robot() -> Robot {
             capsule("wrist", 5, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 45.0),
             capsule("flange", 6, [0.0, 0.0, 40.0], [0.0, 0.0, 25.0], 25.0),
         ],
+        ..Robot::default()
     }
 }

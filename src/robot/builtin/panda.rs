@@ -82,7 +82,6 @@ pub(super) fn robot() -> Robot {
                  solids: estimated from the link lengths"
             .into(),
         links: links(&ROWS),
-        gear_ratios: Vec::new(),
         solids: vec![
             capsule("base", 0, [-60.0, 0.0, 60.0], [0.0, 0.0, 60.0], 95.0),
             capsule("link 1", 1, [0.0, 0.0, -190.0], [0.0, 0.0, -60.0], 60.0),
@@ -94,5 +93,6 @@ pub(super) fn robot() -> Robot {
             capsule("wrist", 6, [0.0, 0.0, -70.0], [0.0, 0.0, 10.0], 50.0),
             capsule("flange", 7, [0.0, 0.0, -110.0], [0.0, 0.0, -40.0], 40.0),
         ],
+        ..Robot::default()
     }
 }

@@ -62,7 +62,6 @@ pub(super) fn robot() -> Robot {
                  data sheet; solids: estimated from the link lengths"
             .into(),
         links: links_of_distal(&ROWS, &CENTRES),
-        gear_ratios: Vec::new(),
         solids: vec![
             capsule("base", 0, [0.0, 0.0, 0.0], [0.0, 0.0, 40.0], 90.0),
             capsule("shoulder", 1, [0.0, 0.0, 0.0], [0.0, -100.0, 0.0], 85.0),
@@ -72,5 +71,6 @@ pub(super) fn robot() -> Robot {
             capsule("wrist 2", 5, [0.0, 0.0, -40.0], [0.0, 0.0, 0.0], 50.0),
             capsule("flange", 6, [0.0, 0.0, -45.0], [0.0, 0.0, -45.0], 45.0),
         ],
+        ..Robot::default()
     }
 }

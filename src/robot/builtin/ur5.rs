@@ -78,7 +78,6 @@ pub(super) fn robot() -> Robot {
                  data sheet; solids: estimated from the link lengths"
             .into(),
         links: links_of_distal(&ROWS, &CENTRES),
-        gear_ratios: Vec::new(),
         solids: vec![
             capsule("base", 0, [0.0, 0.0, 0.0], [0.0, 0.0, 30.0], 75.0),
             capsule("shoulder", 1, [0.0, 0.0, 0.0], [0.0, -70.0, 0.0], 70.0),
@@ -88,5 +87,6 @@ pub(super) fn robot() -> Robot {
             capsule("wrist 2", 5, [0.0, 0.0, -30.0], [0.0, 0.0, 0.0], 40.0),
             capsule("flange", 6, [0.0, 0.0, -40.0], [0.0, 0.0, -40.0], 38.0),
         ],
+        ..Robot::default()
     }
 }

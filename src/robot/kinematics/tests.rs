@@ -25,7 +25,7 @@ fn arm(joints: usize, random: &mut ChaCha8Rng) -> Robot {
             com: Vector3::zeros(),
         })
         .collect();
-    Robot { name: "random".into(), source: String::new(), links, gear_ratios: Vec::new(), solids: Vec::new() }
+    Robot { name: "random".into(), links, ..Robot::default() }
 }
 
 #[test]
