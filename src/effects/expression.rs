@@ -88,8 +88,9 @@ pub(super) struct Expression {
 impl Expression {
     /// Parses an expression for an arm with `joints` joints.
     pub fn parse(text: &str, joints: usize) -> Result<Self, ExpressionError> {
-        let mut reader = Reader { joints, written: String::new(), variables: Vec::new() };
-        reader.read(text)?;
+        let chars: Vec<char> = text.chars().collect();
+        let mut reader = Reader::new(&chars, joints);
+        reader.read()?;
         let compiled = FlatEx::parse(&reader.written).map_err(|e| ExpressionError {
             position: 1,
             problem: format!("is no expression ({e})"),
@@ -124,114 +125,130 @@ struct Factor {
 }
 
 /// Parses an expression and rewrites it in the small subset passed to exmex: variables are `v00` ...
-struct Reader {
+struct Reader<'a> {
+    chars: &'a [char],
     joints: usize,
     written: String,
     variables: Vec<Variable>,
+    /// Factors around the open parentheses.
+    open: Vec<Factor>,
+    /// The current factor.
+    factor: Factor,
+    /// The last complete factor, if an operator must follow.
+    complete: Option<Factor>,
 }
 
-impl Reader {
-    fn read(&mut self, text: &str) -> Result<(), ExpressionError> {
-        let chars: Vec<char> = text.chars().collect();
-        let wrong = |place: usize, problem: String, remedy: &str| {
-            Err(ExpressionError { position: place + 1, problem, remedy: remedy.into() })
-        };
-        if chars.len() > LONGEST {
+impl<'a> Reader<'a> {
+    fn new(chars: &'a [char], joints: usize) -> Self {
+        let (written, variables, open) = (String::new(), Vec::new(), Vec::new());
+        Reader { chars, joints, written, variables, open, factor: Factor::default(), complete: None }
+    }
+
+    /// Reads the whole expression.
+    fn read(&mut self) -> Result<(), ExpressionError> {
+        let end = self.chars.len();
+        if end > LONGEST {
             return wrong(LONGEST, format!("is longer than {LONGEST} characters"), "split it into several terms");
         }
-        // Factors around the open parentheses; the current one; and the last complete one, if an operator must follow.
-        let mut open: Vec<Factor> = Vec::new();
-        let mut factor = Factor::default();
-        let mut complete: Option<Factor> = None;
         let mut k = 0;
-        while k < chars.len() {
-            let c = chars[k];
-            let start = k;
-            k += 1;
-            match (c, complete) {
-                (' ', _) => continue,
-                ('+' | '-', None) if factor.sign.is_none() => {
-                    factor.sign = Some(start);
-                    self.written.push(c);
-                }
-                ('(', None) => {
-                    if open.len() == DEEPEST {
-                        return wrong(start, format!("is nested deeper than {DEEPEST}"), "split it into several terms");
-                    }
-                    open.push(std::mem::take(&mut factor));
-                    self.written.push(c);
-                }
-                (')', Some(_)) => {
-                    let Some(around) = open.pop() else {
-                        return wrong(start, "closes a parenthesis that was not opened".into(), "remove it, or open it before");
-                    };
-                    complete = Some(around);
-                    self.written.push(c);
-                }
-                ('^', Some(base)) if base.sign.is_some() && !base.is_exponent => {
-                    let sign = base.sign.unwrap_or(start);
-                    return wrong(sign, "a sign before a power may be read in two ways".into(), "write -(a^b) or (-a)^b");
-                }
-                ('^', Some(Factor { is_exponent: true, .. })) => {
-                    return wrong(start, "a power of a power may be read in two ways".into(), "write (a^b)^c or a^(b^c)");
-                }
-                ('*', None) if chars[..start].ends_with(&['*']) => {
-                    return wrong(start, "`**` is no operator".into(), "write a power as `^`");
-                }
-                ('+' | '-' | '*' | '/' | '^', Some(_)) => {
-                    factor = Factor { sign: None, is_exponent: c == '^' };
-                    complete = None;
-                    self.written.push(c);
-                }
-                (c, None) if c.is_ascii_digit() || c == '.' => {
-                    k = end_of_number(&chars, start);
-                    let digits: String = chars[start..k].iter().collect();
-                    match digits.parse::<f64>() {
-                        Ok(v) if v == 0.0 || SIZES.contains(&v) => self.written.push_str(&decimal(v)),
-                        _ => {
-                            return wrong(
-                                start,
-                                format!("`{digits}` is no number of a sensible size"),
-                                "write it as 1.5 or 2e-3",
-                            );
-                        }
-                    }
-                    complete = Some(factor);
-                }
-                (c, None) if c.is_ascii_alphabetic() => {
-                    k = start + chars[start..].iter().take_while(|c| c.is_ascii_alphanumeric() || **c == '_').count();
-                    let name: String = chars[start..k].iter().collect();
-                    let called = chars[k..].iter().find(|c| **c != ' ') == Some(&'(');
-                    if self.write_name(&name, called).map_err(|(problem, remedy)| ExpressionError {
-                        position: start + 1,
-                        problem,
-                        remedy,
-                    })? {
-                        complete = Some(factor);
-                    }
-                }
-                ('+' | '-' | '*' | '/' | '^' | ')', None) => {
-                    let problem = format!("a number, a variable or a function is missing before `{c}`");
-                    return wrong(start, problem, "complete the expression");
-                }
-                (c, Some(_)) if c.is_ascii_alphanumeric() || c == '(' => {
-                    return wrong(start, format!("an operator is missing before `{c}`"), "write products with `*`");
-                }
-                (',', _) => return wrong(start, "`,` has no place here".into(), "write decimal points, not commas"),
-                (c, _) => {
-                    let problem = format!("`{}` has no place in an expression", c.escape_default());
-                    return wrong(start, problem, "use numbers, variables, functions, + - * / ^ and parentheses");
-                }
-            }
+        while k < end {
+            k = match (self.chars[k], self.complete) {
+                (' ', _) => k + 1,
+                (_, None) => self.read_factor(k)?,
+                (_, Some(last)) => self.read_operator(k, last)?,
+            };
         }
-        if !open.is_empty() {
-            return wrong(chars.len(), "a parenthesis is not closed".into(), "close it");
+        if !self.open.is_empty() {
+            return wrong(end, "a parenthesis is not closed".into(), "close it");
         }
-        if complete.is_none() {
-            let problem = if chars.iter().all(|c| *c == ' ') { "is empty" } else { "ends too early" };
-            return wrong(chars.len(), problem.into(), "complete the expression; a constant is written `1`");
+        if self.complete.is_none() {
+            let problem = if self.chars.iter().all(|c| *c == ' ') { "is empty" } else { "ends too early" };
+            return wrong(end, problem.into(), "complete the expression; a constant is written `1`");
         }
         Ok(())
+    }
+
+    /// Reads the next part of a factor, from its sign to the number or name that completes it; returns the place after it.
+    fn read_factor(&mut self, start: usize) -> Result<usize, ExpressionError> {
+        match self.chars[start] {
+            c @ ('+' | '-') if self.factor.sign.is_none() => {
+                self.factor.sign = Some(start);
+                self.written.push(c);
+            }
+            '(' => {
+                if self.open.len() == DEEPEST {
+                    return wrong(start, format!("is nested deeper than {DEEPEST}"), "split it into several terms");
+                }
+                self.open.push(std::mem::take(&mut self.factor));
+                self.written.push('(');
+            }
+            '*' if self.chars[..start].ends_with(&['*']) => {
+                return wrong(start, "`**` is no operator".into(), "write a power as `^`");
+            }
+            c if c.is_ascii_digit() || c == '.' => return self.read_number(start),
+            c if c.is_ascii_alphabetic() => return self.read_name(start),
+            c @ ('+' | '-' | '*' | '/' | '^' | ')') => {
+                let problem = format!("a number, a variable or a function is missing before `{c}`");
+                return wrong(start, problem, "complete the expression");
+            }
+            c => return no_place(start, c),
+        }
+        Ok(start + 1)
+    }
+
+    /// Reads what follows the complete factor `last`: an operator, or the end of its parenthesis; returns the place after it.
+    fn read_operator(&mut self, start: usize, last: Factor) -> Result<usize, ExpressionError> {
+        let c = self.chars[start];
+        match c {
+            ')' => {
+                let Some(around) = self.open.pop() else {
+                    return wrong(start, "closes a parenthesis that was not opened".into(), "remove it, or open it before");
+                };
+                self.complete = Some(around);
+            }
+            '^' if last.sign.is_some() && !last.is_exponent => {
+                let sign = last.sign.unwrap_or(start);
+                return wrong(sign, "a sign before a power may be read in two ways".into(), "write -(a^b) or (-a)^b");
+            }
+            '^' if last.is_exponent => {
+                return wrong(start, "a power of a power may be read in two ways".into(), "write (a^b)^c or a^(b^c)");
+            }
+            '+' | '-' | '*' | '/' | '^' => {
+                self.factor = Factor { sign: None, is_exponent: c == '^' };
+                self.complete = None;
+            }
+            c if c.is_ascii_alphanumeric() || c == '(' => {
+                return wrong(start, format!("an operator is missing before `{c}`"), "write products with `*`");
+            }
+            c => return no_place(start, c),
+        }
+        self.written.push(c);
+        Ok(start + 1)
+    }
+
+    /// Reads a number, which completes a factor; returns the place after it.
+    fn read_number(&mut self, start: usize) -> Result<usize, ExpressionError> {
+        let end = end_of_number(self.chars, start);
+        let digits: String = self.chars[start..end].iter().collect();
+        match digits.parse::<f64>() {
+            Ok(v) if v == 0.0 || SIZES.contains(&v) => self.written.push_str(&decimal(v)),
+            _ => return wrong(start, format!("`{digits}` is no number of a sensible size"), "write it as 1.5 or 2e-3"),
+        }
+        self.complete = Some(self.factor);
+        Ok(end)
+    }
+
+    /// Reads the name of a variable, a constant or a function; returns the place after it.
+    fn read_name(&mut self, start: usize) -> Result<usize, ExpressionError> {
+        let rest = &self.chars[start..];
+        let end = start + rest.iter().take_while(|c| c.is_ascii_alphanumeric() || **c == '_').count();
+        let name: String = self.chars[start..end].iter().collect();
+        let called = self.chars[end..].iter().find(|c| **c != ' ') == Some(&'(');
+        let written = self.write_name(&name, called);
+        if written.map_err(|(problem, remedy)| ExpressionError { position: start + 1, problem, remedy })? {
+            self.complete = Some(self.factor);
+        }
+        Ok(end)
     }
 
     /// Writes a name and returns true if it completes a factor (variable or constant), false if not (function).
@@ -272,6 +289,20 @@ impl Reader {
         self.written.push_str(&format!("v{place:02}"));
         Ok(true)
     }
+}
+
+/// The error at a place, counted from 0.
+fn wrong<T>(place: usize, problem: String, remedy: &str) -> Result<T, ExpressionError> {
+    Err(ExpressionError { position: place + 1, problem, remedy: remedy.into() })
+}
+
+/// The error for a character that is in no expression.
+fn no_place<T>(place: usize, c: char) -> Result<T, ExpressionError> {
+    if c == ',' {
+        return wrong(place, "`,` has no place here".into(), "write decimal points, not commas");
+    }
+    let problem = format!("`{}` has no place in an expression", c.escape_default());
+    wrong(place, problem, "use numbers, variables, functions, + - * / ^ and parentheses")
 }
 
 /// A number in digits that exmex reads: no exponent, and a digit on either side of the point.

@@ -66,19 +66,17 @@ impl OwnEffect {
     /// # Errors
     /// If it does not.
     pub fn unit_fits(&self) -> Result<(), OwnEffectError> {
-        let wrong = |problem: String, remedy: String| Err(OwnEffectError { key: "unit".into(), problem, remedy });
         if matches!(self.unit, Unit::KG | Unit::KG_M) {
-            return wrong(
-                format!("'{}' is no measure of a turn or a shift", self.unit.symbol),
-                "give deg, urad, mm or um".into(),
-            );
+            let problem = format!("'{}' is no measure of a turn or a shift", self.unit.symbol);
+            return Err(wrong("unit", problem, "give deg, urad, mm or um"));
         }
         let mut all = self.terms.iter().map(|t| turns(&t.site));
         let first = all.next().flatten();
         let other = first.filter(|first| all.all(|t| t == Some(*first)) && measures(self.unit).is_some_and(|u| u != *first));
         let Some(turning) = other else { return Ok(()) };
         let (moves, such) = if turning { ("turn", "deg, mrad or urad") } else { ("shift", "mm or um") };
-        wrong(format!("'{}' is no measure of its sites, which {moves}", self.unit.symbol), format!("give {such}"))
+        let problem = format!("'{}' is no measure of its sites, which {moves}", self.unit.symbol);
+        Err(wrong("unit", problem, format!("give {such}")))
     }
 
     /// Builds the effect for a robot and an artifact.
@@ -86,68 +84,15 @@ impl OwnEffect {
     /// # Errors
     /// The first problem found.
     pub fn build(&self, subject: &Subject<'_>) -> Result<Box<dyn Effect>, OwnEffectError> {
-        let wrong = |key: String, problem: String, remedy: String| OwnEffectError { key, problem, remedy };
-        let name = &self.name;
-        let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-        if !plain || name.len() > LONGEST_NAME {
-            let remedy = format!("use up to {LONGEST_NAME} letters, digits, `_` and `-`");
-            return Err(wrong("name".into(), format!("'{}' is no name", quoted(name)), remedy));
-        }
-        if subject.registry.family(name).is_some() {
-            let problem = format!("'{name}' is an effect of the catalogue");
-            return Err(wrong("name".into(), problem, "give your own another name".into()));
-        }
-        if !(self.plausible > 0.0 && self.plausible.is_finite()) {
-            return Err(wrong(
-                "plausible".into(),
-                "is not positive".into(),
-                "give the size that would not surprise you".into(),
-            ));
-        }
-        if !(1..=MOST_TERMS).contains(&self.terms.len()) {
-            let problem = format!("there are {}", self.terms.len());
-            return Err(wrong("terms".into(), problem, format!("give 1 to {MOST_TERMS}")));
-        }
+        self.check(subject)?;
         self.unit_fits()?;
-        let mut parameters: Vec<ParameterSpec> = Vec::new();
-        let mut numbered: Vec<bool> = Vec::new();
+        let mut coefficients = Coefficients { effect: self, parameters: Vec::new(), numbered: Vec::new() };
         let mut terms = Vec::with_capacity(self.terms.len());
         for (k, term) in self.terms.iter().enumerate() {
-            let key = |key: &str| format!("terms[{k}].{key}");
-            let (site, ball) = place(&term.site, subject).ok_or_else(|| {
-                let n = subject.robot.joints();
-                let remedy = format!(
-                    "write theta:J, d:J (J = 1..{n}), alpha:K, a:K, beta:K (K = 0..{}), flex:K:AXIS (K = 0..{n}), base:AXIS, tool:x or ball:x",
-                    n - 1
-                );
-                wrong(key("site"), format!("'{}' is no site of this robot", quoted(&term.site)), remedy)
-            })?;
-            let basis = Expression::parse(&term.basis, subject.robot.joints()).map_err(|e| {
-                wrong(
-                    key("basis"),
-                    format!("at character {} of `{}`: {}", e.position, quoted(&term.basis), e.problem),
-                    e.remedy,
-                )
-            })?;
-            let coefficient = match &term.group {
-                Some(group) if group.is_empty() || !group.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
-                    return Err(wrong(key("group"), format!("'{group}' is no name"), "use letters, digits and `_`".into()));
-                }
-                Some(group) => format!("{name}.{group}"),
-                None => format!("{name}.{}", k + 1),
-            };
-            let parameter = match parameters.iter().position(|p| p.name == coefficient) {
-                Some(p) if term.group.is_some() && !numbered[p] => p,
-                Some(_) => {
-                    let problem = format!("'{coefficient}' is the coefficient of another term already");
-                    return Err(wrong(key("group"), problem, "name groups by words, not by numbers".into()));
-                }
-                None => {
-                    parameters.push(ParameterSpec::new(coefficient, self.unit, self.plausible));
-                    numbered.push(term.group.is_none());
-                    parameters.len() - 1
-                }
-            };
+            let within = |e: OwnEffectError| OwnEffectError { key: format!("terms[{k}].{}", e.key), ..e };
+            let (site, ball) = term.place(subject).map_err(within)?;
+            let basis = term.expression(subject).map_err(within)?;
+            let parameter = coefficients.of(k, term).map_err(within)?;
             terms.push(Term { site, ball, basis, parameter });
         }
         let moves = |part: fn(Site) -> bool| terms.iter().any(|t| part(t.site));
@@ -163,8 +108,91 @@ impl OwnEffect {
         } else {
             Owner::Robot
         };
-        Ok(Box::new(Own { id: name.clone(), parameters, needs, owner, terms }))
+        Ok(Box::new(Own { id: self.name.clone(), parameters: coefficients.parameters, needs, owner, terms }))
     }
+
+    /// Checks all but the unit and the terms themselves.
+    fn check(&self, subject: &Subject<'_>) -> Result<(), OwnEffectError> {
+        let name = &self.name;
+        let plain = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+        if !plain || name.len() > LONGEST_NAME {
+            let remedy = format!("use up to {LONGEST_NAME} letters, digits, `_` and `-`");
+            return Err(wrong("name", format!("'{}' is no name", quoted(name)), remedy));
+        }
+        if subject.registry.family(name).is_some() {
+            let problem = format!("'{name}' is an effect of the catalogue");
+            return Err(wrong("name", problem, "give your own another name"));
+        }
+        if !(self.plausible > 0.0 && self.plausible.is_finite()) {
+            return Err(wrong("plausible", "is not positive", "give the size that would not surprise you"));
+        }
+        if !(1..=MOST_TERMS).contains(&self.terms.len()) {
+            let problem = format!("there are {}", self.terms.len());
+            return Err(wrong("terms", problem, format!("give 1 to {MOST_TERMS}")));
+        }
+        Ok(())
+    }
+}
+
+impl OwnTerm {
+    /// The site for a robot and an artifact, and the ball if it is of one ball; errors name the key within the term.
+    fn place(&self, subject: &Subject<'_>) -> Result<(Site, Option<usize>), OwnEffectError> {
+        place(&self.site, subject).ok_or_else(|| {
+            let n = subject.robot.joints();
+            let remedy = format!(
+                "write theta:J, d:J (J = 1..{n}), alpha:K, a:K, beta:K (K = 0..{}), flex:K:AXIS (K = 0..{n}), base:AXIS, tool:x or ball:x",
+                n - 1
+            );
+            wrong("site", format!("'{}' is no site of this robot", quoted(&self.site)), remedy)
+        })
+    }
+
+    /// The basis, parsed; errors name the key within the term.
+    fn expression(&self, subject: &Subject<'_>) -> Result<Expression, OwnEffectError> {
+        Expression::parse(&self.basis, subject.robot.joints()).map_err(|e| {
+            let problem = format!("at character {} of `{}`: {}", e.position, quoted(&self.basis), e.problem);
+            wrong("basis", problem, e.remedy)
+        })
+    }
+}
+
+/// Coefficients of the terms read so far.
+struct Coefficients<'a> {
+    effect: &'a OwnEffect,
+    parameters: Vec<ParameterSpec>,
+    /// Whether each is numbered after its only term, rather than named after a group.
+    numbered: Vec<bool>,
+}
+
+impl Coefficients<'_> {
+    /// Index of the coefficient of term `k`, appended unless its group has one; errors name the key within the term.
+    fn of(&mut self, k: usize, term: &OwnTerm) -> Result<usize, OwnEffectError> {
+        let name = &self.effect.name;
+        let coefficient = match &term.group {
+            Some(group) if group.is_empty() || !group.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
+                return Err(wrong("group", format!("'{group}' is no name"), "use letters, digits and `_`"));
+            }
+            Some(group) => format!("{name}.{group}"),
+            None => format!("{name}.{}", k + 1),
+        };
+        match self.parameters.iter().position(|p| p.name == coefficient) {
+            Some(p) if term.group.is_some() && !self.numbered[p] => Ok(p),
+            Some(_) => {
+                let problem = format!("'{coefficient}' is the coefficient of another term already");
+                Err(wrong("group", problem, "name groups by words, not by numbers"))
+            }
+            None => {
+                self.parameters.push(ParameterSpec::new(coefficient, self.effect.unit, self.effect.plausible));
+                self.numbered.push(term.group.is_none());
+                Ok(self.parameters.len() - 1)
+            }
+        }
+    }
+}
+
+/// An error in a key of the effect's table, or of a term's.
+fn wrong(key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> OwnEffectError {
+    OwnEffectError { key: key.into(), problem: problem.into(), remedy: remedy.into() }
 }
 
 /// True for a rotational site, false for a translational one; `None` if there is no such site, or if that depends on the

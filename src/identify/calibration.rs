@@ -166,24 +166,7 @@ impl Calibration {
         let sigma: Vec<f64> = (0..fit.kept.len()).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect();
         let parameters = problem.parameters();
         let name = |p: usize| parameters[p].name.clone();
-        let estimates = fit
-            .kept
-            .iter()
-            .zip(&sigma)
-            .map(|(&p, &sigma)| Estimate {
-                name: name(p),
-                effect: parameters[p].effect.clone(),
-                unit: parameters[p].spec.unit,
-                value: parameters[p].start + fit.values[p],
-                sigma,
-                sigma_noise: fit.sigma(p).unwrap_or(0.0),
-                nominal: parameters[p].spec.nominal,
-                stated_sigma: match parameters[p].knowledge {
-                    Prior::Uninformative | Prior::Plausible(_) => None,
-                    Prior::Certified(sigma) => Some(sigma),
-                },
-            })
-            .collect();
+        let estimates = fit.kept.iter().zip(&sigma).map(|(&p, &sigma)| estimate(&parameters[p], fit, p, sigma)).collect();
         let correlation =
             DMatrix::from_fn(
                 sigma.len(),
@@ -194,9 +177,6 @@ impl Calibration {
             );
         let groups =
             fit.unresolved.iter().map(|u| std::iter::once(u.parameter).chain(u.with.iter().copied()).map(name).collect());
-        let payloads = |dataset: &str| {
-            datasets.iter().find(|(name, _)| *name == dataset).map(|(_, d)| d.payloads.clone()).unwrap_or_default()
-        };
         Calibration {
             robot: problem.robot().clone(),
             robot_reference: datasets.first().map(|(_, d)| d.robot_reference.clone()).unwrap_or_default(),
@@ -204,20 +184,7 @@ impl Calibration {
             estimates,
             correlation,
             unresolved: groups.collect(),
-            setups: problem
-                .setups()
-                .iter()
-                .map(|s| MeasuredSetup {
-                    label: s.label.clone(),
-                    dataset: s.dataset.clone(),
-                    session: s.session.clone(),
-                    base: s.start,
-                    tool: s.tool,
-                    gravity: s.gravity,
-                    payloads: payloads(&s.dataset),
-                    duration_s: s.duration_s,
-                })
-                .collect(),
+            setups: problem.setups().iter().map(|s| measured_setup(s, datasets)).collect(),
             outcome: Some(fit.outcome),
             samples: problem.sample_count(),
             rms: fit.rms,
@@ -374,5 +341,37 @@ impl Calibration {
             (s.session.is_empty() || setup.session.is_empty()) && (self.setups.len() == 1 || s.dataset == setup.dataset)
         };
         self.setups.iter().find(named).or_else(|| self.setups.iter().find(unnamed))
+    }
+}
+
+/// The estimate of parameter `p`, which the fit kept.
+fn estimate(parameter: &Parameter, fit: &Fit, p: usize, sigma: f64) -> Estimate {
+    Estimate {
+        name: parameter.name.clone(),
+        effect: parameter.effect.clone(),
+        unit: parameter.spec.unit,
+        value: parameter.start + fit.values[p],
+        sigma,
+        sigma_noise: fit.sigma(p).unwrap_or(0.0),
+        nominal: parameter.spec.nominal,
+        stated_sigma: match parameter.knowledge {
+            Prior::Uninformative | Prior::Plausible(_) => None,
+            Prior::Certified(sigma) => Some(sigma),
+        },
+    }
+}
+
+/// A set-up, with the payloads of its dataset.
+fn measured_setup(setup: &Setup, datasets: &[(&str, &Dataset)]) -> MeasuredSetup {
+    let dataset = datasets.iter().find(|(name, _)| *name == setup.dataset);
+    MeasuredSetup {
+        label: setup.label.clone(),
+        dataset: setup.dataset.clone(),
+        session: setup.session.clone(),
+        base: setup.start,
+        tool: setup.tool,
+        gravity: setup.gravity,
+        payloads: dataset.map(|(_, d)| d.payloads.clone()).unwrap_or_default(),
+        duration_s: setup.duration_s,
     }
 }

@@ -64,6 +64,9 @@ fn widest(noise: &DMatrix<f64>, others: [DMatrix<f64>; 2]) -> DMatrix<f64> {
     wide
 }
 
+/// Number of error columns of a joint.
+const PER_JOINT: usize = 2 * ORDERS;
+
 /// Fits errors of every joint's angle together with the parameters. `r^T`, the last row of the linearised problem, holds
 /// the residuals; the other rows are columns. Returns the second moments: the parameters' covariance plus the square of their
 /// shift.
@@ -75,9 +78,46 @@ fn joint_errors(
     information: &[f64],
 ) -> Result<DMatrix<f64>, FitError> {
     let (m, joints) = (fit.kept.len(), problem.robot().joints());
-    let per_joint = 2 * ORDERS;
-    let (errors, rows) = (joints * per_joint, near.ncols());
-    let mut all = DMatrix::zeros(m + errors + 1, rows);
+    let rows = near.ncols();
+    let gram = gram_with_joint_errors(near, joints, circumstances);
+    let n = m + joints * PER_JOINT;
+    let flat = fit.kept.iter().filter(|&&p| problem.parameters()[p].knowledge == Prior::Uninformative).count() as f64;
+    let left = gram[(n, n)];
+    let least = if fit.noise_stated { 1.0 } else { 0.0 };
+    let mut noise: f64 = (left / (rows as f64 - flat).max(1.0)).max(least);
+    let mut variances = vec![BEGIN; joints];
+    let (mut inverter, mut found) = (Inverter::new(n), DVector::zeros(n));
+    for round in 0..ROUNDS {
+        let prior = |k: usize| if k < m { information[k] } else { 1.0 / variances[(k - m) / PER_JOINT] };
+        inverter.invert(&gram, noise, prior)?;
+        let inverse = &inverter.inverse;
+        // A parameter with a prior is pulled towards zero from its present value.
+        let pull = |k: usize| if k < m { information[k] * fit.values[fit.kept[k]] } else { 0.0 };
+        let right = DVector::from_fn(n, |k, _| gram[(k, n)] / noise - pull(k));
+        found = inverse * right;
+        if round + 1 == ROUNDS {
+            break;
+        }
+        let mut effective = flat;
+        for (j, v) in variances.iter_mut().enumerate() {
+            let own = m + j * PER_JOINT..m + (j + 1) * PER_JOINT;
+            let spread: f64 = own.clone().map(|k| inverse[(k, k)]).sum();
+            effective += PER_JOINT as f64 - spread / *v;
+            *v = ((own.map(|k| found[k] * found[k]).sum::<f64>() + spread) / PER_JOINT as f64).clamp(1e-6, MOST);
+        }
+        let squares = left - 2.0 * (0..n).map(|k| found[k] * gram[(k, n)]).sum::<f64>()
+            + (0..n).map(|r| found[r] * (0..n).map(|c| gram[(r, c)] * found[c]).sum::<f64>()).sum::<f64>();
+        noise = (squares / (rows as f64 - effective).max(1.0)).max(least);
+    }
+    let moved = found.rows(0, m);
+    Ok(inverter.inverse.view((0, 0), (m, m)) + moved * moved.transpose())
+}
+
+/// Products of the parameters' columns, the joints' error columns of ordinary size, and the residuals, in this order.
+fn gram_with_joint_errors(near: &DMatrix<f64>, joints: usize, circumstances: &[Circumstance]) -> DMatrix<f64> {
+    let m = near.nrows() - 1;
+    let errors = joints * PER_JOINT;
+    let mut all = DMatrix::zeros(m + errors + 1, near.ncols());
     all.rows_mut(0, m).copy_from(&near.rows(0, m));
     all.row_mut(m + errors).copy_from(&near.row(m));
     let unit = ORDINARY / (ORDERS as f64).sqrt();
@@ -85,7 +125,7 @@ fn joint_errors(
         for (j, column) in at.joints.iter().enumerate() {
             for h in 1..=ORDERS {
                 let (sin, cos) = (h as f64 * at.q[j]).sin_cos();
-                let first = m + j * per_joint + 2 * (h - 1);
+                let first = m + j * PER_JOINT + 2 * (h - 1);
                 for k in 0..at.height {
                     all[(first, at.first_row + k)] = column[k] * unit * sin;
                     all[(first + 1, at.first_row + k)] = column[k] * unit * cos;
@@ -95,16 +135,25 @@ fn joint_errors(
     }
     let mut gram = DMatrix::zeros(m + errors + 1, m + errors + 1);
     linalg::normal_matrix(&all, &mut gram);
-    let n = m + errors;
-    let flat = fit.kept.iter().filter(|&&p| problem.parameters()[p].knowledge == Prior::Uninformative).count() as f64;
-    let left = gram[(n, n)];
-    let least = if fit.noise_stated { 1.0 } else { 0.0 };
-    let mut noise: f64 = (left / (rows as f64 - flat).max(1.0)).max(least);
-    let mut variances = vec![BEGIN; joints];
-    let (mut factor, mut scaled, mut inverse) = (Cholesky::new(n), DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    let mut found = DVector::zeros(n);
-    for round in 0..ROUNDS {
-        let prior = |k: usize| if k < m { information[k] } else { 1.0 / variances[(k - m) / per_joint] };
+    gram
+}
+
+/// Inverts normal matrices of one size, scaled to a unit diagonal meanwhile.
+struct Inverter {
+    factor: Cholesky,
+    scaled: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+}
+
+impl Inverter {
+    fn new(n: usize) -> Self {
+        Inverter { factor: Cholesky::new(n), scaled: DMatrix::zeros(n, n), inverse: DMatrix::zeros(n, n) }
+    }
+
+    /// Sets `inverse` to that of `gram / noise` plus the diagonal `prior`; the rows of `gram` beyond its size are not used.
+    fn invert(&mut self, gram: &DMatrix<f64>, noise: f64, prior: impl Fn(usize) -> f64) -> Result<(), FitError> {
+        let Inverter { factor, scaled, inverse } = self;
+        let n = scaled.nrows();
         let scale: Vec<f64> = (0..n).map(|k| 1.0 / (gram[(k, k)] / noise + prior(k)).sqrt()).collect();
         for c in 0..n {
             for r in c..n {
@@ -112,33 +161,15 @@ fn joint_errors(
             }
             scaled[(c, c)] += prior(c) * scale[c] * scale[c];
         }
-        factor.factor(&scaled)?;
-        factor.inverse(&mut inverse);
+        factor.factor(scaled)?;
+        factor.inverse(inverse);
         for c in 0..n {
             for r in 0..n {
                 inverse[(r, c)] *= scale[r] * scale[c];
             }
         }
-        // A parameter with a prior is pulled towards zero from its present value.
-        let pull = |k: usize| if k < m { information[k] * fit.values[fit.kept[k]] } else { 0.0 };
-        let right = DVector::from_fn(n, |k, _| gram[(k, n)] / noise - pull(k));
-        found = &inverse * right;
-        if round + 1 == ROUNDS {
-            break;
-        }
-        let mut effective = flat;
-        for (j, v) in variances.iter_mut().enumerate() {
-            let own = m + j * per_joint..m + (j + 1) * per_joint;
-            let spread: f64 = own.clone().map(|k| inverse[(k, k)]).sum();
-            effective += per_joint as f64 - spread / *v;
-            *v = ((own.map(|k| found[k] * found[k]).sum::<f64>() + spread) / per_joint as f64).clamp(1e-6, MOST);
-        }
-        let squares = left - 2.0 * (0..n).map(|k| found[k] * gram[(k, n)]).sum::<f64>()
-            + (0..n).map(|r| found[r] * (0..n).map(|c| gram[(r, c)] * found[c]).sum::<f64>()).sum::<f64>();
-        noise = (squares / (rows as f64 - effective).max(1.0)).max(least);
+        Ok(())
     }
-    let moved = found.rows(0, m);
-    Ok(inverse.view((0, 0), (m, m)) + moved * moved.transpose())
 }
 
 /// The sandwich with leverages: sum of the parameter changes as each posture is left out in turn.

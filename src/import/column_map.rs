@@ -111,7 +111,8 @@ pub(super) struct ColumnMap {
 impl ColumnMap {
     /// Parses a map and the dataset description that it contains; a robot file is searched for relative to `folder`.
     pub fn parse(path: &Path, text: &str, folder: &Path) -> Result<(ColumnMap, Dataset), FileError> {
-        let wrong = |key: &str, problem: String, remedy: String| Err(field_error(path, text, key, problem, remedy));
+        let origin = Origin { path, text };
+        let wrong = |key: &str, problem: String, remedy: String| Err(origin.wrong(key, problem, remedy));
         let file: MapToml = parse_toml(path, text)?;
         if file.format != FORMAT {
             return wrong("format", format!("`{}` is not read by this version", file.format), format!("write `{FORMAT}`"));
@@ -141,13 +142,7 @@ impl ColumnMap {
         };
         for (name, source) in file.columns {
             let key = format!("columns.{name}");
-            for (part, column) in [("column", Some(&source.column)), ("minus", source.minus.as_ref())] {
-                let titled = matches!(column, Some(ColumnName::Title(_)));
-                if titled && !map.header || column == Some(&ColumnName::Place(0)) {
-                    let problem = "columns of a table without a header have places, the first is 1";
-                    return wrong(&format!("{key}.{part}"), problem.into(), "give the place as a number".into());
-                }
-            }
+            origin.check_places(&key, &source, map.header)?;
             if name.starts_with("extra_") {
                 map.extra.push((name, source));
                 continue;
@@ -157,20 +152,7 @@ impl ColumnMap {
                 return wrong(&key, "there is no such quantity".into(), name_remedy(&name, &names));
             };
             let column = known[k];
-            let measure = match (column.unit(), source.unit.as_deref()) {
-                (None, None) => column.is_number().then_some(Measure::Si(1.0)),
-                (None, Some(_)) => return wrong(&format!("{key}.unit"), format!("`{name}` has no unit"), "remove it".into()),
-                (Some(ours), given) => {
-                    let units = units_like(&ours);
-                    let Some((_, measure)) = units.iter().find(|(unit, _)| Some(*unit) == given) else {
-                        let problem =
-                            given.map_or("the unit is missing".into(), |u| format!("`{u}` is not a unit of `{name}`"));
-                        let list: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
-                        return wrong(&format!("{key}.unit"), problem, format!("give one of {}", list.join(", ")));
-                    };
-                    Some(*measure)
-                }
-            };
+            let measure = origin.measure(&key, column, source.unit.as_deref())?;
             map.columns.push(MappedColumn { column, measure, source });
         }
         map.columns.sort_by_key(|m| known.iter().position(|c| *c == m.column));
@@ -180,6 +162,49 @@ impl ColumnMap {
     /// True if a column of the source fills this column of the dataset.
     pub fn fills(&self, column: Column) -> bool {
         self.columns.iter().any(|m| m.column == column)
+    }
+}
+
+/// The file of a map, for errors.
+struct Origin<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Origin<'_> {
+    fn wrong(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> FileError {
+        field_error(self.path, self.text, key, problem, remedy)
+    }
+
+    /// Checks that columns are named by title only in a table with a header, and by places from 1.
+    fn check_places(&self, key: &str, source: &Source, header: bool) -> Result<(), FileError> {
+        for (part, column) in [("column", Some(&source.column)), ("minus", source.minus.as_ref())] {
+            let titled = matches!(column, Some(ColumnName::Title(_)));
+            if titled && !header || column == Some(&ColumnName::Place(0)) {
+                let problem = "columns of a table without a header have places, the first is 1";
+                return Err(self.wrong(&format!("{key}.{part}"), problem, "give the place as a number"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Meaning of the number in a column, by its unit as given; `None` for text.
+    fn measure(&self, key: &str, column: Column, given: Option<&str>) -> Result<Option<Measure>, FileError> {
+        let key = format!("{key}.unit");
+        let name = column.quantity();
+        match (column.unit(), given) {
+            (None, None) => Ok(column.is_number().then_some(Measure::Si(1.0))),
+            (None, Some(_)) => Err(self.wrong(&key, format!("`{name}` has no unit"), "remove it")),
+            (Some(ours), given) => {
+                let units = units_like(&ours);
+                let Some((_, measure)) = units.iter().find(|(unit, _)| Some(*unit) == given) else {
+                    let problem = given.map_or("the unit is missing".into(), |u| format!("`{u}` is not a unit of `{name}`"));
+                    let list: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
+                    return Err(self.wrong(&key, problem, format!("give one of {}", list.join(", "))));
+                };
+                Ok(Some(*measure))
+            }
+        }
     }
 }
 

@@ -96,51 +96,16 @@ impl Journal {
         if let Some(probings) = finished(folder, &path, conditions)? {
             return Ok(OpenedJournal::Finished { probings });
         }
-        let unwritable = |e: std::io::Error| cannot_be_written(&path, e);
-        if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
-            std::fs::create_dir_all(parent).map_err(unwritable)?;
-        }
-        let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path).map_err(unwritable)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(FileError::whole(&path, "is being written by another run", "wait for it, or name another dataset"));
-            }
-            Err(TryLockError::Error(e)) => return Err(unwritable(e)),
-        }
+        let mut file = locked(&path)?;
         // The process that held the lock may just have finished it.
         if let Some(probings) = finished(folder, &path, conditions)? {
             return Ok(OpenedJournal::Finished { probings });
         }
         let bytes = content(&mut file, &path)?;
-        let nothing = (String::new(), 0, Vec::new());
-        let mut accepted = false;
-        let (seal, whole, entries) = match read_lines(&bytes) {
-            Ok(lines) => {
-                let mut changed = lines.conditions_now().changed(conditions);
-                let not_acceptable = changed.iter().position(|c| !c.is_acceptable()).map(|k| changed.swap_remove(k));
-                match (probings(&lines.entries), not_acceptable, changed.is_empty()) {
-                    // Nothing is lost with a journal without probings.
-                    (0, Some(_), _) | (0, None, false) => nothing,
-                    (_, Some(changed), _) => return Err(changed.at(&path)),
-                    (1.., ..) if !resume => {
-                        let remedy = format!("resume it; or {BEGIN_ANEW}");
-                        let error = FileError::whole(&path, "holds a campaign that is not finished", remedy);
-                        return Err(FileError { kind: FileErrorKind::UnfinishedCampaign, ..error });
-                    }
-                    (_, None, false) if !accepts => {
-                        return Ok(OpenedJournal::Changed { what: changed.iter().map(Changed::words).collect() });
-                    }
-                    (_, None, unchanged) => {
-                        accepted = !unchanged;
-                        (lines.seal, lines.whole, lines.entries)
-                    }
-                }
-            }
-            Err(Broken::Unbegun) => nothing,
-            Err(broken) => return Err(broken.at(&path)),
-        };
+        let Intact { seal, whole, entries, changed } = Intact::read(&bytes, &path, conditions, resume)?;
+        if !changed.is_empty() && !accepts {
+            return Ok(OpenedJournal::Changed { what: changed.iter().map(Changed::words).collect() });
+        }
         let mut journal = Journal {
             folder: folder.into(),
             file,
@@ -159,7 +124,7 @@ impl Journal {
             path,
         };
         journal.begin(conditions).map_err(|e| cannot_be_written(&journal.path, e))?;
-        if accepted {
+        if !changed.is_empty() {
             let entry = Entry::Conditions(conditions.clone());
             journal.append(&entry)?;
             journal.before.push_back(entry);
@@ -339,6 +304,56 @@ impl Journal {
     }
 }
 
+/// Opens or creates a journal, locked against other processes.
+fn locked(path: &Path) -> Result<File, FileError> {
+    let unwritable = |e: std::io::Error| cannot_be_written(path, e);
+    if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        std::fs::create_dir_all(parent).map_err(unwritable)?;
+    }
+    let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(unwritable)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => {
+            Err(FileError::whole(path, "is being written by another run", "wait for it, or name another dataset"))
+        }
+        Err(TryLockError::Error(e)) => Err(unwritable(e)),
+    }
+}
+
+/// The part of a journal with which a campaign is continued; empty if it begins anew.
+#[derive(Default)]
+struct Intact {
+    seal: String,
+    whole: usize,
+    entries: Vec<Entry>,
+    /// Acceptable differences of the conditions now.
+    changed: Vec<Changed>,
+}
+
+impl Intact {
+    /// Reads the content of a journal, and refuses what these conditions, or no wish to resume, do not allow to be continued.
+    fn read(bytes: &[u8], path: &Path, conditions: &Conditions, resume: bool) -> Result<Self, FileError> {
+        let lines = match read_lines(bytes) {
+            Ok(lines) => lines,
+            Err(Broken::Unbegun) => return Ok(Intact::default()),
+            Err(broken) => return Err(broken.at(path)),
+        };
+        let mut changed = lines.conditions_now().changed(conditions);
+        let not_acceptable = changed.iter().position(|c| !c.is_acceptable()).map(|k| changed.swap_remove(k));
+        match (probings(&lines.entries), not_acceptable, changed.is_empty()) {
+            // Nothing is lost with a journal without probings.
+            (0, Some(_), _) | (0, None, false) => Ok(Intact::default()),
+            (_, Some(changed), _) => Err(changed.at(path)),
+            (1.., ..) if !resume => {
+                let remedy = format!("resume it; or {BEGIN_ANEW}");
+                let error = FileError::whole(path, "holds a campaign that is not finished", remedy);
+                Err(FileError { kind: FileErrorKind::UnfinishedCampaign, ..error })
+            }
+            _ => Ok(Intact { seal: lines.seal, whole: lines.whole, entries: lines.entries, changed }),
+        }
+    }
+}
+
 fn session_of(entry: &Entry) -> Option<JournalSession> {
     match entry {
         Entry::Session(session) => Some(session.clone()),
@@ -348,7 +363,6 @@ fn session_of(entry: &Entry) -> Option<JournalSession> {
 
 /// End of the last entry by the wall clock, which the cell's clock follows from the beginning of each session; `None` if no
 /// session states its time.
-/// session says when it was.
 fn ended_wall_s(entries: &[Entry]) -> Option<f64> {
     let (mut first, mut last, mut end_s) = (None, None, 0.0_f64);
     for entry in entries {

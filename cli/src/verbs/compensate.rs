@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calibench::assess::Extrapolation;
 use calibench::compensate::{
-    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, Target, Task, WorkFrame, fake_csv, flange_frame,
+    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, WorkFrame, fake_csv, flange_frame,
     read_targets, urdf,
 };
 use calibench::effects::Needs;
@@ -68,19 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.targets.is_none() && arguments.urdf.is_none() && arguments.mdh.is_none() {
         return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
     }
-    let calibration = read_calibration(&arguments.calibration)?;
-    if let Some(outcome) = calibration.unconverged() {
-        let why = "a robot must not be sent anywhere by it; identify it anew from more postures, or with fewer effects";
-        return Err(format!("{}: the fit {}: {why}", arguments.calibration.display(), outcome.in_words()).into());
-    }
-    let open = calibration.undetermined_set_up();
-    if !open.is_empty() {
-        eprintln!(
-            "WARNING: {} kept at their nominal values, because the data of this calibration do not determine them: targets in the world are \
-             missed by as much as these are off.",
-            open.join(", ")
-        );
-    }
+    let calibration = converged(&arguments.calibration)?;
     let task = Task {
         setup: arguments.session.clone(),
         frame: arguments.base.unwrap_or(Task::default().frame),
@@ -94,24 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let (Some(path), Some(out)) = (&arguments.targets, &arguments.out) {
         let targets = read(path, &compensator, &task)?;
         let results: Vec<Compensated> = targets.iter().map(|target| compensator.compensate(target)).collect();
-        let krl =
-            arguments.krl.as_deref().map(|name| program(name, arguments.lin, &compensator, &targets, &results)).transpose()?;
-        write_whole(out, fake_csv(calibration.robot.joints(), &targets, &results).as_bytes())?;
-        if let (Some(name), Some(Some([src, dat]))) = (&arguments.krl, &krl) {
-            for (extension, text) in [("src", src), ("dat", dat)] {
-                write_whole(&out.with_file_name(format!("{name}.{extension}")), text.as_bytes())?;
-            }
-        }
-        let reached = results.iter().filter_map(|r| r.outcome.as_ref().ok()).map(|fake| fake.q.as_slice());
-        let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, reached);
-        if let Some(warning) = extrapolation_sentence(&beyond) {
-            eprintln!("{warning}");
-        }
-        if matches!(krl, Some(None)) {
-            eprintln!(
-                "no KRL module was written: a program with a hole in it is another program; take the targets out that are refused"
-            );
-        }
+        let beyond = write_fakes(arguments, out, &compensator, &targets, &results)?;
         if results.iter().any(|r| r.outcome.is_err()) {
             outcome = Outcome::ExpectationFailed;
         }
@@ -125,29 +96,83 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     if arguments.urdf.is_some() || arguments.mdh.is_some() {
-        let rigid = compensator.rigid();
-        if let Some(path) = &arguments.urdf {
-            write_whole(path, urdf(&rigid).as_bytes())?;
-        }
-        if let Some(path) = &arguments.mdh {
-            write_whole(path, to_toml(&rigid.robot).as_bytes())?;
-        }
-        let [mean, max] = [rigid.left_out.mean, rigid.left_out.max].map(|e| e / MM);
-        if arguments.json {
-            document.rigid = Some(RigidPart { left_out_effects: rigid.effects, left_out_mean_mm: mean, left_out_max_mm: max });
-        } else if rigid.effects.is_empty() {
-            print("The calibration is all links: nothing of it is left out of URDF and robot file.")?;
-        } else {
-            print(&format!(
-                "URDF and robot file hold the links alone; what they cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most.",
-                rigid.effects.join(", ")
-            ))?;
-        }
+        document.rigid = write_rigid(arguments, &compensator.rigid())?;
     }
     if arguments.json {
         print_json(&document)?;
     }
     Ok(outcome)
+}
+
+/// Reads a calibration; refuses one whose fit did not converge, and warns of an undetermined set-up.
+fn converged(path: &Path) -> Result<Calibration, Failure> {
+    let calibration = read_calibration(path)?;
+    if let Some(outcome) = calibration.unconverged() {
+        let why = "a robot must not be sent anywhere by it; identify it anew from more postures, or with fewer effects";
+        return Err(format!("{}: the fit {}: {why}", path.display(), outcome.in_words()).into());
+    }
+    let open = calibration.undetermined_set_up();
+    if !open.is_empty() {
+        eprintln!(
+            "WARNING: {} kept at their nominal values, because the data of this calibration do not determine them: targets in the world are \
+             missed by as much as these are off.",
+            open.join(", ")
+        );
+    }
+    Ok(calibration)
+}
+
+/// Writes the fake targets and the KRL module, and warns of what lies outside the range of the data, which is returned.
+fn write_fakes(
+    arguments: &Arguments,
+    out: &Path,
+    compensator: &Compensator<'_>,
+    targets: &[Target],
+    results: &[Compensated],
+) -> Result<Extrapolation, Failure> {
+    let calibration = compensator.calibration();
+    let krl = arguments.krl.as_deref().map(|name| program(name, arguments.lin, compensator, targets, results)).transpose()?;
+    write_whole(out, fake_csv(calibration.robot.joints(), targets, results).as_bytes())?;
+    if let (Some(name), Some(Some([src, dat]))) = (&arguments.krl, &krl) {
+        for (extension, text) in [("src", src), ("dat", dat)] {
+            write_whole(&out.with_file_name(format!("{name}.{extension}")), text.as_bytes())?;
+        }
+    }
+    let reached = results.iter().filter_map(|r| r.outcome.as_ref().ok()).map(|fake| fake.q.as_slice());
+    let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, reached);
+    if let Some(warning) = extrapolation_sentence(&beyond) {
+        eprintln!("{warning}");
+    }
+    if matches!(krl, Some(None)) {
+        eprintln!(
+            "no KRL module was written: a program with a hole in it is another program; take the targets out that are refused"
+        );
+    }
+    Ok(beyond)
+}
+
+/// Writes the URDF and the robot file; returns their part of the document, or tells it without `--json`.
+fn write_rigid(arguments: &Arguments, rigid: &RigidRobot) -> Result<Option<RigidPart>, Failure> {
+    if let Some(path) = &arguments.urdf {
+        write_whole(path, urdf(rigid).as_bytes())?;
+    }
+    if let Some(path) = &arguments.mdh {
+        write_whole(path, to_toml(&rigid.robot).as_bytes())?;
+    }
+    let [mean, max] = [rigid.left_out.mean, rigid.left_out.max].map(|e| e / MM);
+    if arguments.json {
+        let effects = rigid.effects.clone();
+        return Ok(Some(RigidPart { left_out_effects: effects, left_out_mean_mm: mean, left_out_max_mm: max }));
+    }
+    if rigid.effects.is_empty() {
+        print("The calibration is all links: nothing of it is left out of URDF and robot file.")?;
+    } else {
+        print(&format!(
+            "URDF and robot file hold the links alone; what they cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most.",
+            rigid.effects.join(", ")
+        ))?;
+    }
+    Ok(None)
 }
 
 fn read(path: &Path, compensator: &Compensator<'_>, task: &Task) -> Result<Vec<Target>, FileError> {

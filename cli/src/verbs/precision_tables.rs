@@ -25,7 +25,7 @@ pub fn precision_text(scenario: &str, seed: u64, setup: &Setup, test: &Precision
     format!(
         "Precision of the TriCal of scenario '{scenario}' on a simulated measuring machine, seed {seed}: the procedure of the paper's Table 3\n{}\n\n\
          Deviation of the datum ball from the master ball, um\n{}\n\n{}\n\n\
-         What it is made of: root mean square of the 3-D deviation over {} such tests, um\n{}\n{}",
+         What it is made of: root mean square of the 3-D deviation over {} such tests, µm\n{}\n{}",
         procedure(setup, test),
         deviations(setup, test),
         spread(budget),

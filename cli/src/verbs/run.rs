@@ -136,23 +136,7 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
     print("\nPARAMETERS, by TriCal")?;
     print(&story(&run.trical.calibration))?;
     print("POSITION ERRORS after calibration, on the tracker's validation poses (paper: Table 9)")?;
-    let mut rows = vec![validation_row("nominal", &run.before)];
-    for method in [&run.trical, &run.tracker] {
-        rows.push(validation_row(title(method.name), &method.validation));
-        if let Some((_, paper)) = PAPER.iter().find(|(name, _)| *name == method.name) {
-            let [mean, max, std] = paper.map(|v| format!("{v:.3}"));
-            rows.push([
-                format!("  the paper's {}", title(method.name)),
-                mean,
-                max,
-                std,
-                String::new(),
-                String::new(),
-                String::new(),
-            ]);
-        }
-    }
-    print(&validation_table(&rows))?;
+    print(&errors_table(run))?;
     print("\nHISTOGRAM of the TriCal's position errors")?;
     print(&histogram(&run.trical.validation, 12))?;
     print(
@@ -177,6 +161,27 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
         }
     }
     Ok(())
+}
+
+/// Position errors before and after calibration, each method's above the paper's.
+fn errors_table(run: &Run) -> String {
+    let mut rows = vec![validation_row("nominal", &run.before)];
+    for method in [&run.trical, &run.tracker] {
+        rows.push(validation_row(title(method.name), &method.validation));
+        if let Some((_, paper)) = PAPER.iter().find(|(name, _)| *name == method.name) {
+            let [mean, max, std] = paper.map(|v| format!("{v:.3}"));
+            rows.push([
+                format!("  the paper's {}", title(method.name)),
+                mean,
+                max,
+                std,
+                String::new(),
+                String::new(),
+                String::new(),
+            ]);
+        }
+    }
+    validation_table(&rows)
 }
 
 fn compensation_text(run: &Run) -> String {

@@ -5,6 +5,7 @@
 
 mod calibration;
 mod comparison;
+mod comparison_of;
 mod compensation;
 mod diagnosis;
 mod heat_map;

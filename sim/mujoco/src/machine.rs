@@ -24,62 +24,17 @@ const BUILT_IN: [&str; 4] = ["base_frame", "mdh", "tool_frame", "ball"];
 pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Machine, PlantError> {
     let truth = scenario.truth();
     if truth.keys().hidden != HiddenToml::default() {
-        return Err(PlantError::Unsuited {
-            key: "truth.hidden".into(),
-            problem: "is no part of the mechanism that MuJoCo plays".into(),
-            remedy: "take it out, or run the analytic plant".into(),
-        });
+        return Err(unsuited("truth.hidden".into(), "take it out, or run the analytic plant".into()));
     }
-    let Parts { nominal, mut robot, mut tool, payload, gauge, .. } = parts.clone();
+    let effects = built_in(truth.drawn(streams))?;
+    let Parts { nominal, robot, tool, payload, balls, gauge } = parts.clone();
     let joints = robot.joints();
     let compliance = truth.flaws(streams, joints).compliance;
     let stiffnesses: Vec<f64> = compliance.iter().map(|c| stiffness(*c)).collect();
-    let mut base = nominal.base.to_array();
-    let mut balls = parts.balls.clone();
-    for effect in truth.drawn(streams) {
-        let id = effect.effect.id();
-        let family = effects::family(id).map_or(id, |family| family.id);
-        if ["joint_compliance", "hysteresis"].contains(&family) {
-            continue; // the gears have the one, the controller's joints the other
-        }
-        if !BUILT_IN.contains(&family) {
-            return Err(PlantError::Unsuited {
-                key: format!("truth.effects.{id}"),
-                problem: "is no part of the mechanism that MuJoCo plays".into(),
-                remedy: format!(
-                    "take it out, or run the analytic plant; MuJoCo knows: {}, joint_compliance, hysteresis",
-                    BUILT_IN.join(", ")
-                ),
-            });
-        }
-        let kinds = (0..balls.len()).map(Kind::Ball);
-        constant(&effect, &nominal, None, &mut |site, by| match site {
-            Site::Base(axis) => base[axis as usize] += by,
-            Site::Tool(k) => tool.xyz[usize::from(k)] += by,
-            Site::Mdh(i, entry) => {
-                let mdh = &mut robot.links[usize::from(i)].mdh;
-                *match entry {
-                    MdhEntry::Alpha => &mut mdh.alpha,
-                    MdhEntry::A => &mut mdh.a,
-                    MdhEntry::Beta => &mut mdh.beta,
-                    MdhEntry::Theta => &mut mdh.theta,
-                    MdhEntry::D => &mut mdh.d,
-                } += by;
-            }
-            Site::Flex(..) | Site::Target(_) => {}
-        });
-        for (ball, kind) in balls.iter_mut().zip(kinds) {
-            constant(&effect, &nominal, Some(kind), &mut |site, by| {
-                if let Site::Target(k) = site {
-                    ball.centre[usize::from(k)] += by;
-                }
-            });
-        }
-    }
-    Ok(Machine {
+    let mut machine = Machine {
         name: nominal.robot.name.clone(),
         gravity: nominal.gravity,
-        base: FramePose::from_array(base),
+        base: nominal.base,
         scenery: Scenery::new(&robot.solids, joints, &scenario.surroundings(), &scenario.surroundings_without_artifact()),
         flaws: MujocoFlaws::new(&truth.keys().mujoco, stiffnesses),
         robot,
@@ -88,7 +43,61 @@ pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<
         payload,
         balls,
         gauge,
-    })
+    };
+    effects.iter().for_each(|effect| build_in(&mut machine, effect, &nominal));
+    Ok(machine)
+}
+
+/// The error for a truth that only the analytic plant can play.
+fn unsuited(key: String, remedy: String) -> PlantError {
+    PlantError::Unsuited { key, problem: "is no part of the mechanism that MuJoCo plays".into(), remedy }
+}
+
+/// The effects that are built into the machine; the gears have the compliance, the controller's joints the hysteresis.
+fn built_in(drawn: Vec<TrueEffect>) -> Result<Vec<TrueEffect>, PlantError> {
+    let mut effects = Vec::new();
+    for effect in drawn {
+        let id = effect.effect.id();
+        let family = effects::family(id).map_or(id, |family| family.id);
+        if BUILT_IN.contains(&family) {
+            effects.push(effect);
+        } else if !["joint_compliance", "hysteresis"].contains(&family) {
+            let known = BUILT_IN.join(", ");
+            let remedy = format!("take it out, or run the analytic plant; MuJoCo knows: {known}, joint_compliance, hysteresis");
+            return Err(unsuited(format!("truth.effects.{id}"), remedy));
+        }
+    }
+    Ok(effects)
+}
+
+/// Moves base, tool, links and balls by a constant effect.
+fn build_in(machine: &mut Machine, effect: &TrueEffect, nominal: &Dataset) {
+    constant(effect, nominal, None, &mut |site, by| match site {
+        Site::Base(axis) => {
+            let mut base = machine.base.to_array();
+            base[axis as usize] += by;
+            machine.base = FramePose::from_array(base);
+        }
+        Site::Tool(k) => machine.tool.xyz[usize::from(k)] += by,
+        Site::Mdh(i, entry) => {
+            let mdh = &mut machine.robot.links[usize::from(i)].mdh;
+            *match entry {
+                MdhEntry::Alpha => &mut mdh.alpha,
+                MdhEntry::A => &mut mdh.a,
+                MdhEntry::Beta => &mut mdh.beta,
+                MdhEntry::Theta => &mut mdh.theta,
+                MdhEntry::D => &mut mdh.d,
+            } += by;
+        }
+        Site::Flex(..) | Site::Target(_) => {}
+    });
+    for (k, ball) in machine.balls.iter_mut().enumerate() {
+        constant(effect, nominal, Some(Kind::Ball(k)), &mut |site, by| {
+            if let Site::Target(k) = site {
+                ball.centre[usize::from(k)] += by;
+            }
+        });
+    }
 }
 
 /// Calls `moved` with the contributions of an effect that do not depend on the situation.

@@ -89,68 +89,12 @@ fn is_a_size(path: &str) -> bool {
 
 /// Checks the lengths of lists and the bounds of numbers, for an arm of `joints` joints.
 pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Result<(), FileError> {
+    payloads_and_balls(toml, sources)?;
+    joint_lists(toml, joints, sources)?;
+    greatest(toml, sources)?;
+    counts(toml, sources)?;
     let wrong = |key: &str, problem: String, remedy: String| Err(sources.wrong(key, problem, remedy));
-    let ScenarioToml { plan, tracker, truth, balls, .. } = toml;
-    if toml.payloads.is_empty() {
-        return wrong("payload", "there is none".into(), "give at least one [[payload]]".into());
-    }
-    if !(1..=MOST_BALLS).contains(&balls.len()) {
-        return wrong("ball", format!("there are {}", balls.len()), format!("give 1 to {MOST_BALLS} [[ball]]"));
-    }
-    if let Some(k) = balls.iter().position(|ball| ball.outward.iter().all(|&v| v == 0.0)) {
-        let key = format!("ball[{k}].outward");
-        return wrong(&key, "has no direction".into(), "point it away from the ball's stem".into());
-    }
-    for (key, list) in [
-        ("noise.joint_arcsec", &toml.noise.joint_arcsec),
-        ("truth.controller.servo_error_arcsec", &truth.controller.servo_error_arcsec),
-        ("truth.controller.lost_motion_arcsec", &truth.controller.lost_motion_arcsec),
-        ("truth.controller.small_move_play_arcsec", &truth.controller.small_move_play_arcsec),
-    ] {
-        if list.len() != joints {
-            return wrong(key, format!("has {} numbers", list.len()), format!("give one for each of the {joints} joints"));
-        }
-    }
-    // A probability, two forces, two angles, a reading.
-    for (key, value, most) in [
-        ("truth.indicators.drop_out", truth.indicators.drop_out, 1.0),
-        ("indicators.preload_n", toml.indicators.preload_n, MOST_FORCE),
-        ("indicators.full_force_n", toml.indicators.full_force_n, MOST_FORCE),
-        ("plan.cone_deg", plan.cone_deg, 180.0),
-        ("tracker.facing_deg", tracker.facing_deg, 180.0),
-        // With a tolerance beyond the range of an indicator everything would be centred.
-        ("centring.tolerance_um", toml.centring.tolerance_um, TRAVEL / UM),
-    ] {
-        if value > most {
-            return wrong(key, format!("is {value}"), format!("give a number from 0 to {most}"));
-        }
-    }
-    if plan.light_poses > 0 && toml.payloads.len() < 2 {
-        return wrong(
-            "plan.light_poses",
-            "needs a second payload".into(),
-            "give a second [[payload]], or no light poses".into(),
-        );
-    }
-    let poses = MOST_POSES / balls.len();
-    let per_ball = plan.poses_per_ball + plan.reserves_per_ball + plan.light_poses.div_ceil(balls.len());
-    let reversible = plan.poses_per_ball.saturating_mul(balls.len());
-    for (key, count, least, most) in [
-        ("plan.poses_per_ball", plan.poses_per_ball, 1, poses),
-        ("plan.reserves_per_ball", plan.reserves_per_ball, 0, poses),
-        ("plan.light_poses", plan.light_poses, 0, MOST_POSES),
-        ("plan.reversed_poses", plan.reversed_poses, 0, reversible),
-        ("plan.point_poses", plan.point_poses, 0, TRACKER_POOL),
-        ("plan.pool_per_ball", plan.pool_per_ball, per_ball, MOST_CANDIDATES / balls.len()),
-        ("plan.starts", plan.starts, 1, MOST_STARTS),
-        ("tracker.identification_poses", tracker.identification_poses, 1, TRACKER_POOL),
-        ("tracker.validation_poses", tracker.validation_poses, 1, MOST_VALIDATION_POSES),
-    ] {
-        if !(least..=most).contains(&count) {
-            return wrong(key, format!("is {count}"), format!("give a whole number from {least} to {most}"));
-        }
-    }
-    if truth.controller.speed_deg_per_s < SLOWEST {
+    if toml.truth.controller.speed_deg_per_s < SLOWEST {
         let remedy = format!("give the joints a speed of at least {SLOWEST} deg/s");
         return wrong("truth.controller.speed_deg_per_s", "is not positive, or as good as zero".into(), remedy);
     }
@@ -167,6 +111,87 @@ pub(super) fn keys(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Res
     toml.instrument.check(sources)?;
     if toml.centring.tolerance_um <= 0.0 {
         return wrong("centring.tolerance_um", "is not positive".into(), "the paper nulls to 3 µm".into());
+    }
+    Ok(())
+}
+
+/// Checks that there are payloads and a sensible number of balls, each with a direction.
+fn payloads_and_balls(toml: &ScenarioToml, sources: &Sources) -> Result<(), FileError> {
+    let balls = &toml.balls;
+    if toml.payloads.is_empty() {
+        return Err(sources.wrong("payload", "there is none", "give at least one [[payload]]"));
+    }
+    if !(1..=MOST_BALLS).contains(&balls.len()) {
+        let remedy = format!("give 1 to {MOST_BALLS} [[ball]]");
+        return Err(sources.wrong("ball", format!("there are {}", balls.len()), remedy));
+    }
+    if let Some(k) = balls.iter().position(|ball| ball.outward.iter().all(|&v| v == 0.0)) {
+        let key = format!("ball[{k}].outward");
+        return Err(sources.wrong(&key, "has no direction", "point it away from the ball's stem"));
+    }
+    Ok(())
+}
+
+/// Checks the lists that hold one number per joint.
+fn joint_lists(toml: &ScenarioToml, joints: usize, sources: &Sources) -> Result<(), FileError> {
+    let controller = &toml.truth.controller;
+    for (key, list) in [
+        ("noise.joint_arcsec", &toml.noise.joint_arcsec),
+        ("truth.controller.servo_error_arcsec", &controller.servo_error_arcsec),
+        ("truth.controller.lost_motion_arcsec", &controller.lost_motion_arcsec),
+        ("truth.controller.small_move_play_arcsec", &controller.small_move_play_arcsec),
+    ] {
+        if list.len() != joints {
+            let remedy = format!("give one for each of the {joints} joints");
+            return Err(sources.wrong(key, format!("has {} numbers", list.len()), remedy));
+        }
+    }
+    Ok(())
+}
+
+/// Checks the upper bounds of a probability, two forces, two angles and a reading.
+fn greatest(toml: &ScenarioToml, sources: &Sources) -> Result<(), FileError> {
+    for (key, value, most) in [
+        ("truth.indicators.drop_out", toml.truth.indicators.drop_out, 1.0),
+        ("indicators.preload_n", toml.indicators.preload_n, MOST_FORCE),
+        ("indicators.full_force_n", toml.indicators.full_force_n, MOST_FORCE),
+        ("plan.cone_deg", toml.plan.cone_deg, 180.0),
+        ("tracker.facing_deg", toml.tracker.facing_deg, 180.0),
+        // With a tolerance beyond the range of an indicator everything would be centred.
+        ("centring.tolerance_um", toml.centring.tolerance_um, TRAVEL / UM),
+    ] {
+        if value > most {
+            return Err(sources.wrong(key, format!("is {value}"), format!("give a number from 0 to {most}")));
+        }
+    }
+    Ok(())
+}
+
+/// Checks the numbers of poses, candidates and starts.
+fn counts(toml: &ScenarioToml, sources: &Sources) -> Result<(), FileError> {
+    let ScenarioToml { plan, tracker, balls, .. } = toml;
+    if plan.light_poses > 0 && toml.payloads.len() < 2 {
+        let remedy = "give a second [[payload]], or no light poses";
+        return Err(sources.wrong("plan.light_poses", "needs a second payload", remedy));
+    }
+    let poses = MOST_POSES / balls.len();
+    let per_ball = plan.poses_per_ball + plan.reserves_per_ball + plan.light_poses.div_ceil(balls.len());
+    let reversible = plan.poses_per_ball.saturating_mul(balls.len());
+    for (key, count, least, most) in [
+        ("plan.poses_per_ball", plan.poses_per_ball, 1, poses),
+        ("plan.reserves_per_ball", plan.reserves_per_ball, 0, poses),
+        ("plan.light_poses", plan.light_poses, 0, MOST_POSES),
+        ("plan.reversed_poses", plan.reversed_poses, 0, reversible),
+        ("plan.point_poses", plan.point_poses, 0, TRACKER_POOL),
+        ("plan.pool_per_ball", plan.pool_per_ball, per_ball, MOST_CANDIDATES / balls.len()),
+        ("plan.starts", plan.starts, 1, MOST_STARTS),
+        ("tracker.identification_poses", tracker.identification_poses, 1, TRACKER_POOL),
+        ("tracker.validation_poses", tracker.validation_poses, 1, MOST_VALIDATION_POSES),
+    ] {
+        if !(least..=most).contains(&count) {
+            let remedy = format!("give a whole number from {least} to {most}");
+            return Err(sources.wrong(key, format!("is {count}"), remedy));
+        }
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
-//! What stands out among the views, strongest first, each beyond those before it.
+//! Views that stand out, strongest first, each tested beyond those before it.
 //!
-//! A ball that has moved leaves its mark everywhere: on the other balls, and on joints whose angles differ from ball to ball. So the
-//! view that explains most is taken first (Schwarz 1978, with the noise as the least that can be left), then given to the model, and the
-//! others are judged by what they show beyond it.
+//! A displaced ball affects every view: the other balls, and the joints whose angles differ from ball to ball. Hence
+//! the view with the largest gain is selected first (Schwarz 1978, with the noise as the smallest possible remainder)
+//! and added to the model, and the others are judged by what they show beyond it.
 
 use super::layout::Layout;
 use super::significance::SIGNIFICANCE;
@@ -10,22 +10,22 @@ use super::standout::{Standout, Subject};
 use crate::assess::noise_floor::{NoiseFloor, fisher_chance};
 use crate::assess::residual_views::{Scores, Taken, ViewTest};
 
-/// More than this many findings are no findings: the model is wrong in many small ways.
+/// Largest number of findings; if more views stand out, the model is wrong in many small ways.
 const MOST: usize = 5;
 
-/// A view that explains less than this share of what noise does not explain is not worth a sentence, however surely it is there.
+/// A view that explains less than this share of what noise does not explain is not reported, however significant it is.
 const WORTH: f64 = 0.02;
 
-/// Judges what views take.
+/// Judges the contributions of views.
 pub(super) struct Judge<'a> {
     pub noise: &'a NoiseFloor,
     pub samples: usize,
-    /// How many times a posture's error is counted: numbers measured, by three for every posture; at least 1.
+    /// Number of times that a posture's error is counted: scalar measurements over three per posture, at least 1.
     pub repetition: f64,
 }
 
 impl Judge<'_> {
-    /// One-sigma of the whitened residuals: the noise, or what is left where it is unknown.
+    /// One-sigma of the whitened residuals: the noise, or the rms of the residuals if it is unknown.
     pub fn unit(&self, scores: &Scores) -> f64 {
         match &self.noise.level {
             Some(level) => level.relative,
@@ -33,7 +33,7 @@ impl Judge<'_> {
         }
     }
 
-    /// The test of a view that takes so much, one of `family` of its kind.
+    /// Tests a view with this contribution, one of `family` views of its kind.
     pub fn test(&self, scores: &Scores, taken: &Taken, family: f64) -> ViewTest {
         let (squares, dof) = (taken.squares, taken.dof as f64);
         let unit = self.unit(scores);
@@ -42,7 +42,7 @@ impl Judge<'_> {
         let p = if taken.dof == 0 {
             1.0
         } else {
-            // What the model gets wrong in a posture it gets wrong in all replicates of it (Kish's design effect); noise it is not.
+            // A model error is the same in all replicates of a posture (Kish's design effect); noise is not.
             let wrong = self.noise.level.map_or(1.0, |l| (1.0 - l.relative.powi(2) * beyond / rest).clamp(0.0, 1.0));
             let effect = 1.0 + (self.repetition - 1.0) * if rest > 0.0 { wrong } else { 0.0 };
             let below = beyond / effect;
@@ -63,13 +63,14 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether a share of the residual sum of squares is large enough to be spoken of.
+    /// True if a share of the residual sum of squares is large enough to be reported.
     fn is_worth_saying(&self, scores: &Scores, share: f64) -> bool {
         let noise = self.noise.level.map_or(0.0, |l| l.relative.powi(2) * scores.dof);
         share * scores.squares >= WORTH * (scores.squares - noise)
     }
 
-    /// How much the view is worth: twice the gain in log likelihood, less the price of its numbers.
+    /// Gain of a view by the Bayesian information criterion: twice the gain in log likelihood minus the penalty for its
+    /// degrees of freedom.
     pub fn gain(&self, scores: &Scores, taken: &Taken) -> f64 {
         let dof = taken.dof as f64;
         let floor = self.noise.level.map_or(0.0, |l| l.relative * l.relative * (scores.dof - dof).max(0.0));
@@ -78,13 +79,13 @@ impl Judge<'_> {
     }
 }
 
-/// What stands out, and the share of the sum of squares that is left without it.
+/// Findings, and the share of the residual sum of squares that remains after them.
 pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (Vec<Standout>, f64) {
     let mut now = scores.clone();
     let mut found: Vec<Standout> = Vec::new();
     let candidates = layout.candidates();
     let scanned = |subject: Subject| matches!(subject, Subject::Sample(_));
-    // All samples are one candidate, tried at as many places.
+    // All samples count as one candidate with as many places.
     let family = candidates.iter().filter(|(s, _, _)| !scanned(*s)).count() as f64 + 1.0;
     while found.len() < MOST {
         let mut best: Option<(f64, Standout, &[usize])> = None;
@@ -95,14 +96,15 @@ pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (
             };
             let places = if scanned(*subject) { judge.samples as f64 } else { 1.0 };
             let mut test = judge.test(&now, &taken, family * places);
-            // Of the whole, and not of what those before have left.
+            // The share refers to the whole residual, not to what the findings before it leave.
             test.explains *= if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };
             let gain = judge.gain(&now, &taken) - 2.0 * places.ln();
             let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(scores, test.explains);
             if stands_out && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
                 let unit = judge.unit(&now);
                 let sigmas = (0..patterns.len()).map(|i| unit * taken.covariance[(i, i)].max(0.0).sqrt()).collect();
-                // A ball that stands off draws the TCP with it: the residual, ball minus TCP, is its displacement turned round.
+                // The TCP follows a displaced ball: the residual, stated ball position minus TCP, is the negative
+                // displacement.
                 let sign = if matches!(subject, Subject::Ball(_)) { -1.0 } else { 1.0 };
                 let sizes = taken.sizes.iter().map(|x| sign * x).collect();
                 best = Some((gain, Standout { subject: *subject, test, sizes, sigmas, effects: Vec::new() }, patterns));

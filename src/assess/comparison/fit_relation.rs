@@ -1,4 +1,4 @@
-//! How samples stand to a calibration: whether it was fitted to them, and what it therefore may have absorbed.
+//! Relation of samples to a calibration: whether it was fitted to them, and hence how much it may have absorbed.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,22 +7,26 @@ use crate::assess::residual_views::{Beforehand, Whitened};
 use crate::identify::{Application, Calibration, Use};
 use crate::measure::Dataset;
 
-/// Samples are those of the fit when the best step from the calibration is shorter than this, in units of the noise. The fit ends at
-/// 1e-8 and files keep fifteen digits; new samples ask for a step of about the square root of the number of parameters.
+/// Samples are taken as those of the fit if the best step from the calibration is shorter than this, in units of the
+/// noise. A fit converges to 1e-8, or to 1e-3 at worst if loads depend on its values, and files keep fifteen digits;
+/// for new samples the step is about the square root of the number of parameters.
 const NO_STEP: f64 = 0.03;
 
-/// How the samples relate to the fit of the calibration.
+/// Relation of the samples to the fit of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitRelation {
-    /// The calibration is the fit of these samples, or of some of them: its parameters have taken up what they could.
+    /// True if the calibration was fitted to these samples, or to some of them: its parameters have then absorbed what
+    /// they could.
     pub fitted: bool,
-    /// Number of parameters that these samples have determined: those of the fit, or those of set-ups not seen before.
+    /// Number of parameters that count as free: if `fitted`, those without a prior; otherwise those of set-ups that the
+    /// calibration does not contain.
     pub absorbed: usize,
-    /// Number of parameters of the fit of which something is known beforehand: what is certified, or how large they may be.
+    /// Number of parameters with prior knowledge: a certified or plausible size or, if not `fitted`, the covariance of
+    /// the calibration.
     pub held: usize,
-    /// Parameters of set-ups that the calibration has not seen, fitted to these samples.
+    /// Parameters of set-ups that the calibration does not contain, fitted to these samples.
     pub refitted: Vec<String>,
-    /// The same, fitted to other rows of the data, of set `fit`.
+    /// Parameters of such set-ups fitted to other rows of the data, those of set `fit`.
     pub from_fit_rows: Vec<String>,
 }
 
@@ -59,12 +63,12 @@ fn is_best(problem: &crate::identify::Problem, values: &[f64], beforehand: &Befo
     whitened.dof > 0.0 && whitened.step_left() < NO_STEP * unit
 }
 
-/// One-sigma known of a parameter beforehand.
+/// One-sigma of a parameter's prior; `None` if it has none.
 fn stated(application: &Application, p: usize) -> Option<f64> {
     Some(application.problem.parameters()[p].knowledge.sigma()).filter(|sigma| sigma.is_finite())
 }
 
-/// As in the fit: free but for what is stated.
+/// Knowledge if the calibration was fitted to these samples: parameters are free, except for their priors.
 fn as_fitted(application: &Application) -> Beforehand {
     let Application { problem, values, estimates, refitted, from_fit_rows } = application;
     let free = |p: &usize| estimates[*p].is_some() || refitted.contains(p) || from_fit_rows.contains(p);
@@ -77,7 +81,8 @@ fn as_fitted(application: &Application) -> Beforehand {
     Beforehand { parameters, deviation, informed, covariance, fitted: true }
 }
 
-/// As predicted: the calibration's parameters with their covariance, and free those that these data had to tell.
+/// Knowledge if the calibration predicts these samples: its parameters with their covariance; those of set-ups that it
+/// does not contain are free.
 fn as_predicted(calibration: &Calibration, application: &Application, noise: &NoiseFloor) -> Beforehand {
     let Application { problem, estimates, refitted, from_fit_rows, .. } = application;
     let free = |p: &usize| refitted.contains(p) || from_fit_rows.contains(p);
@@ -88,7 +93,7 @@ fn as_predicted(calibration: &Calibration, application: &Application, noise: &No
     let uncertain = |p: &usize| sigma(*p).is_some_and(|s| s > 0.0);
     let parameters: Vec<usize> = (0..problem.parameters().len()).filter(|p| free(p) || uncertain(p)).collect();
     let informed: Vec<usize> = (0..parameters.len()).filter(|&i| !free(&parameters[i])).collect();
-    // The scores count in units of the samples' weights; what is known of the parameters is absolute.
+    // Scores are in units of the samples' weights, whereas the knowledge of the parameters is absolute.
     let unit = match &noise.level {
         Some(level) => level.relative * level.relative,
         None if calibration.noise_stated || !calibration.chi2_per_dof.is_finite() => 1.0,

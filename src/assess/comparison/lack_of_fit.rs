@@ -1,30 +1,34 @@
-//! What the model leaves above the noise.
+//! Lack of fit: the residual beyond the noise.
 
 use super::significance::SIGNIFICANCE;
 use crate::assess::noise_floor::{NoiseFloor, NoiseSource, fisher_chance};
 use crate::assess::residual_views::Whitened;
 
-/// Quantile of the normal distribution for 95 %, two-sided.
+/// Two-sided 95 % quantile of the normal distribution.
 const TWO_SIDED_95: f64 = 1.959_964;
 
-/// Residual against noise: the classic test of lack of fit (Draper and Smith 1998, 2.1) where there are replicates, chi-square
-/// against the stated noise elsewhere.
+/// Residual compared with the noise: if the noise is known from replicates, by the classic test of lack of fit (Draper
+/// and Smith 1998, 2.1); if it is stated, by chi-square.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LackOfFit {
-    /// Degrees of freedom of the residuals: numbers measured, less the parameters that they determined.
+    /// Degrees of freedom of the residuals: scalar measurements minus free parameters.
     pub dof: f64,
-    /// Residual sum of squares in units of the noise squared, by its degrees of freedom; `None` where the noise is unknown.
+    /// Residual sum of squares in units of the noise squared, per degree of freedom; `None` if the noise is unknown or
+    /// no degree of freedom remains.
     pub chi2_per_dof: Option<f64>,
-    /// Chance that noise alone leaves as much; `None` where the noise is unknown, or all rows are replicates of as many targets as
-    /// there are parameters.
+    /// Probability that noise alone leaves a larger residual; `None` if the noise is unknown, or if it is known from
+    /// replicates and no degrees of freedom remain beyond those of the replicates.
     pub p: Option<f64>,
-    /// What noise leaves of the residual, 3-D rms, m: less than the noise itself after a fit, `noise² dof / numbers`.
+    /// Part of the residual due to noise, 3-D rms, m: `noise sqrt(dof / numbers)` with the number of scalar
+    /// measurements, less than the noise itself after a fit; `None` if the noise is unknown.
     pub noise_left: Option<f64>,
-    /// Root of rms² less that, 3-D, m; zero where noise explains all.
+    /// Unexplained part of the residual, 3-D rms, m: root of rms² minus `noise_left`²; zero if noise explains all,
+    /// `None` if the noise is unknown.
     pub unexplained: Option<f64>,
-    /// Where that lies with 95 % confidence, m, if what is unexplained stays as it is and the noise is drawn again.
+    /// 95 % confidence interval of `unexplained`, m, over repetitions of the noise with the same unexplained part.
     pub interval: Option<[f64; 2]>,
-    /// Whether less is left than the stated noise would leave, at 1 %: it is stated too large to judge anything by.
+    /// True if the residual is smaller than the stated noise would leave, at a level of 1 %: the stated noise is then
+    /// too large to judge anything by.
     pub noise_overstated: bool,
 }
 
@@ -54,8 +58,8 @@ impl LackOfFit {
         let share = (dof / numbers.max(1) as f64).clamp(0.0, 1.0);
         let noise_left = level.rms * share.sqrt();
         let unexplained = rms * rms - noise_left * noise_left;
-        // rms² is noise²/numbers times a chi-square whose non-centrality stands for what is unexplained; its variance is
-        // 2 (dof + 2 lambda). Noise known from replicates adds its own.
+        // rms² is noise²/numbers times a non-central chi-square with variance 2 (dof + 2 lambda); its non-centrality
+        // lambda stands for the unexplained part. Noise known from replicates adds its own variance.
         let per_number = level.rms * level.rms / numbers.max(1) as f64;
         let lambda = if per_number > 0.0 { unexplained.max(0.0) / per_number } else { 0.0 };
         let own = per_number * (2.0 * (dof + 2.0 * lambda)).sqrt();
@@ -68,7 +72,8 @@ impl LackOfFit {
             noise_left: Some(noise_left),
             unexplained: Some(unexplained.max(0.0).sqrt()),
             interval: Some([-reach, reach].map(|by| (unexplained + by).max(0.0).sqrt())),
-            // Effects that are held to a size take up noise, however wide they are held.
+            // Parameters with a prior absorb noise too, however wide the prior, so the smaller number of degrees of
+            // freedom counts.
             noise_overstated: noise.source == NoiseSource::Stated
                 && noise.chance_of(squares, least_dof.min(dof)).is_some_and(|p| p > 1.0 - SIGNIFICANCE),
         }

@@ -1,4 +1,4 @@
-//! Which displacement patterns the views are made of.
+//! Layout of the displacement patterns of which the views consist.
 
 use nalgebra::Vector3;
 
@@ -6,21 +6,22 @@ use super::standout::Subject;
 use crate::assess::residual_views::{Bins, JointVariable, MOST_WORST, Patterns, SeenSample};
 use crate::measure::Dataset;
 
-/// A joint that moves no sample's TCP by more than this, m/rad, has no apparent error.
+/// A joint that moves the TCP by no more than this at every sample, m/rad, has no apparent error.
 const NO_LEVER: f64 = 1e-6;
 
-/// Patterns of a set-up: six motions of its base, three shifts of its tool.
+/// Patterns of a set-up: six motions of its base, three translations of its tool.
 const PER_SETUP: usize = 9;
 
-/// A moment that varies by less than this share of the largest one's variation shows the base's tilt, not a load.
+/// If a moment varies by less than this share of the largest variation, it shows the tilt of the base rather than a
+/// load.
 const NO_LOAD: f64 = 0.01;
 
 pub(super) struct Curve {
-    /// Counted from 0.
+    /// Joint, counted from 0.
     pub joint: usize,
     pub against: JointVariable,
     pub bins: Bins,
-    /// First of its steps, one a bin; slopes within the bins follow.
+    /// First of its step patterns, one per bin; the slopes within the bins follow.
     first: usize,
 }
 
@@ -30,17 +31,18 @@ impl Curve {
     }
 }
 
-/// Every pattern has a number: set-ups first, all of them together next, then joints' means, balls, curves, worst samples.
+/// Numbering of the patterns: every set-up, all set-ups combined, the means of the joints, balls, curves, worst
+/// samples.
 pub(super) struct Layout {
     pub setups: usize,
     /// Joints (from 0) with a lever arm.
     pub joints: Vec<usize>,
-    /// Dataset and place of every ball probed.
+    /// Dataset and index of every ball probed.
     pub balls: Vec<(usize, usize)>,
-    /// Those of them that were placed by these very samples: where they stand accuses nobody.
+    /// Indices in `balls` of those whose positions were fitted to these samples: their residuals show no displacement.
     placed: Vec<usize>,
     pub curves: Vec<Curve>,
-    /// Samples, worst first.
+    /// Indices of the samples with the worst fit, worst first.
     pub worst: Vec<usize>,
 }
 
@@ -92,7 +94,7 @@ impl Layout {
         layout
     }
 
-    /// Takes the balls off the list of what may stand out whose places are among the numbers `refitted` to the samples.
+    /// Excludes from the candidates the balls whose position parameters are among `refitted`.
     pub fn acquit(&mut self, refitted: &[String], datasets: &[(&str, &Dataset)]) {
         let is_placed = |&b: &usize| {
             let (d, ball) = self.balls[b];
@@ -102,17 +104,17 @@ impl Layout {
         self.placed = (0..self.balls.len()).filter(is_placed).collect();
     }
 
-    /// Six motions of a set-up's base; of all set-ups at the place after the last.
+    /// Six motions of a set-up's base; the index after the last set-up stands for all combined.
     pub fn base(&self, setup: usize) -> Vec<usize> {
         (PER_SETUP * setup..PER_SETUP * setup + 6).collect()
     }
 
-    /// Three shifts of its tool.
+    /// Three translations of a set-up's tool.
     pub fn tool(&self, setup: usize) -> Vec<usize> {
         (PER_SETUP * setup + 6..PER_SETUP * (setup + 1)).collect()
     }
 
-    /// The mean of the joint at that place among [`Layout::joints`].
+    /// Mean of the joint with this index in [`Layout::joints`].
     pub fn level(&self, k: usize) -> usize {
         PER_SETUP * (self.setups + 1) + k
     }
@@ -126,18 +128,19 @@ impl Layout {
         (self.first_ball() + 3 * b..self.first_ball() + 3 * (b + 1)).collect()
     }
 
-    /// The mean of a joint counted from 0.
+    /// Mean of a joint, counted from 0.
     pub fn level_of(&self, joint: usize) -> usize {
         self.level(self.joints.iter().position(|&j| j == joint).unwrap_or(0))
     }
 
-    /// The steps of a curve.
+    /// Step patterns of a curve.
     pub fn curve(&self, c: usize) -> Vec<usize> {
         let curve = &self.curves[c];
         (curve.first..curve.first + curve.steps()).collect()
     }
 
-    /// What the model is given when a subject is found: of a curve its slopes too, so that its steps are not found next.
+    /// Patterns that the model receives once a subject is found; for a curve the slopes too, as otherwise its steps
+    /// would be found next.
     pub fn given(&self, subject: Subject, patterns: &[usize]) -> Vec<usize> {
         match subject {
             Subject::Curve(c) => (self.curves[c].first..self.curves[c].first + 2 * self.curves[c].steps()).collect(),
@@ -145,7 +148,7 @@ impl Layout {
         }
     }
 
-    /// Dataset and place of a ball.
+    /// Dataset of a ball, and its index there.
     pub fn ball_at(&self, b: usize) -> (usize, usize) {
         self.balls[b]
     }
@@ -169,7 +172,7 @@ impl Layout {
         self.first_worst() + 3 * self.worst.len()
     }
 
-    /// Patterns of one sample.
+    /// Adds the patterns of the sample with index `place`.
     pub fn show(&self, s: &SeenSample<'_>, place: usize, out: &mut Patterns) {
         let w = &s.whitener;
         let mut of_setups = |first: usize, vector: Vector3<f64>| {
@@ -203,7 +206,7 @@ impl Layout {
         }
     }
 
-    /// What may stand out: its patterns, and the pattern whose share does not count.
+    /// Candidates for findings: subject, patterns, and the pattern whose contribution is deducted.
     pub fn candidates(&self) -> Vec<(Subject, Vec<usize>, Option<usize>)> {
         let known = (0..self.balls.len()).filter(|b| !self.placed.contains(b));
         let balls = known.map(|b| (Subject::Ball(b), self.ball(b), None));

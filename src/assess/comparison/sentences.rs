@@ -2,7 +2,7 @@
 
 use super::{Comparison, SIGNIFICANCE, Standout, Subject};
 use crate::assess::noise_floor::NoiseSource;
-use crate::assess::residual_views::JointVariable;
+use crate::assess::residual_views::{JointCurve, JointVariable};
 use crate::units::{MM, UM, URAD};
 
 /// Three significant digits, whatever the size.
@@ -32,6 +32,45 @@ fn chance(p: f64) -> String {
 
 fn percent(share: f64) -> String {
     format!("{:.*} %", usize::from(share < 0.1), 100.0 * share)
+}
+
+/// How much a finding explains, and the chance of that.
+fn explains(finding: &Standout) -> String {
+    format!("explains {}, {}", percent(finding.test.explains), chance(finding.test.p_family))
+}
+
+/// Advice to try the effects suggested by a finding, else `otherwise`.
+fn try_effects(finding: &Standout, otherwise: &str) -> String {
+    match finding.effects.as_slice() {
+        [] => otherwise.to_owned(),
+        [one] => format!("try the effect {one}"),
+        many => format!("try the effects {}", many.join(", ")),
+    }
+}
+
+/// A joint's residual that follows a variable: what that means, and what to do.
+fn of_curve(finding: &Standout, curve: &JointCurve) -> String {
+    let (meaning, otherwise) = match curve.against {
+        JointVariable::Angle(_) => ("an error of its own gear or encoder", "try an error curve of the joint"),
+        JointVariable::Torque(_) => ("it gives way to the load otherwise than the model says", "check the masses entered"),
+        JointVariable::Approach(_) => ("lost motion by the side of approach", "approach from one side"),
+        JointVariable::Lag(_) => (
+            "it follows commanded minus reported angle",
+            "make sure that the actual angles are recorded, and wait until the arm is still",
+        ),
+        JointVariable::Payload => {
+            ("the load acts otherwise than the model says", "check mass and centre of mass of the payloads")
+        }
+        JointVariable::Time | JointVariable::Temperature => ("it drifts", "let the robot warm up"),
+    };
+    format!(
+        "Joint {} against {} stands out ({}): its apparent angle error swings by {} µrad; {meaning}: {}.",
+        curve.joint,
+        curve.against.name(),
+        explains(finding),
+        three(curve.swing() / URAD),
+        try_effects(finding, otherwise)
+    )
 }
 
 impl Comparison {
@@ -72,7 +111,7 @@ impl Comparison {
         let (size, risk) = if found > stated { ("small", "doubts too little") } else { ("large", "overlooks errors") };
         self.noise.contradicts_statement().then(|| {
             format!(
-                "Replicates scatter by {} um per axis where {} um are stated ({}): the stated noise is too {size}, and whoever trusts it {risk}. \
+                "Replicates scatter by {} µm per axis where {} µm are stated ({}): the stated noise is too {size}, and whoever trusts it {risk}. \
                  Correct it in [noise] of dataset.toml and identify again.",
                 three(found / UM),
                 three(stated / UM),
@@ -147,65 +186,36 @@ impl Comparison {
 
     fn of_finding(&self, finding: &Standout) -> String {
         let (sizes, sigmas) = (&finding.sizes, &finding.sigmas);
-        let explains = format!("explains {}, {}", percent(finding.test.explains), chance(finding.test.p_family));
-        let try_effects = |otherwise: &str| match finding.effects.as_slice() {
-            [] => otherwise.to_owned(),
-            [one] => format!("try the effect {one}"),
-            many => format!("try the effects {}", many.join(", ")),
-        };
+        let explains = explains(finding);
         match finding.subject {
             Subject::Ball(b) => {
                 let ball = &self.balls[b];
                 let name =
                     if self.several_datasets() { format!("{} of {}", ball.ball, ball.dataset) } else { ball.ball.clone() };
                 format!(
-                    "Ball {name} stands out ({explains}): it seems to stand {} um (world axes) from its stated place. If no effect of the arm \
+                    "Ball {name} stands out ({explains}): it seems to stand {} µm (world axes) from its stated place. If no effect of the arm \
                      explains it better (a diagnosis tries each), measure it again on the CMM, or leave its place to the fit (free = true).",
                     vector(sizes, sigmas, UM)
                 )
             }
             Subject::Tool(s) => format!(
-                "The tool{} stands out ({explains}): in its own axes the TCP seems {} um off. If no effect of the arm explains it better (a \
+                "The tool{} stands out ({explains}): in its own axes the TCP seems {} µm off. If no effect of the arm explains it better (a \
                  diagnosis tries each), master the gauge again and check the TCP; if both are right, {}.",
                 self.place(s),
                 vector(sizes, sigmas, UM),
-                try_effects("compare the scale of the artifact with that of the arm")
+                try_effects(finding, "compare the scale of the artifact with that of the arm")
             ),
             Subject::World(s) => format!(
-                "The base{} stands out ({explains}): the robot seems moved by {} um and turned by {} urad (world axes). Where it or the \
+                "The base{} stands out ({explains}): the robot seems moved by {} µm and turned by {} µrad (world axes). Where it or the \
                  artifact was moved, find the base anew; where not, {}.",
                 self.place(s),
                 vector(&sizes[..3], &sigmas[..3], UM),
                 vector(&sizes[3..], &sigmas[3..], URAD),
-                try_effects("look for a base that tips or drifts")
+                try_effects(finding, "look for a base that tips or drifts")
             ),
-            Subject::Curve(c) => {
-                let curve = &self.joints[c];
-                let (meaning, otherwise) = match curve.against {
-                    JointVariable::Angle(_) => ("an error of its own gear or encoder", "try an error curve of the joint"),
-                    JointVariable::Torque(_) => {
-                        ("it gives way to the load otherwise than the model says", "check the masses entered")
-                    }
-                    JointVariable::Approach(_) => ("lost motion by the side of approach", "approach from one side"),
-                    JointVariable::Lag(_) => (
-                        "it follows commanded minus reported angle",
-                        "make sure that the actual angles are recorded, and wait until the arm is still",
-                    ),
-                    JointVariable::Payload => {
-                        ("the load acts otherwise than the model says", "check mass and centre of mass of the payloads")
-                    }
-                    JointVariable::Time | JointVariable::Temperature => ("it drifts", "let the robot warm up"),
-                };
-                format!(
-                    "Joint {} against {} stands out ({explains}): its apparent angle error swings by {} µrad; {meaning}: {}.",
-                    curve.joint,
-                    curve.against.name(),
-                    three(curve.swing() / URAD),
-                    try_effects(otherwise)
-                )
-            }
+            Subject::Curve(c) => of_curve(finding, &self.joints[c]),
             Subject::Offset(k) => format!(
-                "Joint {} stands out ({explains}): it seems {} urad off wherever it stands. Check its zero mark; if it was mastered anew since, \
+                "Joint {} stands out ({explains}): it seems {} µrad off wherever it stands. Check its zero mark; if it was mastered anew since, \
                  identify again.",
                 self.offsets[k].joint,
                 vector(sizes, sigmas, URAD)

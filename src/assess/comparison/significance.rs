@@ -1,4 +1,4 @@
-//! The level of all tests of a comparison.
+//! Significance level of all tests of a comparison.
 
-/// Findings, lack of fit and views are judged at this level, each kind for itself.
+/// Level of the tests for findings, lack of fit and views, for each kind separately.
 pub const SIGNIFICANCE: f64 = 0.01;

@@ -1,8 +1,8 @@
-//! What stands out of a comparison.
+//! Findings of a comparison.
 
 use crate::assess::residual_views::ViewTest;
 
-/// What a finding is about, by place in the lists of the comparison.
+/// Subject of a finding, with its index in the respective list of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Subject {
     /// A ball.
@@ -22,15 +22,15 @@ pub enum Subject {
 /// A view that shows more than chance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Standout {
-    /// Which.
+    /// Its subject.
     pub subject: Subject,
-    /// Whether it is more than chance beyond the findings before it; the family is that of all views.
+    /// Its significance beyond the findings before it; the family comprises all views.
     pub test: ViewTest,
-    /// What would take it away, SI: displacement of the ball (3), TCP off by (3, tool axes), motion of the base (3 m, 3 rad), bins of the
-    /// curve (rad), offset of the joint (1 rad), displacement of the sample (3).
+    /// Amounts that would remove it, SI: displacement of the ball (3), error of the TCP (3, tool axes), motion of the
+    /// base (3 m, 3 rad), bins of the curve (rad), offset of the joint (1 rad), displacement of the sample (3).
     pub sizes: Vec<f64>,
-    /// One-sigma of each.
+    /// One-sigma of each amount.
     pub sigmas: Vec<f64>,
-    /// Effects of the catalogue that the model lacks and that would leave such a mark.
+    /// Effects of the catalogue that the model does not contain and that would show in this way.
     pub effects: Vec<String>,
 }

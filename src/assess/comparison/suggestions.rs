@@ -1,4 +1,4 @@
-//! Which effects of the catalogue would leave the mark that was found.
+//! Effects of the catalogue that would cause what stands out.
 
 use super::layout::Layout;
 use super::standout::Subject;
@@ -8,7 +8,8 @@ use crate::identify::{Calibration, Model};
 use crate::measure::Dataset;
 
 impl Layout {
-    /// Effects that the catalogue has and the model lacks, likeliest first; `subject` by place in this layout.
+    /// Lists the effects of the catalogue that would show as `subject` and that the model does not contain. For a tool
+    /// or a base, effects that mainly act there come first. The index in `subject` is that of this layout.
     pub fn suggestions(&self, subject: Subject, calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Vec<String> {
         let (balls, of_joint): (Vec<String>, Option<(usize, JointVariable)>) = match subject {
             Subject::Ball(b) => (datasets[self.ball_at(b).0].1.ball_ids(), None),
@@ -40,7 +41,8 @@ impl Layout {
     }
 }
 
-/// Effects that are the same at every sample, in the world or in the tool's axes; those that are that above all come first.
+/// Effects that are the same at every sample in the tool's axes or in the world; those of which this is the main
+/// dependence come first.
 fn everywhere(model: &Model, follows: Follows) -> Vec<String> {
     let place = |f: &'static Family| {
         let place = f.follows.iter().position(|x| *x == follows)?;

@@ -1,4 +1,4 @@
-//! The views, read off the scores of their patterns.
+//! The views, computed from the scores of their patterns.
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -11,7 +11,7 @@ use crate::assess::residual_views::{
 use crate::identify::Setup;
 use crate::measure::Dataset;
 
-/// What the views are made from.
+/// Input of the views.
 pub(super) struct Views<'a> {
     pub layout: &'a Layout,
     pub seen: &'a [SeenSample<'a>],
@@ -20,7 +20,7 @@ pub(super) struct Views<'a> {
     pub fitted: bool,
 }
 
-/// Weighted means of patterns fitted together, and what chance makes of them.
+/// Weighted means of patterns that are fitted together, and their one-sigma by chance.
 struct Means {
     values: Vec<f64>,
     sigmas: Vec<f64>,
@@ -33,7 +33,7 @@ impl Views<'_> {
         let own = pick(&self.scores.own);
         let unit = DMatrix::from_fn(n, 1, |i, _| if own[(i, i)] > 0.0 { own[(i, i)].sqrt().recip() } else { 0.0 });
         let scaled = DMatrix::from_fn(n, n, |i, k| own[(i, k)] * unit[i] * unit[k]);
-        // Points on a line leave a turn about it open: it stays zero.
+        // Points on a line do not determine the rotation about it; it remains zero.
         let inverse = scaled.pseudo_inverse(1e-9).unwrap_or_else(|_| DMatrix::zeros(n, n));
         let inverse = DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] * unit[i] * unit[k]);
         let plain = DMatrix::from_fn(n, 1, |i, _| self.scores.plain[patterns[i]]);
@@ -54,7 +54,7 @@ impl Views<'_> {
         let (translation, rotation) = (three(&motion.values, 0), three(&motion.values, 3));
         let after = |s: &SeenSample<'_>| {
             let moved = translation + rotation.cross(&s.from_base);
-            // Of a distance only what lies along the line of sight is seen.
+            // A distance shows only the component along the line of sight.
             let seen = if s.height == 1 {
                 s.whitener.row(0).transpose() * (s.whitener.row(0).transpose().dot(&moved) * s.variance)
             } else {
@@ -77,7 +77,7 @@ impl Views<'_> {
         (tool_view, world_view)
     }
 
-    /// All set-ups as if they were one.
+    /// Views of all set-ups combined.
     pub fn of_all(&self) -> (ToolView, WorldView) {
         self.tool_and_world(self.layout.setups, &|_| true, 1.0)
     }
@@ -106,7 +106,8 @@ impl Views<'_> {
             let (mean, taken) = (self.means(&patterns), self.scores.taken(&patterns));
             let samples = own().count();
             let sigma = self.judge.unit(self.scores);
-            // The arm was centred on the ball: where it truly stands, the TCP was, and the residual is ball minus TCP.
+            // The arm was centred on the ball, so the TCP was at the true position of the ball, whereas the residual is
+            // stated position minus TCP: the displacement has the opposite sign.
             let displacement = |taken: &Taken| {
                 let sigma = Vector3::from_fn(|i, _| sigma * taken.covariance[(i, i)].max(0.0).sqrt());
                 [Vector3::from_fn(|i, _| -taken.sizes[i]), sigma]
@@ -135,7 +136,7 @@ impl Views<'_> {
         self.layout.joints.iter().enumerate().map(one).collect()
     }
 
-    /// Those first that explain most, each with its place in the layout.
+    /// Curves in order of the share that they explain, each with its index in the layout.
     pub fn curves(&self) -> Vec<(usize, JointCurve)> {
         let family = self.layout.curves.len() as f64;
         let one = |(c, curve): (usize, &Curve)| {

@@ -1,4 +1,4 @@
-//! A diagnosis, and the same without the samples that disagree with all others.
+//! A diagnosis, and its repetition without the samples that disagree with all others.
 
 use super::judgement::judged;
 use super::{Diagnosis, Scatter, all_aside};
@@ -8,7 +8,7 @@ use crate::assess::verdict::Verdict;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
-/// Finds which effect is missing in `model`, as the rows of set `fit` see it.
+/// Finds the effect that `model` is missing, from the rows of set `fit`.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -23,7 +23,7 @@ use crate::measure::Dataset;
 /// let (base, tool) = (FramePose::default(), FramePose { xyz: [0.06, 0.01, -0.125], rz_ry_rx: [0.0; 3] });
 /// let sample = |k: usize| {
 ///     let q: Vec<f64> = (1..=6).map(|i| 3.0 * ((k * i) as f64 * 0.618).fract() - 1.5).collect();
-///     // Joint 1 turns a share too far.
+///     // Joint 1 turns too far by a fixed share of its angle.
 ///     let mut truly = q.clone();
 ///     truly[0] *= 1.0 + 500.0 * URAD;
 ///     let seen = world_from_tool(&robot, &base, &tool, &truly).translation.vector;
@@ -41,15 +41,16 @@ use crate::measure::Dataset;
 /// ```
 ///
 /// # Errors
-/// When data and model do not go together, or do not determine the unknowns.
+/// When the data do not fit the model, or do not determine the unknowns.
 pub fn diagnose(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Diagnosis, IdentifyError> {
     let examination = Examination::new(datasets, model)?;
     diagnose_examined(datasets, &examination)
 }
 
-/// The same, of an examination.
+/// As [`diagnose`], for an examination.
 ///
-/// Where single samples disagree with all others, the rest of the diagnosis is without them: they are set aside as `outlier` effects.
+/// If single samples disagree with all others, the rest of the diagnosis excludes them: they are set aside as `outlier`
+/// effects, unless too few would remain or an effect explains the data better.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -60,13 +61,13 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
         return Ok(diagnosis);
     }
     let aside = all_aside(&suspects).iter().fold(examination.model.clone(), |m, id| m.with(id));
-    // Samples whose loss leaves too little to determine the model cannot be set aside.
+    // Samples without which the model is not determined cannot be set aside.
     let Ok(without) = Examination::new(datasets, &aside) else { return Ok(diagnosis) };
     if explains_as_much(examination, &diagnosis, &without, &suspects) {
         return Ok(diagnosis);
     }
     let mut rest = judged(datasets, &without)?;
-    // What sets the worst of them aside leads: it is the first step to take.
+    // The finding that sets the worst sample aside comes first, since it is the first step to take.
     if let Some(worst) = diagnosis.findings.iter().find(|f| f.is_sample()) {
         rest.findings.insert(0, worst.clone());
     }
@@ -80,8 +81,8 @@ pub fn diagnose_examined(datasets: &[(&str, &Dataset)], examination: &Examinatio
     })
 }
 
-/// Whether the effect that is named without regard to the suspects explains the data as well as setting them aside does (Bayesian
-/// information criterion): then they are no accidents.
+/// True if the first effect found without regard to the suspects explains the data better than setting them aside does
+/// (Bayesian information criterion): the suspects are then no accidents.
 fn explains_as_much(examination: &Examination, diagnosis: &Diagnosis, without: &Examination, suspects: &[Suspect]) -> bool {
     let named = diagnosis.findings.first().filter(|f| diagnosis.verdict.names_effects() && !f.is_sample());
     let Some(first) = named else { return false };

@@ -1,4 +1,4 @@
-//! The most credible effects side by side.
+//! Findings: the most credible effects, examined side by side.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::effects::EffectId;
 use crate::identify::BACKGROUND_WIDTH;
 use crate::measure::Dataset;
 
-/// Two effects are near-aliases when less than this share of what one explains is left to it beside the other.
+/// Two effects are near-aliases if one leaves less than this share of what the other explains.
 const NEAR_ALIAS: f64 = 0.03;
 
 pub(super) fn contributions(examination: &Examination, relevance: &Relevance) -> Vec<Contribution> {
@@ -31,10 +31,10 @@ pub(super) fn contributions(examination: &Examination, relevance: &Relevance) ->
     all
 }
 
-/// Width at which an estimate is free for all that the data say.
+/// Prior width of an estimate that only the data determine, plausible sizes.
 const FREE: f64 = 1e3;
 
-/// Looks at hypotheses side by side; `close` holds them as its candidates, in this order.
+/// Examines hypotheses side by side; the candidates of `close` are these hypotheses, in this order.
 pub(super) fn findings(
     datasets: &[(&str, &Dataset)],
     close: &Examination,
@@ -82,10 +82,10 @@ pub(super) fn findings(
     hypotheses.par_iter().enumerate().map(finding).collect()
 }
 
-/// A candidate as the data alone would have it, in plausible sizes.
+/// Estimate of a candidate from the data alone, in plausible sizes.
 pub(super) struct Freely {
     estimate: DVector<f64>,
-    /// Of each number the least that the data allow: two one-sigmas less.
+    /// Smallest absolute value of each parameter that the data allow: two one-sigmas below the estimate, at least zero.
     pub least: DVector<f64>,
 }
 
@@ -97,12 +97,12 @@ impl Freely {
         Freely { estimate, least }
     }
 
-    /// Its size, rms over its numbers.
+    /// Size of the estimate, rms over its parameters.
     pub fn size(&self) -> f64 {
         rms(&self.estimate)
     }
 
-    /// The least size that the data allow, rms over its numbers.
+    /// Smallest size that the data allow, rms over its parameters.
     pub fn least_size(&self) -> f64 {
         rms(&self.least)
     }
@@ -112,7 +112,7 @@ fn rms(numbers: &DVector<f64>) -> f64 {
     (numbers.norm_squared() / numbers.len().max(1) as f64).sqrt()
 }
 
-/// A parameter's name without what the effect's id already says.
+/// Name of a parameter without the prefix that repeats the effect's id.
 fn short_name(effect: &str, name: &str) -> String {
     let family = EffectId::new(effect).family();
     [format!("{effect}."), format!("{family}."), format!("{family}:")]

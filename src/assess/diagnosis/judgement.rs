@@ -9,7 +9,7 @@ use crate::assess::examination::Examination;
 use crate::assess::explanation::Explanation;
 use crate::assess::heat_map::HeatMap;
 use crate::assess::hypotheses::{Hypothesis, hypotheses};
-use crate::assess::library::Candidate;
+use crate::assess::library::{Candidate, Untestable};
 use crate::assess::noise_floor::chi2_chance;
 use crate::assess::relevance::Relevance;
 use crate::assess::verdict::Verdict;
@@ -83,8 +83,22 @@ impl Shortlist {
         Ok(Shortlist { close, hypotheses, believable })
     }
 
-    fn place(&self, effect: &str) -> Option<usize> {
-        self.hypotheses.iter().position(|h| h.in_model == effect || h.effect == effect)
+    /// The one with this id, in a model or as an effect.
+    fn named(&self, effect: &str) -> Option<&Hypothesis> {
+        self.hypotheses.iter().find(|h| h.in_model == effect || h.effect == effect)
+    }
+
+    /// Those that are larger than they can be, with their places.
+    fn unbelievable(&self) -> impl Iterator<Item = (usize, &Hypothesis)> {
+        self.hypotheses.iter().enumerate().filter(|(k, _)| !self.believable[*k])
+    }
+
+    /// Ids and sizes of the unbelievable ones that the data surely show: of what they hardly see any size may come out.
+    fn surely_unbelievable(&self, datasets: &[(&str, &Dataset)], tests: usize) -> Vec<(String, f64)> {
+        let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0);
+        let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
+        let told = self.unbelievable().filter(|(_, h)| is_sure(h));
+        told.map(|(k, h)| (h.in_model.clone(), Freely::of(&self.close, k).size())).collect()
     }
 }
 
@@ -101,19 +115,100 @@ fn credible(all: &[Hypothesis]) -> usize {
 
 /// What the numbers say, before it is put into a verdict.
 struct Evidence<'a> {
+    datasets: &'a [(&'a str, &'a Dataset)],
     examination: &'a Examination,
-    background: &'a Background,
-    best: Option<&'a Hypothesis>,
-    /// The effect that explains most of a joint explanation.
-    main: Option<&'a Hypothesis>,
+    background: Background,
+    heat_map: HeatMap,
+    curve_family: Option<CurveFamily>,
+    relevance: Relevance,
+    scatter: Scatter,
+    untestable: Vec<Untestable>,
+    /// Hypotheses tested, unbelievable ones included.
+    tests: usize,
+    /// The believable hypotheses, the most credible first.
+    hypotheses: Vec<Hypothesis>,
+    /// How many of them make up the credible set.
     set: usize,
-    nothing: f64,
-    curve_wins: bool,
-    family: Option<&'a Hypothesis>,
-    lack_of_fit: bool,
+    list: Shortlist,
+    unbelievable: Vec<(String, f64)>,
+    together: Explanation,
+    /// Mean evidence of a hypothesis against the background, and of all cases together, the background alone included.
+    ln_mean: f64,
+    ln_whole: f64,
 }
 
-impl Evidence<'_> {
+impl<'a> Evidence<'a> {
+    fn new(datasets: &'a [(&'a str, &'a Dataset)], examination: &'a Examination) -> Result<Self, IdentifyError> {
+        let background = Background::new(examination)?;
+        let (mut all, mut untestable) = hypotheses(examination, &background);
+        untestable.splice(0..0, examination.library.untestable.iter().cloned());
+        let heat_map = HeatMap::new(examination, &background);
+        let relevance = Relevance::beside(examination, &background)?;
+        let tests = all.len().max(1);
+        all.sort_by(|a, b| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background));
+        let mut list = Shortlist::of(datasets, examination, &all)?;
+        let mut unbelievable = Vec::new();
+        if list.unbelievable().next().is_some() {
+            unbelievable = list.surely_unbelievable(datasets, tests);
+            all.retain(|h| !list.unbelievable().any(|(_, beyond)| beyond.in_model == h.in_model));
+            list = Shortlist::of(datasets, examination, &all)?;
+        }
+        let aware = all.iter().map(|h| h.ln_evidence_against_background);
+        let ln_mean = if all.is_empty() { f64::NEG_INFINITY } else { ln_sum_exp(aware) - (tests as f64).ln() };
+        Ok(Evidence {
+            datasets,
+            examination,
+            background,
+            curve_family: heat_map.curve.as_ref().and_then(CurveFamily::of),
+            heat_map,
+            relevance,
+            scatter: Scatter::of(datasets, examination),
+            untestable,
+            tests,
+            set: credible(&all),
+            hypotheses: all,
+            together: Explanation::of(&list.close, &list.believable, tests),
+            list,
+            unbelievable,
+            ln_mean,
+            ln_whole: ln_sum_exp([0.0, ln_mean].into_iter()),
+        })
+    }
+
+    /// The most credible hypothesis.
+    fn best(&self) -> Option<&Hypothesis> {
+        self.hypotheses.first()
+    }
+
+    /// The effect that explains most of a joint explanation.
+    fn main(&self) -> Option<&Hypothesis> {
+        self.together.members.first().map(|&k| &self.list.hypotheses[k])
+    }
+
+    /// Probability that nothing is missing beyond the background.
+    fn nothing(&self) -> f64 {
+        (-self.ln_whole).exp()
+    }
+
+    /// Probability that this effect is the missing one, among all tested and the case that nothing is missing.
+    fn probability(&self, h: &Hypothesis) -> f64 {
+        (h.ln_evidence_against_background - (self.tests as f64).ln() - self.ln_whole).exp()
+    }
+
+    /// Whether chi-square contradicts the noise as stated.
+    fn lack_of_fit(&self) -> bool {
+        self.scatter.lack_of_fit_p.is_some_and(|p| p < LACK_OF_FIT)
+    }
+
+    /// Whether a curve of any shape is believed over the library.
+    fn curve_wins(&self) -> bool {
+        let ln_curve = self.heat_map.ln_evidence_against_background();
+        let curve_takes = self.heat_map.best_cell().map_or(0.0, |c| c.explains);
+        ln_curve > CURVE_ODDS.ln()
+            && ln_curve - self.ln_mean > CURVE_ODDS.ln()
+            && self.best().map_or(0.0, |h| h.explains) < CURVE_IS_NEW * curve_takes
+    }
+
     /// Whether no more than noise, or what is ordinary, is left with an effect.
     fn is_all(&self, h: &Hypothesis) -> bool {
         let explained = h.explains * self.examination.remainder.squares;
@@ -129,152 +224,128 @@ impl Evidence<'_> {
 
     /// The verdict, and the effect to be named first.
     fn verdict(&self) -> (Verdict, Option<&Hypothesis>) {
-        let main = self.main.filter(|h| self.is_main(h));
-        if self.curve_wins {
-            return match self.family.or(main) {
+        let main = self.main().filter(|h| self.is_main(h));
+        if self.curve_wins() {
+            let family = self.curve_family.as_ref().and_then(|f| self.list.named(&f.effect));
+            return match family.or(main) {
                 Some(first) => (Verdict::Partly, Some(first)),
-                None => (Verdict::Unexplained, self.best),
+                None => (Verdict::Unexplained, self.best()),
             };
         }
-        if self.nothing < NOTHING
-            && let Some(best) = self.best
+        if self.nothing() < NOTHING
+            && let Some(best) = self.best()
         {
             return match (self.is_all(best), self.set) {
                 (true, 1) => (Verdict::Identified, Some(best)),
                 (true, _) => (Verdict::Indistinguishable, Some(best)),
-                (false, _) => (Verdict::Partly, self.main.or(Some(best))),
+                (false, _) => (Verdict::Partly, self.main().or(Some(best))),
             };
         }
-        if !self.lack_of_fit {
-            return (Verdict::NothingLeft, self.best);
+        if !self.lack_of_fit() {
+            return (Verdict::NothingLeft, self.best());
         }
         match main {
-            _ if !self.is_structured() => (Verdict::NoiseLargerThanStated, self.best),
+            _ if !self.is_structured() => (Verdict::NoiseLargerThanStated, self.best()),
             Some(main) => (Verdict::Partly, Some(main)),
-            None => (Verdict::Unexplained, self.best),
+            None => (Verdict::Unexplained, self.best()),
         }
     }
 
     /// Whether what is left looks like a robot at all, and not like noise.
     fn is_structured(&self) -> bool {
         let [none, sizes @ ..] = &self.background.ln_evidence[..] else { return false };
-        ln_mean_exp(sizes) - none > BACKGROUND_ODDS.ln() || self.main.is_some()
+        ln_mean_exp(sizes) - none > BACKGROUND_ODDS.ln() || self.main().is_some()
+    }
+
+    /// Names of the credible set under a verdict, with the effect to be named first.
+    fn set95(&self, verdict: Verdict, first: Option<&Hypothesis>) -> Vec<String> {
+        let mut set95: Vec<String> = Vec::new();
+        if verdict.names_effects() {
+            set95.extend(self.hypotheses[..self.set].iter().map(|h| h.effect.clone()));
+            if let Some(first) = first.filter(|f| !set95.contains(&f.effect)) {
+                set95.insert(0, first.effect.clone());
+            }
+        }
+        set95
+    }
+
+    /// Part of the rms due to noise, m; where the noise is unknown, what is left once `coefficients` have explained so many squares.
+    fn noise(&self, explained: f64, coefficients: usize) -> f64 {
+        let (examination, fit) = (self.examination, &self.examination.fit);
+        let unit = self.scatter.unit().unwrap_or_else(|| {
+            let share = 1.0 - explained / examination.remainder.squares;
+            fit.chi2 * share / fit.dof.saturating_sub(coefficients).max(1) as f64
+        });
+        // Samples count by their own noise: what is missing may sit where the noise is large.
+        let variance = examination.mean_variance() * unit * fit.dof as f64 / examination.problem.row_count().max(1) as f64;
+        variance.sqrt().min(fit.rms)
+    }
+
+    /// The effects of the joint explanation, and the share that they explain together.
+    fn explained_together(&self) -> (Vec<Explained>, f64) {
+        let share = |squares: f64| (squares / self.examination.remainder.squares).clamp(0.0, 1.0);
+        let name = |k: usize| self.list.hypotheses[k].in_model.clone();
+        let members = self.together.members.iter().zip(&self.together.takes);
+        let explained = members.map(|(&k, &takes)| Explained { effect: name(k), share: share(takes) });
+        (explained.collect(), share(self.together.together))
+    }
+
+    /// Findings on the shortlist, the one to be named first leading.
+    fn findings(&self, first: Option<&Hypothesis>) -> Vec<Finding> {
+        let probability = |h: &Hypothesis| self.probability(h);
+        let mut findings = findings(self.datasets, &self.list.close, &self.list.hypotheses, self.tests, probability);
+        put_first(&mut findings, first);
+        findings
+    }
+
+    /// The diagnosis as the data stand, suspects included.
+    fn diagnosis(mut self) -> Diagnosis {
+        let (examination, fit) = (self.examination, &self.examination.fit);
+        let (verdict, first) = self.verdict();
+        let first = first.cloned();
+        if verdict == Verdict::NoiseLargerThanStated {
+            let larger = self.scatter.larger_than_stated.or_else(|| white(examination, &self.relevance));
+            self.scatter.larger_than_stated = larger;
+        }
+        let squares = examination.remainder.squares;
+        let (explained, coefficients) = first.as_ref().map_or((0.0, 0), |h| (h.explains * squares, h.coefficients));
+        let noise = self.noise(explained, coefficients);
+        let relative = self.scatter.noise.level.map_or(1.0, |l| l.relative);
+        let (together, together_explain) = self.explained_together();
+        Diagnosis {
+            samples: examination.problem.sample_count(),
+            dof: fit.dof,
+            rms: fit.rms,
+            noise,
+            unexplained: (fit.rms * fit.rms - noise * noise).max(0.0).sqrt(),
+            chi2_per_dof: fit.chi2 / fit.dof.max(1) as f64 / relative.powi(2),
+            lack_of_fit_p: self.scatter.lack_of_fit_p,
+            verdict,
+            verdict_without_suspects: None,
+            outcome: fit.outcome,
+            set95: self.set95(verdict, first.as_ref()),
+            explains: first.as_ref().map(|h| h.explains),
+            chi2_per_dof_with_it: examination.chi2_per_dof_with(explained, coefficients),
+            together,
+            together_explain,
+            nothing: self.nothing(),
+            background: self.background.size(),
+            findings: self.findings(first.as_ref()),
+            contributions: contributions(examination, &self.relevance),
+            fitted: examination.model.effects.clone(),
+            unbelievable: self.unbelievable,
+            curve_family: self.curve_family,
+            scatter: self.scatter,
+            relevance: self.relevance,
+            heat_map: self.heat_map,
+            untestable: self.untestable,
+        }
     }
 }
 
 /// The diagnosis of an examination, all samples taken at their word.
 pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
-    let background = Background::new(examination)?;
-    let (mut all, mut untestable) = hypotheses(examination, &background);
-    untestable.splice(0..0, examination.library.untestable.iter().cloned());
-    let heat_map = HeatMap::new(examination, &background);
-    let relevance = Relevance::beside(examination, &background)?;
-    let tests = all.len().max(1);
-    let by_evidence =
-        |a: &Hypothesis, b: &Hypothesis| b.ln_evidence_against_background.total_cmp(&a.ln_evidence_against_background);
-    all.sort_by(by_evidence);
-    let mut list = Shortlist::of(datasets, examination, &all)?;
-    let beyond: Vec<usize> = (0..list.hypotheses.len()).filter(|&k| !list.believable[k]).collect();
-    let mut unbelievable = Vec::new();
-    if !beyond.is_empty() {
-        // Of what the data hardly see any size may come out: only what they surely show is worth a word.
-        let surely = findings(datasets, &list.close, &list.hypotheses, tests, |_| 0.0);
-        let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
-        let names: Vec<String> = beyond.iter().map(|&k| list.hypotheses[k].in_model.clone()).collect();
-        let told = beyond.iter().filter(|&&k| is_sure(&list.hypotheses[k]));
-        unbelievable = told.map(|&k| (list.hypotheses[k].in_model.clone(), Freely::of(&list.close, k).size())).collect();
-        all.retain(|h| !names.contains(&h.in_model));
-        list = Shortlist::of(datasets, examination, &all)?;
-    }
-    let aware: Vec<f64> = all.iter().map(|h| h.ln_evidence_against_background).collect();
-    let ln_mean = if aware.is_empty() { f64::NEG_INFINITY } else { ln_sum_exp(aware.iter().copied()) - (tests as f64).ln() };
-    let ln_curve = heat_map.ln_evidence_against_background();
-    let ln_whole = ln_sum_exp([0.0, ln_mean].into_iter());
-    let probability = |h: &Hypothesis| (h.ln_evidence_against_background - (tests as f64).ln() - ln_whole).exp();
-    let set = credible(&all);
-    let together = Explanation::of(&list.close, &list.believable, tests);
-
-    let remainder = &examination.remainder;
-    let best = all.first();
-    let curve_takes = heat_map.best_cell().map_or(0.0, |c| c.explains);
-    let curve_wins = ln_curve > CURVE_ODDS.ln()
-        && ln_curve - ln_mean > CURVE_ODDS.ln()
-        && best.map_or(0.0, |h| h.explains) < CURVE_IS_NEW * curve_takes;
-    let curve_family = heat_map.curve.as_ref().and_then(CurveFamily::of);
-    let family = curve_family.as_ref().and_then(|f| list.place(&f.effect)).map(|k| &list.hypotheses[k]);
-    let mut scatter = Scatter::of(datasets, examination);
-    let lack_of_fit_p = scatter.lack_of_fit_p;
-    let evidence = Evidence {
-        examination,
-        background: &background,
-        best,
-        main: together.members.first().map(|&k| &list.hypotheses[k]),
-        set,
-        nothing: (-ln_whole).exp(),
-        curve_wins,
-        family,
-        lack_of_fit: lack_of_fit_p.is_some_and(|p| p < LACK_OF_FIT),
-    };
-    let (verdict, first) = evidence.verdict();
-    let first = first.cloned();
-    let nothing = evidence.nothing;
-
-    let mut findings = findings(datasets, &list.close, &list.hypotheses, tests, probability);
-    put_first(&mut findings, first.as_ref());
-    let mut set95: Vec<String> = Vec::new();
-    if verdict.names_effects() {
-        set95.extend(all[..set].iter().map(|h| h.effect.clone()));
-        if let Some(first) = first.as_ref().filter(|f| !set95.contains(&f.effect)) {
-            set95.insert(0, first.effect.clone());
-        }
-    }
-    if verdict == Verdict::NoiseLargerThanStated {
-        scatter.larger_than_stated = scatter.larger_than_stated.or_else(|| white(examination, &relevance));
-    }
-    let fit = &examination.fit;
-    let (explained, coefficients) = first.as_ref().map_or((0.0, 0), |h| (h.explains * remainder.squares, h.coefficients));
-    let unit = scatter.unit().unwrap_or_else(|| {
-        let share = 1.0 - explained / remainder.squares;
-        fit.chi2 * share / fit.dof.saturating_sub(coefficients).max(1) as f64
-    });
-    // Samples count by their own noise: what is missing may sit where the noise is large.
-    let variance = examination.mean_variance() * unit * fit.dof as f64 / examination.problem.row_count().max(1) as f64;
-    let noise = variance.sqrt().min(fit.rms);
-    let relative = scatter.noise.level.map_or(1.0, |l| l.relative);
-    let share = |squares: f64| (squares / remainder.squares).clamp(0.0, 1.0);
-    Ok(Diagnosis {
-        samples: examination.problem.sample_count(),
-        dof: fit.dof,
-        rms: fit.rms,
-        noise,
-        unexplained: (fit.rms * fit.rms - noise * noise).max(0.0).sqrt(),
-        chi2_per_dof: fit.chi2 / fit.dof.max(1) as f64 / relative.powi(2),
-        lack_of_fit_p,
-        verdict,
-        verdict_without_suspects: None,
-        outcome: fit.outcome,
-        set95,
-        explains: first.as_ref().map(|h| h.explains),
-        chi2_per_dof_with_it: examination.chi2_per_dof_with(explained, coefficients),
-        together: together
-            .members
-            .iter()
-            .zip(&together.takes)
-            .map(|(&k, &takes)| Explained { effect: list.hypotheses[k].in_model.clone(), share: share(takes) })
-            .collect(),
-        together_explain: share(together.together),
-        unbelievable,
-        curve_family,
-        scatter,
-        nothing,
-        background: background.size(),
-        findings,
-        contributions: contributions(examination, &relevance),
-        relevance,
-        heat_map,
-        untestable,
-        fitted: examination.model.effects.clone(),
-    })
+    Ok(Evidence::new(datasets, examination)?.diagnosis())
 }
 
 /// The finding that is named first leads.

@@ -1,4 +1,4 @@
-//! What the data say of their own scatter.
+//! Scatter of the data.
 
 use crate::assess::examination::Examination;
 use crate::assess::noise::{JointSteps, RepeatScatter, SerialCorrelation, Suspect, rows};
@@ -7,26 +7,27 @@ use crate::assess::residual_views::SeenSample;
 use crate::identify::Use;
 use crate::measure::{Dataset, Postures, Sample};
 
-/// Noise, suspects, repeats, the order of measurement.
+/// Scatter of the data: noise, suspects, repeats, serial correlation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scatter {
-    /// The noise, and how it is known.
+    /// The noise, with its source.
     pub noise: NoiseFloor,
-    /// Chance of so large a residual by that noise; `None` where it is unknown.
+    /// Probability of a larger chi-square under that noise; `None` if it is unknown, or if it is known from replicates
+    /// and no degrees of freedom remain beyond those of the replicates.
     pub lack_of_fit_p: Option<f64>,
-    /// By what factor the noise is larger than stated, where it is.
+    /// Factor by which the noise is larger than stated; `None` if it is not.
     pub larger_than_stated: Option<f64>,
-    /// Postures, and samples that count as one.
+    /// Number of postures.
     pub postures: usize,
-    /// Samples that tell no more than one, on the average.
+    /// Number of samples that count as one, on average (Kish's design effect).
     pub repetition: f64,
     /// Samples that disagree with all others.
     pub suspects: Vec<Suspect>,
-    /// Correlation in the order of measurement.
+    /// Correlation of the residuals in the order of measurement.
     pub serial: SerialCorrelation,
-    /// The step in which joint angles were rounded.
+    /// Resolution to which the joint angles were rounded.
     pub joint_steps: Option<JointSteps>,
-    /// What the scatter of repeats is made of.
+    /// Variance components of the scatter of repeats.
     pub repeats: Option<RepeatScatter>,
 }
 
@@ -54,7 +55,8 @@ impl Scatter {
         }
     }
 
-    /// Variance of the residuals, in units of what they were weighted by, that noise alone makes; `None` where it is unknown.
+    /// Variance of the residuals due to noise alone, in units of the variance by which they were weighted; `None` if
+    /// the noise is unknown.
     pub(super) fn unit(&self) -> Option<f64> {
         let relative = match (self.noise.source, self.larger_than_stated) {
             (NoiseSource::Unknown, _) => return None,
@@ -65,7 +67,7 @@ impl Scatter {
     }
 }
 
-/// Chance of so large a chi-square: by what is stated, or by Fisher's test against the replicates.
+/// Probability of a larger chi-square: under the stated noise, or by Fisher's F test against the replicates.
 fn lack_of_fit(noise: &NoiseFloor, chi2: f64, dof: f64) -> Option<f64> {
     match (noise.source, noise.replicates) {
         (NoiseSource::Unknown, _) => None,

@@ -1,49 +1,51 @@
-//! One answer to the question what is missing.
+//! A hypothesis: an effect that may be missing, with its evidence.
 
-/// Where a scan found its effect.
+/// Place of an effect, found by a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {
-    /// Periods per turn.
+    /// Order, periods per turn.
     Order(u32),
-    /// Seconds since the session began.
+    /// Time since the session began, s.
     Time(f64),
     /// Name of a sample.
     Sample(String),
 }
 
-/// One answer to the question what is missing, with its evidence.
+/// An effect that may be missing, with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
-    /// Id of the catalogue.
+    /// Id in the catalogue.
     pub effect: String,
-    /// The id under which a model takes it: with its moment or sample, where a scan found one.
+    /// Id in a model: including the order, the moment or the sample if a scan found one.
     pub in_model: String,
-    /// Where a scan found it.
+    /// Place found by a scan; `None` without a scan.
     pub place: Option<Place>,
-    /// Logarithm of the evidence over that of noise alone. Of a scan: averaged over all places.
+    /// Logarithm of the evidence for the effect over that for noise alone; for a scan, of the mean evidence over all
+    /// places.
     pub ln_evidence: f64,
-    /// Logarithm of the evidence over that of the ordinary small stuff of a robot.
+    /// Logarithm of the evidence for the effect over that for the background; for effects that belong to every model,
+    /// over that for noise alone.
     pub ln_evidence_against_background: f64,
-    /// Share of the remaining squares that its best coefficients take.
+    /// Share of the remaining sum of squares that its best coefficients explain.
     pub explains: f64,
-    /// Number of its coefficients that the data see.
+    /// Number of coefficients that the data determine.
     pub coefficients: usize,
     /// Share of its energy that the fitted model does not absorb.
     pub visible: f64,
-    /// Number of places tried.
+    /// Number of possible places; 1 without a scan.
     pub places: usize,
-    /// Between which samples it happened, where it is a step.
+    /// Samples between which a step in time occurred; `None` for other effects.
     pub moment: Option<Moment>,
 }
 
-/// Between which samples something moved.
+/// Samples between which a step occurred.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// The session, where there are several.
+    /// The session; `None` if there is only one.
     pub session: Option<String>,
-    /// Samples just before and just after the likeliest moment.
+    /// Samples just before and just after the most likely moment.
     pub between: [String; 2],
-    /// Samples between which it happened with 95 % probability, given that it is this effect: the last one before it at the earliest, and
-    /// the first one after it at the latest.
+    /// Samples that enclose the step with 95 % probability, given this effect: the last one before its earliest
+    /// credible moment, and the first one after its latest.
     pub credible: [String; 2],
 }

@@ -1,4 +1,5 @@
-//! Something that moved once: in which session, between which two samples, and how surely that is known.
+//! Steps in time: the session in which something moved once, the samples between which it moved, and a credible
+//! interval.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,22 +17,23 @@ use crate::assess::sweep::{self, Sweep};
 use crate::effects::{EffectId, Family, Follows, Offered, Origin, Scan};
 use crate::identify::Circumstance;
 
-/// So many gaps between samples are all tried; of more, so many evenly spread, then again between the best one's neighbours.
+/// Largest number of gaps between samples that are tried at once. Of more gaps, this many are tried at even spacing,
+/// then again between the neighbours of the best one.
 const TRIED_AT_ONCE: usize = 128;
 
-/// Mass of the interval of moments.
+/// Probability of the credible interval of the moment.
 const CREDIBLE: f64 = 0.95;
 
-/// A gap between two samples of one session, in the order of time, in which something may have moved.
+/// A gap between two samples of one session, in order of time, in which a step may have occurred.
 struct Gap {
     setup: usize,
-    /// Samples before and after it.
+    /// Samples before and after the gap.
     samples: [usize; 2],
-    /// The moment, s.
+    /// Assumed time of the step, s.
     moment: f64,
 }
 
-/// Every step that these data can show.
+/// Hypotheses of all steps that these data can show; as untestable effects if the samples have no time.
 pub(super) fn steps(examination: &Examination, background: &Background) -> (Vec<Hypothesis>, Vec<Untestable>) {
     let ids = ids(examination);
     if let Some(needs) = lacking(examination) {
@@ -40,12 +42,12 @@ pub(super) fn steps(examination: &Examination, background: &Background) -> (Vec<
     (ids.par_iter().filter_map(|id| step(examination, background, id)).collect(), Vec::new())
 }
 
-/// What these data lack to place a moment.
+/// Name of the data that are missing to find a moment.
 pub(super) fn lacking(examination: &Examination) -> Option<&'static str> {
     examination.circumstances.iter().any(|c| c.time_s.is_none()).then_some("column time_s")
 }
 
-/// Ids without their moments: of the base and the tool, of every joint, then all others.
+/// Ids without their moments: those of the base, the tool, the joints, then all others.
 fn ids(examination: &Examination) -> Vec<String> {
     let library = &examination.library;
     let subject = examination.model.subject(examination.problem.robot(), &library.balls);
@@ -67,7 +69,7 @@ fn ids(examination: &Examination) -> Vec<String> {
     ids.map(|id| id.trim_end_matches(':').to_owned()).collect()
 }
 
-/// A step of which only the moment is not known; `None` where there is no moment to be tried.
+/// Finds the moment of a step; `None` if there is no gap to try.
 pub(super) fn step(examination: &Examination, background: &Background, id: &str) -> Option<Hypothesis> {
     let circumstances = &examination.circumstances;
     let concerned = concerned(examination, id)?;
@@ -94,7 +96,7 @@ pub(super) fn step(examination: &Examination, background: &Background, id: &str)
     hypothesis(examination, id, trials, &gaps)
 }
 
-/// Samples that an effect of this id can move.
+/// For each sample, true if an effect of this id can move it.
 fn concerned(examination: &Examination, id: &str) -> Option<Vec<bool>> {
     let family = examination.model.family(id)?;
     let of_ball = family.follows.contains(&Follows::Ball);
@@ -111,7 +113,7 @@ fn concerned(examination: &Examination, id: &str) -> Option<Vec<bool>> {
     Some(examination.circumstances.iter().map(moved).collect())
 }
 
-/// What the effect moves: a joint, the tool, or base and balls against each other.
+/// Columns of what the effect moves: a joint, the tool, or the base relative to the balls.
 fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<Vec<Vec<Vector3<f64>>>> {
     let circumstances = &examination.circumstances;
     let family = examination.model.family(id)?;
@@ -128,7 +130,7 @@ fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<V
     Some(carriers)
 }
 
-/// The gaps between samples that are concerned, session by session.
+/// Gaps between the samples concerned, session by session.
 fn gaps(circumstances: &[Circumstance], concerned: &[bool]) -> Vec<Gap> {
     let mut sessions: BTreeMap<usize, Vec<(f64, usize)>> = BTreeMap::new();
     for (i, c) in circumstances.iter().enumerate().filter(|(i, _)| concerned[*i]) {
@@ -144,19 +146,20 @@ fn gaps(circumstances: &[Circumstance], concerned: &[bool]) -> Vec<Gap> {
     sessions.into_iter().flat_map(of_session).collect()
 }
 
-/// A moment from `before` on and before `after`, s; to the tenth where that lies between them.
+/// A time from `before` on and earlier than `after`, s: the middle, rounded to a tenth, if that lies between them,
+/// otherwise `before`.
 fn between(before: f64, after: f64) -> f64 {
     let tenth = ((before + after) * 5.0).round() / 10.0;
     if before <= tenth && tenth < after { tenth } else { before }
 }
 
-/// Places of a range, all of them or so many evenly spread.
+/// Places of a range: all of them, or [`TRIED_AT_ONCE`] at even spacing.
 fn spread(range: std::ops::Range<usize>) -> Vec<usize> {
     let (length, count) = (range.len(), range.len().min(TRIED_AT_ONCE));
     (0..count).map(|k| range.start + (2 * k + 1) * length / (2 * count)).collect()
 }
 
-/// The places to be tried next: those between the neighbours of the best one so far.
+/// Places to be tried next: those between the neighbours of the best one so far.
 fn beside_the_best(trials: &BTreeMap<usize, Trial>, places: usize) -> Vec<usize> {
     let Some(best) = best(trials) else { return Vec::new() };
     let low = trials.range(..best).next_back().map_or(0, |(k, _)| k + 1);
@@ -165,12 +168,12 @@ fn beside_the_best(trials: &BTreeMap<usize, Trial>, places: usize) -> Vec<usize>
     spread(0..untried.len()).into_iter().map(|k| untried[k]).collect()
 }
 
-/// The most credible place.
+/// Place with the highest evidence against the background.
 fn best(trials: &BTreeMap<usize, Trial>) -> Option<usize> {
     trials.iter().max_by(|a, b| a.1.ln_evidence[1].total_cmp(&b.1.ln_evidence[1])).map(|(k, _)| *k)
 }
 
-/// Logarithm of the share of all places that each place tried stands for.
+/// Logarithm of the share of all places that each tried place represents.
 fn ln_shares(tried: &[usize], places: usize) -> Vec<f64> {
     let edge = |k: usize| match (k.checked_sub(1).map(|k| tried[k]), tried.get(k)) {
         (None, _) => 0.0,
@@ -202,7 +205,7 @@ fn hypothesis(examination: &Examination, id: &str, trials: BTreeMap<usize, Trial
     })
 }
 
-/// The gaps around the best one, in its session, that hold the mass of the interval.
+/// The best gap, and the range of gaps about it, in its session, that holds the probability of the credible interval.
 fn moment(examination: &Examination, gaps: &[Gap], tried: &[usize], aware: &[f64], best: usize) -> Moment {
     let own: Vec<(usize, f64)> =
         tried.iter().zip(aware).filter(|(k, _)| gaps[**k].setup == gaps[best].setup).map(|(k, ln)| (*k, *ln)).collect();

@@ -1,4 +1,4 @@
-//! A family tried at place after place.
+//! Trials of a family at many places.
 
 use super::hypothesis::{Hypothesis, Place};
 use crate::assess::background::Background;
@@ -7,7 +7,7 @@ use crate::assess::examination::Examination;
 use crate::assess::sweep;
 use crate::effects;
 
-/// A family tried at many places: its evidence is the average, its place the best.
+/// A family tried at many places: its evidence is the mean over them, its place the one with the highest evidence.
 pub(super) struct Tried {
     places: Vec<(Place, String)>,
     plain: Vec<f64>,
@@ -16,7 +16,7 @@ pub(super) struct Tried {
     visible: Vec<f64>,
 }
 
-/// What one place came to.
+/// Result at one place.
 pub(super) struct Trial {
     pub place: (Place, String),
     pub ln_evidence: [f64; 2],
@@ -46,7 +46,7 @@ impl Tried {
         }
     }
 
-    /// The hypothesis, named after its best place by `effect`.
+    /// The hypothesis at its best place; `effect` derives its id from the id in a model.
     pub fn hypothesis(self, examination: &Examination, effect: impl Fn(&str) -> String) -> Option<Hypothesis> {
         let best = (0..self.places.len()).max_by(|&a, &b| self.aware[a].total_cmp(&self.aware[b]))?;
         let (place, in_model) = self.places[best].clone();
@@ -65,7 +65,7 @@ impl Tried {
     }
 }
 
-/// Plausible size of the first number of an effect.
+/// Plausible size of the first parameter of an effect.
 pub(super) fn plausible(examination: &Examination, id: &str) -> Option<f64> {
     let subject = examination.model.subject(examination.problem.robot(), &examination.library.balls);
     effects::build(id, &subject).ok()?.parameters().first().map(|p| p.prior)

@@ -1,4 +1,4 @@
-//! After an identification: corrections that no real arm has.
+//! Implausible corrections in an identified model.
 
 use crate::effects::{self, Subject};
 use crate::identify::{Calibration, Estimate};
@@ -6,27 +6,30 @@ use crate::units::Unit;
 
 use super::expected::{REACH_OF_CATALOGUE, reach};
 
-/// A correction of a link beyond this many plausible sizes is a slip, not a link: 10 deg, 60 mm on an arm that reaches 0.7 m.
+/// A link correction of more than this many plausible sizes is a mistake in the data, not geometry: 10 deg, or 60 mm on
+/// an arm with a reach of 0.7 m.
 const MOST_SIZES: f64 = 200.0;
-/// Standard deviations by which it must be beyond.
+/// Number of standard deviations by which it must exceed that size.
 const SIGMAS: f64 = 3.0;
 
-/// A correction that is not believable at its size.
+/// A correction of implausible size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unbelievable {
     /// Name of the parameter.
     pub parameter: String,
-    /// Its deviation from nominal, SI.
+    /// Deviation from nominal, SI.
     pub deviation: f64,
-    /// The same in plausible sizes of this robot.
+    /// Absolute deviation in plausible sizes of this robot.
     pub sizes: f64,
-    /// Unit for people.
+    /// Unit in which it is shown.
     pub unit: Unit,
 }
 
-/// Corrections of the links' geometry that no real arm has: the data were absorbed, not explained. The largest first.
+/// Lists corrections of the links' geometry that no real arm has, largest first: the model has absorbed the data
+/// instead of explaining them.
 ///
-/// Directions that the data hardly tell may go far; only what is beyond by three standard deviations counts.
+/// Directions that the data hardly determine may deviate far, so a correction counts only if it exceeds the limit by
+/// three standard deviations.
 pub fn unbelievable(calibration: &Calibration) -> Vec<Unbelievable> {
     let subject = Subject::new(&calibration.robot, &[]);
     let Ok(mdh) = effects::build("mdh", &subject) else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! Measurements as the frames fit needs them: joints, what was measured, and the set-up, of a selection of rows.
+//! Measurements as needed by the fit of the frames: joint angles, measured values and set-up of the selected rows.
 
 use std::sync::Arc;
 
@@ -8,12 +8,12 @@ use crate::identify::Use;
 use crate::measure::{Dataset, Measured, Sample};
 use crate::robot::{FramePose, Robot};
 
-/// What one row measured; balls are counted over all datasets.
+/// Measurement of one row; balls are numbered over all datasets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Seen {
-    /// A ball, with its centre in the tool frame, m.
+    /// A ball, and its centre relative to the TCP in the tool's axes, m.
     Ball { ball: usize, reading: Vector3<f64> },
-    /// A world position, m.
+    /// A position in the world, m.
     Point(Vector3<f64>),
     /// A distance from a fixed point, m.
     Distance { anchor: Vector3<f64>, distance: f64 },
@@ -26,9 +26,9 @@ pub(super) struct Shot {
     pub q: Vec<f64>,
     pub commanded: Option<Vec<f64>>,
     pub seen: Seen,
-    /// What the rows before and after it measured, in the same set-up.
+    /// Measurements of the rows before and after it in the same set-up.
     pub neighbours: [Option<Seen>; 2],
-    /// Dataset and sample, by place.
+    /// Indices of dataset and sample.
     pub source: [usize; 2],
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Place {
     pub base: FramePose,
     pub tool: FramePose,
     pub tool_free: bool,
-    /// Whether the base can be told: a known place, or a free ball of an earlier session, lies in it.
+    /// True if the base can be fitted: the session measures a known position, or a free ball of an earlier session.
     pub base_free: bool,
     pub gravity: Vector3<f64>,
 }
@@ -58,7 +58,7 @@ pub(super) struct Tie {
     pub distance: f64,
 }
 
-/// All that the fit of the frames to a nominal arm needs.
+/// Everything needed to fit the frames to a nominal arm.
 #[derive(Debug, Clone)]
 pub(super) struct Campaign {
     pub robot: Arc<Robot>,
@@ -66,19 +66,19 @@ pub(super) struct Campaign {
     pub balls: Vec<Target>,
     pub ties: Vec<Tie>,
     pub shots: Vec<Shot>,
-    /// Three one-sigmas of the stated noise, m.
+    /// Three times the largest stated one-sigma, but at least `UNSTATED_NOISE`, m.
     pub noise: f64,
 }
 
-/// Noise that is taken where none is stated, m.
+/// Smallest noise assumed, also if none is stated, m.
 const UNSTATED_NOISE: f64 = 1e-4;
-/// Fewest rows of each ball, or of each set-up's points, that a selection keeps.
+/// Number of rows of each ball, or of the other targets of each set-up, that a selection keeps at least.
 const LEAST_PER_TARGET: usize = 8;
-/// Golden ratio: multiples of it fill the unit interval evenly and share no period with any table.
+/// Inverse golden ratio: its multiples modulo 1 fill the unit interval evenly and share no period with any table.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Campaign {
-    /// All rows that `which` takes; `None` when there is no robot or no row.
+    /// Collects all rows that `which` selects; `None` if there are none.
     pub fn of(datasets: &[(&str, &Dataset)], which: Use) -> Option<Campaign> {
         let (_, first) = datasets.first()?;
         let mut campaign = Campaign {
@@ -133,7 +133,8 @@ impl Campaign {
         }));
     }
 
-    /// A set-up without any known place defines the world: its base stays where it is stated.
+    /// Finds the bases that can be fitted. A set-up without any known position defines the world, so its base stays as
+    /// stated.
     fn find_free_bases(&mut self) {
         let mut placed: Vec<bool> = self.balls.iter().map(|b| !b.free).collect();
         for s in 0..self.places.len() {
@@ -151,7 +152,7 @@ impl Campaign {
         }
     }
 
-    /// At most about `most` of the rows, spread evenly over every ball and every set-up; the same every time.
+    /// About `most` of the rows, spread evenly over every ball and every set-up; always the same ones.
     pub fn selection(&self, most: usize) -> Campaign {
         let group = |shot: &Shot| match shot.seen {
             Seen::Ball { ball, .. } => (shot.setup, ball),
@@ -174,7 +175,7 @@ impl Campaign {
         Campaign { shots: self.shots.iter().filter(takes).cloned().collect(), ..self.clone() }
     }
 
-    /// Whether a row measured a place in the world that is known beforehand.
+    /// True if any row measured a position in the world that is known beforehand.
     pub fn has_known_places(&self) -> bool {
         self.shots.iter().any(|shot| match shot.seen {
             Seen::Ball { ball, .. } => !self.balls[ball].free,
@@ -182,7 +183,7 @@ impl Campaign {
         })
     }
 
-    /// Whether a row of that ball is there.
+    /// True if any row probes this ball.
     pub fn probes(&self, ball: usize) -> bool {
         self.shots.iter().any(|shot| matches!(shot.seen, Seen::Ball { ball: b, .. } if b == ball))
     }

@@ -1,49 +1,50 @@
-//! Whether a dataset fits its robot, and why not.
+//! Result of the test whether a dataset fits its robot, with the cause of a misfit.
 
-/// What the nominal arm leaves of a dataset when its base, a free tool and free balls are fitted; m.
+/// Residual of the nominal arm on a dataset, with its base, a free tool and free balls fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NominalFit {
-    /// Dataset.
+    /// Name of the dataset.
     pub dataset: String,
-    /// Root mean square, 3-D, without the rows that a robust fit sets aside.
+    /// Residual, 3-D rms, without the rows that a robust fit sets aside, m.
     pub residual: f64,
-    /// Root mean square of all rows.
+    /// The same with all rows, m.
     pub plain: f64,
-    /// At most expected: 99.9 % of arms, ill assembled ones included, leave less.
+    /// Largest residual expected, m: 99.9 % of arms, poorly assembled ones included, leave less.
     pub expected: f64,
-    /// How far the flange reaches from the second joint.
+    /// Largest distance of the flange from the second joint, m.
     pub reach: f64,
-    /// Rows looked at.
+    /// Number of rows of the dataset; of many, the frames are fitted to a selection.
     pub rows: usize,
 }
 
-/// A slip, and what the nominal arm leaves without it.
+/// A slip, and the residual of the nominal arm once it is corrected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlipTried {
-    /// Its name: `joint_sign:2`, `ball:4`, `sample:17`; of two together, `joint_sign:2+joint_zero:2`.
+    /// Name: `joint_sign:2`, `ball:4`, `sample:17`; for two together, `joint_sign:2+joint_zero:2`.
     pub slip: String,
-    /// Root mean square, 3-D, with the slip undone, m.
+    /// Residual with the slip corrected, 3-D rms, m.
     pub residual: f64,
-    /// What was undone.
+    /// Description of the correction.
     pub words: String,
 }
 
-/// Why data do not fit their robot.
+/// Cause of a misfit between data and robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Cause {
-    /// The slips found bring the residual within what is expected; the first is the likeliest.
+    /// The slips reduce the residual to what is expected; the first is the most likely.
     Slips,
-    /// Single rows are far off; each is named.
+    /// Single rows are far off; up to twenty are named, the farthest first.
     Rows,
-    /// The base would stand elsewhere than stated, and the slips put it there.
+    /// The fitted base is turned from the stated one, and each of the slips corrects that; or the base is stated in
+    /// another unit of length.
     Base,
-    /// None was found; the slips are the best that were tried.
+    /// No cause was found; the slips are the best that were tried.
     Unknown,
 }
 
 impl Cause {
-    /// As in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Cause::Slips => "slip",
@@ -54,24 +55,24 @@ impl Cause {
     }
 }
 
-/// Data that do not fit.
+/// Data that do not fit, with the cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misfit {
-    /// The fit that fails.
+    /// The nominal fit.
     pub nominal: NominalFit,
-    /// Why.
+    /// The cause.
     pub cause: Cause,
-    /// Slips found, rows named, or the best tries.
+    /// Slips found, bad rows, or the best trials.
     pub slips: Vec<SlipTried>,
-    /// Whether the residual is within what is expected, and yet several times as large as without the slip.
+    /// True if slips explain the data although the residual is within what is expected.
     pub within_expected: bool,
 }
 
-/// Whether a dataset fits its robot.
+/// Result of the test whether a dataset fits its robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataFit {
-    /// What the nominal arm leaves.
+    /// Fit of the nominal arm.
     pub nominal: NominalFit,
-    /// Why the data do not fit; `None` where they do.
+    /// Cause of the misfit; `None` if the data fit.
     pub misfit: Option<Misfit>,
 }

@@ -1,7 +1,9 @@
-//! How much the nominal arm may leave: the prior predictive of what real arms are off their drawing, scaled to this robot.
+//! Expected residual of the nominal arm: the prior predictive distribution of how far real arms deviate from their
+//! drawings, scaled to this robot.
 //!
-//! The residual is linear in the sizes of the effects: with columns A (frames projected out) and one-sigmas s its mean square is
-//! `sum lambda_k z_k^2`, a quadratic form of normal numbers, of which a three-moment chi-square gives the quantile (Imhof 1961).
+//! The residual is linear in the sizes of the effects. With the columns of one-sigma sizes, projected orthogonal to the
+//! frames, its mean square is `sum lambda_k z_k^2`, a quadratic form of standard normal variables, whose quantile is
+//! that of a three-moment chi-square (Imhof 1961).
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -11,20 +13,22 @@ use crate::effects::{self, Subject};
 use crate::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
 use crate::units::DEG;
 
-/// Real arms against the drawing, in plausible sizes of the catalogue, which are those of a well assembled arm.
+/// One-sigma of the geometry of a real arm about its drawing, in plausible sizes of the catalogue, which are those of a
+/// well assembled arm.
 const ILL_ASSEMBLED: f64 = 6.0;
-/// Once and twice per turn, in plausible sizes of the catalogue.
+/// One-sigma of joint errors once and twice per turn, in plausible sizes of the catalogue.
 const ILL_GEARED: f64 = 2.0;
-/// A joint's deflection at the largest torque seen, one-sigma, rad.
+/// One-sigma of a joint's deflection at the largest torque of all joints, rad.
 const DEFLECTION: f64 = 2e-3;
-/// Reach for which the catalogue's lengths are plausible, m: the KR 6.
+/// Reach for which the lengths of the catalogue are plausible, m: that of the KR 6.
 pub(super) const REACH_OF_CATALOGUE: f64 = 0.7;
 /// Standard normal quantile of 99.9 %.
 const QUANTILE: f64 = 3.090_232_306_167_813;
-/// Most rows that the columns are computed at.
+/// Approximate number of rows at which the columns are computed.
 const ROWS: usize = 120;
 
-/// Root mean square that the nominal arm leaves at most, with probability 99.9 %, m; and the median.
+/// Rms residual that the nominal arm does not exceed with probability 99.9 %, and the median, m; infinite if the frames
+/// are not determined.
 pub(super) fn expected(campaign: &Campaign, frames: &Frames) -> [f64; 2] {
     let some = campaign.selection(ROWS);
     let columns = columns(&some, frames);
@@ -36,7 +40,8 @@ pub(super) fn expected(campaign: &Campaign, frames: &Frames) -> [f64; 2] {
     [(upper + noise).sqrt(), (median + noise).sqrt()]
 }
 
-/// Largest distance of the flange from the second joint that the arm can stretch to, m.
+/// Largest distance of the flange from the second joint, m, by coordinate search in steps of 5 deg; joint limits are
+/// ignored.
 pub(in crate::assess) fn reach(robot: &Robot) -> f64 {
     let distance = |q: &[f64]| {
         let mut pose = crate::robot::Pose::identity();
@@ -66,7 +71,7 @@ pub(in crate::assess) fn reach(robot: &Robot) -> f64 {
     distance(&q)
 }
 
-/// What one-sigma of each effect moves each row by, m: three rows a shot.
+/// Displacement of each row by a one-sigma size of each effect, m: three rows per shot.
 fn columns(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     let robot = &campaign.robot;
     let subject = Subject::new(robot, &[]);
@@ -112,7 +117,7 @@ fn columns(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     columns
 }
 
-/// Deflection of each joint at each row, one-sigma, rad: in proportion to the torque, zero where no mass is known.
+/// One-sigma deflection of each joint at each row, rad: proportional to the torque, zero if no masses are known.
 fn deflections(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     let robot = &campaign.robot;
     let n = robot.joints();
@@ -132,7 +137,7 @@ fn deflections(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
     if largest > 0.0 { torques * (DEFLECTION / largest) } else { torques }
 }
 
-/// What is left of columns when the frames have taken what they can.
+/// Columns after projection orthogonal to the unknown frames; `None` if their normal matrix cannot be factored.
 fn without_frames(campaign: &Campaign, frames: &Frames, mut columns: DMatrix<f64>) -> Option<DMatrix<f64>> {
     let flanges = flanges(&campaign.robot, campaign);
     let fit = FrameFit::new(campaign, &flanges);
@@ -160,7 +165,7 @@ fn without_frames(campaign: &Campaign, frames: &Frames, mut columns: DMatrix<f64
     Some(columns - design * held)
 }
 
-/// 99.9 % and 50 % of a quadratic form of standard normal numbers.
+/// 99.9 % quantile and median of a quadratic form of standard normal variables.
 fn quantiles(form: &DMatrix<f64>) -> [f64; 2] {
     let square = form * form;
     let first = form.trace();
@@ -173,7 +178,7 @@ fn quantiles(form: &DMatrix<f64>) -> [f64; 2] {
     [QUANTILE, 0.0].map(|z| (first + (chi_square(freedom, z) - freedom) * (second / freedom).sqrt()).max(0.0))
 }
 
-/// Quantile of chi-square by Wilson and Hilferty, at the standard normal quantile z.
+/// Quantile of chi-square at the standard normal quantile z (Wilson and Hilferty).
 fn chi_square(freedom: f64, z: f64) -> f64 {
     let a = 2.0 / (9.0 * freedom);
     freedom * (1.0 - a + z * a.sqrt()).max(0.0).powi(3)
@@ -188,14 +193,14 @@ mod tests {
 
     #[test]
     fn quantile_of_one_normal_number_squared() {
-        // 3.2905² and 0.6745²; Wilson-Hilferty is at its worst at one degree of freedom.
+        // 3.2905² and 0.6745²; the Wilson-Hilferty approximation is worst at one degree of freedom.
         let [upper, median] = quantiles(&DMatrix::from_diagonal(&DVector::from_vec(vec![1.0])));
         assert!((upper / 10.828 - 1.0).abs() < 0.04 && (median / 0.4549 - 1.0).abs() < 0.05, "{upper} {median}");
     }
 
     #[test]
     fn reach_is_that_of_the_data_sheets() {
-        // Data sheets to the wrist, m; the flange is up to 0.16 further.
+        // Reach to the wrist according to data sheets, m; the flange is up to 0.16 m further.
         for (name, sheet) in [("kr6_r700", 0.706), ("ur5", 0.85), ("ur10", 1.3), ("panda", 0.855)] {
             let reach = reach(&built_in(name).unwrap());
             assert!((0.85 * sheet..sheet + 0.2).contains(&reach), "{name}: {reach}");

@@ -1,6 +1,7 @@
-//! Bases, free tools and free balls, fitted to the nominal arm so that a few gross rows do not carry them away.
+//! Robust fit of bases, free tools and free balls to the nominal arm, in spite of a few gross rows.
 //!
-//! Closed-form start (Kabsch), Student-t weights (nu 4) by Levenberg-Marquardt, then least squares without the rows set aside.
+//! Start in closed form (Kabsch), Student-t weights (nu 4) by Levenberg-Marquardt, then least squares without the rows
+//! set aside.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Translation3, Vector3};
 
@@ -10,21 +11,21 @@ use crate::robot::{FramePose, Pose, Robot, rigid_fit, world_from_tool};
 
 /// Degrees of freedom of the t distribution.
 const NU: f64 = 4.0;
-/// Median of the squared length of a unit normal vector in space.
+/// Median of chi-square with three degrees of freedom.
 const MEDIAN_OF_SQUARES: f64 = 2.366;
-/// A row further off than this many standard deviations of an axis is set aside.
+/// A row is set aside if its residual exceeds this many standard deviations per axis.
 const SET_ASIDE: f64 = 10.0;
-/// Noise below which nothing is set aside, m: rounding of files.
+/// Smallest standard deviation per axis, m: rounding in files.
 const FINEST: f64 = 1e-8;
-/// Most steps of the robust fit and of the least squares after it.
+/// Largest number of steps of the robust fit, and of the least squares after it.
 const STEPS: usize = 25;
 const LAST_STEPS: usize = 4;
-/// A step shorter than this ends a fit, m and rad.
+/// A fit ends at a step shorter than this, m and rad.
 const AT_REST: f64 = 1e-8;
-/// Share of the rows that a trimmed start keeps.
+/// Share of the rows kept for a trimmed start.
 const TRIMMED: f64 = 0.7;
 
-/// Where everything stands.
+/// Poses of the bases, positions of tools and balls.
 #[derive(Debug, Clone)]
 pub(super) struct Frames {
     pub bases: Vec<Pose>,
@@ -32,23 +33,23 @@ pub(super) struct Frames {
     pub balls: Vec<Vector3<f64>>,
 }
 
-/// Frames and what they leave of each row.
+/// Fitted frames and their residuals.
 #[derive(Debug, Clone)]
 pub(super) struct Fitted {
     pub frames: Frames,
-    /// How far each row, and then each known distance between balls, is off, m.
+    /// Length of the residual of each row, then of each known distance between balls, m.
     pub misses: Vec<f64>,
-    /// Root mean square, 3-D, of the rows not set aside, m.
+    /// Rms in 3-D of the rows not set aside, m.
     pub robust: f64,
-    /// Of all rows, m.
+    /// The same of all rows, m.
     pub plain: f64,
-    /// Scalar residuals less unknowns.
+    /// Number of scalar residuals minus number of unknowns.
     pub dof: isize,
-    /// Unknowns.
+    /// Number of unknowns.
     pub unknowns: usize,
 }
 
-/// Which frames are sought, and the first of each one's numbers.
+/// Index of the first unknown of each frame; `None` if the frame is not fitted.
 struct Unknowns {
     base: Vec<Option<usize>>,
     tool: Vec<Option<usize>>,
@@ -72,13 +73,14 @@ impl Unknowns {
     }
 }
 
-/// Flange poses of the nominal arm in its own base.
+/// Flange poses of the nominal arm relative to its base.
 pub(super) fn flanges(robot: &Robot, campaign: &Campaign) -> Vec<Pose> {
     let origin = FramePose::default();
     campaign.shots.iter().map(|shot| world_from_tool(robot, &origin, &origin, &shot.q)).collect()
 }
 
-/// Fits the frames of a campaign. Free tools start where they are stated and at the flange; the better end counts.
+/// Fits the frames of a campaign. Free tools start at their stated position and at the flange; the better result is
+/// kept.
 pub(super) fn fit(campaign: &Campaign) -> Fitted {
     let flanges = flanges(&campaign.robot, campaign);
     let fit = FrameFit::new(campaign, &flanges);
@@ -93,7 +95,7 @@ pub(super) fn fit(campaign: &Campaign) -> Fitted {
     if second.plain < first.plain { second } else { first }
 }
 
-/// The residuals of a campaign at given frames, as misses, m.
+/// Lengths of the residuals of a campaign at given frames, m.
 pub(super) fn misses(campaign: &Campaign, frames: &Frames) -> Vec<f64> {
     let flanges = flanges(&campaign.robot, campaign);
     FrameFit::new(campaign, &flanges).misses(frames)
@@ -119,7 +121,8 @@ impl<'a> FrameFit<'a> {
         self.unknowns.count
     }
 
-    /// The TCP of a row in the last frame.
+    /// Point in the last frame that a row brings to its target: the TCP, or the centre of the ball according to the
+    /// reading.
     fn tip(&self, shot: usize, tools: &[Vector3<f64>]) -> Vector3<f64> {
         let of = &self.campaign.shots[shot];
         match of.seen {
@@ -128,7 +131,7 @@ impl<'a> FrameFit<'a> {
         }
     }
 
-    /// Fits from these tools.
+    /// Fits the frames, starting from these tool positions.
     pub fn from(&self, tools: Vec<Vector3<f64>>) -> Fitted {
         let mut frames = self.start(tools);
         self.robust(&mut frames);
@@ -150,7 +153,7 @@ impl<'a> FrameFit<'a> {
         Fitted { frames, misses, robust, plain, dof: rows as isize - unknowns as isize, unknowns }
     }
 
-    /// Bases in closed form, tools as given, free balls where the arm puts them.
+    /// Starting values: bases in closed form, tools as given, free balls at the mean position found by the arm.
     fn start(&self, tools: Vec<Vector3<f64>>) -> Frames {
         let campaign = self.campaign;
         let mut placed: Vec<Option<Vector3<f64>>> = campaign.balls.iter().map(|b| (!b.free).then_some(b.position)).collect();
@@ -184,7 +187,7 @@ impl<'a> FrameFit<'a> {
         Frames { bases, tools, balls }
     }
 
-    /// The blocks and the residual of a row, or of a tie after the rows.
+    /// Derivatives and residual of a row, or, with an index beyond the rows, of a known distance between balls.
     pub fn row(&self, k: usize, frames: &Frames) -> RowBlocks {
         let Unknowns { base, tool, ball, .. } = &self.unknowns;
         let Some(shot) = self.campaign.shots.get(k) else {
@@ -227,7 +230,7 @@ impl<'a> FrameFit<'a> {
         self.campaign.shots.len() + self.campaign.ties.len()
     }
 
-    /// How far each row is off, m; one number of a distance counts as three, as its share of space.
+    /// Length of the residual of each row, m. The one residual of a distance is treated as a length in space.
     pub fn misses(&self, frames: &Frames) -> Vec<f64> {
         let miss = |k: usize| self.row(k, frames).residual.norm();
         (0..self.rows()).map(miss).collect()
@@ -276,7 +279,7 @@ impl<'a> FrameFit<'a> {
         }
     }
 
-    /// Which rows are not set aside.
+    /// For each row, true if it is not set aside.
     fn kept(&self, misses: &[f64]) -> Vec<bool> {
         let most = SET_ASIDE * scale(misses).sqrt().max(FINEST);
         misses.iter().map(|d| *d <= most).collect()
@@ -299,7 +302,7 @@ impl<'a> FrameFit<'a> {
                 }
             }
         }
-        // A direction that the data do not hold keeps still.
+        // Directions that the data do not determine remain unchanged.
         let size = normal.diagonal().max().max(f64::MIN_POSITIVE);
         for k in 0..n {
             normal[(k, k)] = normal[(k, k)] * (1.0 + damping) + 1e-13 * size;
@@ -327,7 +330,7 @@ impl<'a> FrameFit<'a> {
     }
 }
 
-/// Variance of one axis, from the median; m².
+/// Variance per axis, estimated from the median, m².
 fn scale(misses: &[f64]) -> f64 {
     let mut squares: Vec<f64> = misses.iter().map(|d| d * d).collect();
     if squares.is_empty() {
@@ -338,7 +341,7 @@ fn scale(misses: &[f64]) -> f64 {
     (*median / MEDIAN_OF_SQUARES).max(FINEST * FINEST)
 }
 
-/// The rigid motion between pairs, found again without the pairs that fit it worst.
+/// Rigid motion between pairs, refitted without the pairs of largest residual.
 fn trimmed_rigid_fit(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Pose> {
     let mut pose = rigid_fit(pairs)?;
     for _ in 0..3 {

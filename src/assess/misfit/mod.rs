@@ -1,8 +1,8 @@
-//! Do these data fit this robot at all? The nominal arm with only its frames fitted, against what real arms leave; and where the data
-//! do not fit, which of the usual slips explains it.
+//! Test whether data fit their robot at all: the residual of the nominal arm with only its frames fitted, compared with
+//! that of real arms. If the data do not fit, common mistakes (slips) are tried as an explanation.
 //!
-//! The question is put to the nominal fit: a wrong sign may be absorbed by absurd lengths and angles, so that the residual of an
-//! identification says nothing.
+//! The nominal fit is tested because an identification may absorb a wrong sign into absurd lengths and angles; its
+//! residual then says nothing.
 
 mod believable;
 mod campaign;
@@ -22,15 +22,16 @@ pub(super) use self::expected::reach;
 use crate::identify::Use;
 use crate::measure::{Dataset, Postures};
 
-/// Most rows that the frames are fitted to: what these say of a slip, ten thousand say too.
+/// Approximate number of rows to which the frames are fitted: they show a slip as clearly as ten thousand would.
 const ROWS: usize = 400;
-/// Fewer degrees of freedom than this say nothing of a misfit.
+/// Smallest number of degrees of freedom with which a misfit can be judged.
 const LEAST_FREEDOM: isize = 9;
 
-/// Nor do fewer postures, however often each was measured.
+/// Smallest number of postures with which a misfit can be judged, however often each was measured.
 const LEAST_POSTURES: usize = 4;
 
-/// Whether each dataset fits its robot, judged by the rows that `which` takes. Datasets without such rows are left out.
+/// Tests whether each dataset fits its robot, from the rows that `which` selects. Datasets without such rows are
+/// omitted.
 pub fn data_fit(datasets: &[(&str, &Dataset)], which: Use) -> Vec<DataFit> {
     datasets.iter().filter_map(|(name, dataset)| of_dataset(name, dataset, which)).collect()
 }

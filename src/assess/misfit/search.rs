@@ -1,4 +1,4 @@
-//! From a nominal fit to a verdict: gross rows, slips one at a time, then plausible pairs.
+//! Search for the cause of a misfit: gross rows, single slips, then plausible pairs.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -12,78 +12,79 @@ use crate::measure::Dataset;
 use crate::robot::Pose;
 use crate::units::DEG;
 
-/// Rows on which slips are tried before the best are tried on more.
+/// Number of rows on which slips are screened, singly and in pairs.
 const SCREENED: usize = 80;
 const PAIRS_SCREENED: usize = 40;
-/// Slips that are tried on more rows.
+/// Number of slips that are then tried on more rows.
 const CONFIRMED: usize = 8;
-/// A row is gross beyond this many times what the others leave,
+/// A row is gross if its residual exceeds this multiple of the residual of the others,
 const GROSS: f64 = 12.0;
-/// and beyond this share of the reach: what is less is an outlier that a diagnosis names.
+/// and this share of the reach: a smaller one is an outlier that a diagnosis names.
 const GROSS_OF_REACH: f64 = 0.03;
-/// A slip explains a misfit when it leaves this share or less.
+/// A slip explains a misfit if it leaves at most this share of the residual.
 const EXPLAINS: f64 = 1.0 / 2.0;
-/// Where the data fit, a slip must leave this share or less to be believed.
+/// If the data fit, a slip must leave at most this share of the residual to be accepted.
 const BETTER: f64 = 1.0 / 3.0;
-/// Fewer degrees of freedom for each unknown leave so little by chance that no slip is believed for it.
+/// With fewer degrees of freedom per unknown, no slip is accepted for such data: chance may leave as little.
 const FREEDOM_PER_UNKNOWN: isize = 2;
-/// Two slips are preferred to one when they leave this share of it.
+/// Two slips are preferred to one if they leave less than this share of its residual.
 const PAIR_IS_BETTER: f64 = 1.0 / 5.0;
-/// Slips that leave less than this multiple of the best one's residual cannot be distinguished from it.
+/// Slips with residuals up to this multiple of the smallest cannot be distinguished.
 const ALIKE: f64 = 1.25;
-/// What an unknown of its own counts against a slip.
+/// Penalty factor on the residual of a slip with additional unknowns.
 const FREEDOM: f64 = 1.5;
-/// Share of gross rows beside which a slip still explains the others.
+/// Largest share of gross rows that a slip may leave and still explain the others.
 const FEW_GROSS: f64 = 0.05;
-/// More gross rows than this share are no single rows.
+/// Largest share of gross rows that are reported as single bad rows.
 const MOST_GROSS: f64 = 0.2;
-/// A base is stated where its origin lies within this of the fitted one, m, and then it should not be turned by more than this, rad.
+/// A base fitted within this distance of the stated one, m, should not be turned by this angle or more, rad.
 const STATED: f64 = 0.05;
 const TURNED: f64 = 20.0 * DEG;
-/// A slip puts the base where it is stated when it is turned by no more than this, rad.
+/// A slip corrects the base if it leaves it turned by no more than this, rad.
 const PUT_RIGHT: f64 = 2.0 * DEG;
-/// Best tries that are reported when none explains the misfit.
+/// Number of best trials reported if none explains the misfit.
 const TOLD: usize = 3;
-/// Gross rows named one by one.
+/// Number of gross rows named individually, at most.
 const NAMED: usize = 20;
 
-/// Farthest zero that is sought of a joint mastered wrongly, tenths of a degree.
+/// Largest offset tried for a joint mastered wrongly, tenths of a degree.
 const FURTHEST: i32 = 300;
 
-/// What is known before slips are tried.
+/// Input of the search.
 pub(super) struct Search<'a> {
     pub dataset: &'a Dataset,
     pub whole: &'a Campaign,
     pub some: &'a Campaign,
     pub nominal: &'a Fitted,
-    /// How far the arm reaches, m.
+    /// Reach of the arm, m.
     pub reach: f64,
-    /// At most expected of the nominal arm, m.
+    /// Largest residual expected of the nominal arm, m.
     pub most: f64,
 }
 
-/// Slips undone, and what is then left.
+/// Slips, and the fit with these corrected.
 struct Trial {
     slips: Vec<Slip>,
     fitted: Fitted,
-    /// Residual, m, on the scale of the data as they are, with unknowns of its own counted against it.
+    /// Residual on the scale of the uncorrected data, m, with the penalty for additional unknowns.
     score: f64,
 }
 
 impl Search<'_> {
-    /// The cause of a misfit, with the slips; `None` where the data fit.
+    /// Finds the cause of a misfit, with the slips; `None` if the data fit.
     pub fn run(&self) -> Option<(Cause, Vec<SlipTried>)> {
         let gross = self.gross_rows();
         let too_large = self.nominal.robust > self.most;
         let singles: Vec<Vec<Slip>> = Slip::all(self.some).into_iter().map(|s| vec![s]).collect();
         let screen = self.some.selection(SCREENED);
         let before = fit(&screen);
-        // Where but a few rows are gross, what a slip does to them counts; elsewhere what it does to the others.
+        // If the robust residual is as expected, slips are scored by all rows including gross ones, otherwise by the
+        // rows not set aside.
         let by_all = !too_large;
         let mut tried = try_all(&screen, &singles, by_all);
         if !too_large && gross.is_empty() {
-            // No unknown of its own: that could only be better.
-            // And none that mends a few rows only.
+            // Excluded are slips with additional unknowns, since they can only reduce the residual, and those that
+            // improve a few rows only.
             let mends = |t: &Trial, of: &Fitted| t.score <= BETTER * of.plain && t.fitted.robust <= BETTER * of.robust;
             tried.retain(|t| !t.slips[0].adds_freedom() && mends(t, &before));
             let enough = self.nominal.dof >= FREEDOM_PER_UNKNOWN * self.nominal.unknowns as isize;
@@ -129,7 +130,8 @@ impl Search<'_> {
         Some((Cause::Unknown, self.tried(tried)))
     }
 
-    /// Rows of all that are far beyond anything expected, with their misses, m; the farthest first. Known distances between balls count.
+    /// Indices of rows, and of known distances between balls, with residuals far beyond anything expected, and the
+    /// lengths of these residuals, m, largest first.
     fn gross_rows(&self) -> Vec<(usize, f64)> {
         let misses = misses(self.whole, &self.nominal.frames);
         let limit = self.gross(self.nominal.robust);
@@ -138,12 +140,13 @@ impl Search<'_> {
         gross
     }
 
-    /// Beyond what a row is gross where the others leave `robust`, m.
+    /// Residual beyond which a row is gross if the others leave `robust`, m.
     fn gross(&self, robust: f64) -> f64 {
         (GROSS * robust).max(GROSS_OF_REACH * self.reach)
     }
 
-    /// A base turned from where it is stated, though its origin is there: a slip that turns it back leaves no other trace.
+    /// Detects a base whose origin is as stated but which is turned, and the slips that turn it back, since they show
+    /// in no other way; and a base stated in another unit of length.
     fn base_misplaced(&self) -> Option<(Cause, Vec<SlipTried>)> {
         let campaign = self.some;
         let stands = |(place, base): (&super::campaign::Place, &Pose)| {
@@ -169,7 +172,7 @@ impl Search<'_> {
         Some((Cause::Base, vec![SlipTried { slip: "base_unit".into(), residual: self.nominal.robust, words }]))
     }
 
-    /// Whether a trial leaves what may be expected, and no gross rows to speak of.
+    /// True if a trial leaves no more than expected, markedly less than before, and hardly any gross rows.
     fn explains(&self, trial: &Trial, limit: f64, gross: &[(usize, f64)]) -> bool {
         let left = trial.fitted.misses.iter().filter(|d| **d > self.gross(trial.fitted.robust)).count();
         let all = trial.fitted.misses.len();
@@ -179,7 +182,8 @@ impl Search<'_> {
         trial.fitted.robust <= limit && few && better
     }
 
-    /// Tries the best on more rows, and keeps those that pass and cannot be distinguished from the best of them.
+    /// Tries the best on more rows. Keeps those that pass and cannot be distinguished from the best of them, the least
+    /// turned base first.
     fn confirmed(&self, mut tried: Vec<Trial>, by_all: bool, passes: impl Fn(&Trial, f64) -> bool) -> Vec<Trial> {
         tried.sort_by(|a, b| a.score.total_cmp(&b.score));
         tried.truncate(CONFIRMED);
@@ -196,7 +200,7 @@ impl Search<'_> {
         again
     }
 
-    /// How far the base of a trial is turned from the stated one, where that is what tells slips apart; rad.
+    /// Largest angle between a fitted base and the stated one, rad: the criterion between slips of equal residual.
     fn turned(&self, frames: &Frames) -> f64 {
         let turn =
             |(base, place): (&Pose, &super::campaign::Place)| (place.base.pose().rotation.inverse() * base.rotation).angle();
@@ -239,7 +243,8 @@ fn undone(campaign: &Campaign, slips: &[Slip]) -> Campaign {
     slips.iter().fold(campaign.clone(), |c, slip| slip.undone(&c))
 }
 
-/// Tries each of these on the rows of a campaign; scored `by_all` rows, or by those not set aside.
+/// Tries slips on the rows of a campaign, scored by all rows if `by_all`, otherwise by those not set aside. Omits slips
+/// that leave less than half of the rows.
 fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
     let own = signal(campaign);
     let one = |slips: &Vec<Slip>| {
@@ -248,7 +253,7 @@ fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
             return None;
         }
         let fitted = fit(&changed);
-        // An arm that hardly moves leaves little: compare in parts of the motion.
+        // An arm that hardly moves leaves a small residual, so residuals are compared relative to the motion.
         let scale = if slips.iter().any(Slip::rescales_motion) { own / signal(&changed).max(f64::MIN_POSITIVE) } else { 1.0 };
         let freedom = if slips.iter().any(Slip::adds_freedom) { FREEDOM } else { 1.0 };
         let score = if by_all { fitted.plain } else { fitted.robust } * scale * freedom;
@@ -257,7 +262,7 @@ fn try_all(campaign: &Campaign, all: &[Vec<Slip>], by_all: bool) -> Vec<Trial> {
     all.par_iter().filter_map(one).collect()
 }
 
-/// The zero of each joint that leaves least, to a tenth of a degree: mastered wrongly.
+/// Offset of each joint with the smallest residual, to a tenth of a degree, for a joint mastered wrongly.
 fn odd_zeros(campaign: &Campaign) -> Vec<Vec<Slip>> {
     let left = |j: usize, tenths: i32| {
         let zero = f64::from(tenths) * 0.1 * DEG;
@@ -273,7 +278,8 @@ fn odd_zeros(campaign: &Campaign) -> Vec<Vec<Slip>> {
     (0..campaign.robot.joints()).into_par_iter().filter_map(zero).collect()
 }
 
-/// How far the flange moves while one thing is measured: root mean square about the mean of each ball's rows, or of all points', m.
+/// Motion of the flange while one target is measured: rms about the mean over the rows of each ball, or over all other
+/// rows of a set-up, m.
 fn signal(campaign: &Campaign) -> f64 {
     let flanges = flanges(&campaign.robot, campaign);
     let mut groups = std::collections::BTreeMap::new();

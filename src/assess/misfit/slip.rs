@@ -1,4 +1,4 @@
-//! The usual slips of whoever writes a table down, as changes of a campaign.
+//! Slips: common mistakes in tables of measurements, as changes of a campaign.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -9,47 +9,48 @@ use super::campaign::{Campaign, Seen, Shot};
 use crate::robot::{BUILT_IN, built_in};
 use crate::units::DEG;
 
-/// One slip; joints, axes and balls are counted from 0.
+/// One slip. Joints, axes and balls are counted from 0; numbers are those of the correction.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Slip {
-    /// Joint angles are to be multiplied.
+    /// Wrong unit of the joint angles; factor.
     JointUnit(f64),
-    /// Places of balls, points and anchors, and distances, are to be multiplied.
+    /// Wrong unit of positions (balls, points, anchors) and distances; factor.
     PointUnit(f64),
-    /// Left-over readings are to be multiplied.
+    /// Wrong unit of the residual readings; factor.
     ReadingUnit(f64),
-    /// The stated tool is to be multiplied.
+    /// Wrong unit of the stated tool; factor.
     ToolUnit(f64),
-    /// The tool is another than stated.
+    /// A tool other than the stated one.
     Tool,
-    /// A joint counts the other way.
+    /// Wrong sign of a joint.
     JointSign(usize),
-    /// A joint is counted from another zero, rad.
+    /// Wrong zero of a joint; offset, rad.
     JointZero(usize, f64),
-    /// Two joints are exchanged.
+    /// Two joints interchanged.
     JointsSwapped(usize, usize),
-    /// Two axes of the world are exchanged.
+    /// Two axes of the world interchanged.
     AxesSwapped(usize, usize),
-    /// An axis of the world counts the other way.
+    /// Wrong sign of an axis of the world.
     AxisSign(usize),
-    /// Two balls are exchanged.
+    /// Two balls interchanged.
     BallsSwapped(usize, usize),
-    /// A ball stands elsewhere.
+    /// A ball at a position other than the stated one.
     Ball(usize),
-    /// Each row's joints belong to the measurement of the row before (0) or after (1) it.
+    /// Joint angles written one row after (0) or before (1) their measurement.
     RowsShifted(usize),
-    /// It is another robot.
+    /// Another robot.
     Robot(&'static str),
-    /// The joints are those commanded, not those read back.
+    /// Wrong reported joint angles; the commanded ones are correct.
     Commanded,
 }
 
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// Units of length that are mistaken for one another: metres, inches; and both ways.
+/// Factors between units of length that are confused, in both directions: metres and millimetres, inches and
+/// millimetres.
 pub(super) const LENGTHS: [f64; 4] = [1000.0, 1e-3, 25.4, 1.0 / 25.4];
 
 impl Slip {
-    /// Every slip that may have been made with these data.
+    /// Every slip that may have occurred in these data.
     pub fn all(campaign: &Campaign) -> Vec<Slip> {
         let n = campaign.robot.joints();
         let mut all = vec![Slip::JointUnit(1.0 / DEG), Slip::JointUnit(DEG)];
@@ -91,13 +92,14 @@ impl Slip {
         all
     }
 
-    /// Slips that may only turn the base: the zero of joint 1, and the axes of the world where all places lie in a plane.
+    /// Slips that may merely turn the base: the zero of joint 1, and, if all positions lie in a plane, the axes of the
+    /// world.
     pub fn turning_the_base(campaign: &Campaign) -> Vec<Slip> {
         let turns = |s: &Slip| matches!(s, Slip::JointZero(0, _)) || matches!(s, Slip::AxesSwapped(..) | Slip::AxisSign(_));
         Slip::all(campaign).into_iter().filter(turns).collect()
     }
 
-    /// Whether two slips are plausibly made together.
+    /// True if two slips plausibly occur together; not symmetric.
     pub fn goes_with(&self, other: &Slip) -> bool {
         use Slip::{AxesSwapped, AxisSign, JointSign, JointUnit, JointZero, JointsSwapped, PointUnit, Robot};
         let frees = |s: &Slip| matches!(s, Slip::Ball(_) | Slip::Tool);
@@ -117,17 +119,17 @@ impl Slip {
             || (joint(self) && matches!(other, Slip::ToolUnit(_) | Slip::BallsSwapped(..)))
     }
 
-    /// Whether it leaves unknowns to the fit that are stated otherwise: it can only leave less.
+    /// True if the slip adds unknowns to the fit, which can only reduce the residual.
     pub fn adds_freedom(&self) -> bool {
         matches!(self, Slip::Ball(_) | Slip::Tool)
     }
 
-    /// Whether it changes how far the arm moves, so that misses are to be compared in parts of the motion.
+    /// True if the slip changes how far the arm moves, so that residuals must be compared relative to the motion.
     pub fn rescales_motion(&self) -> bool {
         matches!(self, Slip::JointUnit(_))
     }
 
-    /// The campaign as it would be without the slip.
+    /// The campaign with the slip corrected.
     pub fn undone(&self, campaign: &Campaign) -> Campaign {
         let mut c = campaign.clone();
         let each_q = |c: &mut Campaign, change: &dyn Fn(&mut Vec<f64>)| c.shots.iter_mut().for_each(|s| change(&mut s.q));
@@ -175,7 +177,7 @@ impl Slip {
         c
     }
 
-    /// As the file formats name it.
+    /// Name in files.
     pub fn name(&self, campaign: &Campaign) -> String {
         let ball = |b: usize| &campaign.balls[b].id;
         match *self {
@@ -197,7 +199,7 @@ impl Slip {
         }
     }
 
-    /// What to do in place of what was done, so that a sentence goes on with "leaves 0.9 instead of 923 mm".
+    /// Describes the correction, as the beginning of a sentence that continues with "leaves 0.9 instead of 923 mm".
     pub fn words(&self, campaign: &Campaign) -> String {
         let ball = |b: usize| &campaign.balls[b].id;
         match *self {
@@ -234,7 +236,7 @@ pub(super) fn scaled(by: f64) -> &'static str {
     }
 }
 
-/// Changes every known place of the world: balls, points, anchors.
+/// Changes every position in the world: balls, points, anchors.
 fn places(c: &mut Campaign, change: impl Fn(&mut Vector3<f64>)) {
     c.balls.iter_mut().for_each(|b| change(&mut b.position));
     for shot in &mut c.shots {

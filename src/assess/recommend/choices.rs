@@ -1,5 +1,7 @@
 //! The models that a campaign offers, judged on the same postures, and the one to use.
 
+use std::ops::Range;
+
 use super::curves;
 use super::folds::{Folds, postures};
 use super::linear::{self, Linear};
@@ -8,7 +10,7 @@ use crate::assess::examination::Examination;
 use crate::assess::library::Candidate;
 use crate::effects;
 use crate::identify::{IdentifyError, Model};
-use crate::measure::Dataset;
+use crate::measure::{Dataset, Postures};
 
 /// The whole library is offered while its parameters in effect are no larger a share of three numbers a posture.
 const SHARE_OF_NUMBERS: f64 = 0.9;
@@ -122,59 +124,18 @@ pub fn recommend(
     let begin = examination.model();
     let divisions = postures(&examination.circumstances);
     let postures = divisions.count();
-    let bands = curves::bands(examination.problem().robot().joints(), postures);
     let plain: Vec<&String> = steps.iter().filter(|id| effects::set_aside_by(id).is_none()).collect();
-    let ids = plain.iter().copied().chain(&bands).chain(library.iter().map(|(id, _)| id));
-    let candidate = |id: &String| Candidate::new(id.clone());
-    let mut candidates: Vec<Candidate> = Vec::new();
-    for id in ids {
-        if !candidates.iter().any(|c| c.id == *id) {
-            candidates.push(candidate(id));
-        }
-    }
-    let of = |id: &str| candidates.iter().position(|c| c.id == id).unwrap_or_default();
-    let places = |ids: &[(&str, f64)]| ids.iter().map(|(id, width)| (of(id), width.powi(-2))).collect::<Vec<(usize, f64)>>();
-    let step_widths: Vec<(&str, f64)> = plain.iter().map(|id| (id.as_str(), begin.width_of(id))).collect();
-    let (steps_held, library_held) = (
-        places(&step_widths),
-        places(&library.iter().map(|(id, width)| (id.as_str(), width * examination.yardstick.weight())).collect::<Vec<_>>()),
-    );
-    let band_places = {
-        let first = bands.first().map_or(0, |id| of(id));
-        first..first + bands.len()
-    };
-    let wide = examination.beside(datasets, candidates.clone())?;
+    let candidates = Candidates::new(examination, postures, &plain, library);
+    let wide = examination.beside(datasets, candidates.all.clone())?;
     let mut linear = Linear::new(&wide, datasets);
     for (sample, id) in examination.problem().sample_ids().iter().enumerate() {
         linear.aside[sample] = steps.contains(&effects::setting_aside(id));
     }
 
-    let all = linear.all_products();
-    let curves_held = curves::held(&wide, &linear, &all, band_places.clone(), &[])?;
-    let mut held = vec![(Kind::Begin, Vec::new()), (Kind::Curves, curves_held)];
-    if !steps_held.is_empty() {
-        let with_steps = curves::held(&wide, &linear, &all, band_places, &steps_held)?;
-        held.push((Kind::Steps, steps_held.clone()));
-        held.push((Kind::StepsAndCurves, steps_held.iter().copied().chain(with_steps).collect()));
-    }
     let judged_elsewhere = stands_somewhere(examination) || Folds::of_places(&divisions, &linear.places).is_some();
-    if !library_held.is_empty()
-        && judged_elsewhere
-        && linear.effective(&all, &linear.with(library_held.iter().copied()))? <= SHARE_OF_NUMBERS * 3.0 * postures as f64
-    {
-        held.push((Kind::Library, library_held));
-    }
-
-    let variants: Vec<linear::Choice> = held.iter().map(|(_, held)| linear.with(held.iter().copied())).collect();
-    let mut gains: Vec<Vec<Gain>> = vec![Vec::new(); held.len()];
-    for folds in Folds::all(&divisions, &wide.circumstances, &linear.places) {
-        let division = folds.division;
-        let products = linear.fold_products(folds);
-        let before = linear.held_out(&products, &variants[0])?;
-        for (variant, gains) in variants.iter().zip(&mut gains) {
-            gains.extend(Gain::of(division, &before, &linear.held_out(&products, variant)?));
-        }
-    }
+    let most = judged_elsewhere.then_some(SHARE_OF_NUMBERS * 3.0 * postures as f64);
+    let held = candidates.offered(&wide, &linear, most)?;
+    let gains = gains(&divisions, &wide, &linear, &held)?;
     let sample_ids = examination.problem().sample_ids();
     let aside: Vec<String> = sample_ids.iter().zip(&linear.aside).filter(|(_, a)| **a).map(|(id, _)| id.clone()).collect();
     let choice = |((kind, held), gains): ((Kind, Held), Vec<Gain>)| {
@@ -184,7 +145,7 @@ pub fn recommend(
             model = model.with(&id);
         }
         for (place, information) in held {
-            let id = &candidates[place].id;
+            let id = &candidates.all[place].id;
             model = model.with(id);
             let is_ordinary = begin.is_unregularised(id) || plain.contains(&id) && kind != Kind::Library;
             if !is_ordinary {
@@ -198,6 +159,77 @@ pub fn recommend(
     let mut all = Recommendation { choices, chosen: 0, aside, postures };
     all.chosen = all.ranked().first().copied().unwrap_or(0);
     Ok(all)
+}
+
+/// The candidates of all choices, each once, and those of each group by their places.
+struct Candidates {
+    all: Vec<Candidate>,
+    steps: Held,
+    library: Held,
+    bands: Range<usize>,
+}
+
+impl Candidates {
+    fn new(examination: &Examination, postures: usize, steps: &[&String], library: &[(String, f64)]) -> Self {
+        let begin = examination.model();
+        let bands = curves::bands(examination.problem().robot().joints(), postures);
+        // The bands first: an effect of a step or of the library may be one of them, and they must stay one range.
+        let ids = bands.iter().chain(steps.iter().copied()).chain(library.iter().map(|(id, _)| id));
+        let mut all: Vec<Candidate> = Vec::new();
+        for id in ids {
+            if !all.iter().any(|c| c.id == *id) {
+                all.push(Candidate::new(id.clone()));
+            }
+        }
+        let place = |id: &str| all.iter().position(|c| c.id == id).unwrap_or_default();
+        let held = |id: &str, width: f64| (place(id), width.powi(-2));
+        Candidates {
+            steps: steps.iter().map(|id| held(id, begin.width_of(id))).collect(),
+            library: library.iter().map(|(id, width)| held(id, width * examination.yardstick.weight())).collect(),
+            bands: 0..bands.len(),
+            all,
+        }
+    }
+
+    /// The choices worth judging, the model to begin with first; the library only while no more than `most` of its parameters are
+    /// in effect.
+    fn offered(&self, wide: &Examination, linear: &Linear<'_>, most: Option<f64>) -> Result<Vec<(Kind, Held)>, IdentifyError> {
+        let all = linear.all_products();
+        let curves_held = curves::held(wide, linear, &all, self.bands.clone(), &[])?;
+        let mut held = vec![(Kind::Begin, Vec::new()), (Kind::Curves, curves_held)];
+        if !self.steps.is_empty() {
+            let with_steps = curves::held(wide, linear, &all, self.bands.clone(), &self.steps)?;
+            held.push((Kind::Steps, self.steps.clone()));
+            held.push((Kind::StepsAndCurves, self.steps.iter().copied().chain(with_steps).collect()));
+        }
+        if !self.library.is_empty()
+            && let Some(most) = most
+            && linear.effective(&all, &linear.with(self.library.iter().copied()))? <= most
+        {
+            held.push((Kind::Library, self.library.clone()));
+        }
+        Ok(held)
+    }
+}
+
+/// What each of the choices gains over the first, one entry a division.
+fn gains(
+    divisions: &Postures,
+    wide: &Examination,
+    linear: &Linear<'_>,
+    held: &[(Kind, Held)],
+) -> Result<Vec<Vec<Gain>>, IdentifyError> {
+    let variants: Vec<linear::Choice> = held.iter().map(|(_, held)| linear.with(held.iter().copied())).collect();
+    let mut gains: Vec<Vec<Gain>> = vec![Vec::new(); held.len()];
+    for folds in Folds::all(divisions, &wide.circumstances, &linear.places) {
+        let division = folds.division;
+        let products = linear.fold_products(folds);
+        let before = linear.held_out(&products, &variants[0])?;
+        for (variant, gains) in variants.iter().zip(&mut gains) {
+            gains.extend(Gain::of(division, &before, &linear.held_out(&products, variant)?));
+        }
+    }
+    Ok(gains)
 }
 
 /// Whether a place in the world is known. Where none is, what a hundred effects make of a new place shows only at places left out.

@@ -136,46 +136,15 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Effects of the model, and those required by the datasets (free or uncertain balls and tools).
+    /// Builds the effects of every dataset and appends their parameters.
     fn place_effects(&mut self) -> Result<(), ProblemError> {
-        let model = self.model;
+        let (datasets, model, robot) = (self.datasets, self.model, self.robot.clone());
         let mut robot_owned: HashMap<String, usize> = HashMap::new();
-        for (d, (label, dataset)) in self.datasets.iter().enumerate() {
+        for (d, (_, dataset)) in datasets.iter().enumerate() {
             let balls = dataset.ball_ids();
-            let subject = model.subject(&self.robot, &balls);
-            let mut wanted: Vec<(String, StatedPrior)> = Vec::new();
-            let probed = |b: usize| {
-                let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
-                dataset.samples.iter().filter(|s| self.which.takes(s)).any(|s| on(&s))
-            };
-            // Free balls first: if no ball is known, it is the base that cannot be determined. A free tool before the
-            // links: it enters linearly, and the last joint and link share parameters with the tool as the first ones do
-            // with the base.
-            for (b, ball) in dataset.balls.iter().enumerate() {
-                if ball.free && probed(b) {
-                    wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
-                }
-            }
-            wanted.extend(model.effects.iter().map(|e| {
-                let width = model.width_of(e);
-                let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
-                (e.clone(), belief)
-            }));
-            if dataset.tool_free {
-                wanted.retain(|(id, _)| id != "tool_frame");
-                let base = wanted.iter().position(|(id, _)| id == "base_frame");
-                let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
-                wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), StatedPrior::Flat));
-            } else if dataset.tool_sigma > 0.0 {
-                wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
-            }
-            for (b, ball) in dataset.balls.iter().enumerate() {
-                if !ball.free && ball.sigma > 0.0 && probed(b) {
-                    wanted.push((format!("ball:{}", ball.id), StatedPrior::Stated(ball.sigma)));
-                }
-            }
+            let subject = model.subject(&robot, &balls);
             let mut placed: Vec<Placed> = Vec::new();
-            for (id, belief) in wanted {
+            for (id, belief) in self.wanted(dataset) {
                 if placed.iter().any(|p| p.effect.id() == id) {
                     continue; // also in the model, which then holds the stated uncertainty in its prior
                 }
@@ -183,46 +152,92 @@ impl<'a> Assembly<'a> {
                 if let Some(needs) = missing(effect.as_ref(), dataset, model, self.which) {
                     return Err(ProblemError::Missing { effect: effect.id().into(), needs });
                 }
-                let all = &mut self.parameters;
                 let first = match effect.owner() {
-                    Owner::Robot => vec![*robot_owned.entry(id).or_insert_with(|| add(all, effect.as_ref(), "", belief))],
-                    Owner::Artifact => {
-                        let first = add(all, effect.as_ref(), if self.datasets.len() > 1 { label } else { "" }, belief);
-                        let home = self.setup_of.iter().filter(|(key, _)| key.0 == d).map(|(_, &setup)| setup).min();
-                        all[first..].iter_mut().for_each(|p| p.setup = home);
-                        let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
-                        if let Some(b) = ball {
-                            place(&mut all[first..], dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
-                        }
-                        vec![first]
+                    Owner::Robot => {
+                        let new = || add(&mut self.parameters, effect.as_ref(), "", belief);
+                        vec![*robot_owned.entry(id).or_insert_with(new)]
                     }
-                    Owner::Session => {
-                        let mine = |s: usize| self.setup_of.iter().any(|(key, &setup)| key.0 == d && setup == s);
-                        let mut first = vec![usize::MAX; self.setups.len()];
-                        for s in (0..self.setups.len()).filter(|&s| mine(s)) {
-                            let setup = &self.setups[s];
-                            first[s] = add(all, effect.as_ref(), &setup.label, belief);
-                            all[first[s]..].iter_mut().for_each(|p| p.setup = Some(s));
-                            match effect.id() {
-                                "base_frame" => {
-                                    place(&mut all[first[s]..], &setup.base.to_array(), &setup.start.to_array());
-                                    setup
-                                        .datum_freedoms
-                                        .iter()
-                                        .for_each(|&axis| all[first[s] + axis as usize].defines_world = true);
-                                }
-                                "tool_frame" => place(&mut all[first[s]..], &setup.tool.xyz, &setup.tool.xyz),
-                                _ => {}
-                            }
-                        }
-                        first
-                    }
+                    Owner::Artifact => vec![self.place_on_artifact(d, effect.as_ref(), belief)],
+                    Owner::Session => self.place_in_sessions(d, effect.as_ref(), belief),
                 };
                 placed.push(Placed { effect, first });
             }
             self.effects.push(placed);
         }
         Ok(())
+    }
+
+    /// Effects of the model, and those required by a dataset (free or uncertain balls and tools), in the order of their columns.
+    fn wanted(&self, dataset: &Dataset) -> Vec<(String, StatedPrior)> {
+        let mut wanted: Vec<(String, StatedPrior)> = Vec::new();
+        let probed = |b: usize| {
+            let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
+            dataset.samples.iter().filter(|s| self.which.takes(s)).any(|s| on(&s))
+        };
+        // Free balls first: if no ball is known, it is the base that cannot be determined. A free tool before the
+        // links: it enters linearly, and the last joint and link share parameters with the tool as the first ones do
+        // with the base.
+        for (b, ball) in dataset.balls.iter().enumerate() {
+            if ball.free && probed(b) {
+                wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
+            }
+        }
+        wanted.extend(self.model.effects.iter().map(|e| {
+            let width = self.model.width_of(e);
+            let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
+            (e.clone(), belief)
+        }));
+        if dataset.tool_free {
+            wanted.retain(|(id, _)| id != "tool_frame");
+            let base = wanted.iter().position(|(id, _)| id == "base_frame");
+            let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
+            wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), StatedPrior::Flat));
+        } else if dataset.tool_sigma > 0.0 {
+            wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
+        }
+        for (b, ball) in dataset.balls.iter().enumerate() {
+            if !ball.free && ball.sigma > 0.0 && probed(b) {
+                wanted.push((format!("ball:{}", ball.id), StatedPrior::Stated(ball.sigma)));
+            }
+        }
+        wanted
+    }
+
+    /// Appends the parameters of an effect of dataset `d`'s artifact; returns the index of the first.
+    fn place_on_artifact(&mut self, d: usize, effect: &dyn Effect, belief: StatedPrior) -> usize {
+        let (label, dataset) = self.datasets[d];
+        let label = if self.datasets.len() > 1 { label } else { "" };
+        let first = add(&mut self.parameters, effect, label, belief);
+        let own = &mut self.parameters[first..];
+        let home = self.setup_of.iter().filter(|(key, _)| key.0 == d).map(|(_, &setup)| setup).min();
+        own.iter_mut().for_each(|p| p.setup = home);
+        let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
+        if let Some(b) = ball {
+            place(own, dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
+        }
+        first
+    }
+
+    /// Appends the parameters of an effect for each set-up of dataset `d`; returns the index of the first for each set-up of the
+    /// problem, `usize::MAX` for those of other datasets.
+    fn place_in_sessions(&mut self, d: usize, effect: &dyn Effect, belief: StatedPrior) -> Vec<usize> {
+        let mine = |s: usize| self.setup_of.iter().any(|(key, &setup)| key.0 == d && setup == s);
+        let mut first = vec![usize::MAX; self.setups.len()];
+        for s in (0..self.setups.len()).filter(|&s| mine(s)) {
+            let setup = &self.setups[s];
+            first[s] = add(&mut self.parameters, effect, &setup.label, belief);
+            let own = &mut self.parameters[first[s]..];
+            own.iter_mut().for_each(|p| p.setup = Some(s));
+            match effect.id() {
+                "base_frame" => {
+                    place(own, &setup.base.to_array(), &setup.start.to_array());
+                    setup.datum_freedoms.iter().for_each(|&axis| own[axis as usize].defines_world = true);
+                }
+                "tool_frame" => place(own, &setup.tool.xyz, &setup.tool.xyz),
+                _ => {}
+            }
+        }
+        first
     }
 
     /// Sets the duration of each session to that of the other's.
