@@ -246,6 +246,7 @@ fn what_is_no_arm_is_named_with_its_line() {
     for (text, line, said) in [
         ("<robot".to_owned(), Some(1), "is no XML"),
         ("<sdf/>".into(), Some(1), "not a <robot>"),
+        ("<robot name='r'>\n</robot>".into(), Some(1), "has no links"),
         (
             "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'>\n<xacro:include filename='x'/></robot>".into(),
             Some(2),
@@ -263,7 +264,11 @@ fn what_is_no_arm_is_named_with_its_line() {
         (robot(arm.clone() + &joint("2", "revolute", "b", "c", "<axis xyz='0 0'/>")), Some(6), "'0 0' is not 3 finite numbers"),
         (robot(arm.clone() + &joint("2", "revolute", "b", "c", "<axis xyz='0 0 0'/>")), Some(6), "has no length"),
         (robot(arm.clone() + &joint("2", "fixed", "b", "c", "<origin xyz='0 nan 0'/>")), Some(6), "'0 nan 0'"),
-        (robot(arm.clone() + &joint("2", "revolute", "b", "c", "<limit lower='1' upper='-1'/>")), Some(6), "lower limit"),
+        (
+            robot(arm.clone() + &joint("2", "revolute", "b", "c", "<limit lower='1' upper='-1'/>")),
+            Some(6),
+            "is above the upper one",
+        ),
         (robot(link(&["a", "b"]) + &joint("1", "fixed", "a", "b", "")), None, "no joint turns"),
         (robot(arm.clone() + &link(&["d"]) + &joint("2", "fixed", "b", "c", "")), None, "several links hang on no joint: a, d"),
         (

@@ -1,10 +1,10 @@
-//! `effects`, `robots`: the built-in effects and robots.
+//! `effects`: the built-in effects.
 
 use std::borrow::Cow;
 
 use calibench::effects::{CATALOGUE, Effect, EffectId, Family, Origin, Scan, Subject, build};
-use calibench::robot::{BUILT_IN, built_in};
-use calibench::units::{DEG, MM, Unit};
+use calibench::robot::built_in;
+use calibench::units::Unit;
 use calibench_report::plain_table;
 use serde_json::json;
 
@@ -107,47 +107,4 @@ fn plausible(effect: &dyn Effect) -> String {
         [(first, unit), .., (last, same)] if sizes.len() > 2 && unit == same => format!("{first} ... {last} {unit}"),
         _ => sizes.iter().map(|(size, unit)| format!("{size} {unit}").trim_end().to_owned()).collect::<Vec<_>>().join(", "),
     }
-}
-
-pub fn robots(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let all: Vec<_> = BUILT_IN.iter().filter_map(|name| built_in(name)).collect();
-    if arguments.json {
-        let documents: Vec<_> = all
-            .iter()
-            .map(|r| {
-                let links: Vec<_> = r
-                    .links
-                    .iter()
-                    .map(|l| json!({"alpha_deg": l.mdh.alpha / DEG, "a_mm": l.mdh.a / MM, "beta_deg": l.mdh.beta / DEG,
-                        "theta_deg": l.mdh.theta / DEG, "d_mm": l.mdh.d / MM, "min_deg": l.limits[0] / DEG, "max_deg": l.limits[1] / DEG,
-                        "mass_kg": l.mass}))
-                    .collect();
-                json!({"name": r.name, "source": r.source, "joints": r.joints(), "links": links})
-            })
-            .collect();
-        print_json(&json!({"format": "calibench-robots/1", "robots": documents}))?;
-        return Ok(Outcome::Done);
-    }
-    for robot in &all {
-        print(&format!("{} ({} joints): {}", robot.name, robot.joints(), robot.source))?;
-        let rows: Vec<[String; 7]> = robot
-            .links
-            .iter()
-            .enumerate()
-            .map(|(i, l)| {
-                let g = |v: f64| format!("{v:.3}");
-                [
-                    (i + 1).to_string(),
-                    g(l.mdh.alpha / DEG),
-                    g(l.mdh.a / MM),
-                    g(l.mdh.theta / DEG),
-                    g(l.mdh.d / MM),
-                    format!("{:.0} .. {:.0}", l.limits[0] / DEG, l.limits[1] / DEG),
-                    g(l.mass),
-                ]
-            })
-            .collect();
-        print(&plain_table(&["i", "alpha_{i-1} deg", "a_{i-1} mm", "theta_i deg", "d_i mm", "limits deg", "mass kg"], &rows))?;
-    }
-    Ok(Outcome::Done)
 }

@@ -10,7 +10,7 @@ use calibench::compensate::{
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
 use calibench::identify::{Calibration, read_calibration};
-use calibench::robot::{FramePose, Payload, Pose, to_toml};
+use calibench::robot::{FramePose, JointOrigin, Payload, Pose, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml};
 use calibench::units::{DEG, MM};
 use calibench_report::documents::{
     self, CompensatedTarget, CompensatedTargets, Compensation, OutsideRange, RigidPart, TargetOutcome,
@@ -55,6 +55,12 @@ pub struct Arguments {
     /// Write the rigid part of the identified robot as a URDF
     #[arg(long, value_name = "FILE")]
     urdf: Option<PathBuf>,
+    /// URDF file of the robot: `--urdf` writes the same file with calibrated joint origins, and all else as it is
+    #[arg(long, value_name = "FILE.urdf[#BASE:TOOL]", requires = "urdf")]
+    urdf_of: Option<String>,
+    /// Write the origins of the joints of `--urdf-of` as the kinematics file of the ROS package ur_description (YAML)
+    #[arg(long, value_name = "FILE", requires = "urdf_of")]
+    ur_kinematics: Option<PathBuf>,
     /// Write the rigid part of the identified robot as a robot file, for use by a dataset
     #[arg(long, value_name = "FILE")]
     mdh: Option<PathBuf>,
@@ -64,7 +70,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    check_outputs(arguments.out.iter().chain(&arguments.urdf).chain(&arguments.mdh))?;
+    check_outputs(arguments.out.iter().chain(&arguments.urdf).chain(&arguments.mdh).chain(&arguments.ur_kinematics))?;
     if arguments.targets.is_none() && arguments.urdf.is_none() && arguments.mdh.is_none() {
         return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
     }
@@ -96,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     if arguments.urdf.is_some() || arguments.mdh.is_some() {
-        document.rigid = write_rigid(arguments, &compensator.rigid())?;
+        document.rigid = write_rigid(arguments, &calibration.robot, &compensator.rigid())?;
     }
     if arguments.json {
         print_json(&document)?;
@@ -151,10 +157,47 @@ fn write_fakes(
     Ok(beyond)
 }
 
+/// Joints of ur_description and the names under which its kinematics file has them.
+const UR_JOINTS: [(&str, &str); 6] = [
+    ("shoulder_pan_joint", "shoulder"),
+    ("shoulder_lift_joint", "upper_arm"),
+    ("elbow_joint", "forearm"),
+    ("wrist_1_joint", "wrist_1"),
+    ("wrist_2_joint", "wrist_2"),
+    ("wrist_3_joint", "wrist_3"),
+];
+
+/// Joint origins as the kinematics file of ur_description.
+fn ur_kinematics(origins: &[JointOrigin]) -> Result<String, Failure> {
+    let mut text = String::from("kinematics:\n");
+    for (k, (joint, name)) in UR_JOINTS.into_iter().enumerate() {
+        let found = origins.get(k).filter(|o| o.joint.ends_with(joint));
+        let origin = found.ok_or_else(|| format!("joint {} of the URDF file is not `{joint}`: it is no UR", k + 1))?.origin;
+        let FramePose { xyz: [x, y, z], rz_ry_rx: [yaw, pitch, roll] } = origin;
+        text.push_str(&format!("  {name}:\n"));
+        for (key, value) in [("x", x), ("y", y), ("z", z), ("roll", roll), ("pitch", pitch), ("yaw", yaw)] {
+            text.push_str(&format!("    {key}: {value:?}\n"));
+        }
+    }
+    Ok(text)
+}
+
 /// Writes the URDF and the robot file; returns their part of the document, or tells it without `--json`.
-fn write_rigid(arguments: &Arguments, rigid: &RigidRobot) -> Result<Option<RigidPart>, Failure> {
+fn write_rigid(arguments: &Arguments, nominal: &Robot, rigid: &RigidRobot) -> Result<Option<RigidPart>, Failure> {
     if let Some(path) = &arguments.urdf {
-        write_whole(path, urdf(rigid).as_bytes())?;
+        let text = match &arguments.urdf_of {
+            None => urdf(rigid),
+            Some(of) => {
+                let RobotReference { name, ends } = RobotReference::parse(of);
+                let [nominal, identified] = [nominal, &rigid.robot];
+                if let Some(path) = &arguments.ur_kinematics {
+                    let origins = joint_origins(Path::new(name), &ends, nominal, identified)?;
+                    write_whole(path, ur_kinematics(&origins)?.as_bytes())?;
+                }
+                calibrated_urdf(Path::new(name), &ends, nominal, identified)?
+            }
+        };
+        write_whole(path, text.as_bytes())?;
     }
     if let Some(path) = &arguments.mdh {
         write_whole(path, to_toml(&rigid.robot).as_bytes())?;

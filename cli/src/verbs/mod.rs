@@ -34,6 +34,7 @@ mod repeatability;
 mod repeatability_cell;
 mod repeatability_tables;
 mod report;
+mod robots;
 mod run;
 mod serve;
 mod start;
@@ -115,8 +116,8 @@ enum Verb {
     Import(import::Arguments),
     /// List the catalogue of effects: what can be wrong with an arm
     Effects(catalogue::Arguments),
-    /// List the built-in robots
-    Robots(catalogue::Arguments),
+    /// List the built-in robots, show one, convert a URDF file, or check whether data fit a robot
+    Robots(robots::Arguments),
 }
 
 /// Runs the program with the arguments of the process.
@@ -164,7 +165,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
-        Verb::Robots(a) => catalogue::robots(a),
+        Verb::Robots(a) => robots::run(a),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,11 +1,11 @@
-//! What the comparison found, in words: what is seen, what it means, what to do.
+//! Sentences on a comparison: what is observed, what it means, what to do.
 
 use super::{Comparison, SIGNIFICANCE, Standout, Subject};
 use crate::assess::noise_floor::NoiseSource;
 use crate::assess::residual_views::{JointCurve, JointVariable};
 use crate::units::{MM, UM, URAD};
 
-/// Three significant digits, whatever the size.
+/// Three significant digits, but at most six decimals and all digits before the point.
 fn three(x: f64) -> String {
     let before = if x == 0.0 || !x.is_finite() { 1 } else { x.abs().log10().floor() as i32 + 1 };
     format!("{x:.*}", (3 - before).clamp(0, 6) as usize)
@@ -34,12 +34,12 @@ fn percent(share: f64) -> String {
     format!("{:.*} %", usize::from(share < 0.1), 100.0 * share)
 }
 
-/// How much a finding explains, and the chance of that.
+/// Share that a finding explains, and its probability by chance, in words.
 fn explains(finding: &Standout) -> String {
     format!("explains {}, {}", percent(finding.test.explains), chance(finding.test.p_family))
 }
 
-/// Advice to try the effects suggested by a finding, else `otherwise`.
+/// Advice to try the effects that a finding suggests; `otherwise` if there are none.
 fn try_effects(finding: &Standout, otherwise: &str) -> String {
     match finding.effects.as_slice() {
         [] => otherwise.to_owned(),
@@ -48,7 +48,7 @@ fn try_effects(finding: &Standout, otherwise: &str) -> String {
     }
 }
 
-/// A joint's residual that follows a variable: what that means, and what to do.
+/// A joint error that depends on a variable: its meaning and remedy.
 fn of_curve(finding: &Standout, curve: &JointCurve) -> String {
     let (meaning, otherwise) = match curve.against {
         JointVariable::Angle(_) => ("an error of its own gear or encoder", "try an error curve of the joint"),
@@ -74,7 +74,7 @@ fn of_curve(finding: &Standout, curve: &JointCurve) -> String {
 }
 
 impl Comparison {
-    /// The findings in words, the noise floor first.
+    /// The findings in sentences, the noise floor first.
     pub fn sentences(&self) -> Vec<String> {
         let mut said = vec![self.of_noise()];
         said.extend(self.of_contradiction());
@@ -175,7 +175,7 @@ impl Comparison {
         said
     }
 
-    /// ` of dataset, session S` where there are several set-ups.
+    /// ` of dataset, session S` if there are several set-ups, otherwise empty.
     fn place(&self, setup: usize) -> String {
         match self.setups.get(setup) {
             Some(s) if self.setups.len() > 1 && s.session.is_empty() => format!(" of {}", s.dataset),
@@ -253,7 +253,7 @@ impl Comparison {
         })
     }
 
-    /// Samples that are too far off for chance but too few to explain much.
+    /// Names samples that are farther off than chance allows but are not among the findings.
     fn of_strays(&self) -> Option<String> {
         let found = |w: usize| self.findings.iter().any(|f| f.subject == Subject::Sample(w));
         let strays = (0..self.worst.len()).filter(|&w| self.worst[w].test.p_family < SIGNIFICANCE && !found(w));
@@ -266,7 +266,7 @@ impl Comparison {
         })
     }
 
-    /// Whether names of datasets are needed to tell things apart.
+    /// True if there are several datasets, so that balls must be named with theirs.
     pub fn several_datasets(&self) -> bool {
         self.setups.iter().any(|s| s.dataset != self.setups[0].dataset)
     }

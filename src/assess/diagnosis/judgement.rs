@@ -1,4 +1,4 @@
-//! From evidence to a verdict.
+//! Judgement of the evidence: the verdict of a diagnosis.
 
 use super::findings::{Freely, contributions, findings};
 use super::{Diagnosis, Explained, Finding, Scatter};
@@ -17,38 +17,43 @@ use crate::effects::EffectId;
 use crate::identify::IdentifyError;
 use crate::measure::Dataset;
 
-/// Something is missing when nothing at all is less credible than this; noise alone raises it in less than one case of a hundred.
+/// An effect is missing if the probability that none is missing is below this; noise alone causes that in less than one
+/// case of a hundred.
 const NOTHING: f64 = 0.05;
 
-/// Mass of the credible set.
+/// Probability of the credible set.
 const CREDIBLE: f64 = 0.95;
 
-/// Chance at which chi-square contradicts the noise as stated.
+/// Level at which the residual contradicts the noise.
 const LACK_OF_FIT: f64 = 1e-3;
 
-/// A curve of any shape is believed over the library when it is so much more credible, and the library's best explains less than this
-/// share of what the curve does: a shape that is a little off is no new effect.
+/// A curve of any shape is preferred to the library if its odds against the background and against the library exceed
+/// the first number, and the most credible effect explains less than the second number as a share of what the curve
+/// explains: a slightly different shape is not a new effect.
 const CURVE_ODDS: f64 = 20.0;
 const CURVE_IS_NEW: f64 = 0.85;
 
-/// An effect is all that is missing when no more than this is left with it: whitened squares per degree of freedom where the noise is
-/// known, else the size of the background, in plausible sizes.
+/// An effect is all that is missing if no more than this remains: the whitened sum of squares per degree of freedom
+/// with the effect included or, if the noise is unknown, the size of the background in plausible sizes.
 const ORDINARY_CHI2: f64 = 1.5;
 const ORDINARY_SIZE: f64 = 0.8;
 
-/// An effect that does not stick out of the background but explains this share of what is left is named.
+/// An effect that does not stand out of the background is named if it explains this share of the remaining sum of
+/// squares.
 const MAIN_SHARE: f64 = 0.5;
 
-/// The background is there when the data are so many times likelier with it.
+/// The background is present if the data are this many times likelier with it.
 const BACKGROUND_ODDS: f64 = 20.0;
 
-/// An effect of the user's own is not believable beyond so many plausible sizes.
+/// A user-defined effect is implausible beyond this many plausible sizes.
 const BELIEVABLE: f64 = 30.0;
 
-/// Findings looked at closely: by evidence against the background, and as many again that explain most.
+/// Number of hypotheses examined closely: this many, or up to twice as many if the credible set is larger, by evidence
+/// against the background, and this many of the others by evidence against noise alone.
 const SHORTLIST: usize = 8;
 
-/// Whether a candidate is no larger than its family can be; an effect of the user's own, than so many plausible sizes.
+/// True if the data allow a candidate to lie in the linear range of its family; for a user-defined effect, within
+/// [`BELIEVABLE`].
 fn is_believable(close: &Examination, candidate: usize, effect: &str) -> bool {
     let freely = Freely::of(close, candidate);
     let Some(family) = close.model.family(effect) else { return freely.least_size() <= BELIEVABLE };
@@ -59,7 +64,7 @@ fn is_believable(close: &Examination, candidate: usize, effect: &str) -> bool {
     })
 }
 
-/// The hypotheses looked at closely, and what they came to.
+/// Hypotheses examined closely, as the candidates of an examination.
 struct Shortlist {
     close: Examination,
     hypotheses: Vec<Hypothesis>,
@@ -67,7 +72,7 @@ struct Shortlist {
 }
 
 impl Shortlist {
-    /// Of hypotheses, the most credible first.
+    /// Selects from `all`, which is sorted with the most credible first.
     fn of(datasets: &[(&str, &Dataset)], examination: &Examination, all: &[Hypothesis]) -> Result<Self, IdentifyError> {
         let set = credible(all).clamp(SHORTLIST, 2 * SHORTLIST).min(all.len());
         let mut places: Vec<usize> = (0..set).collect();
@@ -83,17 +88,18 @@ impl Shortlist {
         Ok(Shortlist { close, hypotheses, believable })
     }
 
-    /// The one with this id, in a model or as an effect.
+    /// The hypothesis with this id, either in a model or in the catalogue.
     fn named(&self, effect: &str) -> Option<&Hypothesis> {
         self.hypotheses.iter().find(|h| h.in_model == effect || h.effect == effect)
     }
 
-    /// Those that are larger than they can be, with their places.
+    /// Hypotheses of implausible size, with their indices.
     fn unbelievable(&self) -> impl Iterator<Item = (usize, &Hypothesis)> {
         self.hypotheses.iter().enumerate().filter(|(k, _)| !self.believable[*k])
     }
 
-    /// Ids and sizes of the unbelievable ones that the data surely show: of what they hardly see any size may come out.
+    /// Ids and sizes of those of implausible size that are significant: an effect that the data hardly show may come
+    /// out at any size.
     fn surely_unbelievable(&self, datasets: &[(&str, &Dataset)], tests: usize) -> Vec<(String, f64)> {
         let surely = findings(datasets, &self.close, &self.hypotheses, tests, |_| 0.0);
         let is_sure = |h: &Hypothesis| surely.iter().any(|f| f.hypothesis.in_model == h.in_model && f.p_family < LACK_OF_FIT);
@@ -102,7 +108,7 @@ impl Shortlist {
     }
 }
 
-/// How many of the hypotheses, the most credible first, make up the credible set.
+/// Number of hypotheses in the credible set; `all` is sorted with the most credible first.
 fn credible(all: &[Hypothesis]) -> usize {
     let ln_all = ln_sum_exp(all.iter().map(|h| h.ln_evidence_against_background));
     let (mut set, mut mass) = (0, 0.0);
@@ -113,7 +119,7 @@ fn credible(all: &[Hypothesis]) -> usize {
     set
 }
 
-/// What the numbers say, before it is put into a verdict.
+/// Evidence from the data, before it is judged.
 struct Evidence<'a> {
     datasets: &'a [(&'a str, &'a Dataset)],
     examination: &'a Examination,
@@ -123,16 +129,17 @@ struct Evidence<'a> {
     relevance: Relevance,
     scatter: Scatter,
     untestable: Vec<Untestable>,
-    /// Hypotheses tested, unbelievable ones included.
+    /// Number of hypotheses tested, those of implausible size included.
     tests: usize,
-    /// The believable hypotheses, the most credible first.
+    /// Hypotheses without those of implausible size on the first shortlist, the most credible first.
     hypotheses: Vec<Hypothesis>,
-    /// How many of them make up the credible set.
+    /// Number of them in the credible set.
     set: usize,
     list: Shortlist,
     unbelievable: Vec<(String, f64)>,
     together: Explanation,
-    /// Mean evidence of a hypothesis against the background, and of all cases together, the background alone included.
+    /// Logarithm of the mean evidence of a hypothesis against the background, and of the evidence of all cases
+    /// together, the background alone included.
     ln_mean: f64,
     ln_whole: f64,
 }
@@ -180,7 +187,7 @@ impl<'a> Evidence<'a> {
         self.hypotheses.first()
     }
 
-    /// The effect that explains most of a joint explanation.
+    /// The effect that explains most in the joint explanation.
     fn main(&self) -> Option<&Hypothesis> {
         self.together.members.first().map(|&k| &self.list.hypotheses[k])
     }
@@ -190,17 +197,17 @@ impl<'a> Evidence<'a> {
         (-self.ln_whole).exp()
     }
 
-    /// Probability that this effect is the missing one, among all tested and the case that nothing is missing.
+    /// Probability that this effect is the missing one, among all those tested and the case that nothing is missing.
     fn probability(&self, h: &Hypothesis) -> f64 {
         (h.ln_evidence_against_background - (self.tests as f64).ln() - self.ln_whole).exp()
     }
 
-    /// Whether chi-square contradicts the noise as stated.
+    /// True if the residual contradicts the noise, whether stated or known from replicates.
     fn lack_of_fit(&self) -> bool {
         self.scatter.lack_of_fit_p.is_some_and(|p| p < LACK_OF_FIT)
     }
 
-    /// Whether a curve of any shape is believed over the library.
+    /// True if a curve of any shape is preferred to the library.
     fn curve_wins(&self) -> bool {
         let ln_curve = self.heat_map.ln_evidence_against_background();
         let curve_takes = self.heat_map.best_cell().map_or(0.0, |c| c.explains);
@@ -209,7 +216,7 @@ impl<'a> Evidence<'a> {
             && self.best().map_or(0.0, |h| h.explains) < CURVE_IS_NEW * curve_takes
     }
 
-    /// Whether no more than noise, or what is ordinary, is left with an effect.
+    /// True if an effect leaves no more than noise or, if the noise is unknown, if the background is ordinary.
     fn is_all(&self, h: &Hypothesis) -> bool {
         let explained = h.explains * self.examination.remainder.squares;
         match self.examination.chi2_per_dof_with(explained, h.coefficients) {
@@ -251,13 +258,13 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// Whether what is left looks like a robot at all, and not like noise.
+    /// True if the remainder looks like errors of a robot rather than noise.
     fn is_structured(&self) -> bool {
         let [none, sizes @ ..] = &self.background.ln_evidence[..] else { return false };
         ln_mean_exp(sizes) - none > BACKGROUND_ODDS.ln() || self.main().is_some()
     }
 
-    /// Names of the credible set under a verdict, with the effect to be named first.
+    /// Effects of the credible set, including the one to be named first; empty if the verdict names no effects.
     fn set95(&self, verdict: Verdict, first: Option<&Hypothesis>) -> Vec<String> {
         let mut set95: Vec<String> = Vec::new();
         if verdict.names_effects() {
@@ -269,19 +276,20 @@ impl<'a> Evidence<'a> {
         set95
     }
 
-    /// Part of the rms due to noise, m; where the noise is unknown, what is left once `coefficients` have explained so many squares.
+    /// Part of the rms due to noise, m; if the noise is unknown, the part that remains once `coefficients` parameters
+    /// have explained `explained` of the sum of squares.
     fn noise(&self, explained: f64, coefficients: usize) -> f64 {
         let (examination, fit) = (self.examination, &self.examination.fit);
         let unit = self.scatter.unit().unwrap_or_else(|| {
             let share = 1.0 - explained / examination.remainder.squares;
             fit.chi2 * share / fit.dof.saturating_sub(coefficients).max(1) as f64
         });
-        // Samples count by their own noise: what is missing may sit where the noise is large.
+        // Whitened squares weight each sample by its own noise, so the result could exceed the unweighted rms.
         let variance = examination.mean_variance() * unit * fit.dof as f64 / examination.problem.row_count().max(1) as f64;
         variance.sqrt().min(fit.rms)
     }
 
-    /// The effects of the joint explanation, and the share that they explain together.
+    /// Effects of the joint explanation with their shares, and the share that they explain together.
     fn explained_together(&self) -> (Vec<Explained>, f64) {
         let share = |squares: f64| (squares / self.examination.remainder.squares).clamp(0.0, 1.0);
         let name = |k: usize| self.list.hypotheses[k].in_model.clone();
@@ -290,7 +298,7 @@ impl<'a> Evidence<'a> {
         (explained.collect(), share(self.together.together))
     }
 
-    /// Findings on the shortlist, the one to be named first leading.
+    /// Findings for the shortlist, with the one to be named first at the front.
     fn findings(&self, first: Option<&Hypothesis>) -> Vec<Finding> {
         let probability = |h: &Hypothesis| self.probability(h);
         let mut findings = findings(self.datasets, &self.list.close, &self.list.hypotheses, self.tests, probability);
@@ -298,7 +306,7 @@ impl<'a> Evidence<'a> {
         findings
     }
 
-    /// The diagnosis as the data stand, suspects included.
+    /// The diagnosis with all samples, suspects included.
     fn diagnosis(mut self) -> Diagnosis {
         let (examination, fit) = (self.examination, &self.examination.fit);
         let (verdict, first) = self.verdict();
@@ -343,19 +351,20 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// The diagnosis of an examination, all samples taken at their word.
+/// Diagnosis of an examination, without setting any suspects aside.
 pub(super) fn judged(datasets: &[(&str, &Dataset)], examination: &Examination) -> Result<Diagnosis, IdentifyError> {
     Ok(Evidence::new(datasets, examination)?.diagnosis())
 }
 
-/// The finding that is named first leads.
+/// Moves the finding to be named first to the front.
 fn put_first(findings: &mut [Finding], first: Option<&Hypothesis>) {
     if let Some(place) = first.and_then(|h| findings.iter().position(|f| f.hypothesis.in_model == h.in_model)) {
         findings[..=place].rotate_right(1);
     }
 }
 
-/// By what factor the part of the remainder that nothing explains is larger than the noise as stated; `None` where it is not at 1e-3.
+/// Factor by which the part of the remainder that the library does not explain exceeds the stated noise; `None` unless
+/// significant at 1e-3.
 fn white(examination: &Examination, relevance: &Relevance) -> Option<f64> {
     let product = &examination.gram * &relevance.root;
     let effective = product.component_mul(&relevance.root).sum() / relevance.noise.max(f64::MIN_POSITIVE);

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::document::{JointType, UrdfDocument, UrdfJoint};
 use super::rows::AxisLine;
-use crate::files::{FileError, name_remedy};
+use crate::files::{FileError, nearest_name};
 use crate::robot::Pose;
 
 /// Names of the first and last link of a chain; without a name, the root of the file and the far end of its only arm.
@@ -33,10 +33,13 @@ impl<'a> UrdfChain<'a> {
     pub fn find(document: &'a UrdfDocument, ends: &ChainEnds, path: &Path) -> Result<Self, FileError> {
         let names: Vec<&str> = document.links.iter().map(|link| link.name.as_str()).collect();
         let link = |name: &str| {
-            names
-                .iter()
-                .position(|n| *n == name)
-                .ok_or_else(|| FileError::whole(path, format!("there is no link '{name}'"), name_remedy(name, &names)))
+            names.iter().position(|n| *n == name).ok_or_else(|| {
+                let remedy = match nearest_name(name, names.iter().copied()) {
+                    Some(near) => format!("did you mean '{near}'?"),
+                    None => format!("its links are {}", names.join(", ")),
+                };
+                FileError::whole(path, format!("there is no link '{name}'"), remedy)
+            })
         };
         let base = match &ends.base {
             Some(name) => link(name)?,

@@ -125,6 +125,9 @@ impl Reader<'_> {
             let problem = format!("the file is a <{}>, not a <robot>", root.tag_name().name());
             return Err(self.wrong(root, "robot", problem, "give a URDF file"));
         }
+        if children(root, "link").next().is_none() {
+            return Err(self.wrong(root, "link", "the file has no links", "give the expanded file, not an include"));
+        }
         let mut links: Vec<UrdfLink> = Vec::new();
         for node in children(root, "link") {
             let name = self.text(node, "name")?;
@@ -189,11 +192,12 @@ impl Reader<'_> {
             Some(limit) => {
                 let end = |name: &str| Ok::<_, FileError>(self.numbers::<1>(limit, name)?.map_or(0.0, |[v]| v));
                 let range = [end("lower")?, end("upper")?];
-                if kind == JointType::Revolute && range[0] >= range[1] {
-                    let problem = format!("the lower limit of joint '{name}' is not below the upper one");
+                if kind == JointType::Revolute && range[0] > range[1] {
+                    let problem = format!("the lower limit of joint '{name}' is above the upper one");
                     return Err(self.wrong(limit, "limit", problem, "give the range of the joint, in rad"));
                 }
-                Some(range)
+                // Both are zero in files that do not know them.
+                (range[0] < range[1]).then_some(range)
             }
             None => None,
         };

@@ -1,0 +1,203 @@
+//! `robots`, `robots show ROBOT`, `robots from-urdf FILE -o ROBOT.toml`, `robots check ROBOT DATASET...`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use calibench::assess::data_fit;
+use calibench::files::write_whole;
+use calibench::identify::Use;
+use calibench::measure::Dataset;
+use calibench::robot::{BUILT_IN, ChainEnds, FramePose, Robot, UrdfRobot, built_in, robot, robot_from_urdf, to_toml};
+use calibench::units::{DEG, MM};
+use calibench_report::{documents, misfit_sentence, nominal_fit_lines, plain_rows};
+use clap::Subcommand;
+use serde_json::{Value, json};
+
+use super::data::{named, read_datasets};
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_json};
+
+#[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    errand: Option<Errand>,
+    /// Print one JSON document instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Subcommand)]
+enum Errand {
+    /// Print a robot as a robot file: joints, limits, masses, solids
+    Show {
+        /// A built-in robot, a robot file, or a URDF file: FILE.urdf, or FILE.urdf#BASE:TOOL with the names of the links between
+        /// which the arm is taken
+        robot: String,
+        /// Print one JSON document instead
+        #[arg(long)]
+        json: bool,
+    },
+    /// Convert the serial chain of a URDF file to a robot file
+    FromUrdf {
+        /// URDF file; a xacro file must be expanded first
+        file: PathBuf,
+        /// Name of the base link; the default is the link that hangs on no joint
+        #[arg(long)]
+        base: Option<String>,
+        /// Name of the tool link; the default is the far end of the only arm
+        #[arg(long)]
+        tool: Option<String>,
+        /// Output file
+        #[arg(short, long, visible_alias = "out")]
+        output: PathBuf,
+        /// Print the robot as one JSON document as well
+        #[arg(long)]
+        json: bool,
+    },
+    /// Check whether datasets fit a robot: their residual with nominal links, and the mistake that would explain a misfit
+    Check {
+        /// The robot, as in `robots show`
+        robot: String,
+        /// Dataset folders; the robot that they name is not used
+        #[arg(required = true)]
+        datasets: Vec<PathBuf>,
+        /// Print one JSON document instead of sentences
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    match &arguments.errand {
+        None => list(arguments.json),
+        Some(Errand::Show { robot: reference, json }) => show(&named_robot(reference)?, *json),
+        Some(Errand::FromUrdf { file, base, tool, output, json }) => {
+            check_outputs([output])?;
+            let read = robot_from_urdf(file, &ChainEnds { base: base.clone(), tool: tool.clone() })?;
+            write_whole(output, to_toml(&read.robot).as_bytes())?;
+            if *json { print_json(&document_of(&read)) } else { print(&converted(&read, output)) }?;
+            Ok(Outcome::Done)
+        }
+        Some(Errand::Check { robot, datasets, json }) => check(&named_robot(robot)?, datasets, *json),
+    }
+}
+
+fn named_robot(reference: &str) -> Result<Robot, Failure> {
+    Ok(robot(reference, Path::new(""))?)
+}
+
+fn list(as_json: bool) -> Result<Outcome, Failure> {
+    let all: Vec<Robot> = BUILT_IN.iter().filter_map(|name| built_in(name)).collect();
+    if as_json {
+        print_json(&document(all.iter().map(entry).collect()))?;
+        return Ok(Outcome::Done);
+    }
+    for robot in &all {
+        print(&format!("{} ({} joints): {}", robot.name, robot.joints(), robot.source))?;
+        print(&table(robot))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn show(robot: &Robot, as_json: bool) -> Result<Outcome, Failure> {
+    if as_json { print_json(&document(vec![entry(robot)])) } else { print(to_toml(robot).trim_end()) }?;
+    Ok(Outcome::Done)
+}
+
+/// What was read from a URDF file, in words.
+fn converted(read: &UrdfRobot, output: &Path) -> String {
+    let UrdfRobot { robot, joint_names, base_link, tool_link } = read;
+    let masses = if robot.has_masses() { "" } else { "\nThe file has no masses: gravity torques cannot be computed from it." };
+    format!(
+        "{} ({} joints), from link {base_link} to link {tool_link}: {}\n{}{masses}\nWritten to {}; name it as `robot` in dataset.toml. Base and tool of a dataset are those of the two links.",
+        robot.name,
+        robot.joints(),
+        joint_names.join(", "),
+        table(robot),
+        output.display()
+    )
+}
+
+fn check(robot: &Robot, folders: &[PathBuf], as_json: bool) -> Result<Outcome, Failure> {
+    let mut datasets = read_datasets(folders)?;
+    let robot = Arc::new(robot.clone());
+    for (name, dataset) in &mut datasets {
+        if dataset.robot.joints() != robot.joints() {
+            let (has, wants) = (dataset.robot.joints(), robot.joints());
+            return Err(
+                format!("{name}/samples.csv: has {has} joint angles a row where {} has {wants} joints", robot.name).into()
+            );
+        }
+        mount(dataset, &robot);
+    }
+    let fits = data_fit(&named(&datasets), Use::All);
+    let misfits = fits.iter().filter_map(|fit| fit.misfit.as_ref());
+    if as_json {
+        let rows = fits.iter().map(|fit| {
+            let n = &fit.nominal;
+            json!({"dataset": n.dataset, "rows": n.rows, "residual_mm": n.residual / MM, "residual_all_rows_mm": n.plain / MM,
+                "expected_mm": n.expected / MM, "fits": fit.misfit.is_none(), "misfit": fit.misfit.as_ref().map(documents::Misfit::of)})
+        });
+        print_json(&json!({"format": "calibench-robot-check/1", "robot": robot.name, "datasets": rows.collect::<Vec<_>>()}))?;
+    } else {
+        nominal_fit_lines(&fits).iter().try_for_each(|line| print(line))?;
+        misfits.clone().try_for_each(|misfit| print(&misfit_sentence(misfit)))?;
+    }
+    Ok(if misfits.count() == 0 { Outcome::Done } else { Outcome::ExpectationFailed })
+}
+
+/// Puts another robot into a dataset, between the same base and tool.
+fn mount(dataset: &mut Dataset, robot: &Arc<Robot>) {
+    dataset.base = dataset.base.then(&dataset.robot.root.inverse()).then(&robot.root);
+    dataset.tool = robot.flange.then(&dataset.robot.flange.inverse()).then(&dataset.tool);
+    dataset.robot = Arc::clone(robot);
+}
+
+fn document(robots: Vec<Value>) -> Value {
+    json!({"format": "calibench-robots/1", "robots": robots})
+}
+
+fn document_of(read: &UrdfRobot) -> Value {
+    let mut entry = entry(&read.robot);
+    entry["joint_names"] = json!(read.joint_names);
+    entry["base_link"] = json!(read.base_link);
+    entry["tool_link"] = json!(read.tool_link);
+    document(vec![entry])
+}
+
+fn entry(robot: &Robot) -> Value {
+    let frame = |f: &FramePose| {
+        let ([x, y, z], [a, b, c]) = (f.xyz.map(|v| v / MM), f.rz_ry_rx.map(|v| v / DEG));
+        json!({"x_mm": x, "y_mm": y, "z_mm": z, "a_deg": a, "b_deg": b, "c_deg": c})
+    };
+    let links: Vec<_> = robot
+        .links
+        .iter()
+        .map(|l| {
+            json!({"alpha_deg": l.mdh.alpha / DEG, "a_mm": l.mdh.a / MM, "beta_deg": l.mdh.beta / DEG,
+                "theta_deg": l.mdh.theta / DEG, "d_mm": l.mdh.d / MM, "min_deg": l.limits[0] / DEG, "max_deg": l.limits[1] / DEG,
+                "mass_kg": l.mass, "com_mm": [l.com.x / MM, l.com.y / MM, l.com.z / MM]})
+        })
+        .collect();
+    json!({"name": robot.name, "source": robot.source, "joints": robot.joints(), "links": links,
+        "root": frame(&robot.root), "flange": frame(&robot.flange)})
+}
+
+fn table(robot: &Robot) -> String {
+    let g = |v: f64| format!("{v:.3}");
+    let skewed = robot.links.iter().any(|l| l.mdh.beta != 0.0);
+    let row = |(i, l): (usize, &calibench::robot::Link)| {
+        let mut row = vec![(i + 1).to_string(), g(l.mdh.alpha / DEG), g(l.mdh.a / MM)];
+        row.extend(skewed.then(|| g(l.mdh.beta / DEG)));
+        row.extend([g(l.mdh.theta / DEG), g(l.mdh.d / MM)]);
+        row.extend([format!("{:.0} .. {:.0}", l.limits[0] / DEG, l.limits[1] / DEG), g(l.mass)]);
+        row
+    };
+    let mut header = vec!["i", "alpha_{i-1} deg", "a_{i-1} mm"];
+    header.extend(skewed.then_some("beta_{i-1} deg"));
+    header.extend(["theta_i deg", "d_i mm", "limits deg", "mass kg"]);
+    let header: Vec<String> = header.into_iter().map(str::to_owned).collect();
+    let rows: Vec<Vec<String>> = robot.links.iter().enumerate().map(row).collect();
+    plain_rows(&header, &rows)
+}
