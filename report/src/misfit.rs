@@ -26,7 +26,7 @@ pub fn nominal_fit_lines(fits: &[DataFit]) -> Vec<String> {
 /// Explains why data do not fit their robot, with the remedy.
 pub fn misfit_sentence(misfit: &Misfit) -> String {
     let Misfit { nominal, cause, slips, within_expected } = misfit;
-    let left = if *cause == Cause::Rows { nominal.plain } else { nominal.residual.max(nominal.plain) };
+    let left = if matches!(cause, Cause::Rows(_)) { nominal.plain } else { nominal.residual.max(nominal.plain) };
     let tried = |s: &SlipTried| format!("{} leaves {} ({})", s.words, length(s.residual), s.slip);
     match cause {
         Cause::Slips => {
@@ -52,11 +52,12 @@ pub fn misfit_sentence(misfit: &Misfit) -> String {
                 names.join(" or ")
             )
         }
-        Cause::Rows => {
+        Cause::Rows(gross) => {
             let named: Vec<&str> = slips.iter().map(|s| s.slip.as_str()).collect();
+            let others = gross.saturating_sub(named.len());
+            let others = if others == 0 { String::new() } else { format!(" and {others} more") };
             format!(
-                "These data do not fit this robot in {} of {} rows: without {} the nominal arm leaves {} instead of {}. Correct these rows or leave them out, or go on with --force.",
-                slips.len(),
+                "These data do not fit this robot in {gross} of {} rows: without {}{others} the nominal arm leaves {} instead of {}. Correct these rows or leave them out, or go on with --force.",
                 nominal.rows,
                 named.join(", "),
                 length(nominal.residual),

@@ -6,6 +6,7 @@ mod a_diagnosis_says_what_to_do;
 mod a_killed_campaign_becomes_the_same_dataset;
 mod a_killed_campaign_goes_on;
 mod a_plan_is_made_for_a_real_cell;
+mod a_robot_of_a_urdf_is_calibrated;
 mod a_step_is_judged_before_it_is_taken;
 mod a_study_is_the_same_however_it_is_cut;
 mod advice_is_held_to_rows_left_out;

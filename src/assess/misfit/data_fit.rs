@@ -34,8 +34,8 @@ pub struct SlipTried {
 pub enum Cause {
     /// The slips reduce the residual to what is expected; the first is the most likely.
     Slips,
-    /// Single rows are far off; up to twenty are named, the farthest first.
-    Rows,
+    /// This many single rows are far off; the farthest of them, up to twenty, are named.
+    Rows(usize),
     /// The fitted base is turned from the stated one, and each of the slips corrects that; or the base is stated in
     /// another unit of length.
     Base,
@@ -48,7 +48,7 @@ impl Cause {
     pub fn name(self) -> &'static str {
         match self {
             Cause::Slips => "slip",
-            Cause::Rows => "rows",
+            Cause::Rows(_) => "rows",
             Cause::Base => "base",
             Cause::Unknown => "unknown",
         }

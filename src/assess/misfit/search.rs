@@ -122,7 +122,7 @@ impl Search<'_> {
         }
         let few = gross.len() as f64 <= MOST_GROSS * self.whole.shots.len() as f64;
         if !too_large && few {
-            return Some((Cause::Rows, self.rows(&gross)));
+            return Some((Cause::Rows(gross.len()), self.rows(&gross)));
         }
         let mut tried = try_all(&screen, &singles, false);
         tried.sort_by(|a, b| a.score.total_cmp(&b.score));

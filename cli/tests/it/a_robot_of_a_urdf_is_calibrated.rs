@@ -1,0 +1,125 @@
+//! A robot known only by its URDF goes from measurements to a calibrated URDF: it fits its data, and the file written fits them
+//! better; a robot that does not fit is named.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use calibench::robot::{FramePose, Pose, Robot, built_in};
+use nalgebra::{Rotation3, Translation3};
+use serde_json::Value;
+
+use crate::compensate_goes_through_the_program::calibench;
+use crate::oracles::data;
+
+/// A URDF of a robot whose link frames are not those of its MDH rows: turned and shifted along the axes, which are -y there.
+fn urdf_of(robot: &Robot, names: &[&str]) -> String {
+    let offset = |i: usize| -> Pose {
+        let shift = Translation3::new(0.0, 0.0, 0.01 * i as f64);
+        shift * Rotation3::from_euler_angles(std::f64::consts::FRAC_PI_2, 0.0, 0.0)
+    };
+    let mut text = String::from("<robot name=\"five\">\n  <!-- kept -->\n  <link name=\"base_link\"/>\n");
+    for (i, link) in robot.links.iter().enumerate() {
+        let before = if i == 0 { Pose::identity() } else { offset(i) };
+        let origin = FramePose::from_pose(&(before.inverse() * link.mdh.transform(0.0) * offset(i + 1)));
+        let ([x, y, z], [yaw, pitch, roll]) = (origin.xyz, origin.rz_ry_rx);
+        let parent = if i == 0 { "base_link".to_owned() } else { format!("link_{i}") };
+        let [low, high] = link.limits;
+        _ = write!(
+            text,
+            "  <link name=\"link_{0}\"/>\n  <joint name=\"{1}\" type=\"revolute\">\n    <parent link=\"{parent}\"/>\n    <child link=\"link_{0}\"/>\n    \
+             <origin xyz=\"{x:?} {y:?} {z:?}\" rpy=\"{roll:?} {pitch:?} {yaw:?}\"/>\n    <axis xyz=\"0 1 0\"/>\n    \
+             <limit lower=\"{low}\" upper=\"{high}\" effort=\"1\" velocity=\"1\"/>\n  </joint>\n",
+            i + 1,
+            names[i],
+        );
+    }
+    let FramePose { xyz: [x, y, z], rz_ry_rx: [yaw, pitch, roll] } = FramePose::from_pose(&offset(robot.joints()).inverse());
+    _ = write!(
+        text,
+        "  <link name=\"tool0\"/>\n  <joint name=\"tool\" type=\"fixed\">\n    <parent link=\"link_{}\"/>\n    <child link=\"tool0\"/>\n    \
+         <origin xyz=\"{x:?} {y:?} {z:?}\" rpy=\"{roll:?} {pitch:?} {yaw:?}\"/>\n  </joint>\n</robot>\n",
+        robot.joints()
+    );
+    text
+}
+
+const UR: [&str; 6] =
+    ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint"];
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+#[test]
+fn from_measurements_to_a_calibrated_urdf() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &str| calibench(folder.path(), &arguments.split(' ').collect::<Vec<_>>());
+    let done = |arguments: &str| {
+        let output = run(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", said(&output));
+        output
+    };
+    let json = |arguments: &str| -> Value { serde_json::from_slice(&done(arguments).stdout).unwrap() };
+    let grid = data("ur5-jacobi").join("3D_UR5_uncalibrated_grid_cleaned.csv");
+    done(&format!("import ur5-jacobi {} -o d", grid.display()));
+
+    let original = urdf_of(&built_in("ur5").unwrap(), &UR);
+    fs::write(folder.path().join("arm.urdf"), &original).unwrap();
+    let read = json("robots from-urdf arm.urdf -o arm.toml --json");
+    assert_eq!(read["robots"][0]["joint_names"][2], "elbow_joint");
+    let shown = done("robots show arm.urdf#base_link:tool0");
+    assert_eq!(shown.stdout, fs::read(folder.path().join("arm.toml")).unwrap());
+    for robot in ["arm.urdf", "arm.toml", "ur5"] {
+        let checked = json(&format!("robots check {robot} d --json"));
+        let residual = checked["datasets"][0]["residual_mm"].as_f64().unwrap();
+        assert!((residual - 0.68).abs() < 0.01 && checked["datasets"][0]["fits"] == true, "{robot}: {checked}");
+    }
+    let other = run("robots check ur10 d");
+    assert_eq!(other.status.code(), Some(1), "{}", said(&other));
+    assert!(said(&other).contains("do not fit this robot"), "{}", said(&other));
+    assert_eq!(run("robots check panda d").status.code(), Some(2));
+
+    // The dataset names the URDF itself; base and tool are those of its links, so that the tool that is stated stays right.
+    let description = fs::read_to_string(folder.path().join("d/dataset.toml")).unwrap();
+    fs::write(folder.path().join("d/dataset.toml"), description.replace("\"ur5\"", "\"../arm.urdf#base_link:tool0\"")).unwrap();
+    fs::write(folder.path().join("m.toml"), "effects = [\"base_frame\", \"mdh\"]\n").unwrap();
+    done("identify d --model m.toml -o c.toml");
+    done("compensate c.toml --urdf better.urdf --urdf-of arm.urdf --ur-kinematics ur.yaml");
+    let residual = |robot: &str| -> f64 {
+        json(&format!("robots check {robot} d --json"))["datasets"][0]["residual_all_rows_mm"].as_f64().unwrap()
+    };
+    let (before, after) = (residual("arm.urdf"), residual("better.urdf"));
+    assert!(
+        before > 0.6 && after < 0.13,
+        "{before} {after}: the UR5's links are a tenth of a millimetre off at most, identified"
+    );
+    let better = fs::read_to_string(folder.path().join("better.urdf")).unwrap();
+    let lines = |text: &str| text.lines().filter(|l| !l.contains("<origin")).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(lines(&better), lines(&original));
+    let yaml = fs::read_to_string(folder.path().join("ur.yaml")).unwrap();
+    let first = better
+        .lines()
+        .find(|l| l.contains("<origin"))
+        .unwrap()
+        .split('"')
+        .nth(1)
+        .unwrap()
+        .split(' ')
+        .next()
+        .unwrap()
+        .to_owned();
+    assert!(yaml.starts_with("kinematics:\n  shoulder:\n") && yaml.contains(&format!("    x: {first}\n")), "{yaml}");
+    assert_eq!(yaml.matches("    yaw: ").count(), 6);
+
+    // What cannot be written is refused before anything is.
+    let wrong = run("compensate c.toml --urdf w.urdf --urdf-of arm.urdf#base_link:link_3");
+    assert_eq!(wrong.status.code(), Some(2), "{}", said(&wrong));
+    assert!(said(&wrong).contains("has 3 joints where the calibrated robot has 6"), "{}", said(&wrong));
+    assert!(!Path::new(&folder.path().join("w.urdf")).exists());
+    fs::write(folder.path().join("six.urdf"), urdf_of(&built_in("ur5").unwrap(), &["a", "b", "c", "d", "e", "f"])).unwrap();
+    let wrong = run("compensate c.toml --urdf w.urdf --urdf-of six.urdf --ur-kinematics w.yaml");
+    assert!(said(&wrong).contains("it is no UR"), "{}", said(&wrong));
+    assert!(!folder.path().join("w.urdf").exists() && !folder.path().join("w.yaml").exists());
+}
