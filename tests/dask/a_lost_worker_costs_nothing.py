@@ -16,7 +16,7 @@ from pathlib import Path
 import psutil
 
 TRIALS, SHARD = 60, 5
-SCRIPT = Path(__file__).resolve().parents[2] / "sim" / "dask" / "calibench_dask.py"
+SCRIPT = Path(__file__).resolve().parents[2] / "sim" / "lab" / "dask" / "calibench_dask.py"
 
 
 def busy_worker(root):

@@ -269,6 +269,8 @@ fn what_is_no_arm_is_named_with_its_line() {
             Some(6),
             "is above the upper one",
         ),
+        (robot(arm.clone() + &joint("2", "fixed", "b", "c", "<origin xyz='0 612 0'/>")), Some(6), "is 612 m away"),
+        (robot(arm.clone() + "<link name='d'><inertial><mass value='-1'/></inertial></link>"), Some(6), "is -1 kg"),
         (robot(link(&["a", "b"]) + &joint("1", "fixed", "a", "b", "")), None, "no joint turns"),
         (robot(arm.clone() + &link(&["d"]) + &joint("2", "fixed", "b", "c", "")), None, "several links hang on no joint: a, d"),
         (

@@ -87,6 +87,12 @@ pub(super) struct UrdfDocument {
     pub joints: Vec<UrdfJoint>,
 }
 
+/// Largest believable coordinate, m: an arm with its rail and stand.
+const FARTHEST: f64 = 100.0;
+
+/// Largest believable mass of a link, kg.
+const HEAVIEST: f64 = 1e5;
+
 /// Reads the text of a URDF file.
 struct Reader<'a> {
     path: &'a Path,
@@ -218,7 +224,7 @@ impl Reader<'_> {
 
     /// Roll, pitch and yaw are the angles about x, y and z of `Rz Ry Rx`.
     fn pose(&self, origin: Node<'_, '_>) -> Result<Pose, FileError> {
-        let xyz = self.vector(origin, "xyz")?.unwrap_or_default();
+        let xyz = self.position(origin)?;
         let rpy = self.vector(origin, "rpy")?.unwrap_or_default();
         Ok(FramePose { xyz: xyz.into(), rz_ry_rx: [rpy.z, rpy.y, rpy.x] }.pose())
     }
@@ -226,15 +232,23 @@ impl Reader<'_> {
     fn inertial(&self, link: Node<'_, '_>) -> Result<Option<Inertial>, FileError> {
         let Some(inertial) = child(link, "inertial") else { return Ok(None) };
         let com = match child(inertial, "origin") {
-            Some(origin) => self.vector(origin, "xyz")?.unwrap_or_default(),
+            Some(origin) => self.position(origin)?,
             None => Vector3::zeros(),
         };
         let Some(mass) = child(inertial, "mass") else { return Ok(None) };
         let value = self.numbers::<1>(mass, "value")?.map_or(0.0, |[v]| v);
-        if value < 0.0 {
-            return Err(self.wrong(mass, "mass", "is negative", "give the mass in kg"));
+        if !(0.0..=HEAVIEST).contains(&value) {
+            return Err(self.wrong(mass, "mass", format!("is {value} kg"), "give the mass in kg"));
         }
         Ok(Some(Inertial { mass: value, com }))
+    }
+
+    fn position(&self, origin: Node<'_, '_>) -> Result<Vector3<f64>, FileError> {
+        let xyz = self.vector(origin, "xyz")?.unwrap_or_default();
+        if xyz.amax() > FARTHEST {
+            return Err(self.wrong(origin, "xyz", format!("is {:.0} m away", xyz.amax()), "give it in m, as URDF has it"));
+        }
+        Ok(xyz)
     }
 
     fn text(&self, node: Node<'_, '_>, name: &str) -> Result<String, FileError> {

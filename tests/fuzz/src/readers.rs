@@ -14,7 +14,7 @@ use calibench::effects::Subject;
 use calibench::identify::{Model, Use, identify, read_calibration, read_model};
 use calibench::import::{ImportOptions, import};
 use calibench::measure::{Conditions, Dataset, Journal, read_cell, read_dataset, read_plan};
-use calibench::robot::load_robot;
+use calibench::robot::{ChainEnds, UrdfRobot, calibrated_urdf, load_robot, robot_from_urdf};
 use calibench_lab::study::RowsReader;
 use calibench_serve::{Instrument, Manner};
 use calibench_sim::scenario::load_scenario;
@@ -34,6 +34,7 @@ pub const READERS: &[Reader] = &[
     Reader { name: "expression", feed: expression },
     Reader { name: "calibration_toml", feed: calibration_toml },
     Reader { name: "robot_toml", feed: robot_toml },
+    Reader { name: "robot_urdf", feed: robot_urdf },
     Reader { name: "plan_toml", feed: plan_toml },
     Reader { name: "scenario_toml", feed: scenario_toml },
     Reader { name: "column_map", feed: column_map },
@@ -123,6 +124,15 @@ fn calibration_toml(bytes: &[u8]) {
 
 fn robot_toml(bytes: &[u8]) {
     black_box(load_robot(&file("robot.toml", bytes)).is_ok());
+}
+
+fn robot_urdf(bytes: &[u8]) {
+    let (path, ends) = (file("robot.urdf", bytes), ChainEnds::default());
+    if let Ok(UrdfRobot { robot, .. }) = robot_from_urdf(&path, &ends) {
+        let text = calibrated_urdf(&path, &ends, &robot, &robot).expect("a file is that of its own robot");
+        let again = robot_from_urdf(&file("calibrated.urdf", text.as_bytes()), &ends).expect("what is written can be read");
+        assert_eq!(again.robot.joints(), robot.joints());
+    }
 }
 
 fn plan_toml(bytes: &[u8]) {
