@@ -170,6 +170,8 @@ const UR_JOINTS: [(&str, &str); 6] = [
 /// Joint origins as the kinematics file of ur_description.
 fn ur_kinematics(origins: &[JointOrigin]) -> Result<String, Failure> {
     let mut text = String::from("kinematics:\n");
+    // FNV-1a over the numbers: the driver asks for some checksum, and compares it with that of the controller's own.
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for (k, (joint, name)) in UR_JOINTS.into_iter().enumerate() {
         let found = origins.get(k).filter(|o| o.joint.ends_with(joint));
         let origin = found.ok_or_else(|| format!("joint {} of the URDF file is not `{joint}`: it is no UR", k + 1))?.origin;
@@ -177,8 +179,10 @@ fn ur_kinematics(origins: &[JointOrigin]) -> Result<String, Failure> {
         text.push_str(&format!("  {name}:\n"));
         for (key, value) in [("x", x), ("y", y), ("z", z), ("roll", roll), ("pitch", pitch), ("yaw", yaw)] {
             text.push_str(&format!("    {key}: {value:?}\n"));
+            hash = (hash ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3);
         }
     }
+    text.push_str(&format!("  hash: calib_{hash}\n"));
     Ok(text)
 }
 
