@@ -13,6 +13,9 @@ use calibench::robot::{
 use nalgebra::{Isometry3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+
+use crate::works::golden;
 
 /// Some rounding of a chain of eight joints and metres.
 const SAME: f64 = 1e-12;
@@ -142,6 +145,45 @@ fn any_chain_is_the_same_arm_and_never_metres() {
     }
     assert!(worst < SAME, "{worst:e}");
     assert!(longest < 2.0, "{longest} m");
+}
+
+/// A chain of recorded joints as a URDF file.
+fn recorded(joints: &Value) -> String {
+    let mut text = String::from("<robot name=\"recorded\">\n<link name=\"0\"/>\n");
+    for (k, joint) in joints.as_array().unwrap().iter().enumerate() {
+        let numbers = |key: &str| golden::numbers(&joint[key]).iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(" ");
+        let (name, kind) = (joint["name"].as_str().unwrap(), joint["type"].as_str().unwrap());
+        _ = writeln!(
+            text,
+            "<link name=\"{0}\"/>\n<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{k}\"/><child link=\"{0}\"/>\
+             <origin xyz=\"{1}\" rpy=\"{2}\"/><axis xyz=\"{3}\"/></joint>",
+            k + 1,
+            numbers("xyz"),
+            numbers("rpy"),
+            numbers("axis")
+        );
+    }
+    text + "</robot>\n"
+}
+
+#[test]
+fn real_arms_are_those_of_pinocchio() {
+    let file = golden::read("urdf_poses.json");
+    let arms = file["arms"].as_array().unwrap();
+    assert!(arms.len() >= 10);
+    for arm in arms {
+        let read = read(&recorded(&arm["joints"])).unwrap();
+        for posture in arm["postures"].as_array().unwrap() {
+            let pose = forward(&read.robot, &golden::numbers(&posture["q"]));
+            let rotation = golden::rows(&posture["rotation"]);
+            let rotation = nalgebra::Matrix3::from_fn(|r, c| rotation[r][c]);
+            let translation = Vector3::from_column_slice(&golden::numbers(&posture["translation"]));
+            let worst = (pose.rotation.matrix() - rotation).amax().max((pose.translation.vector - translation).amax());
+            assert!(worst < SAME, "{}: {worst:e}", arm["arm"]);
+        }
+        let longest = read.robot.links.iter().map(|l| l.mdh.a.abs().max(l.mdh.d.abs())).fold(0.0, f64::max);
+        assert!(longest < 1.0, "{}: a row of {longest} m", arm["arm"]);
+    }
 }
 
 /// Kinematics of a UR in the manner of its ROS package, one of its calibrations included: axes 2, 3 and 4 within millidegrees of
