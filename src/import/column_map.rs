@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::source::{Join, Layout};
 use crate::files::{FileError, field_error, name_remedy, parse_toml};
 use crate::measure::{Column, Dataset, DatasetToml, Reading};
 use crate::units::{DEG, MM, UM};
@@ -24,6 +25,8 @@ struct MapToml {
     header: bool,
     #[serde(default)]
     session_per_file: bool,
+    sheet: Option<String>,
+    join: Option<String>,
     #[serde(default = "point_kind")]
     kind: String,
     columns: BTreeMap<String, Source>,
@@ -99,6 +102,10 @@ pub(super) struct ColumnMap {
     pub decimal: char,
     pub header: bool,
     pub session_per_file: bool,
+    /// Sheet of a workbook; the first that holds a table if `None`.
+    pub sheet: Option<String>,
+    /// Joins the files side by side to one table.
+    pub join: Option<Join>,
     /// Kind of every row, if no column gives it.
     pub kind: String,
     pub columns: Vec<MappedColumn>,
@@ -118,13 +125,29 @@ impl ColumnMap {
             return wrong("format", format!("`{}` is not read by this version", file.format), format!("write `{FORMAT}`"));
         }
         let Ok(delimiter) = u8::try_from(file.delimiter) else {
-            return wrong("delimiter", format!("`{}` cannot separate fields", file.delimiter), "use `,`, `;` or a tab".into());
+            return wrong(
+                "delimiter",
+                format!("`{}` cannot separate fields", file.delimiter),
+                "use `,`, `;`, a tab, or a space for columns in white space".into(),
+            );
         };
         if !matches!(file.decimal, '.' | ',') || file.decimal == file.delimiter {
             return wrong("decimal", format!("`{}` cannot be the decimal sign here", file.decimal), "use `.` or `,`".into());
         }
         if !["ball", "point", "distance"].contains(&file.kind.as_str()) {
             return wrong("kind", format!("`{}` is not a kind", file.kind), "write `point`, `ball` or `distance`".into());
+        }
+        let join = match file.join {
+            None => None,
+            Some(by) if by == "rows" => Some(Join::Rows),
+            Some(_) if !file.header => {
+                return wrong("join", "a table without a header has no titles to join by".into(), "write `rows`".into());
+            }
+            Some(title) => Some(Join::Column(title)),
+        };
+        if join.is_some() && file.session_per_file {
+            let problem = "joined files are one table, not one session each";
+            return wrong("session_per_file", problem.into(), "leave it out".into());
         }
         let has_base = file.dataset.has_base();
         let dataset = Reading { path, text, within: "dataset." }.dataset(file.dataset, folder)?;
@@ -135,6 +158,8 @@ impl ColumnMap {
             decimal: file.decimal,
             header: file.header,
             session_per_file: file.session_per_file,
+            sheet: file.sheet,
+            join,
             kind: file.kind,
             columns: Vec::new(),
             extra: Vec::new(),
@@ -157,6 +182,11 @@ impl ColumnMap {
         }
         map.columns.sort_by_key(|m| known.iter().position(|c| *c == m.column));
         Ok((map, dataset))
+    }
+
+    /// The layout of the source.
+    pub fn layout(&self) -> Layout<'_> {
+        Layout { delimiter: self.delimiter, header: self.header, sheet: self.sheet.as_deref() }
     }
 
     /// True if a column of the source fills this column of the dataset.

@@ -43,6 +43,9 @@ pub enum ImportError {
         /// Number of files.
         files: usize,
     },
+    /// Whole files kept for validation, where the files are joined to one table.
+    #[error("joined files are one table; keep a share of its rows for validation (`holdout`), not a file")]
+    SetsOfJoined,
     /// The files are of two arms.
     #[error("{} and {} are of two robots; import one robot at a time", one.display(), other.display())]
     TwoRobots {

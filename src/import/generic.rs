@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::column_map::ColumnMap;
 use super::initial_setup::fit_base_and_tool;
+use super::source::joined;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
 use crate::files::read_text;
@@ -26,6 +27,11 @@ pub(super) fn by_map(
     sets: &[SampleSet],
 ) -> Result<(Dataset, ImportReport), ImportError> {
     let mut report = ImportReport::default();
+    if map.join.is_some() && !sets.is_empty() {
+        return Err(ImportError::SetsOfJoined);
+    }
+    let joined = map.join.as_ref().map(|by| joined(files, map.layout(), by, &mut report)).transpose()?;
+    let files = if joined.is_some() { &files[..1] } else { files };
     for (k, (file, label)) in files.iter().zip(labels(files)).enumerate() {
         let mut constants = vec![(Column::Kind, map.kind.clone())];
         if map.session_per_file {
@@ -34,7 +40,7 @@ pub(super) fn by_map(
         if sets.get(k) == Some(&SampleSet::Validation) {
             constants.push((Column::Set, "validation".into()));
         }
-        let table = TableFile { path: file, label: &label, constants: &constants };
+        let table = TableFile { path: file, label: &label, constants: &constants, joined: joined.as_deref() };
         read_table(&table, map, &mut dataset, &mut report)?;
     }
     if !map.has_base {

@@ -6,11 +6,14 @@
 mod column_map;
 mod error;
 mod generic;
+mod guess;
 mod initial_setup;
 mod mukca;
 mod options;
 mod report;
+mod source;
 mod table;
+mod unknown_table;
 mod ur10_ipa;
 mod ur5_jacobi;
 
@@ -23,6 +26,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::measure::{Dataset, SampleSet};
 
 pub use error::ImportError;
+pub use guess::{Guess, guess};
 pub use options::{FORMATS, Holdout, ImportOptions};
 pub use report::{ImportReport, Skipped};
 

@@ -66,7 +66,7 @@ pub(super) fn import(files: &[PathBuf], options: &ImportOptions) -> Result<(Data
         if *set == SampleSet::Validation {
             constants.push((Column::Set, "validation".into()));
         }
-        let table = TableFile { path, label: &id, constants: &constants };
+        let table = TableFile { path, label: &id, constants: &constants, joined: None };
         read_table(&table, &map, &mut dataset, &mut report)?;
     }
     pair_sockets(&mut dataset);

@@ -1,14 +1,15 @@
 //! Reads a table of measurements row by row through a column map.
 
 use std::collections::HashMap;
-use std::io::BufReader;
+use std::io::BufRead;
 use std::path::Path;
 
 use csv::StringRecord;
 
 use super::column_map::{ColumnMap, ColumnName, MappedColumn, Measure, Source};
+use super::source::open_source;
 use super::{ImportError, ImportReport, Skipped};
-use crate::files::{FileError, Record, Rows, open_file};
+use crate::files::{FileError, Record, Rows};
 use crate::measure::{Column, Dataset, Header, Row, number};
 use crate::units::{DEG, MM, UM};
 
@@ -26,6 +27,17 @@ pub(super) struct TableFile<'a> {
     pub label: &'a str,
     /// Columns of the dataset that are the same in every row.
     pub constants: &'a [(Column, String)],
+    /// Its text with the files that are joined to it.
+    pub joined: Option<&'a [u8]>,
+}
+
+impl TableFile<'_> {
+    fn open(&self, map: &ColumnMap) -> Result<Box<dyn BufRead + '_>, FileError> {
+        match self.joined {
+            Some(text) => Ok(Box::new(text)),
+            None => open_source(self.path, map.layout()),
+        }
+    }
 }
 
 /// Reads the rows of a file into `dataset`.
@@ -35,12 +47,8 @@ pub(super) fn read_table(
     dataset: &mut Dataset,
     report: &mut ImportReport,
 ) -> Result<(), ImportError> {
-    let &TableFile { path, label, constants } = table;
-    if path.is_dir() {
-        return Err(FileError::whole(path, "is a directory", "name the files in it").into());
-    }
-    let file = open_file(path).map_err(|e| FileError::whole(path, format!("cannot be read: {e}"), "check the path"))?;
-    let mut rows = Rows::new(BufReader::new(file), path, map.delimiter);
+    let &TableFile { path, label, constants, .. } = table;
+    let mut rows = Rows::new(table.open(map)?, path, map.delimiter);
     let titles = if map.header { rows.next()? } else { None };
     let titles: Option<Vec<String>> = titles.map(|t| t.fields.iter().map(|t| t.trim().to_owned()).collect());
     let place = |source: &Source| place(path, titles.as_deref(), source);

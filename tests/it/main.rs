@@ -50,6 +50,7 @@ mod real_robots_show_what_they_lack;
 mod repeatability_intervals_cover;
 mod robots_come_from_urdf;
 mod selection_reaches_the_golden_observability;
+mod tables_are_read_however_they_come;
 mod the_loop_makes_the_golden_centrings;
 mod what_stands_out_is_what_is_wrong;
 #[path = "../../benches/works/mod.rs"]

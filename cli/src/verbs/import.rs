@@ -1,12 +1,16 @@
 //! `import FORMAT FILE... -o DATASET`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use calibench::files::check_output_folder;
+use calibench::assess::data_fit;
+use calibench::files::{check_output_file, check_output_folder, write_whole};
 use calibench::identify::Use;
-use calibench::import::{Holdout, ImportOptions, import};
+use calibench::import::{Holdout, ImportOptions, guess, import};
 use calibench::measure::{DATASET_TOML, SampleSet, write_dataset};
-use calibench_report::documents;
+use calibench::robot::{BUILT_IN, RobotReference, robot};
+use calibench::units::MM;
+use calibench_report::{documents, misfit_sentence};
+use serde_json::json;
 
 use super::choices::seed;
 use super::data_gate::gate;
@@ -16,12 +20,12 @@ use super::progress::Waiting;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Format of the files: ur10-ipa, ur5-jacobi, mukca, or generic
+    /// Format of the files: ur10-ipa, ur5-jacobi, mukca, or generic; or guess, which proposes a column map for generic
     format: String,
     /// Files to read (for mukca folders as well)
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Output folder for the dataset; an existing dataset is replaced
+    /// Output folder for the dataset; an existing dataset is replaced. For guess the output file for the map
     #[arg(short, long, visible_alias = "out")]
     output: PathBuf,
     /// A file, or with mukca also the folder of a place, to keep for validation; may be repeated, and may be one of FILE...
@@ -30,7 +34,7 @@ pub struct Arguments {
     /// For generic: file that assigns a meaning to each column
     #[arg(long)]
     map: Option<PathBuf>,
-    /// For mukca: the measured robot, built-in or a file, if it is not the Panda
+    /// For guess: the measured robot, built-in, a robot file or a URDF; for mukca, if it is not the Panda
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
     /// Fraction of the rows to keep for validation, chosen at random
@@ -55,6 +59,9 @@ fn fraction(text: &str) -> Result<f64, String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if arguments.format == "guess" {
+        return propose_map(arguments);
+    }
     check_output_folder(&arguments.output, "dataset", DATASET_TOML)?;
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
     let (files, sets) = sets(arguments)?;
@@ -79,6 +86,49 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     gate.tell()?;
     print(&format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
     Ok(Outcome::Done)
+}
+
+/// Proposes a column map, says why, and shows the first rows as it understands them.
+fn propose_map(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let [file] = arguments.files.as_slice() else {
+        return Err("guess reads one file at a time; the map that it proposes serves all files of its kind".into());
+    };
+    let Some(named) = arguments.robot.as_ref().and_then(|r| r.to_str()) else {
+        return Err("guess needs the robot; give --robot NAME, a robot file or a URDF".into());
+    };
+    check_output_file(&arguments.output)?;
+    let robot = robot(named, Path::new(""))?;
+    // The map may be anywhere; a built-in robot needs no path.
+    let RobotReference { name, .. } = RobotReference::parse(named);
+    let reference = match Path::new(name).canonicalize() {
+        Ok(absolute) if !BUILT_IN.contains(&name) => named.replacen(name, &absolute.to_string_lossy(), 1),
+        _ => named.to_owned(),
+    };
+    let waiting = Waiting::new("guessing");
+    let found = guess(file, &robot, &reference)?;
+    drop(waiting);
+    write_whole(&arguments.output, found.map.as_bytes())?;
+    let options = ImportOptions { map: Some(arguments.output.clone()), ..ImportOptions::default() };
+    let (dataset, _) = import("generic", &arguments.files, &options)?;
+    let misfit = data_fit(&[("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
+    let misfit = misfit.as_ref().map(misfit_sentence);
+    let outcome = if misfit.is_some() { Outcome::ExpectationFailed } else { Outcome::Done };
+    if arguments.json {
+        print_json(
+            &json!({"format": "calibench-import-guess/1", "map": found.map, "reasons": found.reasons, "rows": found.shown,
+            "nominal_rms_mm": found.residual / MM, "misfit": misfit, "written": arguments.output}),
+        )?;
+        return Ok(outcome);
+    }
+    found.reasons.iter().try_for_each(|reason| print(reason))?;
+    print("The first rows are understood as")?;
+    found.shown.iter().try_for_each(|row| print(&format!("  {row}")))?;
+    let (file, map) = (file.display(), arguments.output.display());
+    if let Some(misfit) = misfit {
+        print(&misfit)?;
+    }
+    print(&format!("Check them, and the map in {map}; then `calibench import generic {file} --map {map} -o DATASET`."))?;
+    Ok(outcome)
 }
 
 /// All files, those to be fitted first, with the set of each; no sets if the user leaves the choice to the format.

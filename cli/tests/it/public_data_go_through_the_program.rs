@@ -29,6 +29,29 @@ fn done(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> String {
     out
 }
 
+#[test]
+fn a_map_is_proposed_and_a_wrong_robot_is_named() {
+    let folder = scratch("guessed");
+    let (table, map, dataset) = (data("fanuc-r2000ic").join("measurements.csv"), folder.join("map.toml"), folder.join("d"));
+    let (code, out, _) = calibench(&[&"import", &"guess", &table, &"--robot", &"ur5", &"-o", &map]);
+    assert!(code == Some(1) && out.contains("These data do not fit this robot"), "{out}");
+    let grid = data("ur5-jacobi").join("3D_UR5_uncalibrated_grid_cleaned.csv");
+    let out = done(&[&"import", &"guess", &grid, &"--robot", &"ur5", &"-o", &map]);
+    assert!(out.contains("Check them, and the map in") && out.contains("joint_1"), "{out}");
+    let document = json(&[&"import", &"guess", &grid, &"--robot", &"ur5", &"-o", &map, &"--json"]);
+    assert_eq!(document["misfit"], Value::Null);
+    let imported = json(&[&"import", &"generic", &grid, &"--map", &map, &"-o", &dataset, &"--json"]);
+    assert!((number(&imported["nominal_fit"], "residual_mm") - 0.68).abs() < 0.01, "{imported}");
+    for (arguments, said) in [
+        (vec!["import", "guess", "a.csv", "b.csv", "--robot", "ur5", "-o", "m.toml"], "one file at a time"),
+        (vec!["import", "guess", "a.csv", "-o", "m.toml"], "needs the robot"),
+        (vec!["import", "guess", "absent.csv", "--robot", "ur5", "-o", "m.toml"], "absent.csv"),
+    ] {
+        let (code, _, err) = calibench(&arguments.iter().map(|a| a as &dyn AsRef<std::ffi::OsStr>).collect::<Vec<_>>());
+        assert!(code == Some(2) && err.contains(said), "{err}");
+    }
+}
+
 /// One JSON document and nothing else.
 fn json(arguments: &[&dyn AsRef<std::ffi::OsStr>]) -> Value {
     let out = done(arguments);

@@ -12,9 +12,9 @@ use calibench::cell::scripted::{Script, ScriptedCell};
 use calibench::compensate::{Expected, read_targets};
 use calibench::effects::Subject;
 use calibench::identify::{Model, Use, identify, read_calibration, read_model};
-use calibench::import::{ImportOptions, import};
+use calibench::import::{ImportOptions, guess, import};
 use calibench::measure::{Conditions, Dataset, Journal, read_cell, read_dataset, read_plan};
-use calibench::robot::{ChainEnds, UrdfRobot, calibrated_urdf, load_robot, robot_from_urdf};
+use calibench::robot::{ChainEnds, UrdfRobot, built_in, calibrated_urdf, load_robot, robot_from_urdf};
 use calibench_lab::study::RowsReader;
 use calibench_serve::{Instrument, Manner};
 use calibench_sim::scenario::load_scenario;
@@ -39,6 +39,8 @@ pub const READERS: &[Reader] = &[
     Reader { name: "scenario_toml", feed: scenario_toml },
     Reader { name: "column_map", feed: column_map },
     Reader { name: "foreign_table", feed: foreign_table },
+    Reader { name: "unknown_table", feed: unknown_table },
+    Reader { name: "workbook", feed: workbook },
     Reader { name: "iterations_csv", feed: iterations_csv },
     Reader { name: "study_csv", feed: study_csv },
     Reader { name: "journal", feed: journal },
@@ -141,6 +143,16 @@ fn plan_toml(bytes: &[u8]) {
 
 fn scenario_toml(bytes: &[u8]) {
     black_box(load_scenario(&file("scenario.toml", bytes)).is_ok());
+}
+
+fn unknown_table(bytes: &[u8]) {
+    let robot = built_in("ur5").expect("a built-in robot");
+    black_box(guess(&file("unknown.csv", bytes), &robot, "ur5").is_ok());
+}
+
+fn workbook(bytes: &[u8]) {
+    let robot = built_in("ur5").expect("a built-in robot");
+    black_box(guess(&file("book.xlsx", bytes), &robot, "ur5").is_ok());
 }
 
 fn column_map(bytes: &[u8]) {

@@ -75,7 +75,7 @@ fn a_folder_that_is_no_run_is_refused() {
     assert!(refused(folder.path(), &output).contains("neither a run nor a dataset"));
     assert!(refused(&folder.path().join("absent"), &output).contains("absent"));
     fs::write(folder.path().join("result.json"), "{}").unwrap();
-    assert!(refused(folder.path(), &output).contains("result.json: has the format null"));
+    assert!(refused(folder.path(), &output).contains("result.json:1: missing field `format`"));
     assert!(!output.exists());
 }
 

@@ -1,0 +1,214 @@
+//! A column map proposed for an unknown table: what the columns are called and how large they are, decided by what fits the
+//! nominal arm best.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::column_map::ColumnMap;
+use super::generic::by_map;
+use super::unknown_table::{Table, TableColumn};
+use super::{ImportError, ImportOptions};
+use crate::files::FileError;
+use crate::measure::{Dataset, Measured};
+use crate::robot::{FramePose, Robot, world_from_tool};
+use crate::units::MM;
+
+/// Rows that are shown.
+const SHOWN: usize = 3;
+
+/// Residual of a nominal arm, m, below which positions were not measured but computed from its joints: the best arms are some
+/// ten micrometres off.
+const COMPUTED: f64 = 0.015 * MM;
+
+/// Residual of a nominal arm, m, at which the proposal is settled: the worst arm that was seen leaves some ten millimetres.
+const FITS: f64 = 20.0 * MM;
+
+/// A proposed map.
+#[derive(Debug, Clone)]
+pub struct Guess {
+    /// The map, as a file for the format `generic`.
+    pub map: String,
+    /// The reason for each decision.
+    pub reasons: Vec<String>,
+    /// The first rows as understood.
+    pub shown: Vec<String>,
+    /// Residual of the nominal arm with base and tool fitted, rms, m.
+    pub residual: f64,
+}
+
+/// Proposes a column map for a table of joint angles and measured positions of a robot, which the map names by `reference`.
+///
+/// # Errors
+/// If the file cannot be read, or holds no such columns.
+pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, ImportError> {
+    let table = Table::read(path)?;
+    let mut reasons = vec![table.words()];
+    let (joints, why) = table.joints(robot).ok_or_else(|| no_columns(path, &table, robot))?;
+    reasons.push(why);
+    let triples = table.triples(&joints);
+    if triples.is_empty() {
+        return Err(no_columns(path, &table, robot).into());
+    }
+    let mut best: Option<Tried<'_>> = None;
+    for triple in triples {
+        let plain = Proposal {
+            table: &table,
+            reference,
+            joints: &joints,
+            joint_unit: "deg",
+            points: triple,
+            point_unit: "mm",
+            minus: None,
+        };
+        let mut found = if table.is_target(triple[0]) { None } else { plain.best(path) };
+        if let Some(computed) = found.take_if(|found| found.residual <= COMPUTED) {
+            let leaves = computed.residual / MM;
+            reasons
+                .push(format!("{} were computed from the joints: the nominal arm leaves {leaves:.4} mm", table.titles(triple)));
+        }
+        if found.is_none() {
+            let differences = table.differences(&triple).into_iter();
+            let tried = differences.filter_map(|minus| Proposal { minus: Some(minus), ..plain.clone() }.best(path));
+            found = tried.min_by(|a, b| a.residual.total_cmp(&b.residual));
+        }
+        let fits = found.as_ref().is_some_and(|found| found.residual < FITS);
+        best = [best, found].into_iter().flatten().min_by(|a, b| a.residual.total_cmp(&b.residual));
+        // What is called a position and fits is one: commanded positions fit better still.
+        if fits {
+            break;
+        }
+    }
+    let Some(Tried { residual, proposal, dataset }) = best else {
+        return Err(match reasons.get(2) {
+            Some(computed) => {
+                let problem = format!("{computed}; nothing measured is left");
+                FileError::whole(path, problem, "give the table of the measured positions")
+            }
+            None => no_columns(path, &table, robot),
+        }
+        .into());
+    };
+    reasons.extend(proposal.reasons(residual));
+    Ok(Guess { map: proposal.map(), shown: shown(&dataset), reasons, residual })
+}
+
+/// A proposal and its fit.
+struct Tried<'a> {
+    /// Residual of the nominal arm, rms, m.
+    residual: f64,
+    proposal: Proposal<'a>,
+    dataset: Dataset,
+}
+
+fn no_columns(path: &Path, table: &Table, robot: &Robot) -> FileError {
+    let titles: Vec<&str> = table.columns.iter().map(|c| c.title.as_str()).filter(|t| !t.is_empty()).collect();
+    let problem = format!("shows no {} columns of joint angles beside three of positions", robot.joints());
+    let remedy = format!("write a map by hand (docs/importing.md); the columns are {}", titles.join(", "));
+    FileError::whole(path, problem, remedy)
+}
+
+/// Units to try: that of the title, or all that are possible.
+fn units(table: &Table, columns: &[usize], known: &[&'static str]) -> Vec<&'static str> {
+    let stated = columns.iter().find_map(|&k| table.columns[k].unit).filter(|unit| known.contains(unit) || *unit == "um");
+    stated.map_or_else(|| known.to_vec(), |unit| vec![unit])
+}
+
+/// Assumptions about a table.
+#[derive(Clone)]
+struct Proposal<'a> {
+    table: &'a Table,
+    reference: &'a str,
+    joints: &'a [usize],
+    joint_unit: &'static str,
+    points: [usize; 3],
+    point_unit: &'static str,
+    /// Columns subtracted from the positions.
+    minus: Option<[usize; 3]>,
+}
+
+impl<'a> Proposal<'a> {
+    /// The same in the units that fit best; `None` if its rows cannot be read in any.
+    fn best(&self, path: &Path) -> Option<Tried<'a>> {
+        let joint_units = units(self.table, self.joints, &["deg", "rad"]);
+        let point_units = units(self.table, &self.points, &["mm", "m"]);
+        let all =
+            joint_units.iter().flat_map(|&joint_unit| point_units.iter().map(move |&point_unit| (joint_unit, point_unit)));
+        let tried = all.filter_map(|(joint_unit, point_unit)| {
+            let proposal = Proposal { joint_unit, point_unit, ..self.clone() };
+            let (residual, dataset) = proposal.residual(path)?;
+            Some(Tried { residual, proposal, dataset })
+        });
+        tried.min_by(|a, b| a.residual.total_cmp(&b.residual))
+    }
+
+    fn map(&self) -> String {
+        let Table { delimiter, decimal, header, .. } = self.table;
+        let delimiter = if *delimiter == b'\t' { "\\t".to_owned() } else { char::from(*delimiter).to_string() };
+        let mut map = format!(
+            "format = \"calibench-import/1\"\ndelimiter = \"{delimiter}\"\ndecimal = \"{decimal}\"\nheader = {header}\n\n[columns]\n"
+        );
+        for (i, &k) in self.joints.iter().enumerate() {
+            _ = writeln!(map, "q{} = {{ column = {}, unit = \"{}\" }}", i + 1, self.table.named(k), self.joint_unit);
+        }
+        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
+            let minus = self.minus.map_or(String::new(), |minus| format!(", minus = {}", self.table.named(minus[i])));
+            let column = self.table.named(self.points[i]);
+            _ = writeln!(map, "{axis} = {{ column = {column}, unit = \"{}\"{minus} }}", self.point_unit);
+        }
+        let temperature = |c: &TableColumn| c.stem.contains("temp") && c.largest.is_some_and(|v| v < 100.0);
+        if let Some(c) = self.table.columns.iter().find(|c| temperature(c)) {
+            _ = writeln!(map, "temp = {{ column = {}, unit = \"c\", optional = true }}", self.table.named(c.place - 1));
+        }
+        _ = write!(
+            map,
+            "\n[dataset]\nrobot = \"{}\"\n\n# The target measured, in the frame of the flange: fitted, from 0, 0, 0.\n[dataset.tool]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 0.0\nfree = true\n",
+            self.reference
+        );
+        map
+    }
+
+    /// Residual of the nominal arm with base and tool fitted, rms, m, and the dataset; `None` if the rows cannot be read so.
+    fn residual(&self, path: &Path) -> Option<(f64, Dataset)> {
+        let text = self.map();
+        let (map, dataset) = ColumnMap::parse(Path::new("map"), &text, Path::new("")).ok()?;
+        let (dataset, _) = by_map(&map, dataset, &[path.to_path_buf()], &ImportOptions::default().sets).ok()?;
+        let misses = dataset.samples.iter().filter_map(|s| {
+            let Measured::Point(point) = s.measured else { return None };
+            Some(
+                (world_from_tool(&dataset.robot, &dataset.base, &dataset.tool, &s.q).translation.vector - point).norm_squared(),
+            )
+        });
+        let misses: Vec<f64> = misses.collect();
+        // The tool is somewhere on the flange: positions in m that are taken for mm fit a tool of any length.
+        let believable = FramePose::default() != dataset.base && dataset.tool.xyz.iter().all(|v| v.abs() < 1.5);
+        let mean = misses.iter().sum::<f64>() / misses.len().max(1) as f64;
+        (believable && mean.is_finite()).then(|| (mean.sqrt(), dataset))
+    }
+
+    fn reasons(&self, residual: f64) -> [String; 3] {
+        let named = |columns| self.table.titles(columns);
+        let points = match self.minus {
+            None => format!("positions: {}", named(self.points)),
+            Some(minus) => format!(
+                "positions: {} minus {}, if these are target minus measured; the fit is as good if they are measured minus target, so check which",
+                named(self.points),
+                named(minus)
+            ),
+        };
+        [
+            points,
+            format!("units: joints in {}, positions in {}, which fit the nominal arm best", self.joint_unit, self.point_unit),
+            format!("with base and tool fitted, the nominal arm leaves {:.3} mm rms", residual / MM),
+        ]
+    }
+}
+
+/// The first rows in the units of a dataset.
+fn shown(dataset: &Dataset) -> Vec<String> {
+    let row = |s: &crate::measure::Sample| {
+        let q: Vec<String> = s.q.iter().map(|q| format!("{:.3}", q.to_degrees())).collect();
+        let Measured::Point(p) = s.measured else { return String::new() };
+        format!("{}: joints {} deg; position {:.3}, {:.3}, {:.3} mm", s.id, q.join(", "), p.x / MM, p.y / MM, p.z / MM)
+    };
+    dataset.samples.iter().take(SHOWN).map(row).collect()
+}

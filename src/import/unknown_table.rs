@@ -1,0 +1,264 @@
+//! A table of which nothing is known: how it is written, and what its columns may be by their names and numbers.
+
+use std::path::Path;
+
+use super::source::{Layout, is_workbook, open_source};
+use crate::files::{FileError, Rows, read_text};
+use crate::robot::Robot;
+
+/// Rows that are looked at.
+const ROWS: usize = 2_000;
+
+/// Words for positions that were commanded.
+const TARGETS: [&str; 7] = ["target", "goal", "cmd", "command", "nominal", "desired", "plan"];
+
+/// Triples of columns that are tried as positions.
+const MOST_TRIPLES: usize = 8;
+
+/// A column of the table.
+pub(super) struct TableColumn {
+    /// Place, counted from 1.
+    pub place: usize,
+    /// Title, and without its unit; empty in a table without a header.
+    pub title: String,
+    pub stem: String,
+    /// Unit in the title.
+    pub unit: Option<&'static str>,
+    /// Largest number; `None` if some entries are no numbers.
+    pub largest: Option<f64>,
+}
+
+/// A table as far as it is known.
+pub(super) struct Table {
+    pub delimiter: u8,
+    pub decimal: char,
+    pub header: bool,
+    pub columns: Vec<TableColumn>,
+}
+
+impl Table {
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let delimiter = if is_workbook(path) { b',' } else { delimiter(path)? };
+        let mut rows = Rows::new(open_source(path, Layout { delimiter, header: true, sheet: None })?, path, delimiter);
+        let mut records: Vec<Vec<String>> = Vec::new();
+        while let Some(row) = rows.next()? {
+            records.push(row.fields.iter().map(|f| f.trim().to_owned()).collect());
+            if records.len() == ROWS {
+                break;
+            }
+        }
+        let Some(first) = records.first() else {
+            return Err(FileError::whole(path, "is empty", "give a table"));
+        };
+        let comma = |text: &String| text.contains(',') && number(text, ',').is_some();
+        let decimal = if delimiter != b',' && records.iter().flatten().any(comma) { ',' } else { '.' };
+        let header = first.iter().filter(|t| !t.is_empty()).all(|t| number(t, decimal).is_none());
+        let titles = if header { records.remove(0) } else { vec![String::new(); first.len()] };
+        let column = |(k, title): (usize, String)| {
+            let entries = records.iter().filter_map(|r| r.get(k)).filter(|t| !t.is_empty());
+            let numbers: Option<Vec<f64>> = entries.map(|t| number(t, decimal)).collect();
+            let largest = numbers.filter(|n| !n.is_empty()).map(|n| n.iter().fold(0.0f64, |m, v| m.max(v.abs())));
+            let (stem, unit) = without_unit(&title);
+            TableColumn { place: k + 1, title, stem, unit, largest }
+        };
+        Ok(Table { delimiter, decimal, header, columns: titles.into_iter().enumerate().map(column).collect() })
+    }
+
+    pub fn words(&self) -> String {
+        let fields = match self.delimiter {
+            b'\t' => "tabs".to_owned(),
+            b' ' => "white space".into(),
+            other => format!("`{}`", char::from(other)),
+        };
+        let header = if self.header { "with a header" } else { "without a header: columns are named by their place" };
+        format!("fields separated by {fields}, decimal sign `{}`, {header}", self.decimal)
+    }
+
+    /// Columns of the joints, and the reason.
+    pub fn joints(&self, robot: &Robot) -> Option<(Vec<usize>, String)> {
+        let n = robot.joints();
+        let mut groups: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
+        for (k, column) in self.columns.iter().enumerate().filter(|(_, c)| c.largest.is_some()) {
+            let Some((name, digit)) = numbered(&column.stem) else { continue };
+            match groups.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, members)) => members.push((digit, k)),
+                None => groups.push((name, vec![(digit, k)])),
+            }
+        }
+        let of_joints = groups.into_iter().filter_map(|(name, mut members)| {
+            members.sort_unstable();
+            let consecutive = members.windows(2).all(|pair| pair[1].0 == pair[0].0 + 1);
+            let worth = joint_name(&name)?;
+            (consecutive && members.len() == n).then_some((worth, name, members))
+        });
+        if let Some((_, name, members)) = of_joints.max_by_key(|(worth, ..)| *worth) {
+            let columns: Vec<usize> = members.into_iter().map(|(_, k)| k).collect();
+            let [first, last] = [columns[0], columns[n - 1]].map(|k| self.columns[k].title.clone());
+            return Some((columns, format!("joints: {n} columns `{first}` to `{last}`, numbered `{name}#`")));
+        }
+        // Joints with names of their own, side by side: `elbow_joint`.
+        let of_joint = |c: &TableColumn| {
+            c.largest.is_some() && ["joint", "axis"].iter().any(|word| c.stem.contains(word)) && joint_name(&c.stem).is_some()
+        };
+        let runs = self.columns.chunk_by(|a, b| of_joint(a) == of_joint(b)).filter(|run| of_joint(&run[0]));
+        if let Some(run) = runs.into_iter().find(|run| run.len() == n) {
+            let columns = run.iter().map(|c| c.place - 1).collect();
+            return Some((columns, format!("joints: the {n} columns `{}` to `{}`", run[0].title, run[n - 1].title)));
+        }
+        // Without names, the first columns in a row whose numbers are angles, none of them a running number.
+        if self.header {
+            return None;
+        }
+        let is_angle = |c: &TableColumn| c.largest.is_some_and(|v| v <= 360.0 * 2.0);
+        let first = (0..self.columns.len().checked_sub(n)?).find(|&k| self.columns[k..k + n].iter().all(is_angle))?;
+        let why = format!("joints: the first {n} columns whose numbers can be angles, from column {}", first + 1);
+        Some(((first..first + n).collect(), why))
+    }
+
+    /// Triples of columns that may be positions, the likeliest first.
+    pub fn triples(&self, joints: &[usize]) -> Vec<[usize; 3]> {
+        let free = |k: usize| !joints.contains(&k) && self.columns[k].largest.is_some();
+        let mut found: Vec<(i32, [usize; 3])> = Vec::new();
+        for (k, column) in self.columns.iter().enumerate().filter(|(k, _)| free(*k)) {
+            if !self.header {
+                let next = [k, k + 1, k + 2];
+                if next.iter().all(|&c| c < self.columns.len() && free(c)) {
+                    found.push((0, next));
+                }
+                continue;
+            }
+            for at in column.stem.match_indices('x').map(|(at, _)| at) {
+                let axis = |letter: &str| column.stem[..at].to_owned() + letter + &column.stem[at + 1..];
+                let of = |name: String| (0..self.columns.len()).find(|&c| free(c) && self.columns[c].stem == name);
+                if let (Some(y), Some(z)) = (of(axis("y")), of(axis("z"))) {
+                    found.push((position_name(&column.stem), [k, y, z]));
+                }
+            }
+        }
+        found.sort_by_key(|(worth, _)| -worth);
+        found.into_iter().filter(|(worth, _)| *worth >= 0).map(|(_, triple)| triple).take(MOST_TRIPLES).collect()
+    }
+
+    /// Columns that may hold the differences of positions from their targets.
+    pub fn differences(&self, points: &[usize; 3]) -> Vec<[usize; 3]> {
+        let is_difference = |stem: &str| ["dif", "dev", "err", "miss", "delta"].iter().any(|word| stem.contains(word));
+        let mut found = Vec::new();
+        for (k, column) in self.columns.iter().enumerate().filter(|(k, c)| !points.contains(k) && is_difference(&c.stem)) {
+            for at in column.stem.match_indices('x').map(|(at, _)| at) {
+                let axis = |letter: &str| column.stem[..at].to_owned() + letter + &column.stem[at + 1..];
+                let of = |name: String| self.columns.iter().position(|c| c.stem == name && c.largest.is_some());
+                if let (Some(y), Some(z)) = (of(axis("y")), of(axis("z"))) {
+                    found.push([k, y, z]);
+                }
+            }
+        }
+        found
+    }
+
+    /// A column in words.
+    pub fn title(&self, k: usize) -> String {
+        let c = &self.columns[k];
+        if c.title.is_empty() { format!("column {}", c.place) } else { format!("`{}`", c.title) }
+    }
+
+    pub fn titles(&self, columns: [usize; 3]) -> String {
+        columns.map(|k| self.title(k)).join(", ")
+    }
+
+    /// True if a column is called a target: it was not measured.
+    pub fn is_target(&self, k: usize) -> bool {
+        TARGETS.iter().any(|word| self.columns[k].stem.contains(word))
+    }
+
+    /// A column in a map.
+    pub fn named(&self, k: usize) -> String {
+        if self.header {
+            format!("\"{}\"", self.columns[k].title.replace('\\', "\\\\").replace('"', "\\\""))
+        } else {
+            self.columns[k].place.to_string()
+        }
+    }
+}
+
+/// The delimiter that splits the first lines into the same number of fields, at least nine.
+fn delimiter(path: &Path) -> Result<u8, FileError> {
+    let text = read_text(path)?;
+    let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).take(20).collect();
+    let fields = |line: &str, mark: u8| match mark {
+        b' ' => line.split_whitespace().count(),
+        _ => line.split(char::from(mark)).count(),
+    };
+    let regular = |mark: &u8| {
+        let count = lines.first().map_or(0, |line| fields(line, *mark));
+        count >= 6 && lines.iter().all(|line| fields(line, *mark) == count)
+    };
+    let found = [b';', b'\t', b',', b' '].into_iter().find(regular);
+    found.ok_or_else(|| {
+        FileError::whole(
+            path,
+            "is no regular table: its lines have different numbers of fields",
+            "write a map by hand (docs/importing.md)",
+        )
+    })
+}
+
+fn number(text: &str, decimal: char) -> Option<f64> {
+    text.replace(decimal, ".").parse::<f64>().ok().filter(|v| v.is_finite())
+}
+
+/// A title in lower case without its unit, and the unit.
+fn without_unit(title: &str) -> (String, Option<&'static str>) {
+    const UNITS: [(&str, &str); 9] = [
+        ("degrees", "deg"),
+        ("deg", "deg"),
+        ("°", "deg"),
+        ("radians", "rad"),
+        ("rad", "rad"),
+        ("mm", "mm"),
+        ("um", "um"),
+        ("µm", "um"),
+        ("m", "m"),
+    ];
+    let lower = title.trim().to_lowercase();
+    let bare = lower.trim_end_matches([')', ']']);
+    let stripped = UNITS.iter().find_map(|(written, unit)| {
+        let stem = bare.strip_suffix(written)?;
+        let rest = stem.trim_end_matches(['_', ' ', '(', '[', '/', '.', '-']);
+        (rest.len() < stem.len() && !rest.is_empty()).then(|| (rest.to_owned(), Some(*unit)))
+    });
+    stripped.unwrap_or((lower, None))
+}
+
+/// A title split into its name and its only number.
+fn numbered(stem: &str) -> Option<(String, usize)> {
+    let first = stem.find(|c: char| c.is_ascii_digit())?;
+    let last = stem.rfind(|c: char| c.is_ascii_digit())?;
+    let digits = &stem[first..=last];
+    let name = format!("{}#{}", &stem[..first], &stem[last + 1..]);
+    digits.parse().ok().map(|digit| (name, digit))
+}
+
+/// How likely a name is that of joint angles: measured before commanded; `None` if it is something else.
+fn joint_name(name: &str) -> Option<i32> {
+    let plain = name.replace(['#', '_', ' ', '-', '.', '[', ']', '(', ')'], "");
+    let other = ["tau", "torque", "current", "vel", "qd", "qdd", "acc", "temp", "effort", "moment"];
+    if other.iter().any(|word| plain.contains(word)) {
+        return None;
+    }
+    let commanded = TARGETS.iter().any(|word| plain.contains(word));
+    let is_joint = ["q", "j", "a", "joint", "axis", "theta", "th", "ax"].contains(&plain.as_str())
+        || ["joint", "axis", "theta", "actualq", "targetq"].iter().any(|word| plain.contains(word));
+    is_joint.then_some(if commanded { 1 } else { 2 })
+}
+
+/// How likely the name of an x column is that of a measured position; negative for what is none.
+fn position_name(stem: &str) -> i32 {
+    let has = |words: &[&str]| words.iter().any(|word| stem.contains(word));
+    if has(&["std", "sigma", "err", "dif", "force", "rot", "vel", "acc", "axis", "max", "index"]) {
+        return -1;
+    }
+    let bare = i32::from(stem == "x");
+    let measured = i32::from(has(&["meas", "actual", "track", "laser", "point", "pos", "is"]));
+    let target = i32::from(has(&TARGETS));
+    2 * bare + 2 * measured - target + 1
+}
