@@ -165,7 +165,7 @@ impl<'a> Compensator<'a> {
         let world_from_root = arm.world_from_root();
         let root_from_work = match task.frame {
             WorkFrame::World => world_from_root.inverse(),
-            WorkFrame::Base(base) => base.pose(),
+            WorkFrame::Base(base) => calibration.robot.root.inverse().then(&base).pose(),
         };
         let bodies = OwnBodies::of(&calibration.robot, arm.tool());
         let mut solver = InverseKinematics::new(calibration.robot.joints());
@@ -205,9 +205,9 @@ impl<'a> Compensator<'a> {
         self.payloads
     }
 
-    /// KUKA's `$BASE`: the frame of the targets relative to the robot's root, as to be set in the controller.
-    pub fn root_from_work(&self) -> &Pose {
-        &self.root_from_work
+    /// KUKA's `$BASE`: the frame of the targets relative to the robot's base link, as to be set in the controller.
+    pub fn base_link_from_work(&self) -> Pose {
+        self.calibration.robot.root.pose() * self.root_from_work
     }
 
     /// KUKA's `$TOOL`: the TCP on the manufacturer's flange, as to be set in the controller.

@@ -64,7 +64,7 @@ impl<'a> KrlProgram<'a> {
     pub fn new(
         name: &'a str,
         motion: Motion,
-        root_from_work: &Pose,
+        base_link_from_work: &Pose,
         flange_from_tool: &Pose,
         targets: impl IntoIterator<Item = (&'a str, &'a Fake)>,
     ) -> Result<Self, KrlError> {
@@ -73,7 +73,7 @@ impl<'a> KrlProgram<'a> {
         if targets.iter().any(|(_, fake)| fake.status_turn.is_none()) {
             return Err(KrlError::Arm);
         }
-        let (base, tool) = (FramePose::from_pose(root_from_work), FramePose::from_pose(flange_from_tool));
+        let (base, tool) = (FramePose::from_pose(base_link_from_work), FramePose::from_pose(flange_from_tool));
         Ok(KrlProgram { name, motion, base, tool, targets })
     }
 

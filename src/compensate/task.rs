@@ -13,7 +13,7 @@ pub enum WorkFrame {
     /// The world of the set-up, as defined by its artifact; the controller's base frame is that world relative to the
     /// identified base.
     World,
-    /// A frame relative to the robot's base: KUKA's `$BASE`. The null frame is the robot's root.
+    /// A frame relative to the robot's base link: KUKA's `$BASE`. The null frame is that link, KUKA's `$ROBROOT`.
     Base(FramePose),
 }
 
@@ -31,7 +31,7 @@ pub struct Task {
 }
 
 impl Default for Task {
-    /// The only set-up with its tool and first payload, targets relative to the robot's root.
+    /// The only set-up with its tool and first payload, targets relative to the robot's base link.
     fn default() -> Self {
         Task { setup: None, frame: WorkFrame::Base(FramePose::default()), tool: None, payload: None }
     }

@@ -1,16 +1,20 @@
 //! Sources of a table: text of any delimiter or of columns in white space, a sheet of a workbook, or several of them side by side.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::{BufRead, BufReader, Cursor};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use calamine::{Data, Reader, open_workbook_auto};
+use calamine::{Data, Reader, Xlsx, XlsxError, open_workbook};
 
 use super::ImportReport;
 use crate::files::{FileError, Rows, open_file, read_text};
 
 /// Extensions of workbooks.
-const WORKBOOKS: [&str; 4] = ["xlsx", "xlsm", "xls", "ods"];
+const WORKBOOKS: [&str; 2] = ["xlsx", "xlsm"];
+
+/// Most columns of a table.
+const MOST_COLUMNS: u32 = 1000;
 
 /// The layout of a source.
 #[derive(Debug, Clone, Copy)]
@@ -57,42 +61,58 @@ pub(super) fn is_workbook(path: &Path) -> bool {
 /// A sheet as delimited text.
 fn sheet_text(path: &Path, layout: Layout<'_>) -> Result<Vec<u8>, FileError> {
     let wrong = |problem: String, remedy: &str| FileError::whole(path, problem, remedy);
-    let mut book = open_workbook_auto(path)
-        .map_err(|e| wrong(format!("cannot be read as a workbook: {e}"), "save it as .xlsx or .csv"))?;
-    let names = book.sheet_names();
-    let mut read = |name: &str| {
-        book.worksheet_range(name).map_err(|e| wrong(format!("sheet '{name}' cannot be read: {e}"), "save it as .csv"))
-    };
-    let range = match layout.sheet {
-        Some(name) if !names.iter().any(|known| known == name) => {
-            let problem = format!("there is no sheet '{name}'");
-            return Err(wrong(problem, &format!("its sheets are {}", names.join(", "))));
-        }
-        Some(name) => read(name)?,
-        None => {
-            let ranges = names.iter().map(|name| read(name)).collect::<Result<Vec<_>, _>>()?;
-            // A remark is no table.
-            let filled = ranges.into_iter().find(|range| range.width() > 1 && range.height() > 1);
-            filled.ok_or_else(|| {
-                wrong("no sheet holds a table".into(), "give a workbook with a table, or name its `sheet` in the map")
-            })?
-        }
-    };
-    let first = range.start().map_or(0, |(row, _)| row as usize);
-    let mut text = vec![b'\n'; first];
-    for row in range.rows() {
-        if row.iter().any(|cell| !matches!(cell, Data::Empty)) {
-            text.extend(delimited(&row.iter().map(cell_text).collect::<Vec<_>>(), layout.delimiter));
-        } else {
-            text.push(b'\n');
-        }
+    let broken = |reason: String| wrong(format!("cannot be read as a workbook: {reason}"), "save it as .csv");
+    // A parser of somebody else's that meets a broken file: whatever it does, it ends in one error.
+    let read = catch_unwind(AssertUnwindSafe(|| sheets(path, layout.sheet))).map_err(|_| broken("it is broken".into()))?;
+    let (names, sheets) = read.map_err(|e| broken(e.to_string()))?;
+    if let Some(name) = layout.sheet
+        && !names.iter().any(|known| known == name)
+    {
+        return Err(wrong(format!("there is no sheet '{name}'"), &format!("its sheets are {}", names.join(", "))));
+    }
+    // A remark is no table, unless it is asked for.
+    let is_table = |sheet: &&Sheet| layout.sheet.is_some() || (sheet.len() > 1 && sheet.values().any(|row| row.len() > 1));
+    let sheet = sheets.iter().find(is_table).ok_or_else(|| {
+        wrong("no sheet holds a table".into(), "give a workbook with a table, or name its `sheet` in the map")
+    })?;
+    let columns = || sheet.values().flat_map(BTreeMap::keys);
+    let (Some(first), Some(last)) = (columns().min(), columns().max()) else { return Ok(Vec::new()) };
+    if last - first >= MOST_COLUMNS {
+        return Err(wrong(format!("has {} columns", last - first + 1), "give a sheet that holds the table alone"));
+    }
+    let mut text = Vec::new();
+    let mut line = 0;
+    for (row, cells) in sheet {
+        text.resize(text.len() + (row - line) as usize, b'\n');
+        let fields: Vec<String> = (*first..=*last).map(|c| cells.get(&c).cloned().unwrap_or_default()).collect();
+        text.extend(delimited(&fields, layout.delimiter));
+        line = row + 1;
     }
     Ok(text)
 }
 
-/// The text of a cell on one line.
-fn cell_text(cell: &Data) -> String {
-    cell.to_string().replace(['\n', '\r'], " ")
+/// The text of the cells of a sheet that have any, by row and column, counted from 0.
+type Sheet = BTreeMap<u32, BTreeMap<u32, String>>;
+
+/// The names of all sheets, and the cells of those called `name`, or of all. A sheet is read cell by cell: a single cell at its far
+/// corner would make a whole one of it that no memory holds.
+fn sheets(path: &Path, name: Option<&str>) -> Result<(Vec<String>, Vec<Sheet>), XlsxError> {
+    let mut book: Xlsx<_> = open_workbook(path)?;
+    let names = book.sheet_names();
+    let mut sheets = Vec::new();
+    for of in names.iter().filter(|of| name.is_none_or(|name| name == *of)) {
+        let mut sheet = Sheet::new();
+        let mut cells = book.worksheet_cells_reader(of)?;
+        while let Some(cell) = cells.next_cell()? {
+            let text = Data::from(cell.get_value().clone()).to_string().replace(['\n', '\r'], " ");
+            if !text.is_empty() {
+                let (row, column) = cell.get_position();
+                sheet.entry(row).or_default().insert(column, text);
+            }
+        }
+        sheets.push(sheet);
+    }
+    Ok((names, sheets))
 }
 
 fn delimited(fields: &[String], delimiter: u8) -> Vec<u8> {

@@ -35,8 +35,8 @@ pub struct Arguments {
     /// Set-up of the calibration, if it has several
     #[arg(long)]
     session: Option<String>,
-    /// Frame of the targets: `world`, the world of the set-up, or X,Y,Z,A,B,C (mm, deg) relative to the robot's root, KUKA's
-    /// $BASE; the default is the robot's root
+    /// Frame of the targets: `world`, the world of the set-up, or X,Y,Z,A,B,C (mm, deg) relative to the robot's base link,
+    /// KUKA's $BASE; the default is the base link, KUKA's $ROBROOT
     #[arg(long, value_parser = work_frame, allow_hyphen_values = true)]
     base: Option<WorkFrame>,
     /// TCP relative to the flange, X,Y,Z,A,B,C (mm, deg), KUKA's $TOOL; the default is the tool of the set-up
@@ -247,7 +247,7 @@ fn program(
     let fakes: Vec<(&str, &Fake)> = fakes.collect();
     let whole = fakes.len() == targets.len();
     let motion = if lin { Motion::Lin } else { Motion::Ptp };
-    let program = KrlProgram::new(name, motion, compensator.root_from_work(), &compensator.flange_from_tool(), fakes)?;
+    let program = KrlProgram::new(name, motion, &compensator.base_link_from_work(), &compensator.flange_from_tool(), fakes)?;
     Ok(whole.then(|| [program.src(), program.dat()]))
 }
 
@@ -291,7 +291,7 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
             "The prediction holds where samples were taken; elsewhere the error may be larger, and `calibench compare` tells by how much.",
         )?;
     }
-    print(&format!("controller's base  {}", words(compensator.root_from_work())))?;
+    print(&format!("controller's base  {}", words(&compensator.base_link_from_work())))?;
     print(&format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
     for sentence in compensator.assumptions(targets) {
         print(&format!("assumed: {sentence}"))?;
@@ -338,7 +338,7 @@ fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Com
     };
     CompensatedTargets {
         compensated: results.iter().filter(|r| r.outcome.is_ok()).count(),
-        base: compensator.root_from_work().into(),
+        base: (&compensator.base_link_from_work()).into(),
         tool: (&compensator.flange_from_tool()).into(),
         assumed: compensator.assumptions(targets),
         targets: targets.iter().zip(results).map(of).collect(),

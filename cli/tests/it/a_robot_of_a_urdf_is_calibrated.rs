@@ -13,13 +13,23 @@ use serde_json::Value;
 use crate::compensate_goes_through_the_program::calibench;
 use crate::oracles::data;
 
-/// A URDF of a robot whose link frames are not those of its MDH rows: turned and shifted along the axes, which are -y there.
+/// The base link on its stand: x, y, z (m) and the angle about z (rad).
+const STAND: [f64; 4] = [0.2, -0.1, 0.55, 2.0];
+
+/// A URDF of a robot on a stand whose link frames are not those of its MDH rows: turned and shifted along the axes, which are -y there.
 fn urdf_of(robot: &Robot, names: &[&str]) -> String {
     let offset = |i: usize| -> Pose {
         let shift = Translation3::new(0.0, 0.0, 0.01 * i as f64);
         shift * Rotation3::from_euler_angles(std::f64::consts::FRAC_PI_2, 0.0, 0.0)
     };
-    let mut text = String::from("<robot name=\"five\">\n  <!-- kept -->\n  <link name=\"base_link\"/>\n");
+    let mut text =
+        String::from("<robot name=\"five\">\n  <!-- kept -->\n  <link name=\"stand\"/>\n  <link name=\"base_link\"/>\n");
+    let [x, y, z, yaw] = STAND;
+    _ = write!(
+        text,
+        "  <joint name=\"on the stand\" type=\"fixed\">\n    <parent link=\"stand\"/>\n    <child link=\"base_link\"/>\n    \
+         <origin xyz=\"{x} {y} {z}\" rpy=\"0 0 {yaw}\"/>\n  </joint>\n"
+    );
     for (i, link) in robot.links.iter().enumerate() {
         let before = if i == 0 { Pose::identity() } else { offset(i) };
         let origin = FramePose::from_pose(&(before.inverse() * link.mdh.transform(0.0) * offset(i + 1)));
@@ -69,7 +79,7 @@ fn from_measurements_to_a_calibrated_urdf() {
     fs::write(folder.path().join("arm.urdf"), &original).unwrap();
     let read = json("robots from-urdf arm.urdf -o arm.toml --json");
     assert_eq!(read["robots"][0]["joint_names"][2], "elbow_joint");
-    let shown = done("robots show arm.urdf#base_link:tool0");
+    let shown = done("robots show arm.urdf#stand:tool0");
     assert_eq!(shown.stdout, fs::read(folder.path().join("arm.toml")).unwrap());
     for robot in ["arm.urdf", "arm.toml", "ur5"] {
         let checked = json(&format!("robots check {robot} d --json"));
@@ -83,7 +93,7 @@ fn from_measurements_to_a_calibrated_urdf() {
 
     // The dataset names the URDF itself; base and tool are those of its links, so that the tool that is stated stays right.
     let description = fs::read_to_string(folder.path().join("d/dataset.toml")).unwrap();
-    fs::write(folder.path().join("d/dataset.toml"), description.replace("\"ur5\"", "\"../arm.urdf#base_link:tool0\"")).unwrap();
+    fs::write(folder.path().join("d/dataset.toml"), description.replace("\"ur5\"", "\"../arm.urdf#stand:tool0\"")).unwrap();
     fs::write(folder.path().join("m.toml"), "effects = [\"base_frame\", \"mdh\"]\n").unwrap();
     done("identify d --model m.toml -o c.toml");
     done("compensate c.toml --urdf better.urdf --urdf-of arm.urdf --ur-kinematics ur.yaml");
@@ -101,7 +111,8 @@ fn from_measurements_to_a_calibrated_urdf() {
     let yaml = fs::read_to_string(folder.path().join("ur.yaml")).unwrap();
     let first = better
         .lines()
-        .find(|l| l.contains("<origin"))
+        .filter(|l| l.contains("<origin"))
+        .nth(1)
         .unwrap()
         .split('"')
         .nth(1)
@@ -110,11 +121,38 @@ fn from_measurements_to_a_calibrated_urdf() {
         .next()
         .unwrap()
         .to_owned();
-    assert!(yaml.starts_with("kinematics:\n  shoulder:\n") && yaml.contains(&format!("    x: {first}\n")), "{yaml}");
+    assert!(
+        yaml.starts_with("kinematics:\n  shoulder:\n") && yaml.contains(&format!("    x: {first}\n")),
+        "{first}: {yaml}\n{better}"
+    );
     assert_eq!((yaml.matches("    yaw: ").count(), yaml.matches("\n  hash: calib_").count()), (6, 1));
 
+    // Targets are in the base link: those in the frame of its stand are the built-in robot's.
+    done(&format!("import ur5-jacobi {} -o e", grid.display()));
+    done("identify e --model m.toml -o e.toml");
+    fs::write(
+        folder.path().join("targets.csv"),
+        "id,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\none,-430,-100,200,10,5,178,-20,-80,120,-110,-90,10\n",
+    )
+    .unwrap();
+    let [x, y, z] = [STAND[0], STAND[1], STAND[2]].map(|v| v * 1e3);
+    let (own, of_urdf) = (
+        json("compensate e.toml targets.csv -o own.csv --json"),
+        json(&format!("compensate c.toml targets.csv -o of_urdf.csv --base={x},{y},{z},{},0,0 --json", STAND[3].to_degrees())),
+    );
+    let joints = |v: &Value| -> Vec<f64> {
+        v["targets"][0]["q_deg"]
+            .as_array()
+            .unwrap_or_else(|| panic!("{v}"))
+            .iter()
+            .map(|q| q.as_f64().unwrap())
+            .collect()
+    };
+    let apart = joints(&own).iter().zip(joints(&of_urdf)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-5, "{apart} deg: {own} {of_urdf}");
+
     // What cannot be written is refused before anything is.
-    let wrong = run("compensate c.toml --urdf w.urdf --urdf-of arm.urdf#base_link:link_3");
+    let wrong = run("compensate c.toml --urdf w.urdf --urdf-of arm.urdf#stand:link_3");
     assert_eq!(wrong.status.code(), Some(2), "{}", said(&wrong));
     assert!(said(&wrong).contains("has 3 joints where the calibrated robot has 6"), "{}", said(&wrong));
     assert!(!Path::new(&folder.path().join("w.urdf")).exists());

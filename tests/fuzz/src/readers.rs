@@ -40,7 +40,6 @@ pub const READERS: &[Reader] = &[
     Reader { name: "column_map", feed: column_map },
     Reader { name: "foreign_table", feed: foreign_table },
     Reader { name: "unknown_table", feed: unknown_table },
-    Reader { name: "workbook", feed: workbook },
     Reader { name: "iterations_csv", feed: iterations_csv },
     Reader { name: "study_csv", feed: study_csv },
     Reader { name: "journal", feed: journal },
@@ -148,11 +147,6 @@ fn scenario_toml(bytes: &[u8]) {
 fn unknown_table(bytes: &[u8]) {
     let robot = built_in("ur5").expect("a built-in robot");
     black_box(guess(&file("unknown.csv", bytes), &robot, "ur5").is_ok());
-}
-
-fn workbook(bytes: &[u8]) {
-    let robot = built_in("ur5").expect("a built-in robot");
-    black_box(guess(&file("book.xlsx", bytes), &robot, "ur5").is_ok());
 }
 
 fn column_map(bytes: &[u8]) {
