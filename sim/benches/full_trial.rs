@@ -147,7 +147,8 @@ impl<'a> FullTrial<'a> {
             gauge.rest(stand(&mut plant, &q, true).touches);
             for _ in 0..MOST_READINGS {
                 readings += 1;
-                // A plunger at its stop reports so, and is drawn back by its range.
+                // A plunger at its stop gives no reading; it is taken to read the end of its range, so the tool
+                // retreats by that.
                 let reading = Vector3::from_fn(|k, _| gauge.read(k).unwrap_or(MASTER_READING));
                 if reading.amax() < CENTRED {
                     break;

@@ -24,8 +24,8 @@ fn ways(c: &mut Criterion) {
     });
     let cell = scenario.dataset();
     let mut swept = SweptCheck::new(&cell.robot, &cell.base, &cell.tool, &scenario.surroundings());
-    // Once to the end even after a contact, as when the least clearance of a way is computed, and once only until the gap is
-    // narrower than a way may have.
+    // Each motion is first swept to its end even after a contact, as when the least clearance of a way is computed, and
+    // then only until the gap is narrower than a way may have.
     for (enough, what) in [(f64::NEG_INFINITY, "to its narrowest gap"), (WAY_MARGIN, "whether it is a way")] {
         let mut touching = 0;
         let mut times: Vec<f64> = Vec::with_capacity(poses.len());

@@ -1,8 +1,8 @@
-//! Where the program finds its Python again.
+//! Tells the program where to find its Python at run time.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    // Without it the loader takes whatever libpython of that name the system has, silently, and with it another Python's modules.
+    // Otherwise the loader silently takes any libpython of that name on the system, and with it another Python's modules.
     pyo3_build_config::add_libpython_rpath_link_args();
     let python = pyo3_build_config::get();
     let executable = python.executable().expect("pyo3 is built against a Python that runs");

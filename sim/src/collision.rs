@@ -1,7 +1,7 @@
 //! Checks whether the true arm touches anything on its path, independently of the planner.
 //!
-//! It shares nothing with the planner. It uses the true arm, by its plant's own frames, halves every motion until no pair of
-//! bodies can meet in the remainder, and takes its distances from parry's general query.
+//! It shares nothing with the planner: it takes the frames from the plant of the true arm, halves every motion until no
+//! two bodies can meet in a part of it, and computes distances with parry's general query.
 
 use calibench::robot::{Pose, Robot, Shape, Solid, Surroundings};
 use calibench::units::MM;
@@ -13,8 +13,8 @@ use parry3d_f64::shape::{Ball, Capsule, Cuboid, SharedShape};
 /// Motions are halved until no two bodies can approach by more than this within a half, mm.
 const RESOLUTION: f64 = 1.0;
 
-/// A ball this near to the socket's axis, and within this range along it, is in or before the socket, m: the gauge may
-/// touch it.
+/// A ball no further than this from the socket's axis, and within this range along it, is in the socket or in front of
+/// it, m: the gauge may touch it.
 const BESIDE_AXIS: f64 = 15.0 * MM;
 const BEFORE_SOCKET: f64 = 90.0 * MM;
 const BEHIND_CENTRE: f64 = 8.0 * MM;
@@ -22,7 +22,7 @@ const BEHIND_CENTRE: f64 = 8.0 * MM;
 /// A body in the axes of its frame, mm.
 struct Body {
     name: String,
-    /// 0 is the base; `None` is fixed in the cell.
+    /// Index of the frame that carries the body: 0 is the base; `None` for a body fixed in the cell.
     frame: Option<usize>,
     shape: SharedShape,
     local: DPose3,
@@ -92,7 +92,7 @@ impl CollisionCheck {
         CollisionCheck { bodies, pairs, socket }
     }
 
-    /// The first collision found on the motion of the motors from `from` to `to` (rad).
+    /// Returns the first collision found on the motion of the motors from `from` to `to` (rad).
     pub fn first(&self, from: &[f64], to: &[f64], frames: &mut Frames<'_>) -> Option<Collision> {
         self.within(from, to, &self.pairs, frames)
     }
@@ -105,7 +105,8 @@ impl CollisionCheck {
             .iter()
             .map(|body| body.frame.and_then(|f| links.get(f)).map_or(body.local, |frame| placed(frame) * body.local))
             .collect();
-        // Distance between the origins of successive links, mm: no body is further from a joint than the sum of those between.
+        // Distances between the origins of successive links, mm: a body is no further from a joint than the sum of
+        // those between, plus its reach.
         let lengths: Vec<f64> =
             links.windows(2).map(|l| (l[1].translation.vector - l[0].translation.vector).norm() / MM).collect();
         let travels = |body: &Body| -> f64 {
@@ -127,7 +128,7 @@ impl CollisionCheck {
                 furthest = furthest.max(bound);
                 continue;
             }
-            // The distance is unknown for shapes that parry cannot compare; there are none among these.
+            // `map_or` covers shapes that parry cannot compare; there are none among these.
             let (a, b) = (&self.bodies[i], &self.bodies[j]);
             let gap = query::distance(&placed[i], a.shape.as_ref(), &placed[j], b.shape.as_ref()).map_or(0.0, |d| d.distance);
             if gap <= 0.0 {

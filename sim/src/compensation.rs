@@ -30,7 +30,7 @@ pub(crate) struct Targets<'a> {
     pub cell: &'a Dataset,
     /// The plan.
     pub plan: &'a TrackerPlan,
-    /// Positions reached at those very joints (world, m), to which the uncompensated targets lead.
+    /// True positions reached at the validation joints (world, m), to which the uncompensated targets lead.
     pub uncompensated: &'a [Vector3<f64>],
 }
 

@@ -23,7 +23,7 @@ pub struct HiddenNumber {
     pub unit: Unit,
 }
 
-/// Way in which a hidden effect appears in the results.
+/// The way a hidden effect appears in the results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Met {
     /// The fitted model contains it.
@@ -60,7 +60,7 @@ impl Met {
 /// One effect or flaw hidden in the cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
-    /// Id of the effect, or the key below `[truth]` for anything that is no effect of the catalogue or the user.
+    /// Id of the effect, or the key below `[truth]` for a truth that is not an effect of the catalogue or of the user.
     pub effect: String,
     /// Its size in words, if it has no numbers.
     pub size: String,
@@ -81,7 +81,7 @@ pub struct GroundTruth {
     pub hidden: Vec<Hidden>,
     /// Verdict of the diagnosis.
     pub verdict: Verdict,
-    /// The effect it names first, and whether this is false, nothing of the kind being hidden.
+    /// The effect it names first, and true if that is a false alarm: nothing of the kind is hidden.
     pub named: Option<(String, bool)>,
 }
 

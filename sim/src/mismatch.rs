@@ -1,9 +1,9 @@
 //! Shape mismatch: the true effect only roughly has the shape of a catalogue effect, so the model that fits it is
 //! slightly wrong.
 //!
-//! A catalogue fixes the constants in which its effects are not linear: an exponent, a torque at which play closes, a time
-//! constant, a moment. A robot need not comply. At full mismatch the true constants lie anywhere in the ranges given by the
-//! effect's file; at partial mismatch, in that share of the ranges.
+//! A catalogue fixes the constants in which its effects are not linear: an exponent, a torque at which play closes, a
+//! time constant, a moment. A real robot need not have these values. At full mismatch the true constants lie anywhere
+//! in the ranges given by the effect's file; at partial mismatch, in that share of the ranges.
 
 use calibench::effects::{EffectId, Situation, Stray, family};
 use calibench::robot::Site;

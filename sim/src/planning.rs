@@ -54,7 +54,7 @@ pub fn plan(scenario: &Scenario, seed: u64) -> Result<Plan, PlanError> {
     plan_within(scenario, seed, None)
 }
 
-/// The same with every motion within the guards of a cell.
+/// Chooses the probings of a scenario such that every motion is within the guards of a cell.
 ///
 /// # Errors
 /// As [`plan`].
@@ -119,7 +119,7 @@ fn plan_of(scenario: &Scenario, pool: &[Candidate], seed: u64) -> Result<Plan, P
     let quota = Quota::PerGroup(per_ball(poses_per_ball));
     let selection = select(pool_design.candidates(), &Request { starts: scenario.plan.starts, seed, ..Request::new(quota) })?;
     let trical = pool_design.chosen(&selection)?;
-    // Each further batch is the one that adds most to all before it.
+    // Each further batch is the one that adds most to the batches before it.
     let mut taken = selection.poses.clone();
     let mut counts = per_ball(poses_per_ball);
     let mut further = |more: &[usize]| -> Result<Vec<usize>, PlanError> {
@@ -158,7 +158,7 @@ fn plan_of(scenario: &Scenario, pool: &[Candidate], seed: u64) -> Result<Plan, P
         Order::BallByBall => poses,
     };
     let main = ordered(poses('p', &selection.poses, 0, false));
-    // Taken evenly from all balls, in whatever order they are probed.
+    // The reversed poses are taken evenly from all balls, in whatever order these are probed.
     let back = |(k, forth): (usize, usize)| {
         let forth = &main[forth];
         PlannedPose { id: format!("b{:02}", k + 1), reverses: Some(forth.id.clone()), ..forth.clone() }

@@ -1,9 +1,8 @@
 //! Calibration with other instruments than a centred gauge: measurements of a ballbar, draw wires or a seat in the
 //! simulated cell.
 //!
-//! Each is simulated with its own errors and returns plain samples: distances from anchors, or balls without readings. True
-//! positions are known here, as to the parts of a cell; the identification sees the samples and the noise stated by the
-//! scenario.
+//! Each is simulated with its own errors and returns plain samples: distances from anchors, or balls without readings.
+//! True positions are known here; the identification sees only the samples and the noise stated by the scenario.
 
 use std::f64::consts::TAU;
 
@@ -111,7 +110,7 @@ impl<'a> Distances<'a> {
         Ok(samples)
     }
 
-    /// Jogs the tool along the bar until the transducer is near the middle of its range, as the person attaching the bar does.
+    /// Jogs the tool along the bar until the bar is within its range, as the person attaching it does.
     fn bring_into_range(&self, world: &SharedWorld, robot: &mut SimulatedRobot, anchor: usize) -> Result<(), ManipulatorError> {
         for _ in 0..MOST_STEPS {
             let along = world.tcp() - self.anchors[anchor];
@@ -190,7 +189,8 @@ impl<'a> Seat<'a> {
     }
 }
 
-/// True if a pose is to be omitted because the arm cannot be led to where its instrument closes, as in a campaign.
+/// Returns true if a pose is to be omitted, as in a campaign, because the arm cannot reach the point where its
+/// instrument closes; other errors are passed on.
 fn skipped(led: Result<(), ManipulatorError>) -> Result<bool, ManipulatorError> {
     match led {
         Ok(()) => Ok(false),

@@ -1,5 +1,5 @@
-//! The whole procedure on the simulated cell: planning, mastering, probing, identification, validation, and the same
-//! with the tracker.
+//! The whole procedure on the simulated cell: planning, mastering, probing, identification and validation, by the
+//! gauge and by the tracker.
 
 use calibench::assess::Validation;
 use calibench::compensate::{Compensator, Task, TaskError, WorkFrame};
@@ -76,11 +76,11 @@ pub struct Run {
     pub true_arm: TrueArm,
     /// The TriCal's dataset, calibration and validation.
     pub trical: Method,
-    /// The same by the tracker.
+    /// The tracker's dataset, calibration and validation.
     pub tracker: Method,
     /// Validation points.
     pub validation: Dataset,
-    /// Errors of the nominal robot, on the same poses.
+    /// Errors of the nominal robot on the validation poses.
     pub before: Validation,
     /// Benefit of the TriCal's calibration: targets at the validation poses, uncompensated and compensated; `None` if none
     /// could be compensated.
@@ -115,7 +115,7 @@ pub struct Measurements {
     pub fit: Dataset,
     /// Tracker points at the validation poses.
     pub validation: Dataset,
-    /// True positions of the TCP at those, world, m: free of the tracker's noise.
+    /// True positions of the TCP at the validation poses, world, m: free of the tracker's noise.
     pub validation_truth: Vec<Vector3<f64>>,
 }
 

@@ -157,7 +157,7 @@ impl Scenario {
         self.cell.clone()
     }
 
-    /// The same for measurements of the gauge: with the contact force stated in its data sheet.
+    /// Returns an empty dataset of this cell for measurements of the gauge, with the contact force of its data sheet.
     pub fn gauge_dataset(&self) -> Dataset {
         Dataset { contact_force: self.indicators.contact_force(), ..self.dataset() }
     }
@@ -177,7 +177,7 @@ impl Scenario {
         self.bodies.with_artifact()
     }
 
-    /// Visible bodies around the arm: the same without the balls, which are part of a dataset.
+    /// Visible bodies around the arm: all except the balls, which are part of a dataset.
     pub fn scene(&self) -> Surroundings {
         let Surroundings { mut fixed, carried } = self.surroundings();
         let balls: Vec<String> = self.ball_ids().iter().map(|id| ball_body(id)).collect();

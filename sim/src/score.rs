@@ -49,8 +49,9 @@ impl Score {
         Score { parameters }
     }
 
-    /// The same for a calibration by tracker alone. The tracker's world is the frame of its nests as measured, whose error
-    /// the stated noise does not include: its base differs from that of the truth, and is not compared.
+    /// Compares a calibration by tracker alone with the stated sizes. The tracker's world is the frame of its nests as
+    /// measured, whose error the stated noise does not include: its base differs from that of the truth, and is not
+    /// compared.
     pub fn of_tracker(calibration: &Calibration, scenario: &Scenario) -> Self {
         let mut score = Score::of(calibration, scenario);
         score.parameters.retain(|p| !p.name.starts_with("base_"));

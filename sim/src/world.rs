@@ -75,7 +75,7 @@ impl World {
         World::altered(scenario, streams, session_s, |_| ())
     }
 
-    /// The same with some part displaced in a way that no scenario provides for.
+    /// Builds the cell of a scenario with its parts altered in a way that no scenario provides for.
     ///
     /// # Errors
     /// When the scenario's plant cannot simulate it.

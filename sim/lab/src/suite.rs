@@ -30,7 +30,7 @@ use calibench_sim::scenario::{Scenario, SuiteToml, load_scenario};
 /// Seeds below this are for development; reported results use others.
 pub const FIRST_REPORTING_SEED: u64 = 1001;
 
-/// The cells of a suite: its own, the same with few samples, and those of other robots.
+/// The cells of a suite: its own, its own with few samples, and those of other robots.
 pub struct Suite {
     cells: Vec<Scenario>,
     cases: Vec<Case>,

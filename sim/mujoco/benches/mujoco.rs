@@ -1,4 +1,5 @@
-//! What a probing costs when MuJoCo plays the mechanics: approach, contact, some three steps, retreat, each settled.
+//! Cost of a probing with the mechanics in closed form and in MuJoCo: approach, contact, some three steps, retreat,
+//! each settled.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use std::path::Path;
@@ -29,7 +30,7 @@ fn probing(c: &mut Criterion) {
             let session = Session::begin(&scenario, Streams { seed: 1, trial: 0 }, session_s).unwrap();
             session.probe(&probing, None, &mut ()).probings.len()
         };
-        // What runs into a joint limit is tried again.
+        // A probing that runs into a joint limit is tried again.
         let probings = campaign();
         assert!(probings >= probing.poses.len());
         group.throughput(Throughput::Elements(probings as u64));

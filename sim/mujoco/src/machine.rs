@@ -48,7 +48,7 @@ pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<
     Ok(machine)
 }
 
-/// The error for a truth that only the analytic plant can play.
+/// Error for a truth that only the analytic plant can simulate.
 fn unsuited(key: String, remedy: String) -> PlantError {
     PlantError::Unsuited { key, problem: "is no part of the mechanism that MuJoCo plays".into(), remedy }
 }

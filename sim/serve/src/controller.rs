@@ -207,7 +207,7 @@ impl Controller {
         self.frame("$BASE").inverse() * root_from_flange * self.frame("$TOOL")
     }
 
-    /// The same as an E6POS.
+    /// Pose of the TCP in the controller's base as an E6POS.
     fn position(&self, q: &[f64]) -> Structure {
         let mut position = krl_frame(&FramePose::from_pose(&self.base_from_tool(q)));
         position.kind = Some("E6POS".into());

@@ -189,7 +189,8 @@ impl Faults {
         self.occasion(fault, part, false)
     }
 
-    /// The same for a fault that persists once it has struck.
+    /// Returns true if the fault strikes `part` (counted from 0) on this occasion; one injected for a single occasion
+    /// persists from then on.
     pub fn has_struck(&mut self, fault: Fault, part: usize) -> bool {
         self.occasion(fault, part, true)
     }

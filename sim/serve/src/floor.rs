@@ -32,7 +32,7 @@ pub struct Floor {
     pub world: SharedWorld,
     /// Injected faults.
     pub faults: RefCell<Faults>,
-    /// Record of what went over the wires.
+    /// Record of the traffic on the wires.
     pub traffic: Traffic,
     pace: Pace,
     master: RefCell<MasterBall>,
@@ -59,7 +59,7 @@ impl Floor {
     /// ball in the socket.
     ///
     /// # Errors
-    /// When the plant cannot play the scenario.
+    /// When the plant cannot simulate the scenario.
     pub fn new(scenario: &Scenario, streams: Streams, session_s: f64, service: &Service) -> Result<Self, PlantError> {
         let (faults, scale) = (&service.faults[..], service.time_scale);
         let world = World::altered(scenario, &streams, session_s, |parts| displace(parts, faults))?;

@@ -270,13 +270,13 @@ impl From<IndicatorError> for Refusal {
         match error {
             IndicatorError::Silent => Refusal::Unanswered,
             IndicatorError::OverRange => Refusal::Error(3),
-            // On the wire every other fault of an indicator is one of its sensor.
+            // On the wire every other fault of an indicator is reported as a fault of its sensor.
             _ => Refusal::Error(0),
         }
     }
 }
 
-/// Case and blanks are ignored.
+/// Removes blanks and converts to upper case: requests are case-insensitive.
 fn compact(request: &[u8]) -> String {
     request.iter().filter(|byte| !byte.is_ascii_whitespace()).map(|&byte| char::from(byte).to_ascii_uppercase()).collect()
 }

@@ -87,7 +87,7 @@ impl Program<'_> {
                 // Without an output of that number nothing is switched.
                 controller.set(&output, &Value::Bool(controller.number("COM_VALUE2") > 0.5)).unwrap_or_default();
             }
-            // Unknown actions are done at once.
+            // Unknown actions have no effect.
             _ => {}
         }
         Ok(())
@@ -105,7 +105,7 @@ impl Program<'_> {
         let start = controller.joints();
         let from = controller.base_from_tool(&start);
         let distance = (base_from_tool.translation.vector - from.translation.vector).norm();
-        // As the controller solves it: the nominal arm, its tool attached to its flange.
+        // Solved as the controller does: with the nominal arm, and the tool attached to its flange.
         let tool = FramePose::from_pose(&(LAST_FRAME_FROM_FLANGE.pose() * controller.frame("$TOOL")));
         let root_from_tool = controller.frame("$BASE") * base_from_tool;
         let mut arm = Chain::nominal(&controller.robot, &FramePose { xyz: [0.0; 3], rz_ry_rx: [0.0; 3] }, &tool);

@@ -36,7 +36,7 @@ impl Pty {
         attributes.make_raw();
         tcsetattr(&client, OptionalActions::Now, &attributes)?;
         ioctl_fionbio(&instrument, true)?;
-        // To the reactor an end of a terminal is the same as one of a pipe.
+        // The reactor treats an end of a terminal like an end of a pipe.
         let receiver = Receiver::from_owned_fd_unchecked(instrument.try_clone()?)?;
         let sender = Sender::from_owned_fd_unchecked(instrument)?;
         Ok(Pty { instrument: join(receiver, sender), _kept_open: client, path })

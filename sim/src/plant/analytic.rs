@@ -59,8 +59,8 @@ impl AnalyticPlant {
 
     /// Finds the equilibrium of the arm and the plungers' springs; returns the contact with the gauge there.
     ///
-    /// If a plunger gains contact by the arm's deflection, and loses it again by that, the arm remains at its last position,
-    /// some micrometres off.
+    /// If the arm's deflection makes a plunger gain contact, and the deflection under that contact makes it lose contact
+    /// again, the arm remains at its last position, some micrometres off.
     fn balance(&mut self, stand: &Stand<'_>) -> Result<Meeting, PlantError> {
         self.arm.move_motors(stand.motors);
         let mut meeting = self.meeting();

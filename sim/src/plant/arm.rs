@@ -30,7 +30,7 @@ pub struct Arm {
     deviations: Vec<f64>,
     /// Contributions of the flaws that are the same in every situation.
     fixed: Vec<f64>,
-    /// Indices of the sites moved by other flaws since.
+    /// Indices of the sites that the other flaws have moved since.
     moved: Vec<usize>,
     /// True if base, tool and links of the posture include those constant flaws alone.
     as_fixed: bool,
@@ -95,7 +95,7 @@ impl Arm {
         }
     }
 
-    /// Moves the arm to `motors` (rad) with its deviations; `joints_only` tells that, besides the constant flaws, only
+    /// Moves the arm to `motors` (rad) with its deviations; `joints_only` states that, besides the constant flaws, only
     /// joints deviate.
     fn stand(&mut self, motors: &[f64], joints_only: bool) {
         if joints_only && self.as_fixed {

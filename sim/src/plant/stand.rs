@@ -108,8 +108,8 @@ pub trait Plant {
     /// True `world_from_frame` of the base and of every link in the last rest state, the base first (N + 1).
     fn frames(&self) -> Vec<Pose>;
 
-    /// The same with the motors at these angles (rad), without deflection, and true `world_from_tool`. The next
-    /// `settle` is not affected.
+    /// Returns these frames and the true `world_from_tool` with the motors at the given angles (rad), without
+    /// deflection. The next `settle` is not affected.
     ///
     /// # Errors
     /// When the posture cannot be evaluated.

@@ -171,7 +171,7 @@ pub struct SolidToml {
     pub radius_mm: Option<f64>,
 }
 
-/// A body on the flange, specified in the same way.
+/// A body on the flange, specified like a [`SolidToml`].
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -190,7 +190,7 @@ pub struct CarriedToml {
 pub enum Order {
     /// Balls in rotation: drift cannot be mistaken for an error of a ball.
     Interleaved,
-    /// The same in a shorter tour.
+    /// Balls in rotation, ordered for a shorter tour.
     InterleavedShort,
     /// All poses of one ball, then the next, as the paper does.
     BallByBall,
@@ -282,17 +282,17 @@ pub struct SuiteToml {
     pub trials_of_understated: usize,
     #[serde(default = "two")]
     pub noise_understated: f64,
-    /// The same with joint angles quantised to `quantised_deg`.
+    /// Trials with one effect or none, and joint angles quantised to `quantised_deg`.
     #[serde(default)]
     pub trials_of_quantised: usize,
     #[serde(default = "a_hundredth")]
     pub quantised_deg: f64,
-    /// The same with `few_samples` samples.
+    /// Trials with one effect or none, and `few_samples` samples.
     #[serde(default)]
     pub trials_of_few: usize,
     #[serde(default = "thirty")]
     pub few_samples: usize,
-    /// Scenarios of other robots, relative to this one, and the same trials of each.
+    /// Scenarios of other robots, relative to this one, and trials of each with one effect or none.
     #[serde(default)]
     pub robots: Vec<String>,
     #[serde(default)]

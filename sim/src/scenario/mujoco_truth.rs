@@ -54,9 +54,9 @@ pub struct Friction {
 #[allow(missing_docs)]
 pub struct Stiffening {
     pub joint: usize,
-    /// This share of the linear twist is missing ...
+    /// Share of the linear twist that is missing at the torque `at_nm`.
     pub share: f64,
-    /// ... at this torque.
+    /// Torque at which this share is missing.
     pub at_nm: f64,
 }
 

@@ -111,8 +111,8 @@ impl SharedWorld {
 pub struct SimulatedRobot(SharedWorld);
 
 impl SimulatedRobot {
-    /// A sample with what the controller and the cell know of this moment: payload, time, temperature, commanded joints, and
-    /// from `motion` the side from which each joint came.
+    /// Completes a sample with the payload, time, temperature and commanded joints of this moment, and with the side
+    /// from which each joint came, taken from `motion`.
     #[must_use]
     pub fn stamped(&mut self, motion: &LastMotion, sample: Sample) -> Sample {
         Sample {

@@ -17,7 +17,7 @@ use crate::subject::Subject;
 /// Radius of the line that represents a link without bodies, m.
 const LINE: f64 = 0.015;
 
-/// Displacement at which a model's arm is shown where it deviates most, m: beside the other arm, and not far from it.
+/// Displayed displacement of a model's arm where it deviates most, m: beside the other arm, but close to it.
 const BESIDE: f64 = 0.2;
 
 /// The arm at one stop.

@@ -68,7 +68,7 @@ pub fn band(rec: &RecordingStream, path: &str, [from, to]: [f64; 2], y: f64, hal
     Ok(())
 }
 
-/// The same band about the origin.
+/// The band in which a ball counts as centred, as a disc about the origin.
 pub fn disc(rec: &RecordingStream, path: &str, radius: f64) -> Result<(), ViewError> {
     let disc = Points2D::new([at(0.0, 0.0)]).with_radii([Radius::new_scene_units(radius as f32)]);
     rec.log_static(path, &disc.with_colors([solid(paint::BAND)]).with_draw_order(BAND))?;

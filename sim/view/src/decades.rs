@@ -19,7 +19,7 @@ pub fn decades(length: f64) -> f64 {
     (length.abs() / ORIGIN).log10().max(0.0)
 }
 
-/// The same with the sign of the reading.
+/// Height of a reading (m) in decades, with the sign of the reading.
 pub fn signed(reading: f64) -> f64 {
     decades(reading).copysign(reading)
 }

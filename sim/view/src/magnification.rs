@@ -1,6 +1,6 @@
 //! Magnification of small quantities for display.
 
-/// Largest magnification: noise is not blown up further.
+/// Largest magnification: noise is not magnified further.
 const MOST: f64 = 1e4;
 
 /// The factor that magnifies `largest` to about `wanted`, rounded down to a leading 1, 2 or 5.

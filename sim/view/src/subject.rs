@@ -99,7 +99,7 @@ impl Subject {
         }
     }
 
-    /// Adds the other information of the folder on the cell.
+    /// Adds the other information about the cell that the folder holds.
     fn with_cell(mut self) -> Result<Self, ViewError> {
         let scene = self.folder.join("scene.toml");
         if scene.is_file() {

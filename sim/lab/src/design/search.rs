@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::artifact::{Artifact, Place, Workshop};
 use super::place_information::{PlaceInformation, Predicted, Sought, Workspace};
 
-/// Limit of rounds over all balls; a search that still changes then cycles by rounding errors.
+/// Limit of rounds over all balls; a search that still changes after these is cycling because of rounding errors.
 const MOST_ROUNDS: usize = 50;
 /// Relative improvement required of an exchange.
 const GAIN: f64 = 1e-9;
@@ -54,14 +54,14 @@ pub struct Found {
 
 /// The information of average postures.
 struct AverageInformation {
-    /// Known beforehand, and from the balls that stay.
+    /// Prior information, and that from the balls that stay.
     base: DMatrix<f64>,
-    /// From a ball at each place.
+    /// Information from a ball at each place.
     of_places: Vec<DMatrix<f64>>,
 }
 
 impl AverageInformation {
-    /// With balls at the places `at`, without the ball number `but`.
+    /// The information with balls at the places `at`, except ball number `but`.
     fn of(&self, at: &[usize], but: usize) -> DMatrix<f64> {
         let others = at.iter().enumerate().filter(|(b, _)| *b != but);
         others.fold(self.base.clone(), |sum, (_, &place)| sum + &self.of_places[place])

@@ -69,7 +69,7 @@ fn pools(layouts: &Layouts<'_>, places: &[Place], watcher: &dyn Watcher) -> Resu
     places.par_iter().map(of_place).collect()
 }
 
-/// The same for every ball that stays.
+/// For every ball that stays: the cell with the postures found at that ball, and no other ball.
 fn kept_pools(layouts: &Layouts<'_>, watcher: &dyn Watcher) -> Result<Vec<Dataset>, FileError> {
     let (workshop, most) = (layouts.workshop, enough(layouts));
     let of_ball = |(k, ball): (usize, &usize)| {

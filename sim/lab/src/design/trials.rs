@@ -30,7 +30,7 @@ pub struct Held {
 }
 
 impl Held {
-    /// Computes both from the mean square of each trial, m².
+    /// Computes both rms values from the predicted mean square and the mean squares of the trials, m².
     fn of(predicted: f64, squares: &[f64]) -> Self {
         let n = squares.len() as f64;
         let mean = squares.iter().sum::<f64>() / n;

@@ -8,7 +8,7 @@ use calibench_sim::cmm::SimulatedCmm;
 use calibench_sim::plunger::PlungerSpec;
 use calibench_sim::scenario::Scenario;
 
-/// Each step leaves at most a hundredth of its length, here of 3 um: after two of them 0.3 nm.
+/// Each step leaves at most a hundredth of its length, here of 3 um; two of them leave 0.3 nm.
 const FURTHER_STEPS: usize = 2;
 
 /// Accuracy of the small arm that carries the datum ball.

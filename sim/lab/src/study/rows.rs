@@ -55,7 +55,7 @@ pub(super) struct Row {
 pub(super) struct Numbers {
     /// Position errors on the validation poses: mean, maximum, standard deviation, root mean square, 95 % quantile.
     pub errors_mm: [f64; 5],
-    /// The same of the nominal robot: mean, maximum.
+    /// Position errors of the nominal robot on the validation poses: mean, maximum.
     pub before_mm: [f64; 2],
     /// Root mean square of the residuals.
     pub residual_mm: f64,

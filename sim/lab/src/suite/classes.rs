@@ -34,7 +34,7 @@ pub struct ClassRow {
     pub harmed: Share,
     /// Largest ratio of the error after to the error before.
     pub worst_ratio: f64,
-    /// The same as above for the advised calibration's own expected error; without trials if it predicts none.
+    /// Coverage and ratio, as above, of the advised calibration's own expected error; no trials if it predicts none.
     pub band_holds_after: Share,
     pub predicted_over_actual_after: [f64; 3],
 }

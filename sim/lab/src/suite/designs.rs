@@ -43,7 +43,7 @@ pub struct DesignRow {
     pub top_right: f64,
     /// Share with a credible set of one effect, the right one.
     pub resolved: f64,
-    /// The same as expected by the designer.
+    /// That share as expected by the designer.
     pub expected: f64,
 }
 

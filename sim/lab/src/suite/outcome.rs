@@ -48,7 +48,7 @@ pub struct Outcome {
     /// 10 and 90 % quantiles of the predicted error.
     pub predicted_low_mm: f64,
     pub predicted_high_mm: f64,
-    /// The same as predicted by the advised calibration, if it does.
+    /// Mean position error predicted by the advised calibration, with its 10 and 90 % quantiles, if it predicts one.
     pub predicted_after_mm: Option<f64>,
     pub predicted_after_low_mm: Option<f64>,
     pub predicted_after_high_mm: Option<f64>,

@@ -86,7 +86,7 @@ impl<'a> Trial<'a> {
         let examination = Examination::new(&data, self.model)?;
         let diagnosis = diagnose_examined(&data, &examination)?;
         let predicted = WorkspaceError::predict(&data, &examination, &self.poses)?;
-        // Effects that the data cannot test are not seen by them: they are no contributors.
+        // Effects that the data cannot test do not show in them, so they do not count as contributors.
         let untestable = |id: &str| diagnosis.untestable.iter().any(|u| u.effect == id);
         let testable = !hidden.effects.iter().any(|(id, _)| untestable(id));
         hidden.effects.retain(|(id, _)| hidden.kind == "one" || !untestable(id));
@@ -132,7 +132,8 @@ impl<'a> Trial<'a> {
         Ok(Validation::of(&prediction).map_or(f64::NAN, |v| v.mean / MM))
     }
 
-    /// The same for a model that includes the hidden effects, if they are few and from the catalogue.
+    /// Mean position error over the workspace, mm, of a model that includes the hidden effects, if they are few and
+    /// from the catalogue.
     fn oracle_mm(&self, hidden: &Hidden) -> Option<f64> {
         if !matches!(self.case.kind, Kind::Effects { .. } | Kind::Outliers { .. }) {
             return None;
