@@ -12,7 +12,7 @@ use calibench::units::{MM, UM, URAD};
 /// The file that marks a folder of such tables.
 pub const PLOTS_MARK: &str = "residuals.csv";
 
-/// The first marks a folder as holding these tables.
+/// The files of such a folder; the first marks it.
 const FILES: &[&str] = &[PLOTS_MARK, "balls.csv", "setups.csv", "joints.csv", "worst.csv", "workspace.csv"];
 
 /// Writes the views into a folder, all or none; other files in it are kept.

@@ -37,7 +37,7 @@ fn with_sigma(mean: &Vector3<f64>, sigma: &Vector3<f64>, unit: f64) -> [String; 
     std::array::from_fn(|i| format!("{:+.1} ± {:.1}", mean[i] / unit, sigma[i] / unit))
 }
 
-/// chi-square, degrees of freedom, p-value.
+/// Formats chi-square, degrees of freedom and p-value.
 fn test(t: &ViewTest) -> [String; 3] {
     match t.dof {
         0 => ["-".into(), "0".into(), "-".into()],
@@ -45,7 +45,7 @@ fn test(t: &ViewTest) -> [String; 3] {
     }
 }
 
-/// Dashes for anything the fit absorbs: zeros would look like a result.
+/// Replaces the cells by dashes if the fit absorbs the view: zeros would look like a result.
 fn unless_absorbed(t: &ViewTest, cells: [String; 3]) -> [String; 3] {
     if t.dof == 0 { cells.map(|_| "-".to_owned()) } else { cells }
 }

@@ -36,7 +36,7 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     all
 }
 
-/// Warns that nothing said of a fit that did not converge is valid.
+/// Warns that no statement about a fit that did not converge is valid.
 fn unconverged(d: &Diagnosis) -> Option<String> {
     (d.outcome != Outcome::Converged).then(|| format!("WARNING: {}", unconverged_sentence(d.outcome)))
 }
@@ -146,7 +146,8 @@ fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
     ))
 }
 
-/// A sample that disagrees with all others: ahead of everything else if nothing explains more, otherwise as a hint.
+/// A sample that disagrees with all others: to be examined before anything else if it is the first finding, otherwise a
+/// hint.
 fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
     let place = d.outlier()?;
     let f = &d.findings[place];
@@ -213,7 +214,7 @@ fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
     [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
 }
 
-/// The effects that no data of this kind can separate from this one, and what would separate them.
+/// The effects that no data of this kind can separate from this one, and the measurement that would separate them.
 fn same_to_the_data(f: &Finding) -> String {
     // Ball data cannot separate a displaced ball from a displaced nest.
     let nest = match EffectId::new(&f.hypothesis.in_model).family() {

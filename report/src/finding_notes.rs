@@ -19,7 +19,7 @@ pub(super) fn parted_by(f: &Finding) -> Option<String> {
     ball.map(|ball| format!("probing ball {ball} once more"))
 }
 
-/// "base_step:9 or artifact_step:9: aliased in these data; ... would separate them".
+/// Names the aliased effects, e.g. "base_step:9 or artifact_step:9: aliased in these data; ... would separate them".
 pub(super) fn same_words(f: &Finding) -> Option<String> {
     let parted = parted_by(f)?;
     let all: Vec<&str> =
@@ -27,7 +27,7 @@ pub(super) fn same_words(f: &Finding) -> Option<String> {
     Some(format!("{}: aliased in these data; {parted} would separate them", all.join(" or ")))
 }
 
-/// "between samples 79 and 80 (95 %: 77 to 82)".
+/// Describes the moment of a step, e.g. "between samples 79 and 80 (95 %: 77 to 82)".
 pub(super) fn moment_words(m: &Moment) -> String {
     let [before, after] = &m.between;
     let [low, high] = &m.credible;
@@ -43,8 +43,8 @@ pub(super) fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl I
     added.iter().filter_map(move |effect| below.iter().rev().find_map(|ladder_step| named(ladder_step, effect)))
 }
 
-/// Notes on the effects `added`, one line each: the time of a step and the effects aliased with it; `below` holds the earlier
-/// steps, the first first.
+/// Notes on the effects `added`, one line each: the time of a step and the effects aliased with it; `below` holds the
+/// earlier steps in order.
 pub fn added_sentences(added: &[String], below: &[&LadderStep]) -> Vec<String> {
     let one = |f: &Finding| {
         let when = f.hypothesis.moment.as_ref().map(|m| format!("{}: {}.", f.hypothesis.in_model, moment_words(m)));

@@ -37,7 +37,7 @@ fn contradiction(by: &Contradiction) -> String {
     format!("{:.4} mm before, {:.4} mm after ({:.1} standard errors)", by.rms[0] / MM, by.rms[1] / MM, by.sigma)
 }
 
-/// The gain of a step at held-out postures, in words.
+/// States that a step predicts held-out postures no better, with the errors before and after.
 pub fn gain_sentence(gain: &Gain) -> String {
     format!(
         "{} that were not fitted are predicted no better: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares, {:.1} standard errors)",
@@ -49,7 +49,7 @@ pub fn gain_sentence(gain: &Gain) -> String {
     )
 }
 
-/// A physically impossible value in words: what it is, and that it is not a spring.
+/// Describes a physically impossible value: its size, and the missing effects of which it is a symptom.
 pub fn symptom_sentence(s: &Symptom) -> String {
     let name = &s.parameter;
     let value = format!("{:.3} ± {:.3} {}", s.unit.from_si(s.value), s.unit.from_si(s.sigma), s.unit.printed());
@@ -145,7 +145,7 @@ fn unconverged(ladder: &Ladder) -> Option<Outcome> {
     ladder.first().calibration.unconverged().filter(|_| ladder.kind() == ChoiceKind::Begin)
 }
 
-/// The permitted use of a fit that did not converge.
+/// States that a fit that did not converge permits no conclusion, with the remedy.
 pub fn unconverged_sentence(outcome: Outcome) -> String {
     format!(
         "the fit {}. Nothing said of it holds, and nothing is recommended: measure more postures, or fit fewer effects.",
@@ -195,7 +195,8 @@ pub fn advice(ladder: &Ladder) -> String {
     format!("Use {what}: {}.{aside}{}", why(ladder), dearer_elsewhere(ladder).unwrap_or_default())
 }
 
-/// Warns that the recommended model, better where it was measured, is expected to be worse over the workspace; it mostly is.
+/// Warns if the recommended model is expected to be worse over the workspace, although it is better where it was
+/// measured; the expectation mostly comes true.
 fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
     let of = |ladder_step: &LadderStep| Some(ladder_step.workspace.as_ref()?.mean.expected / MM);
     let (before, after) = (of(ladder.first())?, of(ladder.recommended())?);

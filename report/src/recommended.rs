@@ -3,9 +3,9 @@
 /// The arguments of recommended commands after the verb: datasets and model as given.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Recommended {
-    /// `runs/balls runs/more`.
+    /// Datasets, e.g. `runs/balls runs/more`.
     pub datasets: String,
-    /// ` --model model.toml`, or empty.
+    /// Model, e.g. ` --model model.toml`, with a leading blank; empty for none.
     pub model: String,
 }
 

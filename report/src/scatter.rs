@@ -74,7 +74,7 @@ pub(super) fn suspects_named(suspects: &[Suspect]) -> String {
     named.join(", ")
 }
 
-/// A small probability.
+/// Formats a small probability.
 fn chance(p: f64) -> String {
     if p < 1e-12 {
         "below 1e-12".into()

@@ -52,7 +52,7 @@ fn table(s: &Shifts, unit: Unit) -> String {
     plain_rows(&header, &rows)
 }
 
-/// The plausible size of an effect's first number, to its two significant digits.
+/// The plausible size of an effect's first parameter, to two significant digits.
 fn size(shift: &Shift) -> String {
     let size = shift.unit.from_si(shift.size);
     let digits = if size > 0.0 { (1.0 - size.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 };
@@ -89,7 +89,7 @@ mod tests {
     fn numbers_of_an_effect_add_up_in_squares_and_compliances_come_first() {
         let text = shifts_text(&shifts());
         assert!(text.find("c2").unwrap() < text.find("a1").unwrap());
-        // Triangles 3-4-5 for the wave and 5-12-13 for both.
+        // Triangle 3-4-5 for the wave; 5-12-13 for both effects together.
         for row in [["wave", "5.00"], ["lean", "12.00"], ["all of them", "13.00"]] {
             let last = text.lines().rfind(|l| l.contains(row[0])).unwrap();
             assert!(last.contains(row[1]), "{last}");

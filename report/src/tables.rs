@@ -21,7 +21,7 @@ pub fn plain_table<const N: usize>(header: &[&str; N], rows: &[[String; N]]) -> 
     laid_out(header, rows.iter().map(|row| row.as_slice()).collect())
 }
 
-/// The same for any number of columns.
+/// A table of plain rows with any number of columns, aligned as in [`plain_table`].
 pub fn plain_rows(header: &[String], rows: &[Vec<String>]) -> String {
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     laid_out(&header, rows.iter().map(Vec::as_slice).collect())

@@ -82,7 +82,7 @@ pub enum NoForecast {
 }
 
 impl NoForecast {
-    /// The reason for a model whose set-up leaves these parameters undetermined.
+    /// The reason for a model that leaves these parameters of its set-up undetermined.
     #[must_use]
     pub fn of(undetermined: &[String]) -> Self {
         if undetermined.is_empty() { NoForecast::NoPose } else { NoForecast::Undetermined(undetermined.to_vec()) }

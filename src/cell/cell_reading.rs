@@ -27,7 +27,7 @@ impl CellReading<'_> {
         }
     }
 
-    /// Converts a time in units of `unit` seconds. Rejects more than a day, which is no reasonable wait.
+    /// Converts a time in units of `unit` seconds. Rejects a day or more, which is not a reasonable wait.
     pub(crate) fn time(&self, key: &str, value: f64, unit: f64) -> Result<Duration, FileError> {
         let seconds = value * unit;
         if !(0.0..86_400.0).contains(&seconds) {

@@ -94,7 +94,7 @@ impl Guards {
             return Err(Forbidden::WrongArm { given, joints });
         }
         self.joints(target)?;
-        // The arm may start outside its box: then it may enter, and being outside on the path is not an error.
+        // The arm may start outside its box and enter it: points of the path outside the box are then no error.
         let began_inside = self.inside(&self.tcp(from));
         for k in 1..=LOOKS {
             let share = k as f64 / LOOKS as f64;

@@ -39,7 +39,7 @@ impl GuardsKeys {
     ) -> Result<Guards, FileError> {
         let (robot, base, tool) = arm;
         let max_step = reading.positive("guards.max_step_mm", self.max_step_mm)? * MM;
-        // Up to rounding.
+        // The factor allows for rounding.
         if max_step > LONGEST_STEP * (1.0 + 1e-12) {
             let problem = format!("{} mm are more than the safe range of the gauge", self.max_step_mm);
             return Err(reading.wrong("guards.max_step_mm", problem, "give 5 or less"));

@@ -150,7 +150,7 @@ impl Manipulator for ReplayedRobot {
         let stood_still = next.fault == Some(Fault::StoodStill);
         let same =
             next.joints.len() == target.len() && next.joints.iter().zip(target).all(|(a, b)| (a - b).abs() < SAME_JOINTS);
-        // A stop that was left by a step along the tool is not left by a joint motion.
+        // A joint motion does not match a recorded step along the tool.
         let stepped =
             state.at.and_then(|at| state.stops.get(at)).is_some_and(|stop| stop.step.is_some() && stop.fault.is_none());
         if stepped || !(same || stood_still) {

@@ -1,4 +1,4 @@
-//! The JSON documents of the program as types: what one version writes, it and others read.
+//! The JSON documents of the program as types; a document written by one version is read by that version and by others.
 //!
 //! Keys and format tags are a contract; docs/schema holds the JSON Schema of every document. Lengths are in mm or um, angles
 //! in deg or urad, as the key says; a number that these data do not determine is null.

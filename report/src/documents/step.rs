@@ -175,7 +175,7 @@ impl Moment {
 }
 
 impl EffectNote {
-    /// The notes on the effects `added`, where there are any; `below` holds the earlier steps, the first first.
+    /// The notes on the effects `added`, where there are any; `below` holds the earlier steps in order.
     fn all(added: &[String], below: &[&assess::LadderStep]) -> Vec<Self> {
         let noted = found(added, below).filter(|f| f.hypothesis.moment.is_some() || !f.exactly_same.is_empty());
         let one = |f: &assess::Finding| EffectNote {
@@ -218,7 +218,7 @@ impl Gain {
 }
 
 impl LadderStep {
-    /// The documents of the steps of a ladder, the first first.
+    /// The documents of the steps of a ladder, in order.
     #[must_use]
     pub fn all(steps: &[&assess::LadderStep]) -> Vec<Self> {
         (0..steps.len()).map(|k| LadderStep::of(steps[k], &steps[..k])).collect()

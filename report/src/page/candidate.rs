@@ -23,7 +23,7 @@ pub(super) struct Candidate {
     pub takes: Vec<Vector3<f64>>,
     /// Indices of the samples that are drawn.
     shown: Vec<usize>,
-    /// The same as an angle of each joint, urad, for the drawn samples.
+    /// These differences as an angle of each joint, urad, for the drawn samples.
     angles: Value,
     /// The change of each bin of every view of the comparison, rad; `None` if the refitted comparison lacks the view.
     pub of_views: Vec<Option<Vec<f64>>>,

@@ -42,7 +42,7 @@ fn embedded(document: &Value) -> String {
     document.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 
-/// The same page without a document, for a program that supplies documents: its additions to a report.
+/// The page of a report without its document, for a program that supplies documents; holds the additions to a report.
 pub struct LivePage<'a> {
     /// The content security policy.
     pub policy: &'a str,

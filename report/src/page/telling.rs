@@ -29,7 +29,7 @@ pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate
     telling_of(d, points, first, comparison)
 }
 
-/// The same for one candidate, taken as the first.
+/// Selects the picture for one candidate; the result refers to it by index 0.
 pub(super) fn telling_of(d: &Diagnosis, points: &Residuals, first: &Candidate, comparison: &Comparison) -> Value {
     if let Some(curve) = d.heat_map.curve.as_ref().filter(|c| first.effect == curve_id(c)) {
         let (unit, si) = curve.variable.unit();
@@ -73,7 +73,7 @@ fn of_view(points: &Residuals, candidate: &Candidate, comparison: &Comparison, v
     points.points.iter().filter_map(of_point).sum()
 }
 
-/// The same for the means of the balls.
+/// Sum of squares of a candidate's effect shown by the means of the balls, m².
 fn of_balls(points: &Residuals, candidate: &Candidate, comparison: &Comparison) -> f64 {
     let of_point = |p: &Point| candidate.of_balls.get(points.ball_view(p, comparison)?).map(|mean| mean.norm_squared());
     points.points.iter().filter_map(of_point).sum()

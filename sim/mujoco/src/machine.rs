@@ -1,5 +1,5 @@
-//! Builds the machine that MuJoCo simulates from a scenario: constant effects of the truth are built in, truths that are no
-//! part of a mechanism are refused.
+//! Builds the machine that MuJoCo simulates from a scenario: constant effects of the truth are built in; truths that
+//! are not part of a mechanism are refused.
 
 use calibench::effects::{self, Kind, Situation};
 use calibench::measure::Dataset;
@@ -20,7 +20,7 @@ const BUILT_IN: [&str; 4] = ["base_frame", "mdh", "tool_frame", "ball"];
 /// The machine that a scenario describes, with the constant effects of its truth built in.
 ///
 /// # Errors
-/// When the truth contains something that is no part of a mechanism.
+/// When the truth contains something that is not part of a mechanism.
 pub fn machine(scenario: &Scenario, streams: &Streams, parts: &Parts) -> Result<Machine, PlantError> {
     let truth = scenario.truth();
     if truth.keys().hidden != HiddenToml::default() {

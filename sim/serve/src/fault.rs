@@ -103,9 +103,9 @@ pub enum When {
 pub struct Injection {
     /// The fault.
     pub fault: Fault,
-    /// Which indicator or ball, counted from 1; all of them if not given.
+    /// Number of the indicator or ball, counted from 1; all of them if not given.
     pub part: Option<usize>,
-    /// When it strikes.
+    /// Occasions on which it strikes.
     pub when: When,
 }
 

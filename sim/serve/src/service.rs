@@ -31,7 +31,7 @@ pub struct Service {
 /// The variable server and its behaviour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RobotManner {
-    /// Which server.
+    /// The server.
     pub server: VariableServer,
     /// Numbers have seven digits, as on older controllers, instead of nine.
     pub seven_digits: bool,

@@ -94,7 +94,7 @@ impl Document {
     /// Sets the value of a key; missing tables on its path are created.
     ///
     /// # Errors
-    /// If the key leads through something that is no table, or past the end of a list.
+    /// If a part of the key's path is not a table, or an index is past the end of a list.
     pub fn set(&mut self, key: &Key, value: Value) -> Result<(), KeyError> {
         key.put(&mut self.keys, value)
     }

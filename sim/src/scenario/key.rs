@@ -17,7 +17,7 @@ pub struct Key {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum KeyError {
-    /// The text is no key.
+    /// The text is not a key.
     #[error("'{0}' is no key: names joined by dots, places in lists counted from 0 in brackets")]
     Malformed(String),
     /// The scenario has nothing there.

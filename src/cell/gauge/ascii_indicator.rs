@@ -279,7 +279,7 @@ impl<P: Port> AsciiIndicator<P> {
     }
 
     fn transmit(&mut self, command: &str) -> Result<(), IndicatorError> {
-        // In one write: radio links send each write as a packet of its own.
+        // Sent in one write: radio links send each write as a packet of its own.
         let request = format!("{command}\r");
         self.port.write_all(request.as_bytes()).and_then(|()| self.port.flush()).map_err(gone)?;
         self.traffic.sent += request.len() as u64;
@@ -302,7 +302,8 @@ impl<P: Port> AsciiIndicator<P> {
             loop {
                 match self.receive(deadline)? {
                     Some(line) if line == name.as_bytes() => break,
-                    // An identity in another frame is the answer, and all later ones will come like it.
+                    // If the identity arrives in another frame, so would all later answers; the error reports that
+                    // frame.
                     Some(line) => drop(self.understood(&line)?),
                     None => return Err(self.silent()),
                 }

@@ -84,7 +84,7 @@ pub struct Dialect {
     pub battery: Option<&'static str>,
     /// Queries the resolution: `RES1`, `RES2`, `RES3`.
     pub resolution: Option<&'static str>,
-    /// How the indicator is mastered.
+    /// Method of mastering the indicator.
     pub preset: PresetManner,
 }
 

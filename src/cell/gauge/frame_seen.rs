@@ -1,4 +1,4 @@
-//! Detection of lines sent with another frame than the port is set to; the bits that do not fit tell which.
+//! Detection of lines sent with another frame than the port is set to; the bits that do not fit show which frame.
 
 use super::GaugeReply;
 

@@ -3,9 +3,9 @@
 /// Longest line kept, bytes: the longest answer of any of these instruments, a list of settings, has less than half.
 pub const LONGEST_LINE: usize = 120;
 
-/// CR with the parity bit of a line of seven data bits and even parity, as seen by a port set to eight. It does not end the
-/// line: no answer may be taken from such a line, not even one whose digits all have a zero parity bit; but the cause can be
-/// reported.
+/// CR with the parity bit of a line of seven data bits and even parity, as seen by a port set to eight. It ends the
+/// line but remains in it, so that no answer is taken from such a line, not even from one whose digits all have a zero parity
+/// bit, and the cause can be reported.
 const CR_WITH_PARITY: u8 = 0x8d;
 
 /// Finds lines that end with CR, LF or both, however they are fragmented; holds one unfinished line besides the bytes pushed
@@ -22,7 +22,7 @@ impl LineReader {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Returns the next non-empty line, without its end. A line that is too long is truncated: it is no answer.
+    /// Returns the next non-empty line, without its end. A line that is too long is truncated: it is not an answer.
     pub fn line(&mut self) -> Option<Vec<u8>> {
         loop {
             match self.bytes.iter().position(|byte| matches!(*byte, b'\r' | b'\n' | CR_WITH_PARITY)) {

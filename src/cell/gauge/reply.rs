@@ -60,7 +60,7 @@ pub enum GaugeReply {
 }
 
 impl DisplayUnit {
-    /// One of this unit, in metres.
+    /// The length of one unit, m.
     pub fn metres(self) -> f64 {
         match self {
             DisplayUnit::Millimetre => MM,

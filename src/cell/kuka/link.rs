@@ -188,7 +188,7 @@ impl Link {
             return Err(LinkError::Broken(ErrorKind::NotConnected.into()));
         };
         let bytes = request.encode()?;
-        // In one write: KUKAVARPROXY does not reassemble a fragmented request.
+        // Sent in one write: KUKAVARPROXY does not reassemble a fragmented request.
         stream.write_all(&bytes).map_err(LinkError::Broken)?;
         self.traffic.sent += bytes.len() as u64;
         let began = Instant::now();

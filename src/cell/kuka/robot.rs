@@ -256,7 +256,8 @@ impl KukaRobot {
         if is_numbered { self.verdict() } else { Ok(()) }
     }
 
-    /// Resolves an order that may or may not have arrived: it is under way, or the arm is at its end, or its state is unknown.
+    /// Decides on an order that may or may not have arrived: it is under way, it is complete, or its state remains
+    /// unknown.
     fn see_what_became_of(&mut self, order: &Order, lost: &LinkError) -> Result<(), ManipulatorError> {
         let name = self.settings.variables.action.clone();
         if self.integer(&name)? != 0 {

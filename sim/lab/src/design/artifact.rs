@@ -30,7 +30,7 @@ pub struct Artifact {
 pub struct Workshop {
     /// The scenario as it is.
     pub document: Document,
-    /// The same, parsed.
+    /// The scenario, parsed.
     pub scenario: Scenario,
     /// The design request.
     pub design: DesignToml,
@@ -219,7 +219,8 @@ impl Workshop {
         self.solids().any(|s| s.get("name").and_then(Value::as_str) == Some(name))
     }
 
-    /// The bodies that remain in the cell when these balls are kept. If none is kept, everything on the artifact goes.
+    /// The bodies that remain in the cell when these balls are kept. Unless all balls are kept, those named in `without` are
+    /// removed; if none is kept, everything on the artifact is removed too.
     fn standing(&self, kept: &[usize]) -> Vec<Table> {
         let stays = |solid: &Table| {
             let named = |name: &str| self.design.without.iter().any(|w| w == name);

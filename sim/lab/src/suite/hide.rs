@@ -35,7 +35,7 @@ pub(super) struct Hidden {
     pub flaws: HiddenToml,
     /// `nothing`, `one`, `two`, `clutter`, `dense`, `unknown`, `outliers` or `moved_ball`.
     pub kind: &'static str,
-    /// In plausible sizes; for outliers and moved balls in mm.
+    /// Size, in plausible sizes; for outliers and moved balls in mm.
     pub size: f64,
 }
 
