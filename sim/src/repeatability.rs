@@ -16,7 +16,8 @@ use crate::scenario::Scenario;
 use crate::session::{Session, SessionError};
 use crate::world::READING_S;
 
-/// Size of the pool per ball from which stations are chosen: the best of this many has twice the weakest lever of a random one.
+/// Size of the pool per ball from which stations are chosen: with this many, the weakest lever of the best choice is twice
+/// that of a random choice.
 const POOL_PER_BALL: usize = 200;
 
 /// Reasons why no repeatability was obtained.
