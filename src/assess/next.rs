@@ -1,10 +1,10 @@
-//! What to measure next: the additional measurements that best distinguish the rival effects of a diagnosis, or that
-//! most reduce the error expected over the workspace.
+//! Choice of the next measurements: those that best distinguish the rival effects of a diagnosis, or that most reduce
+//! the error expected over the workspace.
 //!
 //! Every rival has its own joint posterior and predicts the outcome of further measurements. Measurements are chosen
-//! one at a time, where the predictions differ most relative to their uncertainty, given what the earlier ones would
-//! have taught every rival (sequential discrimination of models: Box & Hill 1967; the bound on the error of a decision:
-//! Bhattacharyya). A design that only determines one model better distinguishes rivals no better than chance.
+//! one at a time, where the predictions differ most relative to their uncertainty, after every rival has been updated
+//! with those already chosen (sequential discrimination of models: Box & Hill 1967; the bound on the error of a
+//! decision: Bhattacharyya). A design that only determines one model better distinguishes rivals no better than chance.
 
 mod action;
 mod candidate_covariances;
@@ -45,7 +45,7 @@ pub const STEPS: [usize; 3] = [5, 10, 20];
 const AS_GOOD_CHANCE: f64 = 0.03;
 const AS_GOOD_ERROR: f64 = 0.05;
 
-/// Family of effects that depends on the side from which joints arrive.
+/// Family of the effects that depend on the direction from which joints arrive.
 const OF_SIDES: &str = "hysteresis";
 
 /// Expected outcome of one action with a given number of measurements.
@@ -66,7 +66,7 @@ pub struct Offer {
     pub action: Action,
     /// The measurements chosen from its pool, in order.
     pub chosen: Vec<usize>,
-    /// Expected outcome of the first 5, 10 and 20 measurements, as far as there are that many.
+    /// Expected outcome of the first 5, 10 and 20 measurements; fewer entries if fewer measurements were chosen.
     pub steps: Vec<Step>,
 }
 
@@ -85,8 +85,9 @@ pub struct Proposal {
     pub not_offered: Vec<NotOffered>,
 }
 
-/// Compares possible next measurements: by how well they distinguish the rivals of the diagnosis or, if there are none,
-/// by how much they reduce the error expected over the workspace. `seed` chooses the candidate postures.
+/// Compares possible next measurements: by how well they distinguish the rivals of the diagnosis or, with fewer than
+/// two rivals, by how much they reduce the error expected over the workspace. `seed` is the seed of the candidate
+/// postures.
 ///
 /// # Errors
 /// When the data do not fit the model.

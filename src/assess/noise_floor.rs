@@ -170,7 +170,7 @@ pub fn chi2_chance(squares: f64, dof: f64) -> Option<f64> {
     ChiSquared::new(dof).ok().map(|d| d.sf(squares.max(0.0)))
 }
 
-/// Ratios from this on have probability zero; beyond it the incomplete beta function loses the precision of its
+/// Ratios from this on are given probability zero; beyond it the incomplete beta function loses the precision of its
 /// argument.
 const BEYOND_CHANCE: f64 = 1e12;
 

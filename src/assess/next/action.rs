@@ -1,4 +1,4 @@
-//! What could be measured next: each way of it with its candidates and with what it costs to set up.
+//! Actions for further measurements, each with its candidates and its set-up time.
 
 use nalgebra::{Unit, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -16,13 +16,14 @@ use crate::measure::{
 use crate::robot::{Payload, RelTool, world_from_tool};
 use crate::units::{MM, UM};
 
-/// Candidate poses of all balls together, and candidate points.
+/// Numbers of candidate poses, for all balls together, and of candidate points.
 const BALL_POSES: usize = 480;
 const POINTS: usize = 500;
 
-/// Seconds that things take (assumed: they depend on the cell; what counts is which are long). A centring with its way there; a tracker
-/// point; another load screwed on; the tracker fetched, warmed up and registered, the artifact taken away; the artifact moved and
-/// clamped; and how long after the end of the session a sentinel tells a drift from a step.
+/// Assumed durations, s. They depend on the cell; only their order of magnitude matters. In this order: a centring with
+/// its approach; a tracker point; a change of payload; the tracker brought, warmed up and registered, with the artifact
+/// removed; the artifact moved and clamped; and the time after the end of the session at which a repeated sample
+/// distinguishes a drift from a step.
 const CENTRING: f64 = 60.0;
 const POINT: f64 = 20.0;
 const OTHER_PAYLOAD: f64 = 10.0 * 60.0;
@@ -30,68 +31,69 @@ const TRACKER: f64 = 60.0 * 60.0;
 const ARTIFACT: f64 = 30.0 * 60.0;
 const LATER: f64 = 60.0 * 60.0;
 
-/// One-sigma per axis of a tracker point where the data do not say, m: a laser tracker over some metres.
+/// One-sigma per axis of a tracker point if the data do not state it, m: a laser tracker at a distance of some metres.
 const TRACKER_SIGMA: f64 = 18.0 * UM;
 
-/// Where the artifact may go, from where it stands, m: nearer or farther, and up, so that every joint goes elsewhere.
+/// Displacements of the artifact from its present position, m: nearer or farther, and up, so that every joint takes
+/// other angles.
 const SHIFTS: [[f64; 3]; 3] = [[-0.12, 0.0, 0.15], [0.10, 0.0, 0.20], [0.05, 0.20, 0.10]];
 
-/// What kind of measurement it is.
+/// Kind of measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
-    /// Balls where they stand.
+    /// Poses on the balls in their present positions.
     Balls {
-        /// With this payload, by its name.
+        /// Name of the payload.
         payload: String,
-        /// Whether the data know of that payload.
+        /// True if the data contain this payload.
         known: bool,
     },
-    /// Poses as measured, once more, all joints arriving from the other side in the end.
+    /// Measured poses repeated, with all joints arriving from the opposite direction.
     OtherSide,
-    /// Poses as measured, once more, an hour later.
+    /// Measured poses repeated an hour later.
     Later,
-    /// Balls of the artifact elsewhere.
+    /// Poses on the balls with the artifact moved.
     MovedArtifact {
-        /// From where it stands, m.
+        /// Displacement from its present position, m.
         shift: Vector3<f64>,
     },
-    /// Points by tracker anywhere in the workspace.
+    /// Points over the whole workspace, measured by a tracker.
     Points,
 }
 
 impl Kind {
-    /// Whether the TriCal measures, where it is.
+    /// True if balls are probed with the gauge (TriCal).
     pub fn is_probing(&self) -> bool {
         !matches!(self, Kind::Points)
     }
 }
 
-/// A way to measure more.
+/// A set of possible measurements of one kind.
 #[derive(Debug, Clone)]
 pub struct Action {
-    /// What kind it is.
+    /// Kind of the measurements.
     pub kind: Kind,
-    /// What it costs before the first measurement, s.
+    /// Time for setting up before the first measurement, s.
     pub setup_s: f64,
-    /// What every measurement costs, s.
+    /// Time per measurement, s.
     pub each_s: f64,
-    /// What could be measured.
+    /// The candidate measurements.
     pub pool: Pool,
-    /// Of every candidate on a ball, the joints at the far end of the approach, rad (N).
+    /// For every candidate on a ball, the joint angles at the far end of the approach, rad (N).
     approaches: Vec<Vec<f64>>,
 }
 
-/// An action that is not offered, and why.
+/// An action that is not offered, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotOffered {
-    /// What it would be.
+    /// Description of the action.
     pub what: String,
-    /// Why not.
+    /// Reason why it is not offered.
     pub because: String,
 }
 
 impl Action {
-    /// In a few words.
+    /// Describes the action in a few words.
     pub fn words(&self) -> String {
         match &self.kind {
             Kind::Balls { payload, known: true } => format!("poses with payload '{payload}'"),
@@ -106,12 +108,12 @@ impl Action {
         }
     }
 
-    /// The candidate `k`.
+    /// Candidate `k` of the pool.
     pub fn candidate(&self, k: usize) -> Option<&Sample> {
         self.pool.dataset.samples.get(k)
     }
 
-    /// Those measurements as poses to probe; none of points.
+    /// Returns the chosen measurements as poses to probe; empty for points.
     pub fn poses(&self, chosen: &[usize]) -> Vec<PlannedPose> {
         let pose = |(n, &k): (usize, &usize)| {
             let sample = self.candidate(k)?;
@@ -133,15 +135,15 @@ impl Action {
         chosen.iter().enumerate().filter_map(pose).flatten().collect()
     }
 
-    /// Time that so many measurements take, s.
+    /// Time for `count` measurements, including the set-up, s.
     pub fn duration(&self, count: usize) -> f64 {
         self.setup_s + self.each_s * count as f64
     }
 }
 
-/// All that could be measured next of an examined robot, at the first set-up of its data; and what could not.
+/// Returns all actions that are possible for an examined robot in the first set-up of its data, and those that are not.
 ///
-/// `needs_sides` says whether the side from which joints arrive is in question.
+/// `needs_sides` is true if the direction from which joints arrive is in question.
 pub fn actions(
     dataset: &Dataset,
     examination: &Examination,
@@ -173,11 +175,12 @@ pub fn actions(
     (offered, not_offered)
 }
 
-/// What all actions share.
+/// Data shared by all actions.
 struct Bench<'a> {
     dataset: &'a Dataset,
     layout: &'a CellLayout,
-    /// The cell with what was measured, base as the fit began, noise of a tracker assumed where it is not stated.
+    /// The cell with the samples of the session. The base is the start value of the fit; tracker noise is assumed if
+    /// only that of balls is stated.
     cell: Dataset,
     session: Option<String>,
     /// End of the session, s.
@@ -209,13 +212,14 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// A measurement that has not been made, `after` s into the action. From which side joints and plungers will come is left to chance.
+    /// Returns a sample for a planned measurement, `after` s after the end of the session. Directions of approach of
+    /// joints and plungers are random.
     fn sample(&self, id: String, q: &[f64], measured: Measured, after: f64, random: &mut ChaCha8Rng) -> Sample {
         let mut side = || if random.random::<bool>() { 1 } else { -1 };
         let approach = Some(q.iter().map(|_| side()).collect());
         let plungers = Some([side(), side(), side()]);
         let distance = |s: &Sample| s.q.iter().zip(q).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-        // Torques that a controller will report are those that it reported nearby.
+        // The controller is assumed to report the same torques as in the nearest sample.
         let near = || self.cell.samples.iter().filter(|s| s.tau.is_some()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         Sample {
             time_s: self.end_s.map(|t| t + after),
@@ -244,7 +248,7 @@ impl<'a> Bench<'a> {
         Action { kind, setup_s, each_s, pool: Pool { dataset, artifact_moved }, approaches }
     }
 
-    /// Postures that probe the balls, each with the far end of its approach.
+    /// Finds postures that probe the balls, each with the far end of its approach.
     fn probings(&self, layout: &CellLayout, shift: &Vector3<f64>) -> Result<Vec<Probing>, PoolError> {
         let of_ball = |(b, ball): (usize, &Ball)| {
             let probed = ProbedBall {
@@ -300,12 +304,13 @@ impl<'a> Bench<'a> {
         Ok(self.on_balls(Kind::Balls { payload: name, known: true }, [setup, CENTRING], payload, probings))
     }
 
-    /// The payload that the flange carries now.
+    /// Payload now on the flange: that of the last sample.
     fn last_payload(&self) -> usize {
         self.cell.samples.last().map_or(0, |s| s.payload)
     }
 
-    /// The load disks taken off: 1.3 kg, as the TriCal weighs without them (paper, section 3), a fifth as far out.
+    /// Poses without the load disks: the gauge alone weighs 1.3 kg (paper, section 3); its centre of mass is assumed a
+    /// fifth as far out.
     fn lighter(&self, probings: &Result<Vec<Probing>, PoolError>) -> Result<Action, NotOffered> {
         let present = &self.dataset.payloads[0];
         let what = "poses with a lighter payload";
@@ -320,7 +325,7 @@ impl<'a> Bench<'a> {
         Ok(bench.on_balls(Kind::Balls { payload: name, known: false }, [OTHER_PAYLOAD, CENTRING], 1, probings))
     }
 
-    /// Samples on balls that were made, as candidates.
+    /// Offers the measured samples on balls that `chosen` selects as candidates for repetition.
     fn repeated(&self, kind: Kind, times: [f64; 2], chosen: impl Fn(&Sample) -> bool) -> Action {
         let mut random = self.random();
         let mut rel_tool = RelTool::new(&self.cell.robot);
@@ -389,7 +394,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// The way out of a ball, in the tool's axes: the middle of the three channels.
+/// Direction of retreat from a ball, in the tool's axes: the diagonal between the three plunger axes.
 fn retreat() -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::repeat(1.0))
 }

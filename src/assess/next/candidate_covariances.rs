@@ -1,46 +1,47 @@
-//! Measurements that could be made before a state of knowledge, kept up to date as others are taken.
+//! Predictive covariances of candidate measurements, updated as candidates are taken.
 
 use nalgebra::{DMatrix, Dyn, Matrix3};
 
 use crate::math::linalg;
 
-/// How far every candidate is known beforehand from numbers whose covariance is P.
+/// Predictive covariance of every candidate, for parameters of covariance P.
 ///
-/// Learning from a candidate with columns `X_c` (Kalman's step) leaves `P - u u^T`, `u = P X_c^T L^-T`, `L L^T = I + X_c P X_c^T`. So
-/// every other candidate's own covariance follows from `X u` alone, three products a column, and P itself is never formed anew.
+/// A Kalman update with a candidate of columns `X_c` reduces P to `P - u u^T`, with `u = P X_c^T L^-T` and
+/// `L L^T = I + X_c P X_c^T`. The covariance of every other candidate then follows from `X u` alone, three products per
+/// column, and P itself is never recomputed.
 pub(super) struct CandidateCovariances {
-    /// X^T: numbers x 3 candidates, whitened.
+    /// `X^T`, whitened: one row per parameter, three columns per candidate.
     columns: DMatrix<f64>,
-    /// `P X^T` before anything was learnt; `None` where P is one.
+    /// `P X^T` before any update; `None` if P is the identity.
     carried: Option<DMatrix<f64>>,
     /// `I + X P X^T` of each candidate.
     spreads: Vec<Matrix3<f64>>,
     lessons: Vec<KalmanUpdate>,
 }
 
-/// What a measurement teaches.
+/// Kalman update with one measurement.
 pub(super) struct KalmanUpdate {
-    /// `u`: numbers x 3.
+    /// `u`: parameters x 3.
     gain: DMatrix<f64>,
-    /// `X u`: 3 candidates x 3 and more.
+    /// `X u`: three rows per candidate; three columns for `u`, then those of further directions.
     seen: DMatrix<f64>,
 }
 
 impl KalmanUpdate {
-    /// How far the three directions of `place` move a candidate: those of the gain come first.
+    /// Displacement of a candidate by the three directions of index `place`; those of the gain have index 0.
     pub fn seen(&self, candidate: usize, place: usize) -> Matrix3<f64> {
         self.seen.fixed_view::<3, 3>(3 * candidate, 3 * place).into_owned()
     }
 }
 
 impl CandidateCovariances {
-    /// Of candidates' columns (numbers x 3 candidates) and the covariance of the numbers.
+    /// From the candidates' columns (parameters x 3 per candidate) and the covariance of the parameters.
     pub fn new(columns: DMatrix<f64>, covariance: &DMatrix<f64>) -> Self {
         let carried = linalg::product_of_transposed(covariance, &columns);
         CandidateCovariances { spreads: spreads(&columns, &carried), columns, carried: Some(carried), lessons: Vec::new() }
     }
 
-    /// The same of independent numbers of variance one.
+    /// From the columns of independent parameters of variance one.
     pub fn of_unit(columns: DMatrix<f64>) -> Self {
         CandidateCovariances { spreads: spreads(&columns, &columns), columns, carried: None, lessons: Vec::new() }
     }
@@ -50,22 +51,22 @@ impl CandidateCovariances {
         self.spreads.len()
     }
 
-    /// `I + X P X^T`.
+    /// `I + X P X^T` of a candidate.
     pub fn spread(&self, candidate: usize) -> &Matrix3<f64> {
         &self.spreads[candidate]
     }
 
-    /// `(I + X P X^T)^-1`.
+    /// `(I + X P X^T)^-1` of a candidate.
     pub fn precision(&self, candidate: usize) -> Matrix3<f64> {
         self.spreads[candidate].cholesky().map_or_else(Matrix3::zeros, |c| c.inverse())
     }
 
-    /// What was learnt, `u` by `u`.
+    /// The gains `u` of all updates, in order.
     pub fn gains(&self) -> impl ExactSizeIterator<Item = &DMatrix<f64>> {
         self.lessons.iter().map(|lesson| &lesson.gain)
     }
 
-    /// `u` and `L^-1` of a candidate.
+    /// Computes `u` and `L^-1` of a candidate.
     pub fn gain(&self, candidate: usize) -> (DMatrix<f64>, Matrix3<f64>) {
         let whitener = self.spreads[candidate].cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(Matrix3::zeros);
         let carried = self.carried.as_ref().unwrap_or(&self.columns);
@@ -77,7 +78,8 @@ impl CandidateCovariances {
         (gain.reshape_generic(Dyn(self.columns.nrows()), Dyn(3)), whitener)
     }
 
-    /// Learns a gain, and looks at every candidate along it, and along `others` (numbers x 3 and more).
+    /// Updates all candidates with a gain. Also computes their displacements along `others`, directions in further
+    /// columns (parameters x a multiple of 3).
     pub fn learn(&mut self, gain: DMatrix<f64>, others: Option<DMatrix<f64>>) -> &KalmanUpdate {
         let directions = match others {
             Some(others) => {
@@ -99,12 +101,13 @@ fn spreads(columns: &DMatrix<f64>, carried: &DMatrix<f64>) -> Vec<Matrix3<f64>> 
     blocks(columns, carried).map(|block| Matrix3::identity() + block).collect()
 }
 
-/// `x_i^T y_i` of the three columns of each candidate in both.
+/// `x_i^T y_i` of every candidate i, from its three columns in `x` and in `y`.
 pub(super) fn blocks<'a>(x: &'a DMatrix<f64>, y: &'a DMatrix<f64>) -> impl Iterator<Item = Matrix3<f64>> + 'a {
     (0..x.ncols() / 3).map(|i| x.fixed_columns::<3>(3 * i).tr_mul(&y.fixed_columns::<3>(3 * i)))
 }
 
-/// The free candidate of the largest `gain`, of equals the first; `None` when all are taken.
+/// The candidate with the largest `gain` among those not `taken`, the first if several are equal; `None` if all are
+/// taken.
 pub(super) fn best_free(count: usize, taken: &[usize], gain: impl Fn(usize) -> f64) -> Option<usize> {
     let free = (0..count).filter(|i| !taken.contains(i)).map(|i| (i, gain(i)));
     free.reduce(|best, next| if next.1 > best.1 { next } else { best }).map(|(i, _)| i)
@@ -114,7 +117,7 @@ pub(super) fn best_free(count: usize, taken: &[usize], gain: impl Fn(usize) -> f
 mod tests {
     use super::*;
 
-    /// Learning one after the other leaves what all together leave: `(P^-1 + sum X^T X)^-1`.
+    /// Sequential updates give the same covariance as all measurements together: `(P^-1 + sum X^T X)^-1`.
     #[test]
     fn lessons_add_up_to_the_information() {
         let columns = DMatrix::from_fn(4, 12, |r, c| ((3 * r + 5 * c) as f64).sin());

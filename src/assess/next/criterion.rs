@@ -1,14 +1,14 @@
-//! By what measurements are chosen.
+//! Criterion by which measurements are chosen.
 
-/// By what measurements are chosen.
+/// Criterion by which measurements are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
-    /// What tells the rivals apart.
+    /// Best discrimination between the rivals.
     Discrimination,
-    /// What lowers the error predicted over the workspace.
+    /// Smallest error predicted over the workspace.
     Accuracy,
-    /// What determines the fitted model (D-optimality).
+    /// Best determination of the fitted model (D-optimality).
     Determination,
-    /// Chance, by that seed.
+    /// Random choice with this seed.
     Random(u64),
 }

@@ -1,4 +1,5 @@
-//! What is known of a robot when it comes to which measurements tell rivals apart, or lower the predicted error, most.
+//! Knowledge of a robot, for the choice of measurements that best distinguish rivals or most reduce the predicted
+//! error.
 
 use nalgebra::DMatrix;
 use rand::SeedableRng;
@@ -17,11 +18,11 @@ use crate::measure::Dataset;
 /// Chooses measurements for an examined robot.
 pub struct Designer<'a> {
     pub(super) examination: &'a Examination,
-    /// The same fit with the rivals beside it.
+    /// The same fit, with the rivals as candidates.
     pub(super) close: Examination,
     pub(super) weights: Vec<f64>,
     pub(super) states: Vec<State>,
-    /// Of the fitted model alone.
+    /// State of the fitted model alone.
     pub(super) fitted: State,
     /// One-sigma of the whitened residuals.
     pub(super) sigma: f64,
@@ -32,15 +33,16 @@ pub struct Designer<'a> {
 pub(super) struct Workspace {
     /// Root of the covariance of fitted parameters and candidates.
     pub root: DMatrix<f64>,
-    /// Of the root's unit numbers.
+    /// Errors as functions of the unit parameters of `root`.
     pub errors: WorkspaceErrors,
     pub sigma: f64,
 }
 
 impl<'a> Designer<'a> {
-    /// For rivals of an examination; without rivals only [`Criterion::Accuracy`](super::Criterion::Accuracy),
-    /// [`Criterion::Determination`](super::Criterion::Determination) and [`Criterion::Random`](super::Criterion::Random)
-    /// choose anything.
+    /// Prepares the choice of measurements for the rivals of an examination. Without rivals only
+    /// [`Criterion::Accuracy`](super::Criterion::Accuracy),
+    /// [`Criterion::Determination`](super::Criterion::Determination) and
+    /// [`Criterion::Random`](super::Criterion::Random) choose any.
     ///
     /// # Errors
     /// When a rival is not in the catalogue, or the data do not determine its state.
@@ -48,7 +50,7 @@ impl<'a> Designer<'a> {
         let candidates = rivals.iter().map(|r| Candidate::new(r.effect.clone())).collect();
         let close = examination.beside(datasets, candidates)?;
         let remainder = &close.remainder;
-        // What the best of the rivals leaves is taken for noise.
+        // The residual that remains with the best rival is regarded as noise.
         let explained = (0..rivals.len()).map(|k| close.seen(k).explained().0).fold(0.0, f64::max);
         let left = (remainder.squares - explained).max(1e-12 * remainder.squares);
         let variance = left / remainder.dof;
@@ -58,11 +60,11 @@ impl<'a> Designer<'a> {
         Ok(Designer { examination, close, weights, states, fitted, sigma: variance.sqrt(), workspace: None })
     }
 
-    /// With the error predicted over the workspace, at joint angles `poses` (rad, N), when the whole library is held to the sizes that
-    /// the data give it.
+    /// Adds the prediction of the error over the workspace, at joint angles `poses` (rad, N), with the whole library
+    /// fitted and every effect regularised by the size estimated from the data.
     ///
     /// # Errors
-    /// When the poses cannot be laid out.
+    /// When the Jacobian at the poses cannot be computed.
     pub fn with_workspace(
         mut self,
         datasets: &[(&str, &Dataset)],
@@ -89,17 +91,18 @@ impl<'a> Designer<'a> {
         Ok(self)
     }
 
-    /// Whether there are rivals to be distinguished.
+    /// True if there are at least two rivals to distinguish.
     pub fn has_rivals(&self) -> bool {
         self.states.len() > 1
     }
 
-    /// How well the effect is named as things stand; `None` without two rivals.
+    /// Forecast without further measurements: how well the effect is named now; `None` with fewer than two rivals.
     pub fn now(&self) -> Option<Forecast> {
         self.has_rivals().then(|| Forecast::now(&self.weights))
     }
 
-    /// Error expected over the workspace as things stand, the whole library fitted, mean, m; `None` when no workspace was named.
+    /// Mean error expected over the workspace without further measurements, with the whole library fitted, m; `None`
+    /// without a workspace.
     pub fn error_now(&self) -> Option<f64> {
         let workspace = self.workspace.as_ref()?;
         Some(workspace.errors.mean_after([].iter()))

@@ -1,4 +1,4 @@
-//! What is to be expected of measurements before they are made: whether they will name the effect, and how wrong the robot will still be.
+//! Forecast of planned measurements: the chance that they will name the effect, and the remaining error of the robot.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3};
 use rand::SeedableRng;
@@ -12,33 +12,34 @@ use super::rival::State;
 use crate::identify::FitError;
 use crate::math::linalg;
 
-/// Draws of the data under each rival; the chances below are known to 2 %.
+/// Number of data sets drawn under each rival; the chances below have a standard error of about 2 %.
 const DRAWS: usize = 500;
 
-/// Probability at which a credible set is one effect alone.
+/// Probability from which on a credible set consists of one effect alone.
 const RESOLVED: f64 = 0.95;
 
-/// What is to be expected of naming the effect.
+/// Forecast of how well the effect will be named.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Forecast {
-    /// Probability that the effect which is truly missing will have.
+    /// Expected probability of the effect that is truly missing.
     pub truth: f64,
-    /// Chance that the credible set will be one effect, and the right one.
+    /// Chance that the credible set will consist of the right effect alone.
     pub resolved: f64,
 }
 
-/// What a rival says that measurements will show: normal.
+/// Predictive distribution of the measurements under a rival: normal.
 struct PredictiveDistribution {
     mean: DVector<f64>,
-    /// Of its covariance, and the logarithm of the root of its determinant.
+    /// Cholesky factor of the covariance, and the logarithm of the square root of its determinant.
     factor: Cholesky<f64, Dyn>,
     log_root: f64,
 }
 
 impl PredictiveDistribution {
-    /// Logarithm of the likelihood of data that another drew from unit `normal` numbers, each column, but for what is the same for all.
+    /// Log-likelihood of data that another rival generates from standard `normal` numbers, one value per column, up to
+    /// a constant common to all rivals.
     fn log_likelihoods(&self, of_truth: &PredictiveDistribution, normal: &DMatrix<f64>) -> Vec<f64> {
-        // L_b^-1 (L_a n + m_a - m_b): the draws turned at once, in place of every datum's solution.
+        // L_b^-1 (L_a n + m_a - m_b): L_b^-1 L_a is computed once, rather than a solution for every draw.
         let mut turned = of_truth.factor.l();
         self.factor.l_dirty().solve_lower_triangular_mut(&mut turned);
         let mut apart = &of_truth.mean - &self.mean;
@@ -50,16 +51,17 @@ impl PredictiveDistribution {
 }
 
 impl Forecast {
-    /// As things stand.
+    /// Forecast without further measurements.
     pub(super) fn now(weights: &[f64]) -> Self {
         let best = weights.iter().copied().fold(0.0, f64::max);
         Forecast { truth: weights.iter().map(|w| w * w).sum(), resolved: if best >= RESOLVED { best } else { 0.0 } }
     }
 
-    /// After the measurements of these columns (of a pool, three each).
+    /// Forecast after measurements with these columns of a pool, three per measurement.
     ///
-    /// Data are drawn as each rival predicts them, its own uncertainty included, and judged by Bayes' rule as a diagnosis would:
-    /// `P(b | y) ~ pi_b N(y; X_b theta_b, I + X_b P_b X_b^T)`. Averaging over the draws takes in that a measurement may also mislead.
+    /// Data are drawn from each rival's predictive distribution, including its own uncertainty, and judged by Bayes'
+    /// rule as in a diagnosis: `P(b | y) ~ pi_b N(y; X_b theta_b, I + X_b P_b X_b^T)`. The average over the draws
+    /// accounts for data that mislead.
     pub(super) fn after(states: &[State], weights: &[f64], columns: &DMatrix<f64>, seed: u64) -> Result<Self, FitError> {
         let size = columns.ncols();
         let side = |state: &State| -> Result<PredictiveDistribution, FitError> {
@@ -90,11 +92,11 @@ impl Forecast {
     }
 }
 
-/// Errors over the workspace, as far as the data leave them open: those of independent unit normal numbers.
+/// Uncertainty of the errors over the workspace, expressed by independent standard normal parameters.
 pub(super) struct WorkspaceErrors {
-    /// Errors x numbers, three rows a pose, m.
+    /// Jacobian of the errors: three rows per pose (m), one column per parameter.
     fields: DMatrix<f64>,
-    /// `V^T V` of these: what each number weighs in the sum of squares over the workspace.
+    /// `V^T V` with the Jacobian V: weights of the parameters in the sum of squares over the workspace.
     weights: DMatrix<f64>,
     /// Covariance at each pose, m².
     covariances: Vec<Matrix3<f64>>,
@@ -108,8 +110,8 @@ impl WorkspaceErrors {
         WorkspaceErrors { weights, covariances: blocks(&transposed, &transposed).collect(), fields }
     }
 
-    /// Expected length of the error, mean over the workspace, when of the numbers' covariance `u u^T` has been taken for every `u` of
-    /// `gains` (of which these numbers are the first), m.
+    /// Mean over the workspace of the expected length of the error, m, after the covariance of the parameters has been
+    /// reduced by `u u^T` for every `u` of `gains`. These parameters are the first rows of each `u`.
     pub fn mean_after<'g>(&self, gains: impl ExactSizeIterator<Item = &'g DMatrix<f64>>) -> f64 {
         let mut all = DMatrix::zeros(self.fields.ncols(), 3 * gains.len());
         for (k, gain) in gains.enumerate() {
@@ -124,31 +126,31 @@ impl WorkspaceErrors {
     }
 }
 
-/// How wrong the robot will still be over the workspace when the whole library is fitted to the data, and what lowers that most
-/// (I-optimality: least `tr(V P V^T)`).
+/// Error of the robot over the workspace that remains when the whole library is fitted to the data, and the choice of
+/// the measurements that reduce it most (I-optimality: smallest `tr(V P V^T)`).
 ///
-/// Numbers beyond those of the workspace's errors, as where a moved artifact stands, move the candidates alone.
+/// Parameters beyond those of the workspace errors, such as the pose of a moved artifact, affect only the candidates.
 pub(super) struct WorkspaceOutlook<'a> {
     errors: &'a WorkspaceErrors,
     sighting: CandidateCovariances,
     choice: Option<Choice>,
 }
 
-/// What is kept of the candidates as long as one is to be chosen.
+/// Data on the candidates, needed only for choosing.
 struct Choice {
-    /// `A = V^T V`, of all numbers.
+    /// `A = V^T V`, extended to all parameters by zeros.
     weights: DMatrix<f64>,
-    /// `X P A P X^T` of each candidate: its covariance with the errors, squared.
+    /// `X P A P X^T` of each candidate: the square of its covariance with the errors.
     worth: Vec<Matrix3<f64>>,
 }
 
 impl<'a> WorkspaceOutlook<'a> {
-    /// Of a pool's columns times a root of the covariance: numbers x 3 candidates.
+    /// From a pool's columns times a root of the covariance: parameters x 3 per candidate.
     pub fn new(errors: &'a WorkspaceErrors, candidates: DMatrix<f64>) -> Self {
         WorkspaceOutlook { errors, sighting: CandidateCovariances::of_unit(candidates), choice: None }
     }
 
-    /// The same, to choose from.
+    /// As [`WorkspaceOutlook::new`], prepared for choosing.
     pub fn to_choose(errors: &'a WorkspaceErrors, candidates: DMatrix<f64>) -> Self {
         let numbers = candidates.nrows();
         let weights = errors.weights.clone().resize(numbers, numbers, 0.0);
@@ -157,12 +159,12 @@ impl<'a> WorkspaceOutlook<'a> {
         WorkspaceOutlook { choice: Some(Choice { weights, worth }), ..WorkspaceOutlook::new(errors, candidates) }
     }
 
-    /// By how much a candidate lowers the sum of squares over the workspace: `tr((I + X P X^T)^-1 X P A P X^T)`.
+    /// Reduction of the sum of squares over the workspace by a candidate: `tr((I + X P X^T)^-1 X P A P X^T)`.
     fn gain(&self, worth: &Matrix3<f64>, candidate: usize) -> f64 {
         self.sighting.precision(candidate).dot(worth)
     }
 
-    /// Takes the candidate that lowers it most among those not taken; `None` when all are.
+    /// Takes the candidate that reduces the error most among those not `taken`; `None` if all are.
     pub fn choose(&mut self, taken: &[usize]) -> Option<usize> {
         let Choice { worth, .. } = self.choice.as_ref()?;
         let best = best_free(worth.len(), taken, |i| self.gain(&worth[i], i))?;
@@ -170,7 +172,7 @@ impl<'a> WorkspaceOutlook<'a> {
         Some(best)
     }
 
-    /// Learns from a candidate.
+    /// Updates the covariances with a candidate.
     ///
     /// `(P - u u^T) A (P - u u^T) = P A P - w u^T - u w^T` with `w = P A u - u (u^T A u) / 2`.
     pub fn take(&mut self, candidate: usize) {
@@ -192,7 +194,7 @@ impl<'a> WorkspaceOutlook<'a> {
         }
     }
 
-    /// Expected length of the error, mean over the workspace, m.
+    /// Mean over the workspace of the expected length of the error, m.
     pub fn mean(&self) -> f64 {
         self.errors.mean_after(self.sighting.gains())
     }
@@ -206,8 +208,8 @@ mod tests {
         State { rows: vec![row], mean: DVector::from_element(1, mean), covariance: DMatrix::zeros(1, 1) }
     }
 
-    /// Two equally likely rivals whose predictions of one datum are apart by d: resolved is `Phi(d/2 - ln 19 / d)`, the chance that the
-    /// logarithm of the odds, normal with mean d²/2 and variance d², exceeds ln 19.
+    /// Two equally probable rivals whose predictions of one datum differ by d: `resolved` is `Phi(d/2 - ln 19 / d)`,
+    /// the probability that the log odds, normal with mean d²/2 and variance d², exceed ln 19.
     #[test]
     fn the_chance_to_resolve_two_by_hand() {
         let mut columns = DMatrix::zeros(2, 3);
@@ -220,7 +222,8 @@ mod tests {
         assert_eq!(Forecast::now(&[0.7, 0.3]).resolved, 0.0);
     }
 
-    /// One number of variance 4 that moves candidate and workspace alike: measured with variance 1, 0.8 is left.
+    /// One parameter of variance 4 with the same effect on candidate and workspace: a measurement of variance 1 reduces
+    /// it to 0.8.
     #[test]
     fn what_is_measured_is_no_longer_wrong() {
         let mut candidates = DMatrix::zeros(2, 6);
@@ -232,11 +235,11 @@ mod tests {
         let mut forecast = WorkspaceOutlook::to_choose(&errors, candidates);
         let worth_of = |o: &WorkspaceOutlook<'_>| o.gain(&o.choice.as_ref().unwrap().worth[0], 0);
         assert!((forecast.mean() - length(4.0)).abs() < 1e-14);
-        // It lowers 4 to 0.8.
+        // It reduces 4 to 0.8.
         assert!((worth_of(&forecast) - 3.2).abs() < 1e-14);
         assert_eq!(forecast.choose(&[]), Some(0));
         assert!((forecast.mean() - length(0.8)).abs() < 1e-14);
-        // Once more it would lower 0.8 to 0.8 / (0.8 + 1).
+        // A repetition would reduce 0.8 to 0.8 / (0.8 + 1).
         assert!((worth_of(&forecast) - (0.8 - 0.8 / 1.8)).abs() < 1e-14);
         assert_eq!(forecast.choose(&[0]), Some(1));
         assert!((forecast.mean() - length(0.8)).abs() < 1e-14);

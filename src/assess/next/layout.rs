@@ -1,4 +1,4 @@
-//! What stands around the arm when more is to be measured.
+//! The surroundings of the arm for further measurements.
 
 use nalgebra::{Unit, Vector3};
 
@@ -6,40 +6,41 @@ use crate::measure::{Ball, Dataset, Facing, Margins};
 use crate::robot::{Solid, Surroundings};
 use crate::units::{DEG, MM};
 
-/// Radius of the balls, 1 inch across, m.
+/// Radius of the datum balls (1 inch in diameter), m.
 const BALL_RADIUS: f64 = 12.7 * MM;
 
-/// A cell, as far as it is known: what stands in it, and from where its balls can be approached.
+/// The known part of a cell: its bodies, and the directions from which its balls can be approached.
 #[derive(Debug, Clone)]
 pub struct CellLayout {
-    /// All that stands around while balls are probed.
+    /// All surrounding bodies while balls are probed.
     pub surroundings: Surroundings,
-    /// What is left when the artifact has been taken away.
+    /// The surroundings without the artifact.
     pub without_artifact: Surroundings,
-    /// Of each ball, the middle of the directions from which it can be approached, world.
+    /// For each ball, the central direction from which it can be approached, world axes.
     pub outward: Vec<Unit<Vector3<f64>>>,
-    /// Of each ball, the name of its body among the surroundings.
+    /// For each ball, the name of its body among the surroundings.
     pub bodies: Vec<String>,
-    /// How far to keep from trouble.
+    /// Margins that postures must keep.
     pub margins: Margins,
-    /// How far the TriCal retreats from a ball, m.
+    /// Distance by which the gauge (TriCal) retreats from a ball, m.
     pub retreat: f64,
-    /// Half-angle of the cone about the outward direction, rad.
+    /// Half-angle of the cone about the outward direction in which the retreat must lie, rad.
     pub cone: f64,
-    /// Where the reflector must look when a tracker measures; `None` for anywhere.
+    /// Condition that the reflector faces the tracker; `None` if it may face anywhere.
     pub facing: Option<Facing>,
-    /// Whether anything but robot and balls was looked at.
+    /// True if more than the robot and the balls was taken into account.
     pub is_known: bool,
 }
 
 impl CellLayout {
-    /// Of a dataset, which knows of nothing but robot and balls: these are to be approached from above and from outside the artifact.
+    /// Builds the layout of a dataset, which contains only the robot and the balls; these are to be approached from
+    /// above and from outside the artifact.
     pub fn of_dataset(dataset: &Dataset) -> Self {
         let centre = dataset.balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / dataset.balls.len().max(1) as f64;
         let up = Unit::try_new(-dataset.gravity, 1e-6).unwrap_or(Vector3::z_axis());
         let outward = |at: &Vector3<f64>| {
             let away = Unit::try_new(at - centre, 1.0 * MM).map_or(up.into_inner(), Unit::into_inner);
-            // Straight below the middle the two cancel.
+            // The two cancel for a ball straight below the centre.
             Unit::try_new(away + up.into_inner(), 0.1).unwrap_or(up)
         };
         let bodies: Vec<String> = dataset.balls.iter().map(|b| format!("ball {}", b.id)).collect();
@@ -57,7 +58,8 @@ impl CellLayout {
         }
     }
 
-    /// With the balls `shift` (m) from where they were; of the artifact's own body only the balls are known to have come along.
+    /// Returns the layout with the balls displaced by `shift` (m). Of the artifact only the balls are included, as only
+    /// their new positions are known.
     pub(super) fn shifted(&self, dataset: &Dataset, shift: &Vector3<f64>) -> Self {
         let mut layout = self.clone();
         layout.surroundings = self.without_artifact.clone();

@@ -1,9 +1,10 @@
-//! How long a normal vector is on average.
+//! Expected length of a normally distributed vector.
 
 use nalgebra::Matrix3;
 
-/// Expected length of a normal vector of mean zero: `2 sqrt(2 / pi) R_G(l1, l2, l3)`, l the eigenvalues of its covariance. Carlson's R_G is
-/// the mean of `sqrt(n^T S n)` over all directions n, and what remains is the mean length of three unit normal numbers.
+/// Expected length of a normal vector of mean zero: `2 sqrt(2 / pi) R_G(l1, l2, l3)`, with the eigenvalues l of its
+/// covariance S. Carlson's R_G is the mean of `sqrt(n^T S n)` over all directions n; the factor is the mean length of a
+/// vector of three standard normal numbers.
 pub(super) fn expected_length(covariance: &Matrix3<f64>) -> f64 {
     let scale = covariance.trace();
     if scale <= 0.0 {
@@ -14,16 +15,18 @@ pub(super) fn expected_length(covariance: &Matrix3<f64>) -> f64 {
     2.0 * (2.0 * scale / std::f64::consts::PI).sqrt() * carlson_g(unit.x, unit.z, unit.y)
 }
 
-/// Carlson's symmetric elliptic integral of the second kind, `R_G(x, y, z)` with z between x and y, so that nothing cancels, by duplication:
-/// `2 R_G = z R_F - (x - z)(y - z) R_D / 3 + sqrt(x y / z)` (Carlson, Numerical Algorithms 10 (1995) 13; both series to fifth order).
+/// Carlson's symmetric elliptic integral of the second kind, `R_G(x, y, z)`, with z between x and y to avoid
+/// cancellation. Computed by duplication from `2 R_G = z R_F - (x - z)(y - z) R_D / 3 + sqrt(x y / z)` (Carlson,
+/// Numerical Algorithms 10 (1995) 13; both series to fifth order).
 fn carlson_g(x: f64, y: f64, z: f64) -> f64 {
-    // Of two zeros R_F has no bound, but R_G has: sqrt(y) / 2.
+    // With two zero arguments R_F diverges, but R_G is finite: sqrt(y) / 2.
     if z <= 1e-30 * x.max(y) {
         return 0.5 * x.max(y).sqrt();
     }
     let (mut a, mut b, mut c) = (x, y, z);
     let (mut part, mut sum) = (1.0, 0.0);
-    // The first term left out is of sixth order in the spread, below 1e-16 of the whole; every round lowers the spread fourfold.
+    // The first omitted term is of sixth order in the spread, below 1e-16 of the result; each iteration reduces the
+    // spread fourfold.
     loop {
         let (mean_f, mean_d) = ((a + b + c) / 3.0, (a + b + 3.0 * c) / 5.0);
         if (c - a).abs().max((c - b).abs()) < 1e-3 * mean_f {
@@ -73,8 +76,8 @@ mod tests {
         assert!((carlson_g(0.0, 4.0, 0.0796) - 1.028_475_809_028_8).abs() < 1e-12);
     }
 
-    /// `sqrt(x) = 1/(2 sqrt(pi)) integral (1 - exp(-x t)) t^(-3/2) dt`, and the mean of `exp(-x t)` is `det(1 + 2 t S)^(-1/2)`; trapezoid in
-    /// `ln t`, whose ends leave 1e-10.
+    /// From `sqrt(x) = 1/(2 sqrt(pi)) integral (1 - exp(-x t)) t^(-3/2) dt`, where the mean of `exp(-x t)` is
+    /// `det(1 + 2 t S)^(-1/2)`; trapezoidal rule in `ln t`, with a truncation error of 1e-10.
     #[test]
     fn lengths_agree_with_their_integral() {
         for lambda in [[1.0, 0.3, 0.02], [1.0, 1e-6, 1e-9], [1.0, 0.9, 0.8]] {

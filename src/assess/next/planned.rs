@@ -1,4 +1,4 @@
-//! For which model measurements are planned.
+//! The model for which measurements are planned.
 
 use crate::assess::hold_out::HoldOut;
 use crate::assess::ladder::{Ladder, ladder};
@@ -7,24 +7,25 @@ use crate::assess::verdict::Verdict;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
-/// The ladder of a model, and which of its steps measurements are planned for.
+/// The ladder of a model, and the step for which measurements are planned.
 #[derive(Debug, Clone)]
 pub struct Planned {
-    /// From the model to begin with.
+    /// The ladder, starting from the first model.
     pub ladder: Ladder,
-    /// It is the model to begin with, because these data cannot tell which effect is missing in it: that is to be found out first.
+    /// True if measurements are planned for the first model, because these data cannot distinguish which effect it
+    /// lacks; that has to be resolved first.
     pub in_question: bool,
 }
 
 impl Planned {
-    /// The model to plan for, fitted.
+    /// The model to plan for, as a fitted step of the ladder.
     pub fn ladder_step(&self) -> &LadderStep {
         if self.in_question { self.ladder.first() } else { self.ladder.recommended() }
     }
 }
 
-/// The model that the ladder recommends from `model`, unless it is in question which effect that lacks: a ladder takes one of them, and
-/// nothing would be left to be distinguished.
+/// Selects the model that the ladder recommends from `model`, unless the data cannot distinguish which effect `model`
+/// lacks: the ladder would add one of them, and nothing would remain to be distinguished.
 ///
 /// # Errors
 /// As [`ladder`].

@@ -1,4 +1,4 @@
-//! Measurements that could be made, as the residuals would see them.
+//! Candidate measurements, and the derivatives of their residuals.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
@@ -8,15 +8,17 @@ use crate::identify::IdentifyError;
 use crate::measure::{Dataset, Measured};
 use crate::units::MM;
 
-/// One-sigma of where a moved artifact stands, m and rad: anywhere that the arm finds it, and far beyond what the data leave open.
+/// One-sigma of the pose of a moved artifact, m and rad: any place where the arm can still find the balls, and far
+/// larger than the uncertainty after the measurements.
 pub(super) const ANYWHERE: [f64; 6] = [5.0 * MM, 5.0 * MM, 5.0 * MM, 0.02, 0.02, 0.02];
 
-/// Measurements that could be made.
+/// A set of candidate measurements.
 #[derive(Debug, Clone)]
 pub struct Pool {
-    /// The cell, and the candidates as its samples: no readings, and points where the drawing has them.
+    /// The cell, with the candidates as its samples: balls without readings, points at their nominal positions.
     pub dataset: Dataset,
-    /// The artifact stands at a new place, known by hand only: six numbers more have to come out of the new measurements themselves.
+    /// True if the artifact was moved and its new place is known only roughly: its six pose parameters have to be
+    /// determined from the new measurements.
     pub artifact_moved: bool,
 }
 
@@ -26,23 +28,23 @@ impl Pool {
         self.dataset.samples.len()
     }
 
-    /// Whether there is none.
+    /// True if there are no candidates.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Sizes of the numbers that come with the pool.
+    /// One-sigma sizes of the additional parameters of the pool, if any.
     pub(super) fn nuisance(&self) -> &'static [f64] {
         if self.artifact_moved { &ANYWHERE } else { &[] }
     }
 
-    /// Whitened columns of an examination's rows, then of the nuisance, transposed: three columns a candidate. Divided by `sigma`,
-    /// that of the whitened residuals.
+    /// Whitened and transposed Jacobian, three columns per candidate: the rows of the examination, then the nuisance
+    /// parameters. Divided by `sigma`, the one-sigma of the whitened residuals.
     pub(super) fn columns(&self, examination: &Examination, sigma: f64) -> Result<DMatrix<f64>, IdentifyError> {
         let there = AtNewPoses::new(&self.dataset, examination, |_| true)?;
         let mut rows = there.whitened();
         let known = rows.nrows();
-        // The residuals' own row, which what was not measured has not, stands between.
+        // Between them lies the row of the residuals, zero for measurements not yet made.
         rows = rows.resize_vertically(known + 1 + self.nuisance().len(), 0.0);
         if self.artifact_moved {
             let candidates = self.dataset.samples.iter();
@@ -53,7 +55,8 @@ impl Pool {
             let centre =
                 self.dataset.balls.iter().map(|b| b.position).sum::<Vector3<f64>>() / self.dataset.balls.len().max(1) as f64;
             for ((i, sample), at) in candidates.enumerate().zip(there.circumstances()) {
-                // The base's columns are the whitener's, and a ball moved is a base moved back.
+                // The columns of a base translation are the whitener; moving a ball is equivalent to moving the base
+                // back.
                 let whitener = Matrix3::from_columns(&at.base);
                 let arm = ball(&sample.measured) - centre;
                 for axis in 0..3 {

@@ -1,4 +1,4 @@
-//! A pool before a designer: its best measurements one after the other, and what is to be expected of them.
+//! A pool as evaluated by a designer: its best measurements in order, and their expected outcome.
 
 use std::cell::OnceCell;
 
@@ -17,35 +17,35 @@ use crate::assess::workspace::SEED;
 use crate::identify::IdentifyError;
 use crate::math::linalg;
 
-/// Measurements after the artifact was moved that first determine where it stands now.
+/// Number of measurements that first determine the pose of a moved artifact.
 const SEED_POSES: usize = 4;
 
-/// A pool as a designer sees it.
+/// A pool as evaluated by a designer.
 pub struct Prospect<'a> {
     designer: &'a Designer<'a>,
     pool: &'a Pool,
     /// Whitened columns of the fitted model and the rivals.
     close: OnceCell<DMatrix<f64>>,
-    /// Columns of the whole library, of unit numbers; none without a workspace.
+    /// Columns of the whole library, for parameters of unit variance; empty without a workspace.
     wide: OnceCell<DMatrix<f64>>,
 }
 
 impl Designer<'_> {
-    /// A pool to choose from.
+    /// Prepares the choice from a pool.
     pub fn before<'b>(&'b self, pool: &'b Pool) -> Prospect<'b> {
         Prospect { designer: self, pool, close: OnceCell::new(), wide: OnceCell::new() }
     }
 }
 
 impl Prospect<'_> {
-    /// `count` measurements of the pool by a criterion, in the order in which they are chosen, each with regard to those before; fewer
-    /// where the pool has no more, or the criterion nothing to go by.
+    /// Chooses `count` measurements of the pool by a criterion, one after the other, each given those before it. Fewer
+    /// are returned if the pool contains fewer, or if the criterion is not applicable.
     ///
-    /// After the artifact was moved the first four determine where it stands; else a designer that looks one step ahead would never pay
-    /// for them.
+    /// If the artifact was moved, the first four (unless the choice is random) determine its pose: a search one step
+    /// ahead would never spend measurements on that.
     ///
     /// # Errors
-    /// When the pool cannot be laid out.
+    /// When the columns of the pool cannot be computed.
     pub fn choose(&self, criterion: Criterion, count: usize) -> Result<Vec<usize>, IdentifyError> {
         let count = count.min(self.pool.len());
         if let Criterion::Random(seed) = criterion {
@@ -81,10 +81,10 @@ impl Prospect<'_> {
         Ok(chosen)
     }
 
-    /// How well the effect will be named after those measurements; `None` without two rivals.
+    /// Forecasts how well the effect will be named after the chosen measurements; `None` with fewer than two rivals.
     ///
     /// # Errors
-    /// When the pool cannot be laid out.
+    /// When the columns of the pool cannot be computed.
     pub fn forecast(&self, chosen: &[usize]) -> Result<Option<Forecast>, IdentifyError> {
         if !self.designer.has_rivals() {
             return Ok(None);
@@ -93,11 +93,11 @@ impl Prospect<'_> {
         Ok(Some(Forecast::after(&self.states(), &self.designer.weights, &columns, SEED)?))
     }
 
-    /// Errors expected over the workspace after so many of those measurements, the whole library fitted, mean, m; none when no workspace
-    /// was named.
+    /// Mean error expected over the workspace after the first `steps` of the chosen measurements, with the whole
+    /// library fitted, m; one entry per number in `steps`, none without a workspace.
     ///
     /// # Errors
-    /// When the pool cannot be laid out.
+    /// When the columns of the pool cannot be computed.
     pub fn errors_after(&self, chosen: &[usize], steps: &[usize]) -> Result<Vec<f64>, IdentifyError> {
         let Some(workspace) = &self.designer.workspace else { return Ok(Vec::new()) };
         let mut forecast = WorkspaceOutlook::new(&workspace.errors, of_candidates(self.wide()?, chosen));
@@ -115,7 +115,7 @@ impl Prospect<'_> {
         if self.pool.artifact_moved { SEED_POSES } else { 0 }
     }
 
-    /// A state with what the pool brings along.
+    /// Extends a state by the nuisance parameters of the pool.
     fn state(&self, state: &State) -> State {
         state.with_nuisance(self.designer.close.rows.nrows(), self.pool.nuisance())
     }
@@ -133,7 +133,7 @@ impl Prospect<'_> {
             let Some(workspace) = &self.designer.workspace else { return Ok(DMatrix::zeros(0, 0)) };
             let columns = self.pool.columns(self.designer.examination, workspace.sigma)?;
             let (known, nuisance) = (workspace.root.nrows(), self.pool.nuisance());
-            // Between the known numbers and the pool's own stands the residuals' row.
+            // The row of the residuals lies between the examination's parameters and those of the pool.
             let mut root = workspace.root.clone().resize(known + 1 + nuisance.len(), known + nuisance.len(), 0.0);
             nuisance.iter().enumerate().for_each(|(k, size)| root[(known + 1 + k, known + k)] = *size);
             Ok(linalg::product_of_transposed(&root, &columns))
@@ -141,7 +141,7 @@ impl Prospect<'_> {
     }
 }
 
-/// Lays out on the first call.
+/// Computes the columns on the first call.
 fn laid_out(
     cell: &OnceCell<DMatrix<f64>>,
     lay_out: impl FnOnce() -> Result<DMatrix<f64>, IdentifyError>,
@@ -155,7 +155,7 @@ fn laid_out(
     }
 }
 
-/// Those candidates of three columns each.
+/// Selects the chosen candidates, three columns each.
 fn of_candidates(columns: &DMatrix<f64>, chosen: &[usize]) -> DMatrix<f64> {
     let places: Vec<usize> = chosen.iter().flat_map(|&k| 3 * k..3 * k + 3).collect();
     columns.select_columns(&places)

@@ -1,4 +1,4 @@
-//! What may be true, each with the state of knowledge that the data leave under it.
+//! Rival effects, each with the state of knowledge that the data imply if it is the missing one.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,21 +7,21 @@ use crate::assess::examination::Examination;
 use crate::identify::{BACKGROUND_WIDTH, FitError};
 use crate::math::linalg;
 
-/// Most rivals that are distinguished at once; beyond the sixth they hold a few per cent of the probability.
+/// Largest number of rivals distinguished at once; those beyond the sixth hold a few per cent of the probability.
 const MOST: usize = 6;
 
-/// An effect that may be what is missing.
+/// An effect that may be the missing one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
-    /// The id under which a model takes it.
+    /// Id of the effect in a model.
     pub effect: String,
-    /// Probability that it is the one that is missing, given that one of the rivals is.
+    /// Probability that it is the missing effect, given that one of the rivals is.
     pub probability: f64,
 }
 
 impl Rival {
-    /// The credible set of a diagnosis, six at most; none when it names none. A set of fewer than `least` is filled up with the next most
-    /// credible effects.
+    /// Returns the credible set of a diagnosis, six effects at most; empty if the diagnosis names none. A set of fewer
+    /// than `least` effects is extended by the next most probable ones.
     pub fn of(diagnosis: &Diagnosis, least: usize) -> Vec<Rival> {
         if !diagnosis.verdict.names_effects() {
             return Vec::new();
@@ -37,18 +37,19 @@ impl Rival {
     }
 }
 
-/// What is known of the numbers of the fitted model and of one effect beside it, the effect held to an ordinary size: deviations from
-/// the fit, normal.
+/// Knowledge of the parameters of the fitted model and of one additional effect with its ordinary prior width: normal
+/// distribution of the deviations from the fit.
 #[derive(Debug, Clone)]
 pub(super) struct State {
-    /// Rows of an examination's whitened columns to which the numbers belong.
+    /// Rows of the examination's whitened columns that belong to the parameters.
     pub rows: Vec<usize>,
     pub mean: DVector<f64>,
     pub covariance: DMatrix<f64>,
 }
 
 impl State {
-    /// Under the candidate number `effect` of an examination, or under none, where the whitened residuals have variance `variance`.
+    /// Computes the state with candidate `effect` of an examination, or with none; `variance` is that of the whitened
+    /// residuals.
     pub fn under(effect: Option<usize>, examination: &Examination, variance: f64) -> Result<Self, FitError> {
         let Examination { rows, fitted, fit, problem, spans, .. } = examination;
         let m = fitted.len();
@@ -69,7 +70,7 @@ impl State {
             gradient[k] -= known * fit.values[p];
         }
         (m..size).for_each(|k| information[(k, k)] += BACKGROUND_WIDTH.powi(-2));
-        // Metres and radians to unit diagonal.
+        // Scaled to a unit diagonal, as metres and radians differ in size.
         let scale = information.diagonal().map(|d| 1.0 / d.sqrt());
         let scaled = DMatrix::from_fn(size, size, |r, c| information[(r, c)] * scale[r] * scale[c]);
         let mut factor = linalg::Cholesky::new(size);
@@ -80,7 +81,7 @@ impl State {
         Ok(State { rows: own, mean: &covariance * gradient, covariance })
     }
 
-    /// The same with further numbers of which no more is known than their one-sigma `sizes`.
+    /// Returns the state extended by further parameters, of which only their one-sigma `sizes` are known.
     pub fn with_nuisance(&self, first_row: usize, sizes: &[f64]) -> Self {
         let (old, new) = (self.mean.len(), self.mean.len() + sizes.len());
         let mut state = State {

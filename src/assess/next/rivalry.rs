@@ -1,27 +1,28 @@
-//! Choosing measurements one after the other: by what tells rivals apart, or by what determines the fitted model.
+//! Sequential choice of measurements: those that best distinguish rivals, or that best determine the fitted model.
 
 use nalgebra::{DMatrix, Vector3};
 
 use super::candidate_covariances::{CandidateCovariances, best_free};
 use super::rival::State;
 
-/// One rival as a pool sees it.
+/// One rival's predictions for a pool.
 struct Side {
     sighting: CandidateCovariances,
-    /// What it would predict of every candidate if rival a had been the truth of all that was measured, for every a.
+    /// Its prediction for every candidate after the measurements taken so far, for each rival a assumed to be true.
     predictions: Vec<Vec<Vector3<f64>>>,
     weight: f64,
 }
 
-/// Rivals, and how far the measurements chosen so far separate them.
+/// Rivals, and their separation by the measurements chosen so far.
 pub(super) struct Rivalry {
     sides: Vec<Side>,
-    /// Accumulated separation `T_ab` of b's prediction from what a would give, in squared units of its uncertainty.
+    /// Accumulated separation `T_ab` of b's prediction from the data expected under a, in squared units of its
+    /// uncertainty.
     separation: DMatrix<f64>,
 }
 
 impl Rivalry {
-    /// Rivals with their probabilities, before `columns` of a pool.
+    /// Sets up rivals with their probabilities for the `columns` of a pool.
     pub fn new(states: &[State], weights: &[f64], columns: &DMatrix<f64>) -> Self {
         let count = states.len();
         let side = |(state, &weight): (&State, &f64)| {
@@ -34,20 +35,21 @@ impl Rivalry {
         Rivalry { sides: states.iter().zip(weights).map(side).collect(), separation: DMatrix::zeros(count, count) }
     }
 
-    /// How far a's datum is from what b predicts, a being true. A rival's belief does not change when it is right.
+    /// Difference between the datum expected under a and b's prediction, if a is true. A rival's own prediction does
+    /// not change if it is true.
     fn surprise(&self, a: usize, b: usize, candidate: usize) -> Vector3<f64> {
         self.sides[a].predictions[a][candidate] - self.sides[b].predictions[a][candidate]
     }
 
-    /// `pi_a pi_b exp(-T_ab/8)`: what is left to be distinguished of every pair.
+    /// Remaining weight of every pair: `pi_a pi_b exp(-T_ab/8)`.
     fn open(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.sides.len(), self.sides.len(), |a, b| {
             if a == b { 0.0 } else { self.sides[a].weight * self.sides[b].weight * (-self.separation[(a, b)] / 8.0).exp() }
         })
     }
 
-    /// `sum over a != b of pi_a pi_b exp(-T_ab/8) (1 - exp(-t_ab/8))`: by how much a candidate lowers the bound on the chance to take one
-    /// rival for another (Bhattacharyya), the pairs that are apart already left aside.
+    /// `sum over a != b of pi_a pi_b exp(-T_ab/8) (1 - exp(-t_ab/8))`: reduction by a candidate of the bound on the
+    /// probability of confusing two rivals (Bhattacharyya). Pairs that are already separated hardly contribute.
     fn gain(&self, candidate: usize, open: &DMatrix<f64>) -> f64 {
         let mut gain = 0.0;
         for (b, side) in self.sides.iter().enumerate() {
@@ -60,7 +62,7 @@ impl Rivalry {
         gain
     }
 
-    /// Takes the candidate that separates most among those not taken; `None` when all are.
+    /// Takes the candidate that separates the rivals most among those not `taken`; `None` if all are.
     pub fn choose(&mut self, taken: &[usize]) -> Option<usize> {
         let open = self.open();
         let best = best_free(self.sides.first()?.sighting.count(), taken, |i| self.gain(i, &open))?;
@@ -68,7 +70,7 @@ impl Rivalry {
         Some(best)
     }
 
-    /// Learns from a candidate: every rival what it would under every truth.
+    /// Updates every rival with a candidate, once for each rival assumed to be true.
     pub fn take(&mut self, candidate: usize) {
         let count = self.sides.len();
         let surprises = DMatrix::from_fn(count, count, |a, b| self.surprise(a, b, candidate));
@@ -86,7 +88,8 @@ impl Rivalry {
     }
 }
 
-/// Choosing what determines the fitted model best (largest `det(I + X P X^T)`, as D-optimality extends a design).
+/// Choice of the measurements that best determine the fitted model (largest `det(I + X P X^T)`, the sequential form of
+/// D-optimality).
 pub(super) struct Determination {
     sighting: CandidateCovariances,
 }
@@ -96,7 +99,7 @@ impl Determination {
         Determination { sighting: CandidateCovariances::new(columns.select_rows(&state.rows), &state.covariance) }
     }
 
-    /// Takes the candidate that adds most among those not taken; `None` when all are.
+    /// Takes the candidate that adds most information among those not `taken`; `None` if all are.
     pub fn choose(&mut self, taken: &[usize]) -> Option<usize> {
         let best = best_free(self.sighting.count(), taken, |i| self.sighting.spread(i).determinant())?;
         let (gain, _) = self.sighting.gain(best);
@@ -111,12 +114,13 @@ mod tests {
 
     use super::*;
 
-    /// Two rivals of one known number each: a says that the datum is 3, b that it is 0, both to within nothing.
+    /// A rival with a single parameter, in row `row`, of the given mean and variance; a variance of zero means that it
+    /// is known exactly.
     fn state(row: usize, mean: f64, variance: f64) -> State {
         State { rows: vec![row], mean: DVector::from_element(1, mean), covariance: DMatrix::from_element(1, 1, variance) }
     }
 
-    /// Candidate 0 shows neither number, candidate 1 the first, candidate 2 the second, on x alone.
+    /// Candidate 0 depends on neither parameter, candidate 1 on the first, candidate 2 on the second, in x only.
     fn columns() -> DMatrix<f64> {
         let mut x = DMatrix::zeros(2, 9);
         (x[(0, 3)], x[(1, 6)]) = (1.0, 1.0);
@@ -128,15 +132,16 @@ mod tests {
         let mut rivalry = Rivalry::new(&[state(0, 3.0, 0.0), state(1, 1.0, 3.0)], &[0.25, 0.75], &columns());
         let open = rivalry.open();
         assert_eq!(rivalry.gain(0, &open), 0.0);
-        // Where a shows 3 and b certainly 0: 9 from b, and 9 from a, who is as certain.
+        // Candidate 1: a predicts 3 and b predicts 0, both exactly, so the separation is 9 either way.
         let by_hand = 2.0 * 0.25 * 0.75 * (1.0 - (-9.0_f64 / 8.0).exp());
         assert!((rivalry.gain(1, &open) - by_hand).abs() < 1e-15);
-        // Where b shows 1 +- sqrt(3): a certainly 0, b would take it at variance 4.
+        // Candidate 2: a predicts 0 exactly, b predicts 1 +- sqrt(3), hence a variance of 4 with the noise.
         let (of_a, of_b) = (1.0 - (-1.0_f64 / 8.0).exp(), 1.0 - (-(1.0 / 4.0) / 8.0_f64).exp());
         assert!((rivalry.gain(2, &open) - 0.1875 * (of_a + of_b)).abs() < 1e-15);
         assert_eq!(rivalry.choose(&[]), Some(1));
         assert!((rivalry.separation[(0, 1)] - 9.0).abs() < 1e-12);
-        // Then b believes, were a true (datum 0 where it has 1 +- sqrt(3)), what Kalman's step gives; candidate 2 shows it as it is.
+        // If a is true (datum 0, b predicts 1 +- sqrt(3)), b's new prediction follows from a Kalman update, as
+        // candidate 2 measures it directly.
         rivalry.take(2);
         assert!((rivalry.sides[1].predictions[0][2].x - (1.0 - 3.0 / 4.0)).abs() < 1e-15);
         assert!((rivalry.sides[1].predictions[1][2].x - 1.0).abs() < 1e-15);

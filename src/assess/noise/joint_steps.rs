@@ -1,30 +1,32 @@
-//! Joint angles that were rounded before anyone saw them: a read-out in hundredths of a degree is a measurement with noise of its own.
+//! Joint angles rounded by the controller: a read-out in hundredths of a degree is a measurement with noise of its own.
 
 use crate::identify::{Problem, Use};
 use crate::measure::Dataset;
 use crate::robot::{MdhEntry, Site};
 use crate::units::DEG;
 
-/// Steps in which controllers round, deg, coarse to fine. Coarser ones are those of commanded poses, which are exact.
+/// Rounding steps of controllers, deg, coarse to fine. Coarser steps are those of commanded poses, which are exact.
 const STEPS: [f64; 6] = [0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
 
-/// A multiple of the step to this share of it.
+/// Tolerance for a multiple of the step, as a share of the step.
 const EXACT: f64 = 1e-5;
 
-/// Fewest samples: of ten samples of six joints, none in a hundred angles is a multiple by chance.
+/// Fewest samples: all angles of ten samples of six joints are practically never multiples of a step by chance.
 const FEWEST: usize = 10;
 
-/// The step of rounded joint angles, and what it makes of them.
+/// The rounding step of joint angles, and its effect on the TCP.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointSteps {
     /// The step, rad.
     pub step: f64,
-    /// What it moves the TCP by, per axis, root mean square, m; one-sigma of each joint is `step / sqrt(12)`.
+    /// Displacement of the TCP by rounding, per axis, root mean square, m; the one-sigma of each joint is
+    /// `step / sqrt(12)`.
     pub per_axis: f64,
 }
 
 impl JointSteps {
-    /// Those of the rows of set `fit`, the arm standing as `values` say; `None` where there are none.
+    /// Finds the step of the rows of set `fit`, with the arm at `values` of its parameters; `None` if the angles are
+    /// not rounded.
     pub(in crate::assess) fn of(datasets: &[(&str, &Dataset)], problem: &Problem, values: &[f64]) -> Option<Self> {
         let (mut levers, mut samples) = (0.0, 0.0);
         problem.for_each_sample(values, &mut |posed| {
@@ -35,8 +37,8 @@ impl JointSteps {
         JointSteps::with_levers(datasets, levers / f64::max(samples, 1.0))
     }
 
-    /// The largest step of which all angles of the rows of set `fit` are multiples. `levers` is the sum over the joints of the squares of
-    /// what they move the TCP by, m²/rad², mean over the samples.
+    /// Finds the largest step of which all angles of the rows of set `fit` are multiples. `levers` is the sum over the
+    /// joints of the squared TCP displacement per angle, m²/rad², averaged over the samples.
     fn with_levers(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
         let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
         if taken().count() < FEWEST {
@@ -47,7 +49,8 @@ impl JointSteps {
             (x - x.round()).abs() < EXACT
         };
         let step = STEPS.into_iter().find(|&step| taken().all(|s| s.q.iter().all(|&q| multiple(q, step))))?;
-        // Multiples of a coarse step are multiples of finer ones: what is coarser than the list was commanded.
+        // Multiples of a coarse step are multiples of finer ones too; angles on a step coarser than the list were
+        // commanded.
         if taken().all(|s| s.q.iter().all(|&q| multiple(q, 10.0 * STEPS[0]))) {
             return None;
         }

@@ -1,4 +1,4 @@
-//! What the data say of their own scatter: samples that disagree with all others, repeats, the order of measurement, rounded joints.
+//! Scatter of the data: samples that disagree with all others, repeats, serial correlation, rounded joint angles.
 
 mod joint_steps;
 mod repeats;
@@ -17,17 +17,17 @@ use nalgebra::Vector3;
 
 use crate::identify::Problem;
 
-/// What of one sample the tests of scatter need.
+/// The data of one sample that the tests of scatter need.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
-    /// Set-up, by place.
+    /// Index of the set-up.
     pub setup: usize,
-    /// First of its scalar residuals, and their number.
+    /// Index of its first scalar residual, and their number.
     pub first_row: usize,
     pub height: usize,
-    /// Whitened residual; of a distance only the first number.
+    /// Whitened residual; for a distance only the first component is used.
     pub whitened: Vector3<f64>,
-    /// Sum of the variances of its numbers by which it was whitened, m².
+    /// Sum of the variances of its components by which it was whitened, m².
     pub variance: f64,
 }
 

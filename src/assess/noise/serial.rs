@@ -1,4 +1,4 @@
-//! Do samples taken one after the other err alike? Drift does that, and so do neighbouring poses in a row.
+//! Serial correlation of the residuals, caused by drift or by sequences of neighbouring poses.
 
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
@@ -6,40 +6,40 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Row;
 
-/// Chance of a false alarm over all lags.
+/// False-alarm rate over all lags.
 pub const SERIAL_LEVEL: f64 = 1e-3;
 
-/// Lags looked at, in postures.
+/// Lags tested, in postures.
 const LAGS: [usize; 4] = [1, 2, 4, 8];
 
-/// Orders drawn at random to know how large a correlation chance makes.
+/// Number of random orders that determine the correlation expected by chance.
 const ORDERS: usize = 200;
 
-/// Fewest postures worth looking at.
+/// Fewest postures for a test.
 const FEWEST: usize = 20;
 
 /// Correlation at one lag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LagCorrelation {
-    /// Postures apart.
+    /// Distance in postures.
     pub lag: usize,
     /// Correlation of the whitened residuals.
     pub correlation: f64,
-    /// The same in one-sigmas of what a random order gives.
+    /// Its deviation from the mean over random orders, in their one-sigmas.
     pub z: f64,
 }
 
 /// Correlation of the residuals in the order of measurement.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SerialCorrelation {
-    /// By lag: 1, 2, 4, 8.
+    /// One entry per lag (1, 2, 4, 8); none with fewer than 20 postures.
     pub lags: Vec<LagCorrelation>,
-    /// Chance of so large a positive correlation at any lag in a random order (normal approximation, Bonferroni).
+    /// Probability of so large a positive correlation at any lag in a random order (normal approximation, Bonferroni).
     pub p: f64,
 }
 
 impl SerialCorrelation {
-    /// Of rows in the order of measurement; consecutive rows of one posture count as one.
+    /// Tests rows in the order of measurement; consecutive rows of one posture count as one.
     pub(in crate::assess) fn of(rows: &[Row], postures: &[usize]) -> Self {
         let runs = runs(rows, postures);
         if runs.iter().map(Vec::len).sum::<usize>() < FEWEST {
@@ -69,18 +69,18 @@ impl SerialCorrelation {
         SerialCorrelation { lags, p }
     }
 
-    /// Whether samples taken one after the other err alike, at [`SERIAL_LEVEL`].
+    /// True if the residuals are correlated in the order of measurement, at [`SERIAL_LEVEL`].
     pub fn is_significant(&self) -> bool {
         self.p < SERIAL_LEVEL
     }
 
-    /// The lag that stands out most.
+    /// The lag with the largest `z`.
     pub fn largest(&self) -> Option<LagCorrelation> {
         self.lags.iter().copied().max_by(|a, b| a.z.total_cmp(&b.z))
     }
 }
 
-/// Mean whitened residuals of every stay at a posture, by set-up.
+/// Mean whitened residuals of consecutive rows at one posture, in order, for each set-up.
 fn runs(rows: &[Row], postures: &[usize]) -> Vec<Vec<[f64; 3]>> {
     let setups = rows.iter().map(|r| r.setup + 1).max().unwrap_or(0);
     let mut runs: Vec<Vec<([f64; 3], f64, usize)>> = vec![Vec::new(); setups];
@@ -142,7 +142,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(4);
         let p: Vec<f64> = (0..2000).map(|_| test_of(&mut random, 0.0).p).collect();
         let below = |level: f64| p.iter().filter(|p| **p < level).count();
-        // Expected 2 and at most 100; the lags overlap little, so Bonferroni costs little.
+        // 2 and at most 100 are expected; the lags are nearly independent, so Bonferroni's correction costs little.
         assert!(below(SERIAL_LEVEL) <= 8, "{}", below(SERIAL_LEVEL));
         assert!((50..=140).contains(&below(0.05)), "{}", below(0.05));
     }

@@ -1,8 +1,8 @@
-//! Samples that disagree with all others, found by a Student-t fit (nu = 4, iteratively reweighted) linearised about the least-squares
-//! fit. Whole postures are judged first, then single samples: where several targets are seen from one posture, a bad posture hides a bad
-//! sample.
+//! Samples that disagree with all others, found by a Student-t fit (nu = 4, iteratively reweighted) linearised about
+//! the least-squares fit. Whole postures are judged first, then single samples: if several targets are measured from
+//! one posture, a bad posture hides a bad sample.
 //!
-//! On Gaussian noise a campaign has a suspect with a chance of less than 1e-3.
+//! With Gaussian noise, a campaign has a suspect with a probability of less than 1e-3.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
@@ -12,53 +12,57 @@ use crate::identify::{Fit, IdentifyError, Model, Problem, Use, fit};
 use crate::math::linalg;
 use crate::measure::{Dataset, Postures};
 
-/// A posture or sample further than this from what all others say, in robust one-sigmas, may be a suspect.
+/// A posture or sample that deviates from all others by more than this, in robust one-sigmas, may be a suspect.
 pub const SUSPECT_DEVIATION: f64 = 6.0;
 
-/// Chance, of all samples together, at which one is believed to be a suspect by the least-squares fit of the others.
+/// Significance level, for all samples together, at which the least-squares fit of the others confirms a suspect.
 const FALSE_ALARM: f64 = 1e-3;
 
-/// More suspects than this share of the postures, and more than [`ALWAYS_ALLOWED`], are no accidents but something that the model lacks.
+/// More suspects than this share of the postures, and more than [`ALWAYS_ALLOWED`], are not accidents but indicate an
+/// effect that the model lacks.
 const MOST: f64 = 0.05;
 const ALWAYS_ALLOWED: usize = 2;
 
-/// Degrees of freedom of the Student-t fit, rounds, and the change of a weight at which it ends.
+/// Degrees of freedom of the Student-t fit, largest number of iterations, and the change of a weight at which they
+/// stop.
 const NU: f64 = 4.0;
 const ROUNDS: usize = 30;
 const SETTLED: f64 = 1e-4;
 
-/// Leverage counts up to here: a sample that determines a parameter alone cannot be judged.
+/// Largest leverage taken into account: a sample that alone determines a parameter cannot be judged.
 const MOST_LEVERAGE: f64 = 0.9;
 
-/// With more rows than this no single one pulls on the fit by more than a per cent or two, and leverages are not worth their time.
+/// With more rows than this, no single one has a leverage of more than a per cent or two, and leverages are not
+/// computed.
 const MANY_ROWS: usize = 3000;
 
 /// A sample that disagrees with all others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspect {
-    /// Its dataset, by place.
+    /// Index of its dataset.
     pub dataset: usize,
-    /// Its name.
+    /// Name of the sample.
     pub sample: String,
-    /// Its place among the samples of the problem.
+    /// Its index among the samples of the problem.
     pub place: usize,
-    /// How far it is off what the others say, in one-sigmas of their scatter.
+    /// Deviation from the prediction of the others, in one-sigmas of their scatter.
     pub deviation: f64,
-    /// Chance that Gaussian noise makes any sample of this campaign so bad.
+    /// Probability that Gaussian noise causes so large a deviation in any sample of this campaign.
     pub chance: f64,
 }
 
-/// The samples of set `fit` that disagree with all others under `model`; none where they are so many that the model is to blame.
+/// Finds the samples of set `fit` that disagree with all others under `model`; none if there are so many that the model
+/// must be wrong.
 ///
 /// # Errors
-/// When data and model do not go together, or do not determine the unknowns.
+/// When the data do not fit the model, or do not determine the unknowns.
 pub fn suspects(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Vec<Suspect>, IdentifyError> {
     let problem = Problem::new(datasets, model, Use::Fit)?;
     let fit = fit(&problem)?;
     Ok(suspects_of(datasets, &problem, &fit))
 }
 
-/// The same of a fitted problem.
+/// As [`suspects`], for a fitted problem.
 pub(crate) fn suspects_of(datasets: &[(&str, &Dataset)], problem: &Problem, fit: &Fit) -> Vec<Suspect> {
     let rows = rows(problem, &fit.values);
     let postures = Postures::of(datasets, |s| Use::Fit.takes(s));
@@ -110,7 +114,7 @@ fn named(datasets: &[(&str, &Dataset)], rows: &[Row], mut found: Vec<(usize, f64
     found.into_iter().map(suspect).collect()
 }
 
-/// Rows that are judged as one.
+/// Rows that are judged together.
 #[derive(Clone)]
 struct Unit {
     samples: Vec<usize>,
@@ -118,7 +122,7 @@ struct Unit {
 }
 
 impl Unit {
-    /// Independent numbers in it: a posture tells three, however many targets and repeats it has.
+    /// Number of independent components: at most three, as all targets and repeats of a posture share its error.
     fn numbers(&self) -> usize {
         self.rows.len().clamp(1, 3)
     }
@@ -127,18 +131,18 @@ impl Unit {
 /// Median of chi-square with one, two, three degrees of freedom.
 const MEDIAN: [f64; 3] = [0.4549, 1.3863, 2.3660];
 
-/// The whitened problem near its fit, transposed: columns of the parameters, then the residual.
+/// The whitened problem, linearised at its fit and transposed: one row per parameter, then the residuals.
 struct Near {
     rows: DMatrix<f64>,
     parameters: usize,
-    /// Information known beforehand, and what it pulls towards.
+    /// Prior information of each parameter, and its pull on the step.
     information: Vec<(f64, f64)>,
 }
 
-/// A weighted fit of such rows.
+/// Result of a weighted fit.
 struct Fitted {
     residuals: Vec<f64>,
-    /// Of each row, if its weight were one.
+    /// Leverage of each row at unit weight.
     leverages: Vec<f64>,
 }
 
@@ -146,7 +150,7 @@ impl Near {
     fn new(problem: &Problem, fit: &Fit) -> Self {
         let mut rows = problem.whitened(&fit.values, &fit.kept);
         let parameters = fit.kept.len();
-        // Columns of unit length, so that millimetres and radians weigh alike.
+        // Parameters are scaled to unit norm, as millimetres and radians differ in size.
         let scales: Vec<f64> = (0..parameters).map(|k| 1.0 / rows.row(k).norm().max(f64::MIN_POSITIVE)).collect();
         scales.iter().enumerate().for_each(|(k, s)| rows.row_mut(k).scale_mut(*s));
         let known = fit.kept.iter().zip(&scales).map(|(&p, s)| {
@@ -156,7 +160,8 @@ impl Near {
         Near { information: known.collect(), rows, parameters }
     }
 
-    /// A weighted fit: what it leaves of every row, and what a row of unit weight pulls on it.
+    /// Fits with weights. Returns the residual of every row and its leverage at unit weight; `None` if the fit is
+    /// singular.
     fn fitted(&self, weights: &[f64]) -> Option<Fitted> {
         let m = self.parameters;
         let mut weighted = self.rows.clone();
@@ -184,7 +189,7 @@ impl Near {
         Some(Fitted { residuals, leverages: pulls.column_iter().map(|c| c.norm_squared()).collect() })
     }
 
-    /// Whitened squares of a unit as of its independent numbers, its own pull on the fit counted out.
+    /// Whitened sum of squares of a unit, as if of its independent components, with its own leverage removed.
     fn squares(unit: &Unit, fitted: &Fitted, weights: &[f64]) -> f64 {
         let count = unit.rows.len().max(1) as f64;
         let mean = unit.rows.iter().map(|&r| fitted.residuals[r].powi(2)).sum::<f64>() / count;
@@ -192,7 +197,7 @@ impl Near {
         unit.numbers() as f64 * mean / (1.0 - pull.min(MOST_LEVERAGE))
     }
 
-    /// Units that a Student-t fit leaves far off; rows `aside` have no weight.
+    /// Units with a large deviation from a Student-t fit; rows `aside` have weight zero.
     fn far_off(&self, units: &[Unit], aside: &[usize], stated: bool) -> Vec<usize> {
         let mut weights = vec![1.0; self.rows.ncols()];
         aside.iter().for_each(|&r| weights[r] = 0.0);
@@ -203,7 +208,7 @@ impl Near {
             let mut sorted: Vec<f64> = squares.iter().zip(units).map(|(s, u)| s / MEDIAN[u.numbers() - 1]).collect();
             sorted.sort_by(f64::total_cmp);
             let Some(&median) = sorted.get(sorted.len() / 2) else { return Vec::new() };
-            // Noise that is stated is no smaller than it is stated.
+            // Stated noise is a lower limit.
             let unit = if stated { median.max(1.0) } else { median.max(f64::MIN_POSITIVE) };
             ratios = squares.iter().map(|s| s / unit).collect();
             let mut change = 0.0_f64;
@@ -222,7 +227,8 @@ impl Near {
         (0..units.len()).filter(|&u| upper_chance(ratios[u], units[u].numbers()) < limit).collect()
     }
 
-    /// Of units that seem far off, the samples that are so by the least-squares fit of all others: place, deviation, chance.
+    /// Of units that seem far off, the samples confirmed by the least-squares fit of all others: index, deviation,
+    /// probability.
     fn confirmed(&self, units: &[Unit], of: usize, stated: bool) -> Vec<(usize, f64, f64)> {
         if units.is_empty() {
             return Vec::new();
@@ -241,7 +247,7 @@ impl Near {
             let numbers = u.numbers() as f64;
             let count = u.rows.len().max(1) as f64;
             let mean = u.rows.iter().map(|&r| residuals[r].powi(2)).sum::<f64>() / count;
-            // Predicted by the others: their uncertainty adds to the noise.
+            // The uncertainty of the others' prediction adds to the noise.
             let spread = 1.0 + u.rows.iter().map(|&r| leverages[r]).sum::<f64>() / count;
             let ratio = mean / (unit * spread);
             let tail = FisherSnedecor::new(numbers, dof).map_or(1.0, |d| d.sf(ratio));

@@ -1,4 +1,4 @@
-//! By what a diagnosis measures: how large the noise is, and how many samples tell of one posture.
+//! Yardstick of a diagnosis: the size of the noise, and the number of samples of one posture that count as one.
 
 use nalgebra::Vector3;
 
@@ -7,25 +7,25 @@ use crate::assess::noise_floor::{NoiseFloor, NoisySample, fisher_chance};
 use crate::identify::{Fit, Problem, Use};
 use crate::measure::{Dataset, Postures};
 
-/// Chance at which samples of one posture are said to err alike.
+/// Significance level at which residuals of one posture are regarded as correlated.
 const ALIKE: f64 = 0.01;
 
-/// The noise of some data, and their repetition.
+/// Size of the noise in the data, and their repetition.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Yardstick {
-    /// How large the noise is, and how that is known.
+    /// Size of the noise, and its source.
     pub noise: NoiseFloor,
-    /// Samples that count as one (Kish's design effect): 1 where each tells something new.
+    /// Number of samples that count as one (Kish's design effect): 1 if all are independent.
     pub repetition: f64,
 }
 
 impl Yardstick {
-    /// Noise as stated, every sample for itself.
+    /// Noise as stated, with all samples independent.
     pub fn as_stated(stated: bool) -> Self {
         Yardstick { noise: NoiseFloor::of(&[], stated), repetition: 1.0 }
     }
 
-    /// Of a fitted problem of the rows of set `fit`.
+    /// Computes the yardstick of a problem fitted to the rows of set `fit`.
     pub fn of(datasets: &[(&str, &Dataset)], problem: &Problem, fit: &Fit) -> Self {
         let rows = rows(problem, &fit.values);
         let replicates = Postures::replicates(datasets, |s| Use::Fit.takes(s));
@@ -41,20 +41,21 @@ impl Yardstick {
         Yardstick { noise, repetition: repetition(&whitened, &postures) }
     }
 
-    /// Whether the size of the noise is known.
+    /// True if the size of the noise is known.
     pub fn is_known(&self) -> bool {
         self.noise.level.is_some()
     }
 
-    /// What whitened rows are multiplied by: they then have unit variance and count as often as they tell something new.
+    /// Factor by which whitened rows are multiplied, so that they have unit variance and count as often as they are
+    /// independent.
     pub fn weight(&self) -> f64 {
         let relative = self.noise.level.map_or(1.0, |l| l.relative);
         1.0 / (relative.max(f64::MIN_POSITIVE) * self.repetition.sqrt())
     }
 }
 
-/// `1 + (m - 1) rho` with the intraclass correlation of the residuals of one posture, by analysis of variance; 1 where they are not
-/// significantly alike.
+/// Design effect `1 + (m - 1) rho`, with m samples per posture and the intraclass correlation rho of their residuals,
+/// from an analysis of variance; 1 if it is not significant.
 fn repetition(whitened: &[Vector3<f64>], postures: &Postures) -> f64 {
     let (n, k) = (whitened.len() as f64, postures.count() as f64);
     if postures.of_samples().len() != whitened.len() || n < k + 2.0 || k < 2.0 {

@@ -1,4 +1,4 @@
-//! Single draws: of a normal number, of chi-square, of one among some.
+//! Single random draws: a standard normal number, a chi-square, one of several items.
 
 use rand::{Rng, RngExt};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
@@ -11,7 +11,7 @@ pub fn chi_squared(freedom: f64, random: &mut impl Rng) -> f64 {
     ChiSquared::new(freedom).map_or(freedom, |d| d.sample(random)).max(f64::MIN_POSITIVE)
 }
 
-/// One of `count`, by the logarithms of their weights.
+/// Draws an index below `count`, with the logarithms `ln` of the weights.
 pub fn one_of(count: usize, ln: impl Fn(usize) -> f64, random: &mut impl Rng) -> usize {
     let all: Vec<f64> = (0..count).map(ln).collect();
     let largest = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -1,7 +1,9 @@
-//! Errors of joint angles of any shape: curves of a joint's own angle, and smooth functions of two variables, one of them that angle.
+//! Joint angle errors of any shape: curves of a joint's own angle, and smooth functions of two variables (two joint
+//! angles, or the joint's load and an angle).
 //!
-//! A function of two variables is a Gaussian process by random features (Rahimi & Recht 2007). Where no data are it opens again, so that
-//! nothing is foretold there for sure from what looked like a function of one.
+//! A function of two variables is a Gaussian process by random features (Rahimi & Recht 2007). Its uncertainty grows
+//! again where there are no data, so that a dependence that looked like one on a single variable is not extrapolated
+//! with certainty.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -15,51 +17,51 @@ use super::linear_model::Kind;
 use crate::identify::Circumstance;
 use crate::units::URAD;
 
-/// Orders per turn, band by band: a band has one size.
+/// Bands of orders per turn; each band has one size.
 const BANDS: [RangeInclusive<usize>; 3] = [1..=4, 5..=10, 11..=20];
 
-/// Postures below which only the first two bands can be told from anything.
+/// With fewer samples than this, only the first band is used.
 const FOR_HIGH_ORDERS: usize = 20;
 
-/// Lengths over which a function of two variables changes, rad or parts of the usual load.
+/// Length scales of a function of two variables, rad or multiples of the usual load.
 const LENGTHS: [f64; 2] = [0.5, 1.5];
 
-/// Random features of each length.
+/// Number of random features per length scale.
 const FEATURES: usize = 3;
 
-/// One-sigma of a joint's error, of a band or of a pair, rad.
+/// One-sigma of a joint's error at plausible size, of a band or of a pair, rad.
 const ORDINARY: f64 = 50.0 * URAD;
 
-/// A variable that a joint's error goes with.
+/// A variable on which a joint's error depends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Variable {
     Angle(usize),
     Load(usize),
 }
 
-/// A wave over two variables.
+/// A cosine wave in two variables.
 struct Feature {
     frequency: [f64; 2],
     phase: f64,
 }
 
-/// Functions of two variables by which a joint errs.
+/// Error of a joint as a function of two variables.
 struct Pair {
     joint: usize,
     of: [Variable; 2],
     features: Vec<Feature>,
 }
 
-/// The shapes.
+/// Shapes of joint errors.
 pub(super) struct JointErrors {
     curves: Vec<(usize, RangeInclusive<usize>)>,
     pairs: Vec<Pair>,
-    /// Usual load of each joint, N·m.
+    /// Root mean square load of each joint, N·m.
     load: Vec<f64>,
 }
 
 impl JointErrors {
-    /// Those that may be seen at `circumstances`; without curves where the model has them.
+    /// Shapes that have an effect at `circumstances`; without curves if the model contains them.
     pub fn of(circumstances: &[Circumstance], has_curves: bool) -> Self {
         let joints = circumstances.first().map_or(0, |c| c.joints.len());
         let moves = |j: usize| circumstances.iter().map(|c| c.joints[j].norm()).fold(0.0, f64::max);
@@ -82,7 +84,7 @@ impl JointErrors {
             let of_angles = (0..joints).flat_map(|i| (i + 1..joints).map(move |k| [i, k].map(Variable::Angle)));
             let of_load = angles.iter().filter(|_| load[joint] > 0.0).map(|angle| [Variable::Load(joint), *angle]);
             for of in of_angles.chain(of_load) {
-                // What a joint does by its own angle may be rougher than what others do to it.
+                // The dependence on a joint's own angle may be rougher than that on others.
                 let lengths = if of.contains(&Variable::Angle(joint)) { &LENGTHS[..] } else { &LENGTHS[1..] };
                 let each = lengths.iter().flat_map(|&length| (0..FEATURES).map(move |_| length));
                 pairs.push(Pair { joint, of, features: each.map(&mut wave).collect() });
@@ -91,13 +93,14 @@ impl JointErrors {
         JointErrors { curves, pairs, load }
     }
 
-    /// Of what kind each group is, and how many columns it has.
+    /// Kind of each group, and its number of columns.
     pub fn groups(&self) -> impl Iterator<Item = (Kind, usize)> {
         let curves = self.curves.iter().map(|(_, band)| (Kind::Curves, 2 * band.clone().count()));
         curves.chain(self.pairs.iter().map(|pair| (Kind::Pairs, pair.features.len())))
     }
 
-    /// Columns of all shapes, in ordinary sizes: rows of these circumstances one after the other, as they are whitened.
+    /// Columns of all shapes at plausible size. The rows are those of the circumstances in order, whitened in the same
+    /// way.
     pub fn columns(&self, circumstances: &[Circumstance]) -> DMatrix<f64> {
         let rows = circumstances.iter().map(|c| c.height).sum();
         let mut all = DMatrix::zeros(rows, self.groups().map(|(_, count)| count).sum());
@@ -116,7 +119,7 @@ impl JointErrors {
         all
     }
 
-    /// Error of each shape here: the joint, rad.
+    /// Passes the error of each shape in these circumstances to `each`: the joint, and its angle error, rad.
     fn errors(&self, at: &Circumstance, each: &mut dyn FnMut(usize, f64)) {
         for (j, band) in &self.curves {
             let unit = ORDINARY / (band.clone().count() as f64).sqrt();

@@ -1,4 +1,4 @@
-//! The linear model that is drawn from, and where a chain of draws stands.
+//! The linear model of the sampler, and the state of a chain.
 
 use std::ops::Range;
 
@@ -15,42 +15,42 @@ pub enum Kind {
     Pairs,
 }
 
-/// All of them.
+/// All kinds.
 pub const KINDS: [Kind; 3] = [Kind::Catalogue, Kind::Curves, Kind::Pairs];
 
-/// What is known of some columns before the data.
+/// Prior knowledge of the size of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
-    /// Their variance.
+    /// Known variance.
     Known(f64),
-    /// It is one of many of its kind that scatter about a common size.
+    /// Drawn with the others of its kind, which scatter about a common size.
     Drawn(Kind),
 }
 
-/// Columns that have one size.
+/// Columns that share one size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
-    /// Their places.
+    /// Indices of the columns.
     pub columns: Range<usize>,
-    /// What is known of it.
+    /// Prior knowledge of the size.
     pub size: Size,
 }
 
-/// What is drawn from.
+/// The linear model.
 pub struct LinearModel {
-    /// One row a residual, in units of the noise, one column a coefficient.
+    /// One row per residual, in units of the noise; one column per coefficient.
     pub x: DMatrix<f64>,
     /// The residuals.
     pub y: DVector<f64>,
-    /// Rows of each sample: they share a weight.
+    /// Rows of each sample, which share a weight.
     pub samples: Vec<Range<usize>>,
-    /// In the order of the columns, without gaps.
+    /// Groups in the order of the columns, without gaps.
     pub groups: Vec<Group>,
-    /// Variance of the noise as far as it is known, in units of the noise, and by how many degrees of freedom.
+    /// Prior variance of the noise, in units of the noise squared, and its degrees of freedom; `None` if unknown.
     pub noise: Option<(f64, f64)>,
 }
 
-/// Where a chain of draws stands.
+/// State of a chain.
 pub struct State {
     pub common: [f64; KINDS.len()],
     pub variance: Vec<f64>,

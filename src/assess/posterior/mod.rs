@@ -1,7 +1,8 @@
-//! What the robot may be beyond the fitted model: draws of everything that the data leave possible.
+//! Deviations of the robot from the fitted model: draws of everything that is compatible with the data.
 //!
-//! The fitted parameters, the candidates of the catalogue, curves of every joint's angle and smooth functions of two variables are drawn at
-//! once, and with them the noise; what looks white and is more than the instrument's noise is robot, at every pose another.
+//! The fitted parameters, the candidates of the catalogue, curves of every joint's angle and smooth functions of two
+//! variables are drawn together with the noise. White scatter beyond the instrument noise is attributed to the robot
+//! and drawn independently at every pose.
 
 mod chance;
 mod joint_errors;
@@ -23,34 +24,35 @@ use crate::effects::{EffectId, Owner};
 use crate::identify::{IdentifyError, Model, Parameter, Prior};
 use crate::measure::Dataset;
 
-/// Samples drawn from; of more, every so many-th.
+/// Largest number of samples used; of more, only every k-th is used.
 const MOST: usize = 200;
 
-/// A number that the fit takes freely may be so many times as large as is plausible: links and compliances.
+/// Prior one-sigma of parameters that the fit does not regularise (links and compliances), in plausible sizes.
 const FREE: f64 = 4.0;
 
-/// A frame stands anywhere, in plausible sizes.
+/// Prior one-sigma of frames, in plausible sizes: practically unconstrained.
 const ANYWHERE: f64 = 1e3;
 
-/// Noise that is stated counts as much as so many residuals: wrong by a third is nothing unusual.
+/// Degrees of freedom that a stated noise is worth: an error of a third is not unusual.
 const STATED_NOISE: f64 = 10.0;
 
 const SEED: u64 = 0x0ca1_1be1;
 
-/// Draws of what the robot may be.
+/// Draws of the robot's deviations.
 pub(super) struct Posterior {
     draws: Vec<Draw>,
-    /// Of each fitted parameter and candidate: its unit, SI or plausible sizes, and what it is drawn about.
+    /// Unit of each fitted parameter (SI) and candidate (plausible sizes), and the centre of its prior in that unit.
     unit: Vec<f64>,
     centre: Vec<f64>,
     shapes: JointErrors,
-    /// One-sigma per axis of the noise to which the residuals are whitened, m.
+    /// One-sigma per axis of the noise by which the residuals are whitened, m.
     noise_m: f64,
-    /// Variance of the read-out's noise in units of the former; `None` where all that looks like noise may be robot.
+    /// Variance of the instrument noise in units of `noise_m` squared; `None` if all apparent noise may come from the
+    /// robot.
     known: Option<f64>,
 }
 
-/// What is known of a fitted parameter before the data: of its size, its unit (SI), and what it is drawn about.
+/// Prior of a fitted parameter: its size, its unit (SI), and its centre in that unit.
 fn drawn(parameter: &Parameter, value: f64, model: &Model) -> (Size, f64, f64) {
     let plausible = parameter.spec.prior;
     let from_nothing = -value / plausible;
@@ -65,7 +67,7 @@ fn drawn(parameter: &Parameter, value: f64, model: &Model) -> (Size, f64, f64) {
 }
 
 impl Posterior {
-    /// Of an examined fit.
+    /// Draws from the posterior of an examined fit.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -79,7 +81,7 @@ impl Posterior {
             let (size, own, about) = drawn(parameter, fit.values[p], model);
             unit.push(own);
             centre.push(about);
-            // Numbers of one effect have one size.
+            // Parameters of one effect share one size.
             let joins = k > 0 && matches!(size, Size::Drawn(_)) && parameters[k - 1].effect == parameter.effect;
             match groups.last_mut().filter(|group| joins && group.size == size) {
                 Some(group) => group.columns.end = k + 1,
@@ -100,7 +102,7 @@ impl Posterior {
             groups.push(Group { columns: first..first + count, size: Size::Drawn(kind) });
             first += count;
         }
-        // Known distances are rows of their own, behind those of the samples.
+        // Known distances have rows of their own, after those of the samples.
         let samples_end = circumstances.iter().map(|c| c.first_row + c.height).max().unwrap_or(0);
         let mut samples = Vec::new();
         let mut places = Vec::new();
@@ -123,7 +125,7 @@ impl Posterior {
         x.view_mut((0, m + n), of_shapes.shape()).copy_from(&of_shapes);
         let units = examination.squared_units();
         let noise_m = (units.iter().sum::<f64>() / units.len().max(1) as f64).sqrt();
-        // Rounded angles err by their rounding: that is the read-out's.
+        // The rounding of joint angles is part of the instrument noise.
         let rounding = JointSteps::of(datasets, problem, &fit.values).map_or(0.0, |steps| steps.per_axis);
         let is_known = yardstick.is_known() && !is_noise_overstated(fit);
         let known = is_known.then(|| 1.0 + (rounding / noise_m).powi(2));
@@ -132,7 +134,8 @@ impl Posterior {
         Ok(Posterior { draws, unit, centre, shapes, noise_m, known })
     }
 
-    /// Errors of the fitted model at the samples of `there`, points: three rows a sample (m), one column a draw.
+    /// Computes errors of the fitted model at the samples of `there`, which are points: three rows per sample (m), one
+    /// column per draw.
     ///
     /// # Errors
     /// When there is no sample.

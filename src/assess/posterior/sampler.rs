@@ -1,9 +1,11 @@
-//! Draws from a linear model whose columns come in groups, each group with a size of its own that is drawn too.
+//! Draws from a linear model whose columns form groups, where the size of each group is drawn too.
 //!
-//! `y = X b + e`: `b` of group g has variance `s_g²`, the sizes scatter about a common one, `s_g² = 2 tau² / chi²(2)`, and tau is
-//! log-uniform; columns of known variance are drawn along. The noise is Student's t by rows of one sample, with its scale and its degrees of
-//! freedom drawn. Gibbs' sampler, all coefficients at once (Bhattacharya, Chakraborty & Mallick 2016 where rows are fewer than columns).
-//! A size that was fitted would be too certain of what the data hardly see; drawn, it may be anything that they leave possible.
+//! `y = X b + e`: the coefficients `b` of group g have variance `s_g²`. The sizes scatter about a common one,
+//! `s_g² = 2 tau² / chi²(2)`, and tau is log-uniform; columns of known variance are drawn with them. The noise is
+//! Student's t with one weight per sample; its scale and its degrees of freedom are drawn. The Gibbs sampler draws all
+//! coefficients at once (Bhattacharya, Chakraborty & Mallick 2016 if there are fewer rows than columns). A fitted size
+//! would be overconfident where the data contain little information; a drawn size covers all values compatible with
+//! them.
 
 use std::ops::Range;
 
@@ -17,59 +19,59 @@ use super::linear_model::{KINDS, LinearModel, Size, State};
 use super::solver::Solver;
 use crate::identify::FitError;
 
-/// Chains, and sweeps of each: those that forget where it began, and those that are kept.
+/// Number of chains, and of the sweeps of each: burn-in, and those that are kept.
 const CHAINS: u64 = 2;
 const FORGOTTEN: usize = 15;
 const KEPT: usize = 45;
 
-/// Common sizes, in plausible sizes: log-uniform.
+/// Grid of common sizes, in plausible sizes: log-uniform.
 const SMALLEST: f64 = 0.01;
 const LARGEST: f64 = 3.0;
 const SIZE_STEPS: usize = 40;
 
-/// Where chains begin: what the data show grows within a few sweeps, what they do not shrinks slowly.
+/// Size at which chains begin: sizes that the data require grow within a few sweeps, others shrink slowly.
 const BEGIN: f64 = 0.02;
 
-/// Degrees of freedom of the noise.
+/// Possible degrees of freedom of the noise.
 const TAILS: [f64; 5] = [2.5, 4.0, 7.0, 15.0, 50.0];
 
-/// Weight of the common size in that of a group, in coefficients.
+/// Weight of the common size in the size of a group, in coefficients.
 const COMMON_WEIGHT: f64 = 2.0;
 
-/// Number `k` of the common sizes.
+/// Value `k` of the grid of common sizes.
 fn common_size(k: usize) -> f64 {
     SMALLEST * (k as f64 * (LARGEST / SMALLEST).ln() / (SIZE_STEPS - 1) as f64).exp()
 }
 
-/// One draw.
+/// One draw from the posterior.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Draw {
     /// The coefficients.
     pub b: DVector<f64>,
-    /// Variance of the noise of a row of ordinary weight, in units of the noise.
+    /// Variance of the noise of a row of unit weight, in units of the noise squared.
     pub noise: f64,
-    /// Degrees of freedom of its distribution.
+    /// Degrees of freedom of the noise distribution.
     pub tail: f64,
-    /// The common size.
+    /// The common size of each kind.
     pub common: [f64; KINDS.len()],
 }
 
 impl Draw {
-    /// Noise of a further sample, in units of the noise: `width` numbers of one weight.
+    /// Draws the noise of a further sample, in units of the noise: `width` components of one weight.
     pub fn noise_of_sample(&self, width: usize, random: &mut impl Rng) -> Vec<f64> {
         let weight = chi_squared(self.tail, random) / self.tail;
         let sigma = (self.noise / weight).sqrt();
         (0..width).map(|_| sigma * normal(random)).collect()
     }
 
-    /// Mean square of a row of noise, in units of the noise.
+    /// Mean square of the noise of a row, in units of the noise squared.
     pub fn mean_square(&self) -> f64 {
         self.noise * self.tail / (self.tail - 2.0)
     }
 }
 
 impl LinearModel {
-    /// Draws, the same for the same `seed` on any number of threads.
+    /// Draws from the posterior; the same `seed` gives the same draws on any number of threads.
     ///
     /// # Errors
     /// When a matrix cannot be factored.
@@ -107,7 +109,7 @@ impl LinearModel {
         Ok(draws)
     }
 
-    /// Draws the sizes of the groups, and the common one.
+    /// Draws the sizes of the groups, and the common sizes.
     fn sizes(&self, b: &DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
         for (group, variance) in self.groups.iter().zip(&mut state.variance) {
             if let Size::Drawn(kind) = group.size {
@@ -125,8 +127,9 @@ impl LinearModel {
         }
     }
 
-    /// Scales everything of a kind at once, coefficients, sizes and the common size: of that scale the data alone decide, and what they do
-    /// not see moves freely (Liu & Sabatti 2000). Drawn one after the other they would hold each other where they are.
+    /// Scales the coefficients, sizes and common size of a kind together. Only the data determine this scale, and it
+    /// moves freely where they contain no information (Liu & Sabatti 2000). Drawn one after the other, these quantities
+    /// would hardly move.
     fn scale_kinds(&self, b: &mut DVector<f64>, state: &mut State, random: &mut ChaCha8Rng) {
         let mut left = &self.y - &self.x * &*b;
         for kind in KINDS {
@@ -169,7 +172,7 @@ impl LinearModel {
         let count = self.samples.iter().map(Range::len).sum::<usize>() as f64;
         let (known, freedom) = self.noise.unwrap_or((0.0, 0.0));
         state.noise = (weighted + known * freedom).max(f64::MIN_POSITIVE) / chi_squared(count + freedom, random);
-        // Weights of mean one about their tail: gamma of shape and rate tail/2.
+        // Weights have mean one: gamma distribution of shape and rate tail/2.
         let (sum, sum_ln) = state.weight.iter().fold((0.0, 0.0), |(s, l), w| (s + w, l + w.ln()));
         let n = state.weight.len() as f64;
         let ln = |k: usize| {
@@ -190,10 +193,10 @@ mod tests {
 
     const ROBOTS: u64 = 500;
     const BINS: usize = 10;
-    /// Chi-square with nine degrees of freedom is larger by chance in one case of a hundred.
+    /// Chi-square with nine degrees of freedom exceeds this with a probability of 1 %.
     const BY_CHANCE: f64 = 21.67;
 
-    /// A model drawn from its own prior, and the true coefficients.
+    /// Draws a model from its own prior, with the true coefficients.
     fn drawn(random: &mut ChaCha8Rng, rows: usize) -> (LinearModel, DVector<f64>) {
         let mut groups = vec![Group { columns: 0..3, size: Size::Known(4.0) }];
         groups.extend((0..12).map(|g| Group { columns: 3 + 2 * g..5 + 2 * g, size: Size::Drawn(KINDS[g % KINDS.len()]) }));

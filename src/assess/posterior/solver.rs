@@ -1,4 +1,4 @@
-//! One draw of all coefficients of the linear model at once, their sizes and the noise being given.
+//! Draw of all coefficients of the linear model at once, given their sizes and the noise.
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -8,14 +8,15 @@ use super::linear_model::{Group, LinearModel, Size, State};
 use crate::identify::FitError;
 use crate::math::linalg::{self, Cholesky};
 
-/// Sweeps between two looks at the weights of the samples where there are more rows than columns: their products are the dear part.
+/// Sweeps between updates of the sample weights if there are more rows than columns: the products of the rows are
+/// expensive.
 const REWEIGH: usize = 10;
 
-/// Draws all coefficients at once, through whichever of the two normal matrices is the smaller.
+/// Draws all coefficients at once, using the smaller of the two normal matrices.
 pub enum Solver {
-    /// Rows by rows.
+    /// Matrix of rows x rows.
     ByRows { factor: Cholesky, known: DMatrix<f64>, drawn: Vec<usize>, scaled: DMatrix<f64>, kernel: DMatrix<f64> },
-    /// Columns by columns: the rows weighted and transposed, their products, and the residuals weighted.
+    /// Matrix of columns x columns: the rows weighted and transposed, their products, and the weighted residuals.
     ByColumns { factor: Cholesky, weighted: DMatrix<f64>, products: DMatrix<f64>, y: DVector<f64>, scaled: DMatrix<f64> },
 }
 
@@ -103,7 +104,7 @@ impl Solver {
                     scaled[(c, c)] = 1.0;
                 }
                 factor.factor(scaled)?;
-                // Data and prior each with noise of their own: what solves for them is a draw.
+                // Data and prior are each perturbed by their own noise: the solution is then a draw.
                 let sigma = state.noise.sqrt();
                 let noisy = DVector::from_fn(rows, |r, _| y[r] / state.noise + normal(random) / sigma);
                 let mut b = &*weighted * noisy;

@@ -1,4 +1,4 @@
-//! The models that a campaign offers, judged on the same postures, and the one to use.
+//! The models to choose from, judged on the same postures, and the recommended one.
 
 use std::ops::Range;
 
@@ -12,26 +12,27 @@ use crate::effects;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::{Dataset, Postures};
 
-/// The whole library is offered while its parameters in effect are no larger a share of three numbers a posture.
+/// The whole library is offered if its effective number of parameters is no larger than this share of three components
+/// per posture.
 const SHARE_OF_NUMBERS: f64 = 0.9;
 
-/// What kind of model.
+/// Kind of model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The model to begin with.
+    /// The first model.
     Begin,
-    /// With the effects of the ladder's steps.
+    /// The first model with the effects of the ladder's steps.
     Steps,
-    /// With the error curves of all joints.
+    /// The first model with the error curves of all joints.
     Curves,
-    /// With both.
+    /// The first model with both.
     StepsAndCurves,
-    /// With the whole library, each effect held to the size that the data give it.
+    /// The first model with the whole library, each effect regularised by the size estimated from the data.
     Library,
 }
 
 impl Kind {
-    /// As in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Begin => "begin",
@@ -43,78 +44,78 @@ impl Kind {
     }
 }
 
-/// A model that may be used.
+/// A model to choose from.
 #[derive(Debug, Clone)]
 pub struct Choice {
-    /// What kind.
+    /// Kind of the model.
     pub kind: Kind,
     /// The model.
     pub model: Model,
-    /// What it adds to the model to begin with.
+    /// Effects added to the first model.
     pub added: Vec<String>,
-    /// What it gains over the model to begin with at postures that were not fitted, one entry a division; for that model itself, its own
-    /// errors.
+    /// Gain over the first model at postures that were not fitted, one entry per division; for the first model itself,
+    /// its own errors.
     pub gains: Vec<Gain>,
 }
 
 impl Choice {
-    /// Whether every division says that it is better than the model to begin with.
+    /// True if it is better than the first model in every division, or is that model itself.
     pub fn convinces(&self) -> bool {
         self.kind == Kind::Begin || !self.gains.is_empty() && self.gains.iter().all(Gain::convinces)
     }
 
-    /// Mean share of the squares that is left, over the divisions.
+    /// Share of the mean square that remains, averaged over the divisions.
     pub fn left(&self) -> f64 {
         1.0 - self.gains.iter().map(|g| g.share).sum::<f64>() / self.gains.len().max(1) as f64
     }
 
-    /// Root mean square of the error at postures drawn at random and not fitted, m; `None` with too few postures.
+    /// Root mean square of the error at left-out postures chosen at random, m; `None` with too few postures.
     pub fn cross_validated(&self) -> Option<f64> {
         self.gains.first().map(|g| g.rms[1])
     }
 }
 
-/// Which model to use.
+/// Recommendation of a model.
 #[derive(Debug, Clone)]
 pub struct Recommendation {
-    /// All that were judged; the first is the model to begin with.
+    /// All models that were judged; the first entry is the first model.
     pub choices: Vec<Choice>,
-    /// Place of the one to use.
+    /// Index of the recommended one.
     pub chosen: usize,
-    /// Samples that the steps set aside, and with them every model but the one to begin with.
+    /// Samples that the steps set aside; every model but the first sets them aside too.
     pub aside: Vec<String>,
-    /// Postures.
+    /// Number of postures.
     pub postures: usize,
 }
 
 impl Recommendation {
-    /// Places of the choices that convince, best first; the model to begin with is always among them.
+    /// Indices of the choices that convince, best first; the first model is always among them.
     pub fn ranked(&self) -> Vec<usize> {
         let mut places: Vec<usize> = (0..self.choices.len()).filter(|&k| self.choices[k].convinces()).collect();
         places.sort_by(|&a, &b| self.choices[a].left().total_cmp(&self.choices[b].left()));
         places
     }
 
-    /// The choice of a kind, where it was offered.
+    /// The choice of a kind; `None` if it was not offered.
     pub fn of_kind(&self, kind: Kind) -> Option<&Choice> {
         self.choices.iter().find(|c| c.kind == kind)
     }
 
-    /// The model to use.
+    /// The recommended choice.
     pub fn choice(&self) -> &Choice {
         &self.choices[self.chosen]
     }
 }
 
-/// Candidates, by place, with the information that holds each.
+/// Candidates by index, each with its prior information.
 type Held = Vec<(usize, f64)>;
 
-/// Judges the model of an examination, `steps` beside it, the error curves, and `library`: ids with
-/// their widths, plausible sizes in units of the noise that the library leaves. Of the steps, `bad` are samples without which all others
-/// are known better: they are set aside whatever is chosen.
+/// Judges the model of an examination: alone, with `steps`, with the error curves, and with `library` (ids with their
+/// prior widths, in plausible sizes and units of the noise that remains with the library). Of the steps, `bad` set
+/// aside suspect samples, without which all others are known better; they are set aside whichever model is chosen.
 ///
 /// # Errors
-/// When an effect does not go with the data, or a matrix cannot be factored.
+/// When an effect does not fit the data, or a matrix cannot be factored.
 pub fn recommend(
     datasets: &[(&str, &Dataset)],
     examination: &Examination,
@@ -161,7 +162,7 @@ pub fn recommend(
     Ok(all)
 }
 
-/// The candidates of all choices, each once, and those of each group by their places.
+/// The candidates of all choices without repetition, and the indices of those in each group.
 struct Candidates {
     all: Vec<Candidate>,
     steps: Held,
@@ -173,7 +174,8 @@ impl Candidates {
     fn new(examination: &Examination, postures: usize, steps: &[&String], library: &[(String, f64)]) -> Self {
         let begin = examination.model();
         let bands = curves::bands(examination.problem().robot().joints(), postures);
-        // The bands first: an effect of a step or of the library may be one of them, and they must stay one range.
+        // Bands come first: an effect of a step or of the library may be one of them, and their indices must stay one
+        // range.
         let ids = bands.iter().chain(steps.iter().copied()).chain(library.iter().map(|(id, _)| id));
         let mut all: Vec<Candidate> = Vec::new();
         for id in ids {
@@ -191,8 +193,8 @@ impl Candidates {
         }
     }
 
-    /// The choices worth judging, the model to begin with first; the library only while no more than `most` of its parameters are
-    /// in effect.
+    /// Returns the choices to judge, the first model first; the library only if its effective number of parameters is
+    /// at most `most`.
     fn offered(&self, wide: &Examination, linear: &Linear<'_>, most: Option<f64>) -> Result<Vec<(Kind, Held)>, IdentifyError> {
         let all = linear.all_products();
         let curves_held = curves::held(wide, linear, &all, self.bands.clone(), &[])?;
@@ -212,7 +214,7 @@ impl Candidates {
     }
 }
 
-/// What each of the choices gains over the first, one entry a division.
+/// Computes the gain of each choice over the first, one entry per division.
 fn gains(
     divisions: &Postures,
     wide: &Examination,
@@ -232,7 +234,8 @@ fn gains(
     Ok(gains)
 }
 
-/// Whether a place in the world is known. Where none is, what a hundred effects make of a new place shows only at places left out.
+/// True if a position in the world is known. If none is, the behaviour of a hundred effects at a new place shows only
+/// at left-out places.
 fn stands_somewhere(examination: &Examination) -> bool {
     !examination.problem().parameters().iter().any(|p| p.defines_world)
 }

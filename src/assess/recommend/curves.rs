@@ -1,4 +1,4 @@
-//! Error curves of all joints, as one candidate: which bands of orders a campaign bears, and how large each is.
+//! Error curves of all joints as one choice: the bands of orders that a campaign supports, and the size of each.
 
 use nalgebra::DMatrix;
 
@@ -10,20 +10,20 @@ use crate::identify::FitError;
 /// Bands of orders per turn.
 const BANDS: [[usize; 2]; 5] = [[1, 4], [5, 10], [11, 20], [21, 40], [41, 80]];
 
-/// Bands tried with at least so many postures.
+/// Fewest postures for each band.
 const BANDS_FROM: [usize; 5] = [0, 0, 20, 300, 300];
 
-/// A joint whose curve of plausible size moves the target less than this share of the one that moves it most is left out.
+/// A band whose effect at plausible size, as a sum of squares, is less than this share of the largest is left out.
 const MOVES: f64 = 1e-4;
 
-/// Ids of the bands for a robot of so many joints, measured in so many postures.
+/// Ids of the bands for a robot with this number of joints, measured in this number of postures.
 pub(super) fn bands(joints: usize, postures: usize) -> Vec<String> {
     let bands = BANDS.iter().zip(BANDS_FROM).filter(|(_, from)| postures >= *from).map(|(band, _)| band);
     bands.flat_map(|[low, high]| (1..=joints).map(move |j| format!("error_curve:{j}:{low}:{high}"))).collect()
 }
 
-/// The information that holds each of these candidates, bands that move the target at all, beside a base of the fitted columns and
-/// `others`, each of those with its own information; `all` are the products of all rows.
+/// Estimates the prior information of those of `bands` that have an effect on the target, in addition to the fitted
+/// columns and `others`, each with its own information. `all` are the inner products of all rows.
 pub(super) fn held(
     examination: &Examination,
     linear: &Linear<'_>,

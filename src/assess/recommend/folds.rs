@@ -1,5 +1,6 @@
-//! How a campaign is divided to be predicted from its other parts: whole postures, drawn at random, in runs of time, and in blocks of
-//! joint space. Each asks something else of a model: more of the same, the same arm later, and postures that were not near any other.
+//! Divisions of a campaign, of which each part is predicted from the others: whole postures chosen at random, in runs
+//! of time, in blocks of joint space, and by places. Each tests a model differently: at similar postures, at a later
+//! time, at postures far from any other, and at other places.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -8,33 +9,33 @@ use rand_chacha::ChaCha8Rng;
 use crate::identify::Circumstance;
 use crate::measure::Postures;
 
-/// Parts of every division.
+/// Number of folds of a division, except by places.
 const FOLDS: usize = 10;
 
-/// From so many postures on, blocks of joint space are divisions too: of fewer, each block is an extrapolation.
+/// Number of postures from which on blocks of joint space are used too: with fewer, each block is an extrapolation.
 const BLOCKS_FROM: usize = 81;
 
-/// Fewer places are no division: of two, each would be predicted from a single one.
+/// Fewest places for a division: with two, each would be predicted from a single one.
 const LEAST_PLACES: usize = 3;
 
-/// Nothing else is random here; the same data give the same folds.
+/// Fixed seed: the same data give the same folds.
 const SEED: u64 = 0x0ca1_1bf0;
 
-/// What kind of division.
+/// Kind of division.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Division {
-    /// Whole postures, drawn at random.
+    /// Whole postures chosen at random.
     Random,
-    /// Runs of postures as they were taken.
+    /// Runs of postures in the order of measurement.
     Time,
     /// Blocks of postures that are near each other in joint space.
     Blocks,
-    /// Places where balls stand, each left out: a model that is good only where it was fitted shows here.
+    /// Places of balls, each left out in turn: reveals a model that is good only where it was fitted.
     Places,
 }
 
 impl Division {
-    /// As in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Division::Random => "postures",
@@ -44,7 +45,7 @@ impl Division {
         }
     }
 
-    /// In words, after "predicted from the others in".
+    /// Description, to follow "predicted from the others in".
     pub fn words(self) -> &'static str {
         match self {
             Division::Random => "random postures",
@@ -55,7 +56,7 @@ impl Division {
     }
 }
 
-/// Fold of each posture.
+/// A division, with the fold of each posture.
 #[derive(Debug, Clone)]
 pub(super) struct Folds {
     pub division: Division,
@@ -64,7 +65,7 @@ pub(super) struct Folds {
 }
 
 impl Folds {
-    /// Whole postures, drawn at random.
+    /// Divides whole postures at random.
     pub fn random(postures: usize) -> Folds {
         let count = FOLDS.min(postures);
         let mut order: Vec<usize> = (0..postures).collect();
@@ -74,7 +75,7 @@ impl Folds {
         Folds { division: Division::Random, of, count }
     }
 
-    /// Places left out one after the other, where every sample has one and there are three or more.
+    /// Makes each place a fold; `None` unless every posture has a place and there are three or more.
     pub fn of_places(postures: &Postures, places: &[Option<usize>]) -> Option<Folds> {
         let of: Option<Vec<usize>> = postures.members().iter().map(|samples| places[samples[0]]).collect();
         let of = of?;
@@ -82,7 +83,8 @@ impl Folds {
         (count >= LEAST_PLACES).then_some(Folds { division: Division::Places, of, count })
     }
 
-    /// The divisions that a campaign of these postures bears; `places` of each sample, counted from 0.
+    /// Returns all divisions that a campaign of these postures allows; `places` are those of the samples, counted from
+    /// 0.
     pub fn all(postures: &Postures, circumstances: &[Circumstance], places: &[Option<usize>]) -> Vec<Folds> {
         let n = postures.count();
         let count = FOLDS.min(n);
@@ -97,14 +99,14 @@ impl Folds {
     }
 }
 
-/// Fold of each sample where whole postures are drawn at random.
+/// Returns the fold of each sample, with whole postures chosen at random.
 pub(in crate::assess) fn random_folds(circumstances: &[Circumstance]) -> Vec<usize> {
     let postures = postures(circumstances);
     let folds = Folds::random(postures.count());
     postures.of_samples().iter().map(|&p| folds.of[p]).collect()
 }
 
-/// Postures of a campaign, whatever the set-up or the target: what the arm does is the same.
+/// Groups a campaign by posture, regardless of set-up and target, as the error of the arm is the same.
 pub(in crate::assess) fn postures(circumstances: &[Circumstance]) -> Postures {
     let joints: Vec<&[f64]> = circumstances.iter().map(|c| c.q.as_slice()).collect();
     Postures::of_joints(&joints, &vec![0; joints.len()])

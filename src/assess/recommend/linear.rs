@@ -1,5 +1,5 @@
-//! A fitted model with what may correct it beside it, taken as linear near the fit: what any choice of columns predicts of postures that
-//! were left out is then linear algebra on the same columns, good to second order.
+//! A fitted model and its possible corrections, linearised about the fit. The prediction of left-out postures by any
+//! choice of columns is then linear algebra on the same columns, with errors of second order.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
@@ -12,57 +12,59 @@ use crate::math::linalg;
 use crate::measure::{Dataset, Measured};
 use crate::units::DEG;
 
-/// Held-out rows count only inside the joint ranges of the rows that predict them, plus this share of the range at either end.
+/// Held-out rows count only inside the joint ranges of the rows that predict them, extended by this share of the range
+/// at either end.
 const MARGIN: f64 = 0.1;
 
-/// Ranges are widened by at least this, rad.
+/// Smallest extension of a range, rad.
 const LEAST_MARGIN: f64 = 1.0 * DEG;
 
-/// A set-up or a ball with fewer training rows than this for every number of it is found from the held-out rows themselves.
+/// A set-up or a ball with fewer training rows per parameter than this is determined from the held-out rows themselves.
 const ROWS_A_NUMBER: f64 = 2.0;
 
-/// A choice of columns, each held to zero or to where its prior has it.
+/// A choice of columns, with their priors.
 #[derive(Debug, Clone)]
 pub(super) struct Choice {
-    /// Columns, ascending: first those of the fitted model, then those of candidates.
+    /// Indices of the columns: first those of the fitted model, then those of candidates.
     pub columns: Vec<usize>,
-    /// Information that holds each, 1/unit² in units of the whitened residuals.
+    /// Prior information of each, 1/unit², in units of the whitened residuals.
     pub information: Vec<f64>,
-    /// What that information pulls each towards, from the fit: `information * (prior mean - fit)`.
+    /// Contribution of the prior to the gradient of each, at the fit: `information * (prior mean - fit)`.
     pub pull: Vec<f64>,
 }
 
-/// The columns, sample by sample.
+/// The linearised columns, sample by sample.
 pub(super) struct Linear<'a> {
-    /// Whitened: one row a column, the last the residuals; one column a scalar residual.
+    /// Whitened and transposed: one row per column of the model, then the residuals; one column per scalar residual.
     pub rows: &'a DMatrix<f64>,
     pub fitted: usize,
     pub spans: Vec<Span>,
-    /// First scalar residual and their number, of each sample.
+    /// Index of the first scalar residual of each sample, and their number.
     pub stretch: Vec<(usize, usize)>,
     /// Posture of each sample, and samples of each posture.
     pub posture: Vec<usize>,
     pub members: Vec<Vec<usize>>,
     /// Joint angles of each sample, rad.
     pub q: Vec<Vec<f64>>,
-    /// m² of one whitened square, of each sample.
+    /// Factor that converts a whitened square to m², for each sample.
     unit: Vec<f64>,
     /// Samples that are neither fitted nor scored.
     pub aside: Vec<bool>,
-    /// Of each fitted column: the set-up, ball or other place that owns it beside the arm.
+    /// For each fitted column, the number of the set-up, ball or other item that owns it; `None` for the arm.
     local: Vec<Option<usize>>,
     /// Sum of the squares of each column.
     energy: Vec<f64>,
-    /// Where the ball of each sample stands, among the places of the artifact.
+    /// Index of the place where the ball of each sample stands; `None` without a ball.
     pub places: Vec<Option<usize>>,
-    /// What a fit's information is worth in units of these rows: they are weighted by the noise that is known, not by that stated.
+    /// Factor that converts prior information of a fit to units of these rows, which are weighted by the known noise
+    /// rather than the stated one.
     pub weight2: f64,
-    /// How the fitted model holds its own columns.
+    /// Prior information of the fitted columns, and its pull.
     information: Vec<f64>,
     pull: Vec<f64>,
 }
 
-/// Products of the training rows of all folds.
+/// Inner products of the rows of each fold, and of all rows.
 pub(super) struct FoldProducts {
     pub folds: Folds,
     of_fold: Vec<DMatrix<f64>>,
@@ -70,7 +72,7 @@ pub(super) struct FoldProducts {
 }
 
 impl<'a> Linear<'a> {
-    /// Of an examined fit with candidates beside it.
+    /// Linearises an examined fit and its candidates.
     pub fn new(examination: &'a Examination, datasets: &[(&str, &Dataset)]) -> Self {
         let Examination { rows, fitted, spans, circumstances, problem, fit, .. } = examination;
         let parameters = problem.parameters();
@@ -97,12 +99,12 @@ impl<'a> Linear<'a> {
         }
     }
 
-    /// The fitted model alone.
+    /// The choice of the fitted model alone.
     pub fn base(&self) -> Choice {
         Choice { columns: (0..self.fitted).collect(), information: self.information.clone(), pull: self.pull.clone() }
     }
 
-    /// The fitted model and candidates, each with the information that holds its numbers in a fit.
+    /// The choice of the fitted model and candidates, each with the prior information of its parameters in a fit.
     pub fn with(&self, held: impl Iterator<Item = (usize, f64)>) -> Choice {
         let mut choice = self.base();
         for (candidate, information) in held {
@@ -115,13 +117,14 @@ impl<'a> Linear<'a> {
         choice
     }
 
-    /// Scalar residuals, known distances included.
+    /// Number of scalar residuals not set aside, known distances included.
     pub fn scalars(&self) -> usize {
         let aside: usize = (0..self.stretch.len()).filter(|&s| self.aside[s]).map(|s| self.stretch[s].1).sum();
         self.rows.ncols() - aside
     }
 
-    /// How many parameters' worth of freedom a choice has: the trace of what it does to the residuals, by the products of all rows.
+    /// Effective number of parameters of a choice: the trace of its hat matrix, from the inner products `all` of all
+    /// rows.
     pub fn effective(&self, all: &DMatrix<f64>, choice: &Choice) -> Result<f64, FitError> {
         let (mut factor, scale) = self.factored(all, choice)?;
         let m = choice.columns.len();
@@ -131,21 +134,22 @@ impl<'a> Linear<'a> {
         Ok(m as f64 - (0..m).map(held).sum::<f64>())
     }
 
-    /// The normal matrix of a choice, scaled and factored, from products of rows; and the scale.
+    /// Scales and factors the normal matrix of a choice, from inner products of rows. Also returns the scale.
     fn factored(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<(linalg::Cholesky, DVector<f64>), FitError> {
         let m = choice.columns.len();
         let mut normal = DMatrix::from_fn(m, m, |r, c| products[(choice.columns[r], choice.columns[c])]);
         (0..m).for_each(|k| normal[(k, k)] += choice.information[k]);
         let scale = self.scale(choice);
         let mut scaled = DMatrix::from_fn(m, m, |r, c| normal[(r, c)] * scale[r] * scale[c]);
-        // A fold that alone knows a number leaves it where it is.
+        // A parameter that is determined only by the held-out fold keeps its fitted value.
         (0..m).for_each(|k| scaled[(k, k)] += 1e-9);
         let mut factor = linalg::Cholesky::new(m);
         factor.factor(&scaled)?;
         Ok((factor, scale))
     }
 
-    /// Scales the normal matrix to about a unit diagonal, by all rows: of the rows of a fold a number may be undetermined.
+    /// Scale that gives the normal matrix an approximately unit diagonal. It is computed from all rows, as those of a
+    /// fold may not determine a parameter.
     fn scale(&self, choice: &Choice) -> DVector<f64> {
         let size = |k: usize| (self.energy[choice.columns[k]] + choice.information[k]).max(f64::MIN_POSITIVE);
         DVector::from_fn(choice.columns.len(), |k, _| 1.0 / size(k).sqrt())
@@ -155,7 +159,7 @@ impl<'a> Linear<'a> {
         (0..self.stretch.len()).filter(|&s| !self.aside[s])
     }
 
-    /// Products of the rows of these samples.
+    /// Inner products of the rows of these samples.
     fn products(&self, samples: &[usize]) -> DMatrix<f64> {
         let width = self.rows.nrows();
         let count: usize = samples.iter().map(|&s| self.stretch[s].1).sum();
@@ -171,7 +175,7 @@ impl<'a> Linear<'a> {
         products
     }
 
-    /// Products of what is no sample: known distances between balls.
+    /// Inner products of the rows that belong to no sample: known distances between balls.
     pub fn always(&self) -> DMatrix<f64> {
         let from = self.stretch.iter().map(|(first, height)| first + height).max().unwrap_or(0);
         let mut products = DMatrix::zeros(self.rows.nrows(), self.rows.nrows());
@@ -179,12 +183,12 @@ impl<'a> Linear<'a> {
         products
     }
 
-    /// Products of all rows.
+    /// Inner products of all rows not set aside.
     pub fn all_products(&self) -> DMatrix<f64> {
         self.products(&self.taken().collect::<Vec<_>>()) + self.always()
     }
 
-    /// Products by the folds of a division.
+    /// Inner products for the folds of a division.
     pub fn fold_products(&self, folds: Folds) -> FoldProducts {
         let of_fold: Vec<DMatrix<f64>> = (0..folds.count)
             .into_par_iter()
@@ -194,7 +198,8 @@ impl<'a> Linear<'a> {
         FoldProducts { folds, of_fold, all }
     }
 
-    /// Coefficients of a choice from products of rows, embedded among all columns.
+    /// Solves for the coefficients of a choice from inner products of rows; returned for all columns, zero for those
+    /// not chosen.
     pub fn solve(&self, products: &DMatrix<f64>, choice: &Choice) -> Result<DVector<f64>, FitError> {
         let (m, last) = (choice.columns.len(), products.nrows() - 1);
         let (mut factor, scale) = self.factored(products, choice)?;
@@ -205,7 +210,8 @@ impl<'a> Linear<'a> {
         Ok(all)
     }
 
-    /// Mean square of the held-out rows of each posture, m², of a choice; `None` where nothing of the posture is inside what was seen.
+    /// Mean square error of a choice at the held-out samples of each posture, m²; `None` if no sample of the posture
+    /// lies inside the joint ranges of the training rows.
     pub fn held_out(&self, products: &FoldProducts, choice: &Choice) -> Result<Vec<Option<f64>>, FitError> {
         let of_fold = |f: usize| -> Result<Vec<(usize, f64)>, FitError> {
             let held: Vec<usize> = self.taken().filter(|&s| products.folds.of[self.posture[s]] == f).collect();
@@ -242,7 +248,7 @@ impl<'a> Linear<'a> {
         Ok(sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect())
     }
 
-    /// Whether joints are inside the ranges of the training rows of a fold.
+    /// Returns a test whether joint angles lie inside the ranges of the training rows of a fold.
     fn inside(&self, products: &FoldProducts, f: usize) -> impl Fn(&[f64]) -> bool {
         let joints = self.q.first().map_or(0, Vec::len);
         let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; joints];
@@ -257,8 +263,9 @@ impl<'a> Linear<'a> {
         }
     }
 
-    /// Fits the set-ups and balls that the training rows of a fold leave undetermined to its held-out rows; by how much that makes the
-    /// squares of each held-out sample too small.
+    /// Fits the set-ups and balls that the training rows of a fold do not determine to its held-out rows. Returns a
+    /// factor for the squares of each held-out sample that compensates for this fit; zero if it leaves no degrees of
+    /// freedom.
     fn give_back(&self, products: &FoldProducts, f: usize, held: &[usize], residual: &mut [f64]) -> Vec<f64> {
         let mut widen = vec![1.0; held.len()];
         let groups = self.local.iter().flatten().copied().max().map_or(0, |g| g + 1);
@@ -303,10 +310,10 @@ impl<'a> Linear<'a> {
     }
 }
 
-/// Balls nearer to each other than this share of the arm's reach stand at one place.
+/// Balls nearer to each other than this share of the arm's reach count as one place.
 const ONE_PLACE: f64 = 0.1;
 
-/// Place of each sample's ball: balls that stand near each other are one.
+/// Returns the place of each sample's ball; balls that are near each other share one.
 pub(super) fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -> Vec<Option<usize>> {
     let reach = reach(examination.problem.robot());
     let mut known: Vec<Vector3<f64>> = Vec::new();
@@ -324,7 +331,7 @@ pub(super) fn places(examination: &Examination, datasets: &[(&str, &Dataset)]) -
     .collect()
 }
 
-/// Numbers the owners of what does not belong to the arm: set-ups (base and tool), balls, artifacts.
+/// Numbers the owners of parameters that do not belong to the arm: set-ups (base and tool), balls, artifacts.
 fn locals<'p>(parameters: impl Iterator<Item = &'p Parameter>) -> Vec<Option<usize>> {
     use crate::effects::Owner;
     let mut known: Vec<(Option<usize>, String)> = Vec::new();

@@ -1,35 +1,36 @@
-//! When a step is taken: what it gains at postures that were not fitted must be large and sure, however the campaign is divided.
+//! Rule for taking a step: its gain at postures that were not fitted must be large and significant in every division of
+//! the campaign.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::folds::Division;
 
-/// A gain of less than this share of the mean square is none.
+/// Smallest gain that counts, as a share of the mean square.
 const LEAST_GAIN: f64 = 0.05;
 
-/// A loss of more than this share of the mean square is harm, where whole places were left out.
+/// Largest loss that counts as harmless when whole places are left out, as a share of the mean square.
 const LEAST_HARM: f64 = 0.02;
 
-/// Chance at which a gain that is none would pass, two-sided: two standard errors of the paired differences where postures are many, more
-/// where they are few, by Student's distribution. One standard error is too little, measured.
+/// Two-sided significance level of a gain: two standard errors of the paired differences with many postures, and more
+/// with few, by Student's t distribution. One standard error has proved too little.
 const CHANCE: f64 = 0.0455;
 
-/// Squares are clipped at so many medians: a few bad postures decide nothing.
+/// Squares are clipped at this multiple of their median, so that a few bad postures decide nothing.
 const CLIP: f64 = 3.0;
 
 /// The 95th percentile may not grow by more than this share.
 const TAIL: f64 = 0.10;
 
-/// What a step gains at postures that were left out, by one division.
+/// Gain of a step at left-out postures, by one division.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
-    /// How the postures were divided.
+    /// Kind of division.
     pub division: Division,
-    /// Postures judged.
+    /// Number of postures judged.
     pub postures: usize,
     /// Root mean square of the 3-D error before and after, m.
     pub rms: [f64; 2],
-    /// Share of the clipped mean square that is gained.
+    /// Reduction of the clipped mean square, as a share.
     pub share: f64,
     /// The gain in standard errors of the paired differences.
     pub sigma: f64,
@@ -38,7 +39,8 @@ pub struct Gain {
 }
 
 impl Gain {
-    /// From the mean squares of each posture (m²) before and after; `None` with fewer than four postures.
+    /// Computes the gain from the mean squares of each posture (m²) before and after; `None` with fewer than four
+    /// postures.
     pub(in crate::assess) fn of(division: Division, before: &[Option<f64>], after: &[Option<f64>]) -> Option<Self> {
         let pairs: Vec<[f64; 2]> = before.iter().zip(after).filter_map(|(b, a)| Some([(*b)?, (*a)?])).collect();
         let n = pairs.len() as f64;
@@ -63,7 +65,7 @@ impl Gain {
         })
     }
 
-    /// Whether it is large and sure; where whole places were left out, whether it does no harm.
+    /// True if the gain is large and significant; with whole places left out, true if the step does no harm.
     pub fn convinces(&self) -> bool {
         if self.division == Division::Places {
             return self.share > -LEAST_HARM;
@@ -72,7 +74,7 @@ impl Gain {
     }
 }
 
-/// Standard errors that a gain at so many postures must exceed.
+/// Number of standard errors that a gain must exceed with this number of postures.
 fn least_sigma(postures: usize) -> f64 {
     StudentsT::new(0.0, 1.0, postures.saturating_sub(1).max(1) as f64)
         .map_or(f64::INFINITY, |t| t.inverse_cdf(1.0 - CHANCE / 2.0))

@@ -1,7 +1,9 @@
-//! How large each band of every joint's error curve is, by evidence: one variance a band, with a weak prior about their common size.
+//! Size of each band of every joint's error curve, by maximum evidence: one variance per band, with a weak prior about
+//! their common size.
 //!
-//! Hundreds of columns shrunk so do no harm; a few that were selected do. A band that the data do not see stays at the size that the
-//! others have, never above the cap: uncapped, a wide band swings in the gaps of the data.
+//! Hundreds of columns do no harm if shrunk in this way, whereas a few selected ones do. A band that the data do not
+//! determine takes the size of the others, limited by a cap: without it, a wide band oscillates in the gaps of the
+//! data.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,26 +11,27 @@ use crate::assess::examination::Span;
 use crate::identify::FitError;
 use crate::math::linalg;
 
-/// Rounds of the updates.
+/// Number of iterations.
 const ROUNDS: usize = 10;
 
 /// Weight of the common size, in coefficients.
 const PRIOR_WEIGHT: f64 = 4.0;
 
-/// No band is wider than this, in plausible sizes squared.
+/// Largest variance of a band, in plausible sizes squared.
 const CAP: f64 = 4.0;
 
-/// Widths of the groups, and the noise with which they were found.
+/// Variances of the groups, and the noise estimated with them.
 #[derive(Debug, Clone)]
 pub(super) struct Shrinkage {
     /// Variance of each group's coefficients, in plausible sizes squared.
     pub variance: Vec<f64>,
-    /// Variance of the whitened residuals that is left.
+    /// Remaining variance of the whitened residuals.
     pub noise: f64,
 }
 
 impl Shrinkage {
-    /// From the products of base columns and groups (spans among them), `[X r]^T [X r]`; `information` holds the base.
+    /// Estimates the sizes from the inner products `[X r]^T [X r]` of base columns, groups (spans among the columns)
+    /// and residuals; `information` is the prior information of the base.
     pub fn new(
         products: &DMatrix<f64>,
         base: usize,

@@ -1,4 +1,4 @@
-//! What single steps gain: the effects that one model has beside another, judged at postures left out.
+//! Gain of single steps: the effects that one model has in addition to another, judged at left-out postures.
 
 use super::folds::{Folds, postures};
 use super::linear::Linear;
@@ -9,10 +9,10 @@ use crate::effects;
 use crate::identify::{IdentifyError, Model};
 use crate::measure::Dataset;
 
-/// What `after` gains over `before`, one entry a division; empty where it adds nothing but samples set aside.
+/// Computes the gain of `after` over `before`, one entry per division; empty if it adds nothing but samples set aside.
 ///
 /// # Errors
-/// When an effect does not go with the data, or a matrix cannot be factored.
+/// When an effect does not fit the data, or a matrix cannot be factored.
 pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Result<Vec<Gain>, IdentifyError> {
     let is_new = |id: &&String| !before.effects.contains(id) && effects::set_aside_by(id).is_none();
     let added: Vec<&str> = after.effects.iter().filter(is_new).map(String::as_str).collect();
@@ -26,7 +26,7 @@ pub fn gains(datasets: &[(&str, &Dataset)], before: &Model, after: &Model) -> Re
     Ok(judged(datasets, &before, &widths, &[added], &aside)?.pop().unwrap_or_default())
 }
 
-/// What each of these effects alone gains beside a model.
+/// Computes the gain of each of these effects alone in addition to a model.
 ///
 /// # Errors
 /// As [`gains`].

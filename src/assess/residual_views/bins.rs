@@ -1,27 +1,27 @@
-//! Bins of a variable: equal counts, or one for each value where there are few.
+//! Bins of a variable: equal counts, or one bin per value if there are few values.
 
-/// Bins of a variable that takes many values.
+/// Largest number of bins, for a variable with many values.
 const MOST: usize = 10;
 
-/// Samples that a bin should hold at least.
+/// Number of samples that a bin should contain at least.
 const FEWEST: usize = 8;
 
-/// A variable that takes no more values than this has a bin for each.
+/// A variable with no more values than this has one bin per value.
 const FEW_VALUES: usize = 6;
 
 /// Samples sorted into bins by one variable.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bins {
-    /// Bin of every sample; `None` where the variable is not known.
+    /// Bin of every sample; `None` if the variable is unknown.
     pub of: Vec<Option<u8>>,
-    /// Mean, least and largest value in each bin.
+    /// Mean, smallest and largest value in each bin.
     pub x: Vec<[f64; 3]>,
-    /// Samples in each bin.
+    /// Number of samples in each bin.
     pub counts: Vec<usize>,
 }
 
 impl Bins {
-    /// Sorts samples; `None` when the variable does not vary or too few samples have it.
+    /// Sorts samples into bins; `None` if the variable does not vary or is known for too few samples.
     pub fn new(values: impl Iterator<Item = Option<f64>>) -> Option<Self> {
         let values: Vec<Option<f64>> = values.collect();
         let mut order: Vec<(f64, usize)> =
@@ -36,7 +36,7 @@ impl Bins {
         let mut bins = Bins { of: vec![None; values.len()], x: Vec::new(), counts: Vec::new() };
         let mut start = 0;
         while start < n {
-            // What is left, shared out evenly; a bin ends only where the value changes.
+            // The remaining samples are divided evenly; a bin ends only where the value changes.
             let left = wanted.saturating_sub(bins.counts.len()).max(1);
             let mut end = (start + (n - start).div_ceil(left)).clamp(start + 1, n);
             while end < n && order[end].0 == order[end - 1].0 {

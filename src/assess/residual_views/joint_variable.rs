@@ -1,15 +1,15 @@
-//! What the apparent angle error of a joint is drawn against.
+//! Variables against which the apparent angle error of a joint is plotted.
 
 use super::SeenSample;
 
-/// A variable of a sample that an error of a joint may follow. Joints are counted from 1.
+/// A variable of a sample on which the error of a joint may depend. Joints are counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum JointVariable {
     /// The joint's angle.
     Angle(usize),
     /// The moment of the load about the joint.
     Torque(usize),
-    /// Side from which the joint came.
+    /// Direction from which the joint arrived.
     Approach(usize),
     /// Commanded minus reported angle of the joint.
     Lag(usize),
@@ -22,7 +22,7 @@ pub enum JointVariable {
 }
 
 impl JointVariable {
-    /// Those that a joint is drawn against.
+    /// Variables against which a joint is plotted.
     pub fn of_joint(joint: usize) -> [JointVariable; 7] {
         use JointVariable::{Angle, Approach, Lag, Payload, Temperature, Time, Torque};
         [Angle(joint), Torque(joint), Approach(joint), Lag(joint), Payload, Time, Temperature]
@@ -41,7 +41,7 @@ impl JointVariable {
         }
     }
 
-    /// Its unit as people read it, and what one of that is in SI.
+    /// Its display unit, and the size of that unit in SI.
     pub fn unit(self) -> (&'static str, f64) {
         match self {
             JointVariable::Angle(_) | JointVariable::Lag(_) => ("deg", crate::units::DEG),
@@ -53,7 +53,7 @@ impl JointVariable {
         }
     }
 
-    /// Its value in a sample, SI; `None` where the sample does not say.
+    /// Its value in a sample, SI (temperature in °C); `None` if the sample does not contain it.
     pub fn of(self, sample: &SeenSample<'_>) -> Option<f64> {
         let row = sample.sample;
         match self {

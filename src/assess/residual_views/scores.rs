@@ -1,40 +1,42 @@
-//! Scores: how much of the residuals runs along given displacement patterns, and how much of that chance would explain.
+//! Scores: the part of the residuals along given displacement patterns, and the part that is expected by chance.
 //!
-//! With whitened residuals `r`, patterns `A`, the model's columns `J` and what is known beforehand of its parameters (information
-//! `Lambda`, zero for those fitted to these very rows), residuals of a right model have the inverse covariance
-//! `V⁻¹ = I - J (Lambda + JᵀJ)⁻¹ Jᵀ`. The scores `z = Aᵀ V⁻¹ r` then have covariance `K = Aᵀ V⁻¹ A`, and `zᵀ K⁺ z` is chi-square of
-//! rank(K) degrees of freedom (Rao 1948). What the fit has absorbed is missing from `r` and from `K` alike, so nothing is counted twice.
+//! With whitened residuals `r`, patterns `A`, the model's columns `J` and the prior information `Lambda` of its
+//! parameters (zero for those fitted to these very rows), the residuals of a correct model have the inverse covariance
+//! `V⁻¹ = I - J (Lambda + JᵀJ)⁻¹ Jᵀ`. The scores `z = Aᵀ V⁻¹ r` then have covariance `K = Aᵀ V⁻¹ A`, and `zᵀ K⁺ z` is
+//! chi-square with rank(K) degrees of freedom (Rao 1948). The part that the fit has absorbed is missing from both `r`
+//! and `K`, so nothing is counted twice.
 
 use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
 
 use crate::identify::Problem;
 use crate::math::linalg;
 
-/// A pattern of which the model takes up all but this share of its energy is not seen: what is left of it is the model's curvature.
+/// A pattern is visible only if the model leaves at least this share of its energy; a smaller remainder is the model's
+/// curvature.
 const SEEN: f64 = 1e-4;
 
 /// Added to the unit diagonal of the parameters' normal matrix, so that dependent columns do no harm.
 const RIDGE: f64 = 1e-12;
 
-/// What is known of the model's parameters besides these rows.
+/// Prior knowledge of the model's parameters, not from these rows.
 pub(crate) struct Beforehand {
-    /// Parameters that may have followed the residuals, by place in the problem.
+    /// Indices in the problem of the parameters that may have absorbed part of the residuals.
     pub parameters: Vec<usize>,
-    /// Their deviation from what was known beforehand, SI.
+    /// Their deviations from the prior means, SI.
     pub deviation: DVector<f64>,
-    /// Those with a covariance, by place in `parameters`; the others are free.
+    /// Indices in `parameters` of those with a prior covariance; the others are free.
     pub informed: Vec<usize>,
-    /// Covariance of those, SI, in units of the noise (squared) that the samples are weighted by.
+    /// Covariance of those, SI, in units of the squared noise by which the samples are weighted.
     pub covariance: DMatrix<f64>,
-    /// Whether the values are those that fit these rows best.
+    /// True if the values are those that fit these rows best.
     pub fitted: bool,
 }
 
-/// Residuals with the model's columns orthonormalised, and what follows from them.
+/// Whitened residuals with the model's columns orthonormalised.
 pub(crate) struct Whitened {
     /// `L⁻¹ Jᵀ`, parameters x residuals: `V⁻¹ = I - Bᵀ B`.
     basis: DMatrix<f64>,
-    /// `V⁻¹ r`, every scalar residual.
+    /// `V⁻¹ r`, one entry per scalar residual.
     residuals: DVector<f64>,
     /// `r`.
     plain: DVector<f64>,
@@ -43,13 +45,13 @@ pub(crate) struct Whitened {
     normal: DMatrix<f64>,
     /// `rᵀ V⁻¹ r`.
     pub squares: f64,
-    /// Its degrees of freedom, if what was known beforehand is as far off as it may be.
+    /// Its degrees of freedom if the parameters deviate from the prior means as their covariance allows.
     pub dof: f64,
-    /// Its degrees of freedom, if what was known beforehand is not off at all.
+    /// Its degrees of freedom if the parameters do not deviate from the prior means at all.
     pub least_dof: f64,
 }
 
-/// Information matrix of a covariance; zero where it cannot be inverted.
+/// Information matrix of a covariance; zero if it cannot be inverted.
 fn information(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let n = covariance.nrows();
     let sigma = DVector::from_fn(n, |i, _| covariance[(i, i)].sqrt());
@@ -60,7 +62,7 @@ fn information(covariance: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 impl Whitened {
-    /// At `values` of the problem's parameters.
+    /// Whitens the residuals at `values` of the problem's parameters.
     pub fn new(problem: &Problem, values: &[f64], beforehand: &Beforehand) -> Self {
         let Beforehand { parameters, deviation, informed, covariance, .. } = beforehand;
         let (p, rows) = (parameters.len(), problem.row_count());
@@ -99,12 +101,13 @@ impl Whitened {
         }
     }
 
-    /// Length of the step that would still improve the fit, in units of the noise: next to nothing where these rows were fitted.
+    /// Length of the step that would still improve the fit, in units of the noise; nearly zero if these rows were
+    /// fitted.
     pub fn step_left(&self) -> f64 {
         (&self.plain - &self.residuals).norm()
     }
 
-    /// Square of a sample's residual in units of what chance would leave of it, and its degrees of freedom.
+    /// Squared residual of a sample in units of its expected covariance after the fit, and its degrees of freedom.
     pub fn normalised(&self, first_row: usize, height: usize) -> (f64, usize) {
         let b = self.basis.columns(first_row, height);
         let mut left = Matrix3::zeros();
@@ -122,16 +125,16 @@ impl Whitened {
     }
 }
 
-/// Displacement patterns of one sample: whitened vectors, and which of them belongs to which pattern.
+/// Displacement patterns of one sample: whitened vectors, and the pattern to which each belongs.
 #[derive(Default)]
 pub(crate) struct Patterns {
     pub vectors: Vec<Vector3<f64>>,
-    /// (pattern, place among the vectors); each pattern at most once.
+    /// (pattern, index of its vector); each pattern at most once.
     pub places: Vec<(usize, usize)>,
 }
 
 impl Patterns {
-    /// A vector of a pattern of its own.
+    /// Adds a vector with a pattern of its own.
     pub fn push(&mut self, pattern: usize, vector: Vector3<f64>) {
         self.places.push((pattern, self.vectors.len()));
         self.vectors.push(vector);
@@ -154,7 +157,7 @@ pub(crate) struct Scores {
     pub own: DMatrix<f64>,
     /// `Aᵀ r`.
     pub plain: DVector<f64>,
-    /// Covariance of `Aᵀ r` when the model is right.
+    /// Covariance of `Aᵀ r` if the model is correct.
     pub plain_covariance: DMatrix<f64>,
     /// Residual sum of squares.
     pub squares: f64,
@@ -162,19 +165,20 @@ pub(crate) struct Scores {
     pub dof: f64,
 }
 
-/// What a group of patterns takes off the residual sum of squares.
+/// Reduction of the residual sum of squares by a group of patterns.
 #[derive(Debug, Clone)]
 pub(crate) struct Taken {
     pub squares: f64,
     pub dof: usize,
-    /// Sizes of the patterns that take it (the shortest that do).
+    /// Sizes of the patterns that cause it (minimum norm).
     pub sizes: DVector<f64>,
     /// Their covariance, in units of the noise squared.
     pub covariance: DMatrix<f64>,
 }
 
 impl Scores {
-    /// Scores of `count` patterns; `show` fills those of the sample at a place. `samples` are the first row and height of each.
+    /// Computes the scores of `count` patterns; `show` fills in those of the sample with a given index. `samples` are
+    /// the first row and height of each.
     pub fn new(
         whitened: &Whitened,
         beforehand: &Beforehand,
@@ -216,7 +220,7 @@ impl Scores {
         Scores { z, k, own, plain, plain_covariance, squares: whitened.squares, dof: whitened.dof }
     }
 
-    /// What patterns take.
+    /// Computes the reduction by these patterns.
     pub fn taken(&self, patterns: &[usize]) -> Taken {
         let n = patterns.len();
         let unit = DVector::from_fn(n, |i, _| {
@@ -243,13 +247,13 @@ impl Scores {
         taken
     }
 
-    /// What patterns take beyond what `level`, which lies among their sums, takes alone.
+    /// Computes the reduction by these patterns beyond that by `level` alone, which lies in their span.
     pub fn taken_beyond(&self, patterns: &[usize], level: usize) -> Taken {
         let (all, level) = (self.taken(patterns), self.taken(&[level]));
         Taken { squares: (all.squares - level.squares).max(0.0), dof: all.dof.saturating_sub(level.dof), ..all }
     }
 
-    /// Lets patterns follow the residuals, as if the model had them: what others share with them is theirs no more.
+    /// Treats patterns as part of the model: what other patterns share with them no longer counts for those.
     pub fn give(&mut self, patterns: &[usize]) {
         let taken = self.taken(patterns);
         let across = DMatrix::from_fn(self.z.len(), patterns.len(), |i, j| self.k[(i, patterns[j])]);
@@ -261,8 +265,8 @@ impl Scores {
 }
 
 impl Whitened {
-    /// Covariance of `Aᵀ r` for rows that the informed parameters were not fitted to: what the free ones leave of the noise, and the
-    /// uncertainty of the informed ones.
+    /// Covariance of `Aᵀ r` for rows to which the informed parameters were not fitted: the noise that remains after the
+    /// free ones are fitted, and the uncertainty of the informed ones.
     fn plain_covariance(&self, own: &DMatrix<f64>, along: &DMatrix<f64>, beforehand: &Beforehand) -> DMatrix<f64> {
         let p = beforehand.parameters.len();
         let free: Vec<usize> = (0..p).filter(|i| !beforehand.informed.contains(i)).collect();

@@ -1,4 +1,4 @@
-//! A sample with all that the views ask of it.
+//! A sample with all data that the views need.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -6,41 +6,41 @@ use crate::identify::Problem;
 use crate::measure::{Dataset, Measured, Sample};
 use crate::robot::{FramePose, Loads, MdhEntry, Payload, Site};
 
-/// A moment smaller than this, N·m, is rounding: no load.
+/// A moment smaller than this, N·m, is a rounding error and set to zero.
 const NO_MOMENT: f64 = 1e-6;
 
-/// One sample as the calibrated arm stands in it; SI, world axes.
+/// One sample, with the state of the calibrated arm; SI, world axes.
 pub struct SeenSample<'a> {
-    /// As measured.
+    /// The sample as measured.
     pub sample: &'a Sample,
-    /// Its dataset, by place.
+    /// Index of its dataset.
     pub dataset: usize,
-    /// Its set-up, by place.
+    /// Index of its set-up.
     pub setup: usize,
-    /// Its first row in the problem.
+    /// Index of its first row in the problem.
     pub first_row: usize,
-    /// How many rows it has: three, or one by a distance.
+    /// Number of its rows: three, or one for a distance.
     pub height: usize,
-    /// Measured minus predicted.
+    /// Measured minus predicted, m.
     pub residual: Vector3<f64>,
-    /// Makes the noise of the residual white and of unit size.
+    /// Matrix that whitens the residual to noise of unit size.
     pub whitener: Matrix3<f64>,
-    /// Sum of the variances of the numbers of its residual, m².
+    /// Sum of the variances of the components of its residual, m².
     pub variance: f64,
-    /// TCP from the origin of the robot's base.
+    /// TCP relative to the origin of the robot's base, m.
     pub from_base: Vector3<f64>,
-    /// Turns the tool's axes into the world's.
+    /// Rotation from the tool's to the world's axes.
     pub world_from_tool: Rotation3<f64>,
-    /// Where the TCP goes when each joint turns, m/rad.
+    /// Displacement of the TCP per angle of each joint, m/rad.
     pub joint_columns: Vec<Vector3<f64>>,
-    /// Moments of the load about the joints; empty where the links' masses are not known.
+    /// Moments of the load about the joints, N·m; empty if the masses of the links are unknown.
     pub tau: Vec<f64>,
-    /// Mass on the flange.
+    /// Mass on the flange, kg.
     pub payload: f64,
 }
 
 impl<'a> SeenSample<'a> {
-    /// The samples of a problem, which must be laid out of these datasets, with its values.
+    /// Returns the samples of a problem, which must be built from these datasets, at `values` of its parameters.
     pub fn all(problem: &Problem, values: &[f64], samples: &[&'a Sample], datasets: &[(&str, &Dataset)]) -> Vec<Self> {
         let robot = problem.robot();
         let n = robot.joints();
@@ -78,7 +78,7 @@ impl<'a> SeenSample<'a> {
         seen
     }
 
-    /// The ball probed.
+    /// Index of the ball probed, if any.
     pub fn ball(&self) -> Option<usize> {
         match self.sample.measured {
             Measured::Ball { ball, .. } => Some(ball),

@@ -1,4 +1,4 @@
-//! The samples that fit worst, and what is special about them.
+//! The samples that fit worst, with remarks on what is special about them.
 
 use nalgebra::Vector3;
 
@@ -6,13 +6,13 @@ use super::{SeenSample, ViewTest};
 use crate::measure::Measured;
 use crate::units::{DEG, MM, UM};
 
-/// How many are shown.
+/// Number of samples shown.
 pub(crate) const MOST_WORST: usize = 5;
 
-/// A value is special when no more than this share of the samples is more extreme.
+/// A value is special if no more than this share of the samples is more extreme.
 const EXTREME: f64 = 0.01;
 
-/// How many remarks a sample gets.
+/// Largest number of remarks per sample.
 const MOST_REMARKS: usize = 3;
 
 /// A sample that fits badly.
@@ -20,19 +20,19 @@ const MOST_REMARKS: usize = 3;
 pub struct WorstSample {
     /// Name of the sample.
     pub id: String,
-    /// Its set-up, by place.
+    /// Index of its set-up.
     pub setup: usize,
     /// Measured minus predicted, world axes, m.
     pub residual: Vector3<f64>,
-    /// Root mean square of its numbers in units of what noise leaves of them.
+    /// Root mean square of its components in units of the noise remaining after the fit.
     pub normalised: f64,
-    /// Whether it is more than chance that one of so many samples is this far off.
+    /// Significance of so large a deviation among this number of samples.
     pub test: ViewTest,
-    /// What is special about it, in words.
+    /// Remarks on what is special about it.
     pub remarks: Vec<String>,
 }
 
-/// What is special about a sample among all.
+/// Describes what is special about a sample among all.
 pub(crate) fn remarks(all: &[SeenSample<'_>], place: usize) -> Vec<String> {
     let own = &all[place];
     let joints = own.joint_columns.len();
@@ -47,7 +47,7 @@ pub(crate) fn remarks(all: &[SeenSample<'_>], place: usize) -> Vec<String> {
         let values = || all.iter().filter_map(of);
         let count = values().count() as f64;
         let share = |more: usize| more as f64 / count;
-        // Ties are nothing special.
+        // Ties count as more extreme, so they are not special.
         let (above, below) =
             (share(values().filter(|&v| v >= value).count() - 1), share(values().filter(|&v| v <= value).count() - 1));
         let shown = format!("{name} {} {unit}", significant(value / scale));
@@ -79,7 +79,7 @@ fn rank(share: f64) -> &'static str {
     if share == 0.0 { "the " } else { "among the " }
 }
 
-/// Four significant digits.
+/// Formats with four significant digits.
 fn significant(x: f64) -> String {
     let before = if x == 0.0 { 1 } else { x.abs().log10().floor() as i32 + 1 };
     format!("{x:.*}", (4 - before).clamp(0, 4) as usize)
