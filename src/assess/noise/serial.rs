@@ -25,7 +25,7 @@ pub struct LagCorrelation {
     pub lag: usize,
     /// Correlation of the whitened residuals.
     pub correlation: f64,
-    /// Its deviation from the mean over random orders, in their one-sigmas.
+    /// Its deviation from the mean over random orders, in one-sigmas of those.
     pub z: f64,
 }
 

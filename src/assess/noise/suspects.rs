@@ -135,7 +135,7 @@ const MEDIAN: [f64; 3] = [0.4549, 1.3863, 2.3660];
 struct Near {
     rows: DMatrix<f64>,
     parameters: usize,
-    /// Prior information of each parameter, and its pull on the step.
+    /// Prior information of each parameter, and its contribution to the gradient.
     information: Vec<(f64, f64)>,
 }
 

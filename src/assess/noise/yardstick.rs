@@ -46,8 +46,8 @@ impl Yardstick {
         self.noise.level.is_some()
     }
 
-    /// Factor by which whitened rows are multiplied, so that they have unit variance and count as often as they are
-    /// independent.
+    /// Factor by which whitened rows are multiplied, so that they have unit variance and samples that are not
+    /// independent count less.
     pub fn weight(&self) -> f64 {
         let relative = self.noise.level.map_or(1.0, |l| l.relative);
         1.0 / (relative.max(f64::MIN_POSITIVE) * self.repetition.sqrt())
@@ -55,7 +55,7 @@ impl Yardstick {
 }
 
 /// Design effect `1 + (m - 1) rho`, with m samples per posture and the intraclass correlation rho of their residuals,
-/// from an analysis of variance; 1 if it is not significant.
+/// from an analysis of variance; 1 if the correlation is not significant.
 fn repetition(whitened: &[Vector3<f64>], postures: &Postures) -> f64 {
     let (n, k) = (whitened.len() as f64, postures.count() as f64);
     if postures.of_samples().len() != whitened.len() || n < k + 2.0 || k < 2.0 {

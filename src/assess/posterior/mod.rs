@@ -24,10 +24,11 @@ use crate::effects::{EffectId, Owner};
 use crate::identify::{IdentifyError, Model, Parameter, Prior};
 use crate::measure::Dataset;
 
-/// Largest number of samples used; of more, only every k-th is used.
+/// Largest number of samples used; of more, only every k-th is.
 const MOST: usize = 200;
 
-/// Prior one-sigma of parameters that the fit does not regularise (links and compliances), in plausible sizes.
+/// Prior one-sigma of parameters that the fit does not regularise (links and compliances), in plausible sizes; at least
+/// this.
 const FREE: f64 = 4.0;
 
 /// Prior one-sigma of frames, in plausible sizes: practically unconstrained.

@@ -18,7 +18,7 @@ const SEEN: f64 = 1e-4;
 /// Added to the unit diagonal of the parameters' normal matrix, so that dependent columns do no harm.
 const RIDGE: f64 = 1e-12;
 
-/// Prior knowledge of the model's parameters, not from these rows.
+/// Prior knowledge of the model's parameters, from other sources than these rows.
 pub(crate) struct Beforehand {
     /// Indices in the problem of the parameters that may have absorbed part of the residuals.
     pub parameters: Vec<usize>,
@@ -253,7 +253,7 @@ impl Scores {
         Taken { squares: (all.squares - level.squares).max(0.0), dof: all.dof.saturating_sub(level.dof), ..all }
     }
 
-    /// Treats patterns as part of the model: what other patterns share with them no longer counts for those.
+    /// Treats patterns as part of the model: the part that other patterns share with them no longer counts for those.
     pub fn give(&mut self, patterns: &[usize]) {
         let taken = self.taken(patterns);
         let across = DMatrix::from_fn(self.z.len(), patterns.len(), |i, j| self.k[(i, patterns[j])]);
