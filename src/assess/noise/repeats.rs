@@ -1,9 +1,11 @@
-//! What the scatter of repeats is made of: white noise, a base or a tool that shakes, a joint that does not come back.
+//! Components of the scatter of repeats: white noise, motion of the base or the tool, joints that do not return to the
+//! same angle.
 //!
-//! Variance components of the deviations from each posture's mean, by restricted maximum likelihood (Patterson & Thompson 1971):
-//! `V = white I + sum_a base_a e_a e_a^T + sum_a tool_a t_a t_a^T + sum_j joint_j J_j J_j^T`, maximised by the monotone updates of
-//! Zhou, Hu, Qiao & Cho 2019. A joint is named when leaving it out costs twice the log-likelihood more than [`REPEATS_ALARM`]: half a
-//! chi-square of one degree of freedom exceeds it with a chance of 3e-4, six joints together with 2e-3.
+//! Variance components of the deviations from each posture's mean, by restricted maximum likelihood (Patterson &
+//! Thompson 1971): `V = white I + sum_a base_a e_a e_a^T + sum_a tool_a t_a t_a^T + sum_j joint_j J_j J_j^T`, maximised
+//! by the monotone updates of Zhou, Hu, Qiao & Cho 2019. A joint is named if omitting it lowers twice the
+//! log-likelihood by more than [`REPEATS_ALARM`]. By chance, this has a probability of 3e-4 (half a chi-square of one
+//! degree of freedom), or 2e-3 for six joints together.
 
 use std::collections::BTreeMap;
 
@@ -12,57 +14,57 @@ use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
 use crate::assess::residual_views::SeenSample;
 use crate::measure::{Measured, Postures};
 
-/// Twice the log-likelihood lost without a joint beyond which the joint is said to scatter.
+/// A joint is said to scatter if omitting it lowers twice the log-likelihood by more than this.
 pub const REPEATS_ALARM: f64 = 12.0;
 
-/// Fewest degrees of freedom (events less postures) that are worth a decomposition, and most postures that enter it.
+/// Fewest degrees of freedom (events minus postures) for a decomposition, and most postures used in it.
 const FEWEST: usize = 20;
 const MOST_POSTURES: usize = 400;
 
-/// Rounds of the updates, and the relative change of all components at which they end.
+/// Largest number of iterations, and the change of any component, as a share of the scatter, at which they stop.
 const ROUNDS: usize = 400;
 const SETTLED: f64 = 1e-5;
 
-/// The part of a joint in the scatter of repeats.
+/// Contribution of a joint to the scatter of repeats.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointScatter {
     /// The joint, counted from 0.
     pub joint: usize,
-    /// One-sigma of its angle from one repeat to the next, rad.
+    /// One-sigma of its angle between repeats, rad.
     pub sigma: f64,
-    /// Twice the log-likelihood lost when it is left out.
+    /// Reduction of twice the log-likelihood if it is omitted.
     pub lost: f64,
 }
 
-/// What the scatter of repeats is made of, one-sigma each.
+/// Components of the scatter of repeats, one-sigma each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RepeatScatter {
-    /// Postures measured more than once.
+    /// Number of postures measured more than once.
     pub postures: usize,
-    /// Times that an arm stood in them.
+    /// Number of times the arm was in one of them.
     pub events: usize,
-    /// Of the 3-D deviation from the posture's mean in all, m.
+    /// Total 3-D deviation from the posture's mean, root mean square, m.
     pub rms: f64,
     /// White noise per axis, m.
     pub white: f64,
-    /// Of all targets together, world axes, m.
+    /// Motion of all targets together, world axes, m.
     pub base: [f64; 3],
-    /// Of all targets together, tool axes, m.
+    /// Motion of all targets together, tool axes, m.
     pub tool: [f64; 3],
-    /// Of each joint.
+    /// Contribution of each joint.
     pub joints: Vec<JointScatter>,
 }
 
 impl RepeatScatter {
-    /// Joints that do not come back, the surest first.
+    /// Joints that do not return to the same angle, the most significant first.
     pub fn alarms(&self) -> Vec<JointScatter> {
         let mut alarms: Vec<JointScatter> = self.joints.iter().copied().filter(|j| j.lost > REPEATS_ALARM).collect();
         alarms.sort_by(|a, b| b.lost.total_cmp(&a.lost));
         alarms
     }
 
-    /// Of samples; `None` where there are too few repeats. Samples of one posture, dataset and moment (`time_s`) share one event: what
-    /// the arm did there was the same for all targets.
+    /// Decomposes the scatter of samples; `None` with too few repeats. Samples of one posture, dataset and time
+    /// (`time_s`) belong to one event: the error of the arm was the same for all targets.
     pub(in crate::assess) fn of(seen: &[SeenSample<'_>]) -> Option<Self> {
         let groups = groups(seen);
         let dof: usize = groups.iter().map(|g| g.events - 1).sum();
@@ -103,9 +105,9 @@ impl RepeatScatter {
 /// A posture measured more than once.
 struct Group {
     events: usize,
-    /// Sum of the products of the events' deviations from their mean.
+    /// Sum of the outer products of the events' deviations from their mean.
     scatter: DMatrix<f64>,
-    /// How base, tool (three axes each) and joints move all of an event's numbers.
+    /// Displacement of all components of an event per unit of base, tool (three axes each) and joint motion.
     patterns: Vec<DVector<f64>>,
 }
 
@@ -113,7 +115,7 @@ fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
     let joints: Vec<&[f64]> = seen.iter().map(|s| s.sample.q.as_slice()).collect();
     let datasets: Vec<usize> = seen.iter().map(|s| s.dataset).collect();
     let postures = Postures::of_joints(&joints, &datasets);
-    // Events of each posture: who was measured at one moment.
+    // Events of each posture: samples measured at the same time.
     let mut events: BTreeMap<(usize, (bool, u64)), Vec<usize>> = BTreeMap::new();
     for (i, (s, &posture)) in seen.iter().zip(postures.of_samples()).enumerate() {
         let moment = s.sample.time_s.map_or((false, i as u64), |t| (true, t.to_bits()));
@@ -158,10 +160,10 @@ fn group(seen: &[SeenSample<'_>], events: &[Vec<usize>]) -> Group {
     Group { events: events.len(), scatter, patterns: base.chain(tool).chain(of_joints).collect() }
 }
 
-/// Components (white, base, tool, joints; variances) of the largest restricted likelihood, and its logarithm, without those that `with`
-/// leaves out.
+/// Finds the components (white, base, tool, joints; variances) of the largest restricted likelihood, and its logarithm.
+/// Components that `with` does not select are zero.
 fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f64)> {
-    // Every component begins at the share that alone would make a third of the scatter.
+    // Every component starts at the value that alone would cause a third of the scatter.
     let mut components: Vec<f64> = vec![white / 3.0];
     for p in 0..groups[0].patterns.len() {
         let lever: f64 = groups.iter().map(|g| g.patterns[p].norm_squared()).sum::<f64>();
@@ -197,7 +199,7 @@ fn maximise(groups: &[Group], with: &[bool], white: f64) -> Option<(Vec<f64>, f6
         for k in 0..components.len() {
             if components[k] > 0.0 && below[k] > 0.0 {
                 let next = components[k] * (above[k] / below[k]).max(0.0).sqrt();
-                // What tends to nothing takes for ever to get there: its share of the scatter counts.
+                // A component that tends to zero converges very slowly, so its share of the scatter decides.
                 change = change.max((next - components[k]).abs() * below[k]);
                 components[k] = next;
             }
