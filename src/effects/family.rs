@@ -114,6 +114,11 @@ pub(super) fn alone(_: &Subject<'_>) -> Vec<String> {
     vec![String::new()]
 }
 
+/// Members: none, because they are known by the data alone.
+pub(super) fn by_name(_: &Subject<'_>) -> Vec<String> {
+    Vec::new()
+}
+
 /// Members: one per joint.
 pub(super) fn each_joint(subject: &Subject<'_>) -> Vec<String> {
     (1..=subject.robot.joints()).map(|j| format!(":{j}")).collect()
@@ -173,5 +178,6 @@ pub const CATALOGUE: &[Family] = &[
     base_drift::FAMILY,
     base_step::FAMILY,
     tracker_registration::FAMILY,
+    reflector::FAMILY,
     outlier::FAMILY,
 ];

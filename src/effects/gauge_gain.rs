@@ -30,7 +30,7 @@ pub(super) const FAMILY: Family = Family {
         let i = id.indicator()?;
         Shape::new(id, vec![ParameterSpec::new(format!("{}.g", id.whole()), Unit::RATIO, 1e-3)], move |at, emit| {
             if let (Some(_), Some(reading)) = (at.ball(), at.reading) {
-                shift_tool(0, &(at.indicator(i) * reading[i]), emit);
+                shift_tool(0, &(at.tool_axis(i) * reading[i]), emit);
             }
         })
         .owner(Owner::Session)

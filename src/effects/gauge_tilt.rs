@@ -28,7 +28,7 @@ pub(super) const FAMILY: Family = Family {
         let i = id.indicator()?;
         Shape::new(id, vec![ParameterSpec::new(format!("{}.k", id.whole()), Unit::MRAD, MRAD)], move |at, emit| {
             if let (Some(_), Some(reading)) = (at.ball(), at.reading) {
-                shift_tool(0, &(at.indicator(i) * (reading.sum() - reading[i])), emit);
+                shift_tool(0, &(at.tool_axis(i) * (reading.sum() - reading[i])), emit);
             }
         })
         .owner(Owner::Session)

@@ -27,7 +27,7 @@ pub(super) const FAMILY: Family = Family {
         let i = id.indicator()?;
         Shape::new(id, vec![ParameterSpec::new(format!("{}.z", id.whole()), Unit::UM, 3.0 * UM)], move |at, emit| {
             if at.ball().is_some() {
-                shift_tool(0, &at.indicator(i), emit);
+                shift_tool(0, &at.tool_axis(i), emit);
             }
         })
         .owner(Owner::Session)

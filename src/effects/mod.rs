@@ -43,6 +43,7 @@ mod payload_moment;
 mod pedestal;
 mod product;
 mod reference_torque;
+mod reflector;
 mod registry;
 mod shape;
 mod situation;
@@ -64,6 +65,7 @@ pub use family::{Build, CATALOGUE, Family, Origin, Scan};
 pub use id::EffectId;
 pub use outlier::{set_aside_by, setting_aside};
 pub use own::{OwnEffect, OwnEffectError, OwnTerm};
+pub use reflector::place_of_reflector;
 pub use registry::{Registry, family, ids};
 pub use situation::{ArtifactShape, Kind, Situation};
 
@@ -148,7 +150,7 @@ pub enum Owner {
     Robot,
     /// The set-up: each session has its own.
     Session,
-    /// The artifact: each dataset has its own.
+    /// The artifact, or the shape of the tool: each dataset has its own.
     Artifact,
 }
 

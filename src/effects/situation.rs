@@ -64,6 +64,8 @@ pub struct Situation<'a> {
     pub compliance: &'a [f64],
     /// Name of the sample.
     pub sample: Option<&'a str>,
+    /// Name of the measured point of the tool; `None` for the TCP.
+    pub reflector: Option<&'a str>,
     /// The quantity measured.
     pub kind: Option<Kind>,
     /// Certified position of the ball, or the measured point, world, m.
@@ -108,6 +110,7 @@ impl<'a> Situation<'a> {
             tool: FramePose::default(),
             compliance: &[],
             sample: None,
+            reflector: None,
             kind: None,
             target: None,
             artifact: None,
@@ -141,8 +144,8 @@ impl<'a> Situation<'a> {
         self.time_s.is_some_and(|t| t > time)
     }
 
-    /// Direction of indicator `i` (counted from 0), axes of the last frame.
-    pub(super) fn indicator(&self, i: usize) -> Vector3<f64> {
+    /// Axis `i` (counted from 0) of the tool, along which indicator `i` measures, axes of the last frame.
+    pub(super) fn tool_axis(&self, i: usize) -> Vector3<f64> {
         let axes = FramePose { xyz: [0.0; 3], ..self.tool }.pose().rotation;
         axes.matrix().column(i).into_owned()
     }

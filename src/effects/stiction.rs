@@ -33,7 +33,7 @@ pub(super) const FAMILY: Family = Family {
         Shape::new(id, parameters, |at, emit| {
             if let (Some(_), Some(sides)) = (at.ball(), at.plungers) {
                 for (i, side) in sides.into_iter().enumerate() {
-                    shift_tool(i, &(at.indicator(i) * f64::from(side)), emit);
+                    shift_tool(i, &(at.tool_axis(i) * f64::from(side)), emit);
                 }
             }
         })

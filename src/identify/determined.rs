@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use super::fit_result::{FitError, Unresolved};
 use super::problem::{Linearised, Workspace};
 use super::{Parameter, Prior, Problem};
-use crate::effects::Owner;
+use crate::effects::{EffectId, Owner};
 use crate::math::Observability;
 use crate::math::linalg::{self, OrderedRank};
 
@@ -109,7 +109,8 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
     // Parameters that define the world were included so that link 1, which could substitute for the base, does not float
     // instead.
     let of_artifact = |home: Option<usize>| {
-        let unknown = move |p: &usize| parameters[*p].owner == Owner::Artifact && parameters[*p].setup == home;
+        let of_world = |p: usize| EffectId::new(&parameters[p].effect).family() != "reflector";
+        let unknown = move |p: &usize| parameters[*p].owner == Owner::Artifact && parameters[*p].setup == home && of_world(*p);
         order.iter().copied().filter(unknown).collect()
     };
     unresolved.extend(definition.into_iter().map(|p| Unresolved { parameter: p, with: of_artifact(parameters[p].setup) }));

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::source::{Join, Layout};
 use crate::files::{FileError, field_error, name_remedy, parse_toml};
-use crate::measure::{Column, Dataset, DatasetToml, Reading};
+use crate::measure::{Column, Dataset, DatasetToml, Reading, Reflector};
 use crate::units::{DEG, MM, UM};
 
 /// The format this version reads.
@@ -30,7 +31,19 @@ struct MapToml {
     #[serde(default = "point_kind")]
     kind: String,
     columns: BTreeMap<String, Source>,
+    /// By name of the reflector.
+    #[serde(default)]
+    reflectors: BTreeMap<String, PointSource>,
     dataset: DatasetToml,
+}
+
+/// Source of the position of a further measured point of the tool, in the same row as the TCP's.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PointSource {
+    x: Source,
+    y: Source,
+    z: Source,
 }
 
 fn comma() -> char {
@@ -109,6 +122,8 @@ pub(super) struct ColumnMap {
     /// Kind of every row, if no column gives it.
     pub kind: String,
     pub columns: Vec<MappedColumn>,
+    /// Columns of the position of each further measured point of the tool, by its name.
+    pub reflectors: Vec<(String, [MappedColumn; 3])>,
     /// Free columns, copied as they are.
     pub extra: Vec<(String, Source)>,
     /// True if the map gives the base.
@@ -150,7 +165,7 @@ impl ColumnMap {
             return wrong("session_per_file", problem.into(), "leave it out".into());
         }
         let has_base = file.dataset.has_base();
-        let dataset = Reading { path, text, within: "dataset." }.dataset(file.dataset, folder)?;
+        let mut dataset = Reading { path, text, within: "dataset." }.dataset(file.dataset, folder)?;
         let known = Column::all(dataset.robot.joints());
         let names: Vec<String> = known.iter().map(|c| c.quantity()).collect();
         let mut map = ColumnMap {
@@ -162,6 +177,7 @@ impl ColumnMap {
             join,
             kind: file.kind,
             columns: Vec::new(),
+            reflectors: Vec::new(),
             extra: Vec::new(),
             has_base,
         };
@@ -181,7 +197,35 @@ impl ColumnMap {
             map.columns.push(MappedColumn { column, measure, source });
         }
         map.columns.sort_by_key(|m| known.iter().position(|c| *c == m.column));
+        for (name, PointSource { x, y, z }) in file.reflectors {
+            map.reflectors.push(origin.reflector(name, [x, y, z], &map)?);
+        }
+        map.declare_reflectors(&mut dataset);
         Ok((map, dataset))
+    }
+
+    /// Declares reflectors that the map reads and the dataset does not know: nothing is known of where they are.
+    fn declare_reflectors(&self, dataset: &mut Dataset) {
+        for (id, _) in &self.reflectors {
+            if !dataset.reflectors.iter().any(|r| r.id == *id) {
+                dataset.reflectors.push(Reflector { id: id.clone(), position: Vector3::zeros(), sigma: 0.0, free: true });
+            }
+        }
+    }
+
+    /// A map for each point of the tool that a row measures, with its name; `None` for the TCP.
+    pub fn by_point(&self) -> Vec<(Option<&str>, ColumnMap)> {
+        let is_world = |c: Column| matches!(c, Column::World(_));
+        let own = self.reflectors.is_empty() || self.columns.iter().any(|m| is_world(m.column));
+        let of = |world: &[MappedColumn; 3]| {
+            let mut map = self.clone();
+            let first = map.columns.iter().position(|m| is_world(m.column)).unwrap_or(map.columns.len());
+            map.columns.retain(|m| !is_world(m.column));
+            map.columns.splice(first..first, world.iter().cloned());
+            map
+        };
+        let tcp = own.then(|| (None, self.clone()));
+        tcp.into_iter().chain(self.reflectors.iter().map(|(name, world)| (Some(name.as_str()), of(world)))).collect()
     }
 
     /// The layout of the source.
@@ -216,6 +260,27 @@ impl Origin<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The columns of a further measured point of the tool.
+    fn reflector(&self, name: String, sources: [Source; 3], map: &ColumnMap) -> Result<(String, [MappedColumn; 3]), FileError> {
+        let key = format!("reflectors.{name}");
+        if map.kind != "point" || map.fills(Column::Reflector) {
+            let problem = "further points of a row are of kind `point`, and are named here alone";
+            return Err(self.wrong(&key, problem, "remove it, or the column `reflector` and the other kind"));
+        }
+        if name.trim().is_empty() || name.contains(char::is_control) {
+            return Err(self.wrong(&key, "is no name", "give a plain name"));
+        }
+        let mut mapped = Vec::with_capacity(3);
+        for (k, source) in sources.into_iter().enumerate() {
+            let key = format!("{key}.{}", ["x", "y", "z"][k]);
+            self.check_places(&key, &source, map.header)?;
+            let measure = self.measure(&key, Column::World(k), source.unit.as_deref())?;
+            mapped.push(MappedColumn { column: Column::World(k), measure, source });
+        }
+        let mapped = mapped.try_into().map_err(|_| self.wrong(&key, "has no three coordinates", "give x, y and z"))?;
+        Ok((name, mapped))
     }
 
     /// Meaning of the number in a column, by its unit as given; `None` for text.

@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::measure::{Dataset, Measured, SampleSet};
+use crate::measure::{Dataset, Measured, Sample, SampleSet};
 use crate::robot::{FramePose, Pose, rigid_fit, world_from_tool};
 
 /// Maximum number of iterations: from a guess 0.1 m off it takes about five.
@@ -16,28 +16,28 @@ pub(super) fn flanges<'a>(dataset: &'a Dataset) -> impl Iterator<Item = Pose> + 
     dataset.samples.iter().map(move |s| world_from_tool(&dataset.robot, &origin, &origin, &s.q))
 }
 
-/// Fits the base, and the tool if it is free, to the fit rows of the first session with known positions.
+/// Fits the base, the tool if it is free, and the free reflectors to the fit rows of the first session with known positions.
 ///
 /// Leaves the dataset unchanged if there are too few of them, or they are collinear.
 pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
     let session = dataset.samples.first().and_then(|s| s.session.clone());
-    let mut pairs: Vec<(Pose, Vector3<f64>)> = Vec::new();
+    let mut known: Vec<(Option<usize>, Pose, Vector3<f64>)> = Vec::new();
     for (sample, flange) in dataset.samples.iter().zip(flanges(dataset)) {
-        let place = match &sample.measured {
-            Measured::Point(point) => Some(*point),
-            Measured::Ball { ball, .. } => Some(&dataset.balls[*ball]).filter(|b| !b.free).map(|b| b.position),
-            Measured::Distance { .. } => None,
-        };
-        if let Some(place) = place
+        if let Some(place) = known_place(dataset, sample)
             && sample.session == session
             && sample.set == SampleSet::Fit
         {
-            pairs.push((flange, place));
+            known.push((sample.reflector, flange, place));
         }
     }
+    // The rows of the TCP; where it was never measured itself, those of the first reflector.
+    let first = known.iter().map(|(reflector, ..)| *reflector).min().flatten();
+    let offset = Vector3::from(dataset.tool_at(first).xyz) - Vector3::from(dataset.tool.xyz);
+    let pairs: Vec<(Pose, Vector3<f64>)> =
+        known.iter().filter(|(r, ..)| *r == first).map(|(_, flange, place)| (*flange, *place)).collect();
     let mut tool = Vector3::from(dataset.tool.xyz);
     let reached = |tool: &Vector3<f64>| {
-        pairs.iter().map(|(flange, place)| (flange.transform_point(&(*tool).into()).coords, *place)).collect::<Vec<_>>()
+        pairs.iter().map(|(flange, place)| (flange.transform_point(&(tool + offset).into()).coords, *place)).collect::<Vec<_>>()
     };
     let Some(mut base) = rigid_fit(&reached(&tool)) else { return };
     if dataset.tool_free {
@@ -46,7 +46,7 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
             let (mut normal, mut right) = (SMatrix::<f64, 9, 9>::zeros(), SVector::<f64, 9>::zeros());
             for (flange, place) in &pairs {
                 let held = base * flange;
-                let tcp = held.transform_point(&tool.into()).coords;
+                let tcp = held.transform_point(&(tool + offset).into()).coords;
                 let mut columns = SMatrix::<f64, 3, 9>::zeros();
                 columns.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
                 columns.fixed_view_mut::<3, 3>(0, 3).copy_from(&-tcp.cross_matrix());
@@ -66,6 +66,32 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
     }
     dataset.base = FramePose::from_pose(&base);
     dataset.tool.xyz = tool.into();
+    place_reflectors(dataset, &known);
+}
+
+/// World position of the measured point of a sample, if it is known.
+fn known_place(dataset: &Dataset, sample: &Sample) -> Option<Vector3<f64>> {
+    match &sample.measured {
+        Measured::Point(point) => Some(*point),
+        Measured::Ball { ball, .. } => Some(&dataset.balls[*ball]).filter(|b| !b.free).map(|b| b.position),
+        Measured::Distance { .. } => None,
+    }
+}
+
+/// Places every free reflector at the mean of where its rows (flange in the base, measured point in the world) saw it.
+fn place_reflectors(dataset: &mut Dataset, known: &[(Option<usize>, Pose, Vector3<f64>)]) {
+    let world_from_base = dataset.base.pose();
+    let flange_from_tool = dataset.tool.pose();
+    for (r, reflector) in dataset.reflectors.iter_mut().enumerate().filter(|(_, reflector)| reflector.free) {
+        let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+        for (_, flange, place) in known.iter().filter(|(of, ..)| *of == Some(r)) {
+            sum += (world_from_base * flange * flange_from_tool).inverse().transform_point(&(*place).into()).coords;
+            count += 1.0;
+        }
+        if count > 0.0 {
+            reflector.position = sum / count;
+        }
+    }
 }
 
 #[cfg(test)]

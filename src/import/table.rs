@@ -40,53 +40,43 @@ impl TableFile<'_> {
     }
 }
 
-/// Reads the rows of a file into `dataset`.
+/// Reads the rows of a file into `dataset`: a sample for each point of the tool that a row measures.
 pub(super) fn read_table(
     table: &TableFile<'_>,
     map: &ColumnMap,
     dataset: &mut Dataset,
     report: &mut ImportReport,
 ) -> Result<(), ImportError> {
-    let &TableFile { path, label, constants, .. } = table;
+    let &TableFile { path, label, .. } = table;
     let mut rows = Rows::new(table.open(map)?, path, map.delimiter);
     let titles = if map.header { rows.next()? } else { None };
     let titles: Option<Vec<String>> = titles.map(|t| t.fields.iter().map(|t| t.trim().to_owned()).collect());
-    let place = |source: &Source| place(path, titles.as_deref(), source);
-    let reader = RowReader {
-        map,
-        columns: map.columns.iter().map(|m| place(&m.source)).collect::<Result<_, FileError>>()?,
-        extra: map.extra.iter().map(|(_, source)| place(source)).collect::<Result<_, FileError>>()?,
-        titled: titles.as_ref().map_or(usize::MAX, Vec::len),
-    };
-    let constants: Vec<&(Column, String)> = constants.iter().filter(|(c, _)| !map.fills(*c)).collect();
-    let own_id = !map.fills(Column::Id);
-    let mapped = map.columns.iter().map(|m| m.column);
-    let columns: Vec<Column> = mapped.chain(constants.iter().map(|(c, _)| *c)).chain(own_id.then_some(Column::Id)).collect();
-    let names: Vec<String> = map.extra.iter().map(|(name, _)| name.clone()).collect();
-    let header = Header::new(&columns, &names);
+    let maps = map.by_point();
+    let reader = |(of, map)| PointReader::new(table, of, map, titles.as_deref());
+    let mut readers = maps.iter().map(|(of, map)| reader((*of, map))).collect::<Result<Vec<_>, FileError>>()?;
     let first = dataset.samples.len();
-    let (mut read, mut first_reason, mut dated) = (0, None, true);
-    let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
+    let (mut read, mut kept, mut first_reason, mut dated) = (0, 0, None, true);
     while let Some(source) = rows.next()? {
         read += 1;
-        let repeated = |fields: &Vec<String>| seen.get(fields).map(|line| format!("the same as line {line}"));
-        let mut fields = match reader.fields(&source.fields).and_then(|f| repeated(&f).map_or(Ok(f), Err)) {
-            Ok(fields) => fields,
-            Err(reason) => {
-                first_reason.get_or_insert_with(|| reason.clone());
-                report.skipped.push(Skipped { path: path.into(), line: source.line, reason });
-                continue;
+        let mut problem = None;
+        let before = dataset.samples.len();
+        for reader in &mut readers {
+            match reader.fields(label, &source) {
+                Ok(Some(fields)) => {
+                    dated &= reader.row.is_dated(&fields);
+                    let record = Record { line: source.line, fields: StringRecord::from(fields), cut: false };
+                    dataset.samples.push(Row { path, header: &reader.header, record: &record }.sample(dataset)?);
+                }
+                Ok(None) => {}
+                Err(reason) => problem = problem.or(Some(reason)),
             }
-        };
-        seen.insert(fields.clone(), source.line);
-        dated &= reader.is_dated(&fields);
-        fields.extend(constants.iter().map(|(_, text)| text.clone()));
-        fields.extend(own_id.then(|| format!("{label}:{}", source.line)));
-        fields.extend(reader.extra_fields(&source.fields));
-        let record = Record { line: source.line, fields: StringRecord::from(fields), cut: false };
-        dataset.samples.push(Row { path, header: &header, record: &record }.sample(dataset)?);
+        }
+        kept += usize::from(dataset.samples.len() > before);
+        if let Some(reason) = problem {
+            first_reason.get_or_insert_with(|| reason.clone());
+            report.skipped.push(Skipped { path: path.into(), line: source.line, reason });
+        }
     }
-    let kept = dataset.samples.len() - first;
     if kept == 0 {
         let reason = first_reason.unwrap_or_else(|| "there is none".into());
         return Err(ImportError::NothingKept { path: path.into(), rows: read, reason });
@@ -101,8 +91,69 @@ pub(super) fn read_table(
         let begun = dataset.samples[first..].iter().filter_map(|s| s.time_s).fold(f64::INFINITY, f64::min);
         dataset.samples[first..].iter_mut().for_each(|s| s.time_s = s.time_s.map(|t| t - begun));
     }
-    dataset.extra_columns = names;
+    dataset.extra_columns = map.extra.iter().map(|(name, _)| name.clone()).collect();
     Ok(())
+}
+
+/// Reads what a row of the file says of one point of the tool.
+struct PointReader<'a> {
+    /// Name of the point; `None` for the TCP.
+    of: Option<&'a str>,
+    row: RowReader<'a>,
+    /// Text of the columns that are the same in every row, after those of the map.
+    constants: Vec<String>,
+    own_id: bool,
+    header: Header,
+    /// Lines by their fields.
+    seen: HashMap<Vec<String>, usize>,
+}
+
+impl<'a> PointReader<'a> {
+    fn new(
+        table: &TableFile<'_>,
+        of: Option<&'a str>,
+        map: &'a ColumnMap,
+        titles: Option<&[String]>,
+    ) -> Result<Self, FileError> {
+        let place = |source: &Source| place(table.path, titles, source);
+        let row = RowReader {
+            map,
+            columns: map.columns.iter().map(|m| place(&m.source)).collect::<Result<_, FileError>>()?,
+            extra: map.extra.iter().map(|(_, source)| place(source)).collect::<Result<_, FileError>>()?,
+            titled: titles.map_or(usize::MAX, <[String]>::len),
+        };
+        let own_id = !map.fills(Column::Id);
+        let given = table.constants.iter().filter(|(c, _)| !map.fills(*c));
+        let named = of.map(|name| (Column::Reflector, name.to_owned()));
+        let (constant, constants): (Vec<Column>, Vec<String>) = given.cloned().chain(named).unzip();
+        let mapped = map.columns.iter().map(|m| m.column);
+        let columns: Vec<Column> = mapped.chain(constant).chain(own_id.then_some(Column::Id)).collect();
+        let names: Vec<String> = map.extra.iter().map(|(name, _)| name.clone()).collect();
+        let header = Header::new(&columns, &names);
+        Ok(PointReader { of, row, constants, own_id, header, seen: HashMap::new() })
+    }
+
+    /// The fields of the sample in the order of the header, `None` if the point was not measured in this row, or the reason why
+    /// the row cannot be used.
+    fn fields(&mut self, label: &str, source: &Record) -> Result<Option<Vec<String>>, String> {
+        if self.of.is_some() && self.row.is_without_position(&source.fields) {
+            return Ok(None);
+        }
+        let name = |reason: String| self.of.map_or(reason.clone(), |of| format!("reflector {of}: {reason}"));
+        let mut fields = self.row.fields(&source.fields).map_err(name)?;
+        if let Some(line) = self.seen.get(&fields) {
+            return Err(format!("the same as line {line}"));
+        }
+        self.seen.insert(fields.clone(), source.line);
+        let suffix = self.of.map(|of| format!("/{of}")).unwrap_or_default();
+        if let Some(id) = self.row.map.columns.iter().position(|m| m.column == Column::Id) {
+            fields[id].push_str(&suffix);
+        }
+        fields.extend(self.constants.iter().cloned());
+        fields.extend(self.own_id.then(|| format!("{label}:{}{suffix}", source.line)));
+        fields.extend(self.row.extra_fields(&source.fields));
+        Ok(Some(fields))
+    }
 }
 
 /// Turns a row of the file into the fields of a dataset.
@@ -124,6 +175,13 @@ impl RowReader<'_> {
         }
         let mapped = self.map.columns.iter().zip(&self.columns);
         mapped.map(|(mapped, places)| value(source, places, mapped, self.map.decimal)).collect()
+    }
+
+    /// True if the position is empty.
+    fn is_without_position(&self, source: &StringRecord) -> bool {
+        let is_empty = |p: &Places| p.column.and_then(|k| source.get(k)).is_none_or(|text| text.trim().is_empty());
+        let mut mapped = self.map.columns.iter().zip(&self.columns);
+        mapped.all(|(mapped, places)| !matches!(mapped.column, Column::World(_)) || is_empty(places))
     }
 
     /// True if every time of day in the fields of a row is whole.

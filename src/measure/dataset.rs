@@ -19,6 +19,19 @@ pub struct Ball {
     pub free: bool,
 }
 
+/// A measured point of the tool beside the TCP: a second reflector, a marker, another socket.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reflector {
+    /// Name.
+    pub id: String,
+    /// Position relative to the TCP, axes of the tool, m; an initial guess if `free`.
+    pub position: Vector3<f64>,
+    /// One-sigma of each coordinate, m; zero if taken as exact.
+    pub sigma: f64,
+    /// True if the position is unknown and to be estimated.
+    pub free: bool,
+}
+
 /// A fixed point from which distances are measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Anchor {
@@ -90,6 +103,8 @@ pub struct Sample {
     pub q: Vec<f64>,
     /// The measurement.
     pub measured: Measured,
+    /// The point of the tool that was measured, by index; `None` for the TCP.
+    pub reflector: Option<usize>,
     /// Permitted use.
     pub set: SampleSet,
     /// Payload, by index.
@@ -139,6 +154,8 @@ pub struct Dataset {
     pub payloads: Vec<Payload>,
     /// Balls of the artifact.
     pub balls: Vec<Ball>,
+    /// Measured points of the tool beside the TCP. They share base, arm and tool.
+    pub reflectors: Vec<Reflector>,
     /// Known distances between balls.
     pub ball_distances: Vec<BallDistance>,
     /// Anchors of distance samples.
@@ -177,6 +194,7 @@ impl Default for Dataset {
             contact_force: Vector3::zeros(),
             payloads: Vec::new(),
             balls: Vec::new(),
+            reflectors: Vec::new(),
             ball_distances: Vec::new(),
             anchors: Vec::new(),
             noise: Noise::default(),
@@ -190,6 +208,14 @@ impl Default for Dataset {
 }
 
 impl Dataset {
+    /// The tool frame with its origin at a measured point of the tool, by index, nominally; at the TCP for `None`.
+    pub fn tool_at(&self, reflector: Option<usize>) -> FramePose {
+        match reflector.and_then(|r| self.reflectors.get(r)) {
+            Some(reflector) => self.tool.then(&FramePose { xyz: reflector.position.into(), ..FramePose::default() }),
+            None => self.tool,
+        }
+    }
+
     /// Names of the balls, in order.
     pub fn ball_ids(&self) -> Vec<String> {
         self.balls.iter().map(|b| b.id.clone()).collect()
@@ -203,6 +229,7 @@ impl Sample {
             id: id.into(),
             q,
             measured,
+            reflector: None,
             set: SampleSet::Fit,
             payload: 0,
             time_s: None,

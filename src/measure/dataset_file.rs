@@ -7,11 +7,13 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
-use super::dataset_toml::{AnchorToml, BallDistanceToml, BallToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, describe};
+use super::dataset_toml::{
+    AnchorToml, BallDistanceToml, BallToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, ReflectorToml, describe,
+};
 use super::limits::{Impossible, impossible};
 use super::samples_file::read_samples;
 use super::samples_text::samples_text;
-use super::{Anchor, Ball, BallDistance, Dataset, Noise};
+use super::{Anchor, Ball, BallDistance, Dataset, Noise, Reflector};
 use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
 use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, RobotReference, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
@@ -176,6 +178,7 @@ impl Reading<'_> {
             gravity: file.gravity_m_s2.map_or(DEFAULT_GRAVITY, Vector3::from),
             payloads,
             balls,
+            reflectors: self.reflectors(&file.reflector)?,
             extra_columns: Vec::new(),
             provenance: file.provenance,
             samples: Vec::new(),
@@ -255,6 +258,15 @@ impl Reading<'_> {
             balls.push(Ball { id: b.id.clone(), position, sigma, free: b.free });
         }
         Ok(balls)
+    }
+
+    fn reflectors(&self, tables: &[ReflectorToml]) -> Result<Vec<Reflector>, FileError> {
+        self.names("reflector", "id", tables.iter().map(|r| r.id.as_str()))?;
+        let reflector = |(k, r): (usize, &ReflectorToml)| {
+            let sigma = self.not_negative(&format!("reflector[{k}].sigma_um"), r.sigma_um.unwrap_or(0.0))? * UM;
+            Ok(Reflector { id: r.id.clone(), position: Vector3::new(r.x_mm, r.y_mm, r.z_mm) * MM, sigma, free: r.free })
+        };
+        tables.iter().enumerate().map(reflector).collect()
     }
 
     fn ball_distances(&self, tables: &[BallDistanceToml], balls: &[Ball]) -> Result<Vec<BallDistance>, FileError> {

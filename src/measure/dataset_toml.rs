@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Anchor, Ball, Dataset};
+use super::{Anchor, Ball, Dataset, Reflector};
 use crate::robot::{FramePose, Payload};
 use crate::units::{ARCSEC, DEG, MM, UM, readable};
 
@@ -29,6 +29,8 @@ pub(crate) struct DatasetToml {
     pub(super) payload: Vec<PayloadToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) ball: Vec<BallToml>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) reflector: Vec<ReflectorToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) ball_distance: Vec<BallDistanceToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -102,6 +104,20 @@ pub(super) struct BallToml {
     pub free: bool,
 }
 
+/// A measured point of the tool, relative to the TCP, axes of the tool.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ReflectorToml {
+    pub id: String,
+    pub x_mm: f64,
+    pub y_mm: f64,
+    pub z_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_um: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub free: bool,
+}
+
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BallDistanceToml {
@@ -158,6 +174,14 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         sigma_um: sigma(b.sigma),
         free: b.free,
     };
+    let reflector = |r: &Reflector| ReflectorToml {
+        id: r.id.clone(),
+        x_mm: mm(r.position.x),
+        y_mm: mm(r.position.y),
+        z_mm: mm(r.position.z),
+        sigma_um: sigma(r.sigma),
+        free: r.free,
+    };
     let ball_id = |k: usize| dataset.balls.get(k).map_or_else(|| format!("#{k}"), |b| b.id.clone());
     let anchor =
         |a: &Anchor| AnchorToml { id: a.id.clone(), x_mm: mm(a.position.x), y_mm: mm(a.position.y), z_mm: mm(a.position.z) };
@@ -174,6 +198,7 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
             dataset.payloads.iter().map(payload).collect()
         },
         ball: dataset.balls.iter().map(ball).collect(),
+        reflector: dataset.reflectors.iter().map(reflector).collect(),
         ball_distance: dataset
             .ball_distances
             .iter()

@@ -233,6 +233,11 @@ impl<'a> Row<'a> {
         Ok(measured)
     }
 
+    fn reflector(&self, dataset: &Dataset) -> Result<Option<usize>, FileError> {
+        let ids = dataset.reflectors.iter().map(|r| r.id.as_str());
+        self.text(Column::Reflector).map(|name| self.named(Column::Reflector, name, "reflector", ids)).transpose()
+    }
+
     /// The measurement of this row.
     pub fn sample(&self, dataset: &Dataset) -> Result<Sample, FileError> {
         self.count_fields()?;
@@ -282,6 +287,7 @@ impl<'a> Row<'a> {
                 .iter()
                 .map(|(_, place)| self.record.fields.get(*place).unwrap_or_default().to_owned())
                 .collect(),
+            reflector: self.reflector(dataset)?,
             ..Sample::new(id, q, self.measured(dataset)?)
         })
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use calibench::measure::{
-    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet, read_dataset, write_dataset,
+    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Reflector, Sample, SampleSet, read_dataset, write_dataset,
 };
 use calibench::robot::{FramePose, Payload};
 use calibench::units::{ARCSEC, DEG, MM, UM};
@@ -66,6 +66,14 @@ impl Generator {
                 free: self.0.random(),
             })
             .collect();
+        let reflectors: Vec<Reflector> = (0..self.0.random_range(0..3))
+            .map(|k| Reflector {
+                id: format!("{}{k}", self.text()),
+                position: self.vector(0.2),
+                sigma: self.sometimes(|g| g.positive(UM)).unwrap_or(0.0),
+                free: self.0.random(),
+            })
+            .collect();
         let ball_distances = if balls.len() > 1 && self.0.random() {
             vec![BallDistance { between: [1, 0], distance: self.positive(1.0), sigma: self.positive(MM) }]
         } else {
@@ -85,6 +93,7 @@ impl Generator {
                 .map(|k| Payload { name: format!("{}{k}", self.text()), mass: self.positive(9.0), com: self.vector(0.1) })
                 .collect(),
             balls,
+            reflectors,
             ball_distances,
             anchors: (0..anchors).map(|k| Anchor { id: format!("{}{k}", self.text()), position: self.vector(2.0) }).collect(),
             noise: Noise {
@@ -117,6 +126,7 @@ impl Generator {
         let nulled = matches!(measured, Measured::Ball { .. });
         let sign = |g: &mut Self| g.0.random_range(-1..=1);
         Sample {
+            reflector: self.sometimes(|g| g.0.random_range(0..4)).filter(|r| *r < dataset.reflectors.len()),
             set: if self.0.random() { SampleSet::Fit } else { SampleSet::Validation },
             payload: self.0.random_range(0..dataset.payloads.len()),
             time_s: self.sometimes(|g| g.positive(1e5)),

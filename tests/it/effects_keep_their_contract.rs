@@ -5,9 +5,19 @@ use std::collections::BTreeSet;
 use calibench::assess::Verdict;
 use calibench::effects::{CATALOGUE, Effect, Follows, Needs, Scan, Subject, build, family};
 use calibench::identify::{Fit, Model, Problem, TorquePosture, Use, fit};
+use calibench::measure::{Dataset, Reflector};
 use calibench::units::UM;
+use nalgebra::Vector3;
 
-use crate::effect_cell::{Measures, cell, diagnosed, make_true};
+use crate::effect_cell::{self, Measures, diagnosed, make_true};
+
+/// The cell in which every effect shows, with every other point that of a reflector, which is at the TCP as far as is known.
+fn cell() -> Dataset {
+    let mut cell = effect_cell::cell();
+    cell.reflectors.push(Reflector { id: "r".into(), position: Vector3::zeros(), sigma: 0.0, free: false });
+    cell.samples.iter_mut().skip(1).step_by(4).for_each(|s| s.reflector = Some(0));
+    cell
+}
 
 /// Every member of every family, of scanned families at one value.
 fn ids(subject: &Subject<'_>) -> Vec<String> {
@@ -17,6 +27,7 @@ fn ids(subject: &Subject<'_>) -> Vec<String> {
         Scan::Sample | Scan::None => "b007",
     };
     let all = CATALOGUE.iter().flat_map(|f| [f.ids(subject), f.scanned(subject, value(f.scan))].concat());
+    let all = all.chain(["reflector:r".to_owned()]);
     // Of the balls that are probed late enough to be knocked before.
     all.filter(|id| !id.starts_with("ball_step:") || id.starts_with("ball_step:b05")).collect()
 }
@@ -219,6 +230,8 @@ fn arguments_that_do_not_fit_are_refused() {
         "outlier:",
         "thermal_growth:time",
         "ball",
+        "reflector",
+        "reflector:",
         "harmonic:1:2:3",
     ] {
         let error = build(id, &subject).err().unwrap_or_else(|| panic!("'{id}' was accepted"));

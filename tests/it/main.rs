@@ -50,6 +50,7 @@ mod real_robots_show_what_they_lack;
 mod repeatability_intervals_cover;
 mod robots_come_from_urdf;
 mod selection_reaches_the_golden_observability;
+mod several_points_of_a_tool_share_it;
 mod tables_are_read_however_they_come;
 mod the_loop_makes_the_golden_centrings;
 mod what_stands_out_is_what_is_wrong;

@@ -141,12 +141,7 @@ fn from_measurements_to_a_calibrated_urdf() {
         json(&format!("compensate c.toml targets.csv -o of_urdf.csv --base={x},{y},{z},{},0,0 --json", STAND[3].to_degrees())),
     );
     let joints = |v: &Value| -> Vec<f64> {
-        v["targets"][0]["q_deg"]
-            .as_array()
-            .unwrap_or_else(|| panic!("{v}"))
-            .iter()
-            .map(|q| q.as_f64().unwrap())
-            .collect()
+        v["targets"][0]["q_deg"].as_array().unwrap_or_else(|| panic!("{v}")).iter().map(|q| q.as_f64().unwrap()).collect()
     };
     let apart = joints(&own).iter().zip(joints(&of_urdf)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart < 1e-5, "{apart} deg: {own} {of_urdf}");

@@ -102,10 +102,11 @@ impl Campaign {
         self.balls.extend(dataset.balls.iter().map(target));
         let tie = |t: &crate::measure::BallDistance| Tie { between: t.between.map(|b| first_ball + b), distance: t.distance };
         self.ties.extend(dataset.ball_distances.iter().map(tie));
-        let mut sessions: Vec<Option<&str>> = Vec::new();
+        // Each measured point of the tool is judged by itself: what is wrong may be wrong in its columns alone.
+        let mut sessions: Vec<(Option<&str>, Option<usize>)> = Vec::new();
         let mut last: Vec<Option<usize>> = Vec::new();
         for (k, sample) in dataset.samples.iter().enumerate().filter(|(_, s)| which.takes(s)) {
-            let session = sample.session.as_deref();
+            let session = (sample.session.as_deref(), sample.reflector);
             let place = sessions.iter().position(|s| *s == session).unwrap_or_else(|| {
                 sessions.push(session);
                 last.push(None);
@@ -124,10 +125,10 @@ impl Campaign {
                 self.noise = self.noise.max(3.0 * sigma);
             }
         }
-        self.places.extend(sessions.iter().map(|_| Place {
+        self.places.extend(sessions.iter().map(|(_, reflector)| Place {
             base: dataset.base,
-            tool: dataset.tool,
-            tool_free: dataset.tool_free,
+            tool: dataset.tool_at(*reflector),
+            tool_free: dataset.tool_free || reflector.is_some_and(|r| dataset.reflectors[r].free),
             base_free: true,
             gravity: dataset.gravity,
         }));

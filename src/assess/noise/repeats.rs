@@ -130,7 +130,7 @@ fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
             Measured::Point(_) => (1, 0),
             Measured::Distance { anchor, .. } => (2, anchor),
         };
-        (s.setup, aimed, s.sample.payload)
+        (s.setup, aimed, s.sample.reflector, s.sample.payload)
     };
     let mut of_posture: BTreeMap<(usize, Vec<_>), Vec<Vec<usize>>> = BTreeMap::new();
     for ((posture, _), mut members) in events {

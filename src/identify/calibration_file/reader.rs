@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use super::super::{Calibration, EffectList, Estimate, Model, Outcome, check_effects};
 use super::FORMAT;
 use super::tables::{File, ParameterTable, SetupTable};
-use crate::effects::{self, Subject};
+use crate::effects::{self, EffectId, Subject};
 use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text};
 use crate::math::Observability;
 use crate::robot::{Robot, robot};
@@ -177,8 +177,8 @@ fn check_parameter(p: &ParameterTable, unit: Unit, effects: &[String], subject: 
             return Err((field, format!("{text:?} holds a control character"), "use printable characters".into()));
         }
     }
-    // Free and uncertain tools and balls come from the data, not from the model.
-    let of_data = p.effect == "tool_frame" || p.effect.starts_with("ball:");
+    // Free and uncertain tools, reflectors and balls come from the data, not from the model.
+    let of_data = matches!(EffectId::new(&p.effect).family(), "tool_frame" | "reflector" | "ball");
     if !of_data && !effects.contains(&p.effect) {
         let problem = format!("'{}' is not among the effects of this calibration", p.effect);
         return Err(("effect", problem, format!("add it to `effects`, or {AGAIN}")));

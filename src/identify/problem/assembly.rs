@@ -15,7 +15,7 @@ use super::start::{datum_freedoms, start};
 use super::{Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::effects::{self, Effect, Follows, Needs, Owner, ParameterSpec};
 use crate::identify::{Model, TorquePosture};
-use crate::measure::{Ball, Dataset, Measured, Sample};
+use crate::measure::{Ball, Dataset, Measured, Reflector, Sample};
 use crate::robot::{Robot, Site};
 
 impl Problem {
@@ -182,6 +182,7 @@ impl<'a> Assembly<'a> {
                 wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
             }
         }
+        let reflected = |r: usize| dataset.samples.iter().any(|s| self.which.takes(s) && s.reflector == Some(r));
         wanted.extend(self.model.effects.iter().map(|e| {
             let width = self.model.width_of(e);
             let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
@@ -194,6 +195,17 @@ impl<'a> Assembly<'a> {
             wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), StatedPrior::Flat));
         } else if dataset.tool_sigma > 0.0 {
             wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
+        }
+        // Last of what the model leaves open: a reflector shares its place with a free tool if the TCP itself is not measured.
+        let reflectors = dataset.reflectors.iter().enumerate().filter(|(r, _)| reflected(*r));
+        for (id, reflector) in reflectors.rev().map(|(_, r)| (effects::place_of_reflector(&r.id), r)) {
+            if reflector.free {
+                let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
+                wanted.retain(|(other, _)| *other != id);
+                wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (id, StatedPrior::Flat));
+            } else if reflector.sigma > 0.0 {
+                wanted.push((id, StatedPrior::Stated(reflector.sigma)));
+            }
         }
         for (b, ball) in dataset.balls.iter().enumerate() {
             if !ball.free && ball.sigma > 0.0 && probed(b) {
@@ -214,6 +226,9 @@ impl<'a> Assembly<'a> {
         let ball = dataset.balls.iter().position(|b| effect.id() == format!("ball:{}", b.id));
         if let Some(b) = ball {
             place(own, dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
+        }
+        if let Some(r) = dataset.reflectors.iter().find(|r| effect.id() == effects::place_of_reflector(&r.id)) {
+            place(own, r.position.as_slice(), r.position.as_slice());
         }
         first
     }
@@ -326,12 +341,16 @@ fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]
     rows.collect()
 }
 
-/// 1 sigma, SI, that the dataset states for the TCP or ball moved by an effect of the model.
+/// 1 sigma, SI, that the dataset states for the TCP, ball or reflector moved by an effect of the model.
 fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
     let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
+    let reflector = |r: &&Reflector| effect == effects::place_of_reflector(&r.id) && !r.free;
     let sigma = match effect {
         "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
-        _ => dataset.balls.iter().find(ball).map(|b| b.sigma),
+        _ => {
+            let of_ball = dataset.balls.iter().find(ball).map(|b| b.sigma);
+            of_ball.or_else(|| dataset.reflectors.iter().find(reflector).map(|r| r.sigma))
+        }
     };
     sigma.filter(|s| *s > 0.0)
 }

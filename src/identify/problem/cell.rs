@@ -23,6 +23,8 @@ pub(super) struct Cell {
     pub contact_force: Vector3<f64>,
     pub payloads: Vec<Payload>,
     pub balls: Vec<Vector3<f64>>,
+    /// Name of each further measured point of the tool, and its nominal place relative to the TCP, tool axes, m.
+    pub reflectors: Vec<(String, Vector3<f64>)>,
     pub artifact: ArtifactShape,
     pub anchors: Vec<Vector3<f64>>,
     pub noise: Noise,
@@ -43,6 +45,7 @@ impl Cell {
             contact_force: tool_turn * dataset.contact_force,
             payloads,
             balls,
+            reflectors: dataset.reflectors.iter().map(|r| (r.id.clone(), r.position)).collect(),
             anchors: dataset.anchors.iter().map(|a| a.position).collect(),
             noise: dataset.noise.clone(),
             measured_torques,

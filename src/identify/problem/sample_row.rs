@@ -52,6 +52,8 @@ pub(super) struct SampleRow {
     /// Index of the ball or anchor.
     ball: Option<usize>,
     anchor: Option<usize>,
+    /// Index of the measured point of the tool; `None` for the TCP.
+    reflector: Option<usize>,
     time_s: Option<f64>,
     temp_c: Option<f64>,
     approach: Option<Vec<i8>>,
@@ -78,6 +80,7 @@ impl SampleRow {
             tau: None,
             ball: None,
             anchor: None,
+            reflector: sample.reflector,
             time_s: None,
             temp_c: None,
             approach: sample.approach.clone(),
@@ -115,6 +118,7 @@ impl SampleRow {
         let (ball, anchor) = aims(&sample.measured);
         ball == self.ball
             && anchor == self.anchor
+            && sample.reflector == self.reflector
             && sample.q.len() == self.q.len()
             && sample.tau.is_some() >= self.tau.is_some()
             && sample.time_s.is_some() == self.time_s.is_some()
@@ -130,12 +134,14 @@ impl SampleRow {
         (self.ball, self.anchor) = aims(&sample.measured);
         self.tool = cell.tool;
         self.reading = None;
+        if let Some((_, offset)) = self.reflector.and_then(|r| cell.reflectors.get(r)) {
+            self.shift_tool(&(cell.tool_turn * offset));
+        }
         self.target = match &sample.measured {
             Measured::Ball { ball, reading } => {
                 if let Some(reading) = reading {
                     self.reading = Some(*reading);
-                    let shift = cell.tool_turn * reading;
-                    self.tool.xyz.iter_mut().zip(&shift).for_each(|(x, s)| *x += s);
+                    self.shift_tool(&(cell.tool_turn * reading));
                 }
                 Target::Position(cell.balls[*ball])
             }
@@ -154,6 +160,11 @@ impl SampleRow {
         self.approach.clone_from(&sample.approach);
         self.plungers = sample.plungers;
         self.q_commanded.clone_from(&sample.q_commanded);
+    }
+
+    /// Shifts the measured point of the tool, axes of the last frame, m.
+    fn shift_tool(&mut self, shift: &Vector3<f64>) {
+        self.tool.xyz.iter_mut().zip(shift).for_each(|(x, s)| *x += s);
     }
 
     /// Poses the arm at this sample, with its sites deviating by `deviations`.
@@ -251,6 +262,7 @@ impl SampleRow {
             tool: cell.tool,
             compliance,
             sample: Some(sample),
+            reflector: self.reflector.and_then(|r| cell.reflectors.get(r)).map(|(name, _)| name.as_str()),
             kind: Some(kind),
             target,
             artifact: Some(cell.artifact),

@@ -74,9 +74,9 @@ fn closer_base(nominal: FramePose, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Fr
     rigid_fit(pairs).map_or(nominal, |pose| FramePose::from_pose(&pose))
 }
 
-/// Nominal TCP of a sample in the robot's base, including a residual reading.
+/// Nominal position of a sample's measured point in the robot's base, including a residual reading.
 fn tcp(robot: &Robot, dataset: &Dataset, sample: &Sample) -> Vector3<f64> {
-    let tool = world_from_tool(robot, &FramePose::default(), &dataset.tool, &sample.q);
+    let tool = world_from_tool(robot, &FramePose::default(), &dataset.tool_at(sample.reflector), &sample.q);
     match &sample.measured {
         Measured::Ball { reading: Some(reading), .. } => tool.transform_point(&Point3::from(*reading)).coords,
         _ => tool.translation.vector,

@@ -1,0 +1,46 @@
+//! `reflector:R`: a measured point of the tool is not where it was said to be relative to the TCP. Three parameters, tool axes.
+
+use super::family::by_name;
+use super::shape::{Shape, shift_tool};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+};
+use crate::units::{MM, Unit};
+
+/// Id of the effect that holds the place of a measured point of the tool.
+pub fn place_of_reflector(name: &str) -> String {
+    format!("reflector:{name}")
+}
+
+pub(super) const FAMILY: Family = Family {
+    id: "reflector",
+    arguments: ":R",
+    what: "a reflector is not where it was said to be on the tool",
+    equation: "tool += (x, y, z) in tool axes, at samples of reflector R",
+    origin: Origin::Gauge,
+    scan: Scan::None,
+    follows: &[Follows::Tool],
+    role: Role::Cause,
+    offered: Offered::ByName,
+    physical: Physical::Any,
+    linear_range: LinearRange::Unlimited,
+    period: Period::None,
+    meaning: Meaning {
+        physics: "one measured point of the tool is not where it was said to be",
+        look: "look at the seat of that reflector; measure its place on the tool again",
+    },
+    stray: Stray::None,
+    members: by_name,
+    build: |id, _| {
+        let reflector = id.rest().filter(|r| !r.is_empty()).ok_or_else(|| id.wrong("names a reflector after the colon"))?;
+        let reflector = reflector.to_owned();
+        Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.03 * MM), move |at, emit| {
+            if at.reflector == Some(reflector.as_str()) {
+                (0..3).for_each(|k| shift_tool(k, &at.tool_axis(k), emit));
+            }
+        })
+        // The tool is the same body in every session of a dataset.
+        .owner(Owner::Artifact)
+        .built()
+    },
+};
