@@ -104,7 +104,7 @@ impl<'a> CalibratedArm<'a> {
             let first = arm.values.len();
             for spec in effect.parameters() {
                 let name = match effect.owner() {
-                    Owner::Session if !setup.measured.label.is_empty() => format!("{}@{}", spec.name, setup.measured.label),
+                    Owner::Session => calibration.name_in(setup.measured, &spec.name),
                     _ => spec.name.clone(),
                 };
                 let place = calibration.estimates.iter().position(|e| e.name == name);

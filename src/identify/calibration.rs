@@ -256,7 +256,8 @@ impl Calibration {
                 let found = fit_some(&fitting, &start, &sought)?;
                 let home = |p: Option<usize>, of: &'_ Problem| p.map(|s| of.setups()[s].name().map(str::to_owned));
                 let same = |p: &Parameter, q: &Parameter| {
-                    p.spec.name == q.spec.name && home(p.setup, &problem) == home(q.setup, &fitting)
+                    let in_one_place = home(p.setup, &problem) == home(q.setup, &fitting);
+                    p.spec.name == q.spec.name && (in_one_place || p.shared && q.shared && p.name == q.name)
                 };
                 let parameters = problem.parameters();
                 unseen.retain(|&p| {
@@ -320,17 +321,24 @@ impl Calibration {
     /// The name in this calibration of a parameter of another problem; `None` if it belongs to an unseen set-up.
     fn name_for(&self, parameter: &Parameter, problem: &Problem) -> Option<String> {
         let plain = parameter.spec.name.as_str();
-        let at = |label: &str| if label.is_empty() { plain.to_owned() } else { format!("{plain}@{label}") };
         if parameter.owner == Owner::Robot {
             return Some(plain.to_owned());
         }
         let seen = self.seen(&problem.setups()[parameter.setup?])?;
         let several = || self.setups.iter().any(|s| s.dataset != self.setups[0].dataset);
         Some(match parameter.owner {
-            Owner::Artifact if several() => at(&seen.dataset),
-            Owner::Artifact => at(""),
-            Owner::Robot | Owner::Session => at(&seen.label),
+            Owner::Artifact if several() => labelled(plain, &seen.dataset),
+            Owner::Artifact => plain.to_owned(),
+            Owner::Robot | Owner::Session => self.name_in(seen, plain),
         })
+    }
+
+    /// The name of a parameter of a set-up: with its label, or with that of its dataset, or without any, if all sessions share it.
+    pub fn name_in(&self, setup: &MeasuredSetup, plain: &str) -> String {
+        let left_out = |name: &String| self.unresolved.iter().any(|group| group.first() == Some(name));
+        let is_known = |name: &String| self.estimate(name).is_some() || left_out(name);
+        let names = [&setup.label, &setup.dataset, ""].map(|label| labelled(plain, label));
+        names.into_iter().find(is_known).unwrap_or_else(|| labelled(plain, &setup.label))
     }
 
     /// The set-up of this calibration that corresponds to one of other samples: the one of the same session; if sessions
@@ -342,6 +350,11 @@ impl Calibration {
         };
         self.setups.iter().find(named).or_else(|| self.setups.iter().find(unnamed))
     }
+}
+
+/// The name of a parameter with the label of its set-up.
+fn labelled(plain: &str, label: &str) -> String {
+    if label.is_empty() { plain.to_owned() } else { format!("{plain}@{label}") }
 }
 
 /// The estimate of parameter `p`, which the fit kept.

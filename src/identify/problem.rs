@@ -22,6 +22,7 @@ mod parameter;
 mod sample_row;
 mod samples_view;
 mod start;
+mod wanted;
 
 use std::sync::Arc;
 

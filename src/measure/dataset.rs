@@ -32,6 +32,15 @@ pub struct Reflector {
     pub free: bool,
 }
 
+/// The parts of the set-up that all sessions of a dataset have in common; by default each session has its own base and tool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Shared {
+    /// The robot stayed where it was.
+    pub base: bool,
+    /// The tool stayed on the flange.
+    pub tool: bool,
+}
+
 /// A fixed point from which distances are measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Anchor {
@@ -148,6 +157,8 @@ pub struct Dataset {
     pub tool_sigma: f64,
     /// True if the TCP is unknown and to be estimated.
     pub tool_free: bool,
+    /// The parts of the set-up that all sessions have in common.
+    pub shared: Shared,
     /// Force of the three plungers on the tool when a ball is centred, tool axes, N; zero if not stated.
     pub contact_force: Vector3<f64>,
     /// Payloads; the first is the default.
@@ -191,6 +202,7 @@ impl Default for Dataset {
             tool: FramePose::default(),
             tool_sigma: 0.0,
             tool_free: false,
+            shared: Shared::default(),
             contact_force: Vector3::zeros(),
             payloads: Vec::new(),
             balls: Vec::new(),

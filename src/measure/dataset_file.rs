@@ -8,12 +8,12 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use super::dataset_toml::{
-    AnchorToml, BallDistanceToml, BallToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, ReflectorToml, describe,
+    AnchorToml, BallDistanceToml, BallToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, ReflectorToml, SHAREABLE, describe,
 };
 use super::limits::{Impossible, impossible};
 use super::samples_file::read_samples;
 use super::samples_text::samples_text;
-use super::{Anchor, Ball, BallDistance, Dataset, Noise, Reflector};
+use super::{Anchor, Ball, BallDistance, Dataset, Noise, Reflector, Shared};
 use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
 use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, RobotReference, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
@@ -168,6 +168,7 @@ impl Reading<'_> {
             tool: robot.flange.then(&frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg])),
             tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
             tool_free: t.free,
+            shared: self.shared(&file.share)?,
             contact_force: t.contact_force_n.map_or(Vector3::zeros(), Vector3::from),
             absolute_accuracy: file.absolute_accuracy,
             ball_distances: self.ball_distances(&file.ball_distance, &balls)?,
@@ -258,6 +259,15 @@ impl Reading<'_> {
             balls.push(Ball { id: b.id.clone(), position, sigma, free: b.free });
         }
         Ok(balls)
+    }
+
+    fn shared(&self, names: &[String]) -> Result<Shared, FileError> {
+        if let Some(k) = names.iter().position(|name| !SHAREABLE.contains(&name.as_str())) {
+            let problem = format!("`{}` is not something that sessions share", names[k]);
+            return Err(self.wrong(format!("share[{k}]"), problem, format!("write {}", SHAREABLE.join(" or "))));
+        }
+        let [base, tool] = SHAREABLE.map(|name| names.iter().any(|given| given == name));
+        Ok(Shared { base, tool })
     }
 
     fn reflectors(&self, tables: &[ReflectorToml]) -> Result<Vec<Reflector>, FileError> {

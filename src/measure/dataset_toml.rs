@@ -10,6 +10,9 @@ use crate::units::{ARCSEC, DEG, MM, UM, readable};
 /// The format this version reads and writes.
 pub(super) const FORMAT: &str = "calibench-dataset/1";
 
+/// The values of `share`.
+pub(super) const SHAREABLE: [&str; 2] = ["base", "tool"];
+
 /// The whole file; without its format, also a table of the same keys in an import map.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -22,6 +25,9 @@ pub(crate) struct DatasetToml {
     /// True if the controller's own absolute-accuracy option was on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absolute_accuracy: Option<bool>,
+    /// What all sessions have in common: `base`, `tool`, or both.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) share: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) base: Option<FrameToml>,
     pub(super) tool: ToolToml,
@@ -190,6 +196,11 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         robot: dataset.robot_reference.clone(),
         gravity_m_s2: Some(dataset.gravity.into()),
         absolute_accuracy: dataset.absolute_accuracy,
+        share: SHAREABLE
+            .into_iter()
+            .zip([dataset.shared.base, dataset.shared.tool])
+            .filter_map(|(name, is)| is.then(|| name.into()))
+            .collect(),
         base: Some(base),
         tool,
         payload: if dataset.payloads == [Payload::none()] {

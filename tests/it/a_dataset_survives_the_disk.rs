@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use calibench::measure::{
-    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Reflector, Sample, SampleSet, read_dataset, write_dataset,
+    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Reflector, Sample, SampleSet, Shared, read_dataset, write_dataset,
 };
 use calibench::robot::{FramePose, Payload};
 use calibench::units::{ARCSEC, DEG, MM, UM};
@@ -87,6 +87,7 @@ impl Generator {
             tool: self.frame(),
             tool_sigma: self.sometimes(|g| g.positive(UM)).unwrap_or(0.0),
             tool_free: self.0.random(),
+            shared: Shared { base: self.0.random(), tool: self.0.random() },
             contact_force: self.vector(1.0),
             absolute_accuracy: self.sometimes(|g| g.0.random()),
             payloads: (0..payloads)

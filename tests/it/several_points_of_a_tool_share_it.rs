@@ -1,11 +1,12 @@
 //! Several points of one tool, measured from the same postures, share base, arm and tool: each further one costs three unknowns.
+//! Sessions share what their dataset says that they share.
 
 use std::fs;
 use std::sync::Arc;
 
 use calibench::identify::{Model, Problem, Use, identify};
 use calibench::import::{ImportOptions, import};
-use calibench::measure::{Dataset, Measured, Postures, Reflector, Sample, SampleSet, read_dataset, write_dataset};
+use calibench::measure::{Dataset, Measured, Postures, Reflector, Sample, SampleSet, Shared, read_dataset, write_dataset};
 use calibench::robot::{FramePose, built_in, world_from_tool};
 use calibench::units::MM;
 use nalgebra::{Point3, Vector3};
@@ -95,6 +96,68 @@ fn they_survive_the_disk_and_another_point_is_no_replicate() {
     fs::write(&samples, text).unwrap();
     let error = read_dataset(&folder.path().join("d")).unwrap_err().to_string();
     assert!(error.contains("samples.csv:4: reflector: there is no reflector `r7`") && error.contains("r0, r1"), "{error}");
+}
+
+/// The TCP alone in two sessions, with another tool or another base in the second.
+fn sessions(shared: Shared, bases: [FramePose; 2], tools: [FramePose; 2]) -> Dataset {
+    let mut dataset = seen_at(PLACES, false);
+    dataset.samples.retain(|s| s.reflector.is_none());
+    dataset.shared = shared;
+    for (k, sample) in dataset.samples.iter_mut().enumerate() {
+        let at = world_from_tool(&dataset.robot, &bases[k % 2], &tools[k % 2], &sample.q);
+        sample.measured = Measured::Point(at.translation.vector);
+        sample.session = Some(["morning", "evening"][k % 2].into());
+        sample.set = if k % 5 == 4 { SampleSet::Validation } else { SampleSet::Fit };
+    }
+    dataset
+}
+
+#[test]
+fn sessions_share_what_they_are_said_to_share() {
+    let other_base = FramePose { xyz: [0.41, -0.19, 0.1], ..BASE };
+    let other_tool = FramePose { xyz: [0.025, -0.02, 0.14], ..TOOL };
+    let model = Model::of(&["base_frame"]);
+    let both = Shared { base: true, tool: true };
+    for (shared, bases, tools, unknowns) in [
+        (Shared::default(), [BASE, other_base], [TOOL, other_tool], 18),
+        (Shared { base: true, tool: false }, [BASE; 2], [TOOL, other_tool], 12),
+        (Shared { base: false, tool: true }, [BASE, other_base], [TOOL; 2], 15),
+        (both, [BASE; 2], [TOOL; 2], 9),
+    ] {
+        let dataset = sessions(shared, bases, tools);
+        let calibration = identify(&[("d", &dataset)], &model).unwrap();
+        assert_eq!(calibration.estimates.len(), unknowns, "{shared:?}");
+        assert!(calibration.rms < 1e-9, "{shared:?}: {}", calibration.rms);
+        let name = |plain: &str, alone: bool| if alone { plain.to_owned() } else { format!("{plain}@evening") };
+        let base = calibration.estimate(&name("base_x", shared.base)).unwrap().value;
+        let tool = calibration.estimate(&name("tool_x", shared.tool)).unwrap().value;
+        assert!((base - bases[1].xyz[0]).abs() < 1e-9 && (tool - tools[1].xyz[0]).abs() < 1e-9, "{base} {tool}");
+        // The same session of another day is judged by what is known of it, and so are both.
+        let mut evening = dataset.clone();
+        evening.samples.retain(|s| s.session.as_deref() == Some("evening"));
+        for judged in [&dataset, &evening] {
+            let prediction = calibration.predict(&[("d", judged)], Use::Validation).unwrap();
+            assert_eq!(prediction.refitted.len() + prediction.from_fit_rows.len(), 0, "{shared:?} {prediction:?}");
+            assert!(prediction.residuals.iter().all(|r| r.norm() < 1e-8));
+            let anew = calibration.set_up_anew().predict(&[("d", judged)], Use::Validation).unwrap();
+            assert_eq!(anew.refitted, Vec::<String>::new());
+        }
+    }
+    // What is said to be shared and was not cannot be hidden.
+    let wrong = identify(&[("d", &sessions(both, [BASE, other_base], [TOOL; 2]))], &model).unwrap();
+    assert!(wrong.rms > 2.0 * MM, "{}", wrong.rms);
+    // In several datasets the names stay apart, and the files say what they share.
+    let folder = tempfile::tempdir().unwrap();
+    write_dataset(&sessions(both, [BASE; 2], [TOOL; 2]), &folder.path().join("d")).unwrap();
+    let back = read_dataset(&folder.path().join("d")).unwrap();
+    assert_eq!(back.shared, both);
+    let two = identify(&[("a", &back), ("b", &back)], &model).unwrap();
+    assert_eq!(two.estimates.len(), 18);
+    assert!(two.estimate("base_x@a").is_some() && two.estimate("tool_z@b").is_some());
+    let path = folder.path().join("d/dataset.toml");
+    fs::write(&path, fs::read_to_string(&path).unwrap().replace("\"tool\"]", "\"artifact\"]")).unwrap();
+    let error = read_dataset(&folder.path().join("d")).unwrap_err().to_string();
+    assert!(error.contains("share[1]: `artifact` is not something that sessions share; write base or tool"), "{error}");
 }
 
 /// Three reflectors of the FANUC as the table has them: nine coordinates a row.

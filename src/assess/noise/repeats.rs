@@ -117,8 +117,7 @@ fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
     let postures = Postures::of_joints(&joints, &datasets);
     // Events of each posture: samples measured at the same time.
     let mut events: BTreeMap<(usize, (bool, u64)), Vec<usize>> = BTreeMap::new();
-    for (i, (s, &posture)) in seen.iter().zip(postures.of_samples()).enumerate() {
-        let moment = s.sample.time_s.map_or((false, i as u64), |t| (true, t.to_bits()));
+    for ((i, s), (&posture, moment)) in seen.iter().enumerate().zip(postures.of_samples().iter().zip(moments(seen))) {
         if s.height == 3 {
             events.entry((posture, moment)).or_default().push(i);
         }
@@ -139,6 +138,28 @@ fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
         of_posture.entry((posture, targets)).or_default().push(members);
     }
     of_posture.into_values().filter(|e| e.len() > 1).take(MOST_POSTURES).map(|events| group(seen, &events)).collect()
+}
+
+/// The moment of each sample: its time, or a number of its own. Samples in a row that show different reflectors with the same
+/// joint angles, and have no times, share one.
+fn moments(seen: &[SeenSample<'_>]) -> Vec<(bool, u64)> {
+    let (mut begun, mut reflectors) = (0, Vec::new());
+    let moment = |(i, s): (usize, &SeenSample<'_>)| {
+        if let Some(time) = s.sample.time_s {
+            return (true, time.to_bits());
+        }
+        let as_before = i
+            .checked_sub(1)
+            .map(|before| &seen[before])
+            .is_some_and(|before| before.setup == s.setup && before.sample.time_s.is_none() && before.sample.q == s.sample.q);
+        if !as_before || reflectors.contains(&s.sample.reflector) {
+            begun = i;
+            reflectors.clear();
+        }
+        reflectors.push(s.sample.reflector);
+        (false, begun as u64)
+    };
+    seen.iter().enumerate().map(moment).collect()
 }
 
 fn group(seen: &[SeenSample<'_>], events: &[Vec<usize>]) -> Group {

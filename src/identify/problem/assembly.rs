@@ -12,10 +12,11 @@ use super::missing::{COMPLIANCE, missing};
 use super::order::joints_before;
 use super::sample_row::SampleRow;
 use super::start::{datum_freedoms, start};
-use super::{Parameter, Prior, Problem, ProblemError, Setup, Use};
-use crate::effects::{self, Effect, Follows, Needs, Owner, ParameterSpec};
+use super::wanted::{StatedPrior, wanted};
+use super::{Parameter, Problem, ProblemError, Setup, Use};
+use crate::effects::{self, Effect, Follows, Needs, Owner};
 use crate::identify::{Model, TorquePosture};
-use crate::measure::{Ball, Dataset, Measured, Reflector, Sample};
+use crate::measure::Dataset;
 use crate::robot::{Robot, Site};
 
 impl Problem {
@@ -43,30 +44,6 @@ pub(super) struct Assembly<'a> {
     parameters: Vec<Parameter>,
     /// Effects of each dataset, with the first parameter of each for every owner: robot, or set-up, or dataset.
     effects: Vec<Vec<Placed>>,
-}
-
-/// Prior on the size of an effect.
-#[derive(Debug, Clone, Copy)]
-enum StatedPrior {
-    Flat,
-    /// 1 sigma of each of its parameters, SI.
-    Stated(f64),
-    /// 1 sigma in plausible sizes; may be infinite.
-    Width(f64),
-    /// A certificate, combined with an allowance for changes since: 1 sigma each, the second in plausible sizes.
-    StatedAndWidth(f64, f64),
-}
-
-impl StatedPrior {
-    fn of(self, spec: &ParameterSpec) -> Prior {
-        match self {
-            StatedPrior::Flat => Prior::Uninformative,
-            StatedPrior::Stated(sigma) => Prior::Certified(sigma),
-            StatedPrior::Width(width) if width.is_finite() => Prior::Plausible(width * spec.prior),
-            StatedPrior::StatedAndWidth(sigma, width) if width.is_finite() => Prior::Plausible(sigma.hypot(width * spec.prior)),
-            StatedPrior::Width(_) | StatedPrior::StatedAndWidth(..) => Prior::Uninformative,
-        }
-    }
 }
 
 impl<'a> Assembly<'a> {
@@ -107,6 +84,8 @@ impl<'a> Assembly<'a> {
             }
             let start = start(&self.robot, dataset, self.which, &sessions, base_is_sought);
             for (k, (session, start)) in sessions.iter().zip(start.bases).enumerate() {
+                let (own, earlier) =
+                    if dataset.shared.base { (&sessions[..], &[][..]) } else { (&sessions[k..=k], &sessions[..k]) };
                 self.setup_of.insert((d, *session), self.setups.len());
                 self.setups.push(Setup {
                     label: String::new(),
@@ -114,7 +93,7 @@ impl<'a> Assembly<'a> {
                     session: session.unwrap_or_default().into(),
                     base: dataset.base,
                     start,
-                    datum_freedoms: datum_freedoms(dataset, self.which, *session, &sessions[..k], &start),
+                    datum_freedoms: datum_freedoms(dataset, self.which, own, earlier, &start),
                     tool: dataset.tool,
                     gravity: dataset.gravity,
                     duration_s: duration(dataset, *session),
@@ -144,7 +123,7 @@ impl<'a> Assembly<'a> {
             let balls = dataset.ball_ids();
             let subject = model.subject(&robot, &balls);
             let mut placed: Vec<Placed> = Vec::new();
-            for (id, belief) in self.wanted(dataset) {
+            for (id, belief) in wanted(dataset, model, self.which) {
                 if placed.iter().any(|p| p.effect.id() == id) {
                     continue; // also in the model, which then holds the stated uncertainty in its prior
                 }
@@ -167,54 +146,6 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Effects of the model, and those required by a dataset (free or uncertain balls and tools), in the order of their columns.
-    fn wanted(&self, dataset: &Dataset) -> Vec<(String, StatedPrior)> {
-        let mut wanted: Vec<(String, StatedPrior)> = Vec::new();
-        let probed = |b: usize| {
-            let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
-            dataset.samples.iter().filter(|s| self.which.takes(s)).any(|s| on(&s))
-        };
-        // Free balls first: if no ball is known, it is the base that cannot be determined. A free tool before the
-        // links: it enters linearly, and the last joint and link share parameters with the tool as the first ones do
-        // with the base.
-        for (b, ball) in dataset.balls.iter().enumerate() {
-            if ball.free && probed(b) {
-                wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
-            }
-        }
-        let reflected = |r: usize| dataset.samples.iter().any(|s| self.which.takes(s) && s.reflector == Some(r));
-        wanted.extend(self.model.effects.iter().map(|e| {
-            let width = self.model.width_of(e);
-            let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
-            (e.clone(), belief)
-        }));
-        if dataset.tool_free {
-            wanted.retain(|(id, _)| id != "tool_frame");
-            let base = wanted.iter().position(|(id, _)| id == "base_frame");
-            let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
-            wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), StatedPrior::Flat));
-        } else if dataset.tool_sigma > 0.0 {
-            wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
-        }
-        // Last of what the model leaves open: a reflector shares its place with a free tool if the TCP itself is not measured.
-        let reflectors = dataset.reflectors.iter().enumerate().filter(|(r, _)| reflected(*r));
-        for (id, reflector) in reflectors.rev().map(|(_, r)| (effects::place_of_reflector(&r.id), r)) {
-            if reflector.free {
-                let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
-                wanted.retain(|(other, _)| *other != id);
-                wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (id, StatedPrior::Flat));
-            } else if reflector.sigma > 0.0 {
-                wanted.push((id, StatedPrior::Stated(reflector.sigma)));
-            }
-        }
-        for (b, ball) in dataset.balls.iter().enumerate() {
-            if !ball.free && ball.sigma > 0.0 && probed(b) {
-                wanted.push((format!("ball:{}", ball.id), StatedPrior::Stated(ball.sigma)));
-            }
-        }
-        wanted
-    }
-
     /// Appends the parameters of an effect of dataset `d`'s artifact; returns the index of the first.
     fn place_on_artifact(&mut self, d: usize, effect: &dyn Effect, belief: StatedPrior) -> usize {
         let (label, dataset) = self.datasets[d];
@@ -233,22 +164,39 @@ impl<'a> Assembly<'a> {
         first
     }
 
-    /// Appends the parameters of an effect for each set-up of dataset `d`; returns the index of the first for each set-up of the
-    /// problem, `usize::MAX` for those of other datasets.
+    /// Appends the parameters of an effect for each set-up of dataset `d`, or once if its sessions share them; returns the index
+    /// of the first for each set-up of the problem, `usize::MAX` for those of other datasets.
     fn place_in_sessions(&mut self, d: usize, effect: &dyn Effect, belief: StatedPrior) -> Vec<usize> {
         let mine = |s: usize| self.setup_of.iter().any(|(key, &setup)| key.0 == d && setup == s);
+        let own: Vec<usize> = (0..self.setups.len()).filter(|&s| mine(s)).collect();
+        let (name, dataset) = self.datasets[d];
+        let shared = own.len() > 1
+            && match effect.id() {
+                "base_frame" => dataset.shared.base,
+                "tool_frame" => dataset.shared.tool,
+                _ => false,
+            };
         let mut first = vec![usize::MAX; self.setups.len()];
-        for s in (0..self.setups.len()).filter(|&s| mine(s)) {
+        for &s in &own {
+            if shared && s != own[0] {
+                first[s] = first[own[0]];
+                continue;
+            }
             let setup = &self.setups[s];
-            first[s] = add(&mut self.parameters, effect, &setup.label, belief);
-            let own = &mut self.parameters[first[s]..];
-            own.iter_mut().for_each(|p| p.setup = Some(s));
+            let label = match shared {
+                true if self.datasets.len() > 1 => name,
+                true => "",
+                false => &setup.label,
+            };
+            first[s] = add(&mut self.parameters, effect, label, belief);
+            let parameters = &mut self.parameters[first[s]..];
+            parameters.iter_mut().for_each(|p| (p.setup, p.shared) = (Some(s), shared));
             match effect.id() {
                 "base_frame" => {
-                    place(own, &setup.base.to_array(), &setup.start.to_array());
-                    setup.datum_freedoms.iter().for_each(|&axis| own[axis as usize].defines_world = true);
+                    place(parameters, &setup.base.to_array(), &setup.start.to_array());
+                    setup.datum_freedoms.iter().for_each(|&axis| parameters[axis as usize].defines_world = true);
                 }
-                "tool_frame" => place(own, &setup.tool.xyz, &setup.tool.xyz),
+                "tool_frame" => place(parameters, &setup.tool.xyz, &setup.tool.xyz),
                 _ => {}
             }
         }
@@ -341,20 +289,6 @@ fn known_distances(dataset: &Dataset, balls: &[Vector3<f64>], effects: &[Placed]
     rows.collect()
 }
 
-/// 1 sigma, SI, that the dataset states for the TCP, ball or reflector moved by an effect of the model.
-fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
-    let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
-    let reflector = |r: &&Reflector| effect == effects::place_of_reflector(&r.id) && !r.free;
-    let sigma = match effect {
-        "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
-        _ => {
-            let of_ball = dataset.balls.iter().find(ball).map(|b| b.sigma);
-            of_ball.or_else(|| dataset.reflectors.iter().find(reflector).map(|r| r.sigma))
-        }
-    };
-    sigma.filter(|s| *s > 0.0)
-}
-
 /// Appends the parameters of an effect; returns the index of the first.
 fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: StatedPrior) -> usize {
     let first = all.len();
@@ -366,6 +300,7 @@ fn add(all: &mut Vec<Parameter>, effect: &dyn Effect, label: &str, belief: State
         start: spec.nominal,
         owner: effect.owner(),
         setup: None,
+        shared: false,
         link: None,
         through: effect.needs().contains(&Needs::Compliance),
         defines_world: false,

@@ -50,6 +50,8 @@ pub struct Parameter {
     pub owner: Owner,
     /// Index of the set-up that owns it; for a parameter of an artifact, the first set-up of its dataset.
     pub setup: Option<usize>,
+    /// True if all sessions of its dataset have it in common; `setup` is then the first of them.
+    pub shared: bool,
     /// Link to which it belongs, counted from 0, for parameters of one link.
     pub link: Option<usize>,
     /// True if it acts through the unknown joint compliances, and so multiplies them.

@@ -41,7 +41,11 @@ pub(super) fn start(robot: &Robot, dataset: &Dataset, which: Use, sessions: &[Op
         let samples = || dataset.samples.iter().filter(|s| which.takes(s) && s.session.as_deref() == *session);
         let pairs: Vec<(Vector3<f64>, Vector3<f64>)> =
             samples().filter_map(|s| Some((tcp(robot, dataset, s), place(dataset, s, &found)?))).collect();
-        let base = if base_is_sought { closer_base(dataset.base, &pairs) } else { dataset.base };
+        let base = match bases.first() {
+            Some(first) if dataset.shared.base => *first,
+            _ if base_is_sought => closer_base(dataset.base, &pairs),
+            _ => dataset.base,
+        };
         let mut sums: HashMap<usize, (Vector3<f64>, f64)> = HashMap::new();
         for sample in samples() {
             if let Measured::Ball { ball, .. } = sample.measured
@@ -93,14 +97,15 @@ fn place(dataset: &Dataset, sample: &Sample, found: &HashMap<usize, Vector3<f64>
     }
 }
 
-/// The base components (x, y, z, rz, ry, rx) that define the world of a session instead of a pose in it: those that could
-/// be changed arbitrarily, together with everything unknown in the world, because no known position contradicts them.
+/// The base components (x, y, z, rz, ry, rx) that define the world of a base instead of a pose in it: those that could be
+/// changed arbitrarily, together with everything unknown in the world, because no known position contradicts them. `own` are
+/// the sessions with that base.
 ///
 /// `earlier` holds the sessions of the dataset already set up: the free balls they probed now have positions.
 pub(super) fn datum_freedoms(
     dataset: &Dataset,
     which: Use,
-    session: Option<&str>,
+    own: &[Option<&str>],
     earlier: &[Option<&str>],
     base: &FramePose,
 ) -> Vec<Axis6> {
@@ -118,8 +123,13 @@ pub(super) fn datum_freedoms(
         _ => place(dataset, s, &before),
     };
     let origin = Vector3::from(base.xyz);
-    let arms: Vec<Vector3<f64>> =
-        dataset.samples.iter().filter(|s| of(session, s)).filter_map(known).map(|place| place - origin).collect();
+    let arms: Vec<Vector3<f64>> = dataset
+        .samples
+        .iter()
+        .filter(|s| own.iter().any(|o| of(*o, s)))
+        .filter_map(known)
+        .map(|place| place - origin)
+        .collect();
     if arms.is_empty() {
         return Axis6::ALL.to_vec();
     }

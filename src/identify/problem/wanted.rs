@@ -1,0 +1,92 @@
+//! The effects of a problem: those of the model, and those that a dataset requires.
+
+use super::{Prior, Use};
+use crate::effects::{self, ParameterSpec};
+use crate::identify::Model;
+use crate::measure::{Ball, Dataset, Measured, Reflector, Sample};
+
+/// Prior on the size of an effect.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum StatedPrior {
+    Flat,
+    /// 1 sigma of each of its parameters, SI.
+    Stated(f64),
+    /// 1 sigma in plausible sizes; may be infinite.
+    Width(f64),
+    /// A certificate, combined with an allowance for changes since: 1 sigma each, the second in plausible sizes.
+    StatedAndWidth(f64, f64),
+}
+
+impl StatedPrior {
+    pub fn of(self, spec: &ParameterSpec) -> Prior {
+        match self {
+            StatedPrior::Flat => Prior::Uninformative,
+            StatedPrior::Stated(sigma) => Prior::Certified(sigma),
+            StatedPrior::Width(width) if width.is_finite() => Prior::Plausible(width * spec.prior),
+            StatedPrior::StatedAndWidth(sigma, width) if width.is_finite() => Prior::Plausible(sigma.hypot(width * spec.prior)),
+            StatedPrior::Width(_) | StatedPrior::StatedAndWidth(..) => Prior::Uninformative,
+        }
+    }
+}
+
+/// Effects of the model, and those required by a dataset (free or uncertain balls and tools), in the order of their columns.
+pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(String, StatedPrior)> {
+    let mut wanted: Vec<(String, StatedPrior)> = Vec::new();
+    let probed = |b: usize| {
+        let on = |s: &&Sample| matches!(s.measured, Measured::Ball { ball, .. } if ball == b);
+        dataset.samples.iter().filter(|s| which.takes(s)).any(|s| on(&s))
+    };
+    // Free balls first: if no ball is known, it is the base that cannot be determined. A free tool before the
+    // links: it enters linearly, and the last joint and link share parameters with the tool as the first ones do
+    // with the base.
+    for (b, ball) in dataset.balls.iter().enumerate() {
+        if ball.free && probed(b) {
+            wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
+        }
+    }
+    let reflected = |r: usize| dataset.samples.iter().any(|s| which.takes(s) && s.reflector == Some(r));
+    wanted.extend(model.effects.iter().map(|e| {
+        let width = model.width_of(e);
+        let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
+        (e.clone(), belief)
+    }));
+    if dataset.tool_free {
+        wanted.retain(|(id, _)| id != "tool_frame");
+        let base = wanted.iter().position(|(id, _)| id == "base_frame");
+        let balls = wanted.iter().take_while(|(id, _)| id.starts_with("ball:")).count();
+        wanted.insert(base.map_or(balls, |b| b + 1), ("tool_frame".into(), StatedPrior::Flat));
+    } else if dataset.tool_sigma > 0.0 {
+        wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
+    }
+    // Last of what the model leaves open: a reflector shares its place with a free tool if the TCP itself is not measured.
+    let reflectors = dataset.reflectors.iter().enumerate().filter(|(r, _)| reflected(*r));
+    for (id, reflector) in reflectors.rev().map(|(_, r)| (effects::place_of_reflector(&r.id), r)) {
+        if reflector.free {
+            let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
+            wanted.retain(|(other, _)| *other != id);
+            wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (id, StatedPrior::Flat));
+        } else if reflector.sigma > 0.0 {
+            wanted.push((id, StatedPrior::Stated(reflector.sigma)));
+        }
+    }
+    for (b, ball) in dataset.balls.iter().enumerate() {
+        if !ball.free && ball.sigma > 0.0 && probed(b) {
+            wanted.push((format!("ball:{}", ball.id), StatedPrior::Stated(ball.sigma)));
+        }
+    }
+    wanted
+}
+
+/// 1 sigma, SI, that the dataset states for the TCP, ball or reflector moved by an effect of the model.
+fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
+    let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
+    let reflector = |r: &&Reflector| effect == effects::place_of_reflector(&r.id) && !r.free;
+    let sigma = match effect {
+        "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
+        _ => {
+            let of_ball = dataset.balls.iter().find(ball).map(|b| b.sigma);
+            of_ball.or_else(|| dataset.reflectors.iter().find(reflector).map(|r| r.sigma))
+        }
+    };
+    sigma.filter(|s| *s > 0.0)
+}
