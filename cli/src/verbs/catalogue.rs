@@ -53,7 +53,7 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&json!({"format": "calibench-effects/1", "effects": documents}))?;
     } else {
         print(
-            "J, K: a joint. B: a ball. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
+            "J, K: a joint. B: a ball. R: a reflector. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
         )?;
         print(
             "t: time as a share of the session, 0 to 1. h: height over the lowest ball, 1 at the highest. e: an indicator's axis. r: its reading.",
@@ -69,7 +69,8 @@ fn example(family: &Family, subject: &Subject<'_>) -> String {
     let of_second_joint = |ids: Vec<String>| {
         let second =
             ids.iter().find(|id| EffectId::new(id).argument(0) == Some("2")).filter(|_| family.arguments.starts_with(":J"));
-        second.or(ids.first()).cloned().unwrap_or_else(|| family.id.to_owned())
+        // Members that only data know have a name of their own.
+        second.or(ids.first()).cloned().unwrap_or_else(|| format!("{}:b", family.id))
     };
     match family.scan {
         Scan::None => of_second_joint(family.ids(subject)),

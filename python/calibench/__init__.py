@@ -1,0 +1,71 @@
+"""Calibration of industrial robots: from measurements in arrays or data frames to a verdict and a calibrated URDF.
+
+Every function runs the program ``calibench``, which is part of this package, and gives its documents and sentences unchanged. Angles are in degrees and
+lengths in millimetres wherever a name does not say otherwise.
+"""
+
+from calibench._dataset import Columns, Dataset
+from calibench._errors import CellError, Error, InputError, ProgramError
+from calibench._program import program, version
+from calibench._results import (
+    Calibration,
+    Compensated,
+    Ladder,
+    Model,
+    Report,
+    Result,
+    Run,
+    Step,
+    Study,
+    Validation,
+)
+from calibench._verbs import (
+    add,
+    compare,
+    diagnose,
+    effects,
+    identify,
+    ladder,
+    merge,
+    next_measurements,
+    report,
+    robots,
+    run,
+    study,
+    validate,
+)
+
+__version__ = version()
+
+__all__ = [
+    "Calibration",
+    "CellError",
+    "Columns",
+    "Compensated",
+    "Dataset",
+    "Error",
+    "InputError",
+    "Ladder",
+    "Model",
+    "ProgramError",
+    "Report",
+    "Result",
+    "Run",
+    "Step",
+    "Study",
+    "Validation",
+    "add",
+    "compare",
+    "diagnose",
+    "effects",
+    "identify",
+    "ladder",
+    "merge",
+    "next_measurements",
+    "program",
+    "report",
+    "robots",
+    "run",
+    "study",
+    "validate",
+]

@@ -1,0 +1,132 @@
+"""The verbs of the program as functions."""
+
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from calibench import _program
+from calibench._dataset import Dataset, StrPath
+from calibench._errors import InputError
+from calibench._results import Calibration, Ladder, Model, Report, Result, Run, Step, Study, Validation
+
+#: A model: a file, the effects themselves, or ``None`` for the default one.
+AnyModel = Model | StrPath | Sequence[str] | None
+#: One dataset or several of one robot.
+Data = Dataset | StrPath | Sequence[Dataset | StrPath]
+
+
+def _several(data: Data) -> list[StrPath]:
+    return [data] if isinstance(data, str | os.PathLike) else list(data)
+
+
+def _model(model: AnyModel) -> tuple[list[StrPath], Model | None]:
+    """The arguments of a model, and the file that must outlive them."""
+    if model is None:
+        return [], None
+    if isinstance(model, str | os.PathLike):
+        return ["--model", model], None
+    written = Model.of(model)
+    return ["--model", written], written
+
+
+def _room() -> tuple[Path, "tempfile.TemporaryDirectory[str]"]:
+    keep = tempfile.TemporaryDirectory(prefix="calibench-")
+    return Path(keep.name), keep
+
+
+def _forced(force: bool) -> list[StrPath]:
+    return ["--force"] if force else []
+
+
+def identify(data: Data, model: AnyModel = None, *, shifts: bool = False, force: bool = False) -> Calibration:
+    """Identifies the robot's parameters. ``shifts`` shows how every effect missing from the model would move them."""
+    folder, keep = _room()
+    of_model, written = _model(model)
+    arguments = ["identify", *_several(data), *of_model, *(["--shifts"] if shifts else []), *_forced(force)]
+    return Calibration(arguments, folder / "calibration.toml", (keep, written))
+
+
+def compare(calibration: Calibration | StrPath, data: Data, *, rows: str = "fit", set_up_anew: bool = False) -> Result:
+    """Locates the errors of a calibration. ``rows`` are ``fit``, ``validation`` or ``all``."""
+    of_rows = {"fit": [], "validation": ["--validation"], "all": ["--all"]}
+    if rows not in of_rows:
+        raise InputError(f"rows: '{rows}' are no rows; give one of {', '.join(of_rows)}")
+    return Result(["compare", calibration, *_several(data), *of_rows[rows], *(["--set-up-anew"] if set_up_anew else [])], keep=(calibration, data))
+
+
+def diagnose(data: Data, model: AnyModel = None, *, force: bool = False) -> Result:
+    """Finds the effect missing from the model."""
+    of_model, written = _model(model)
+    return Result(["diagnose", *_several(data), *of_model, *_forced(force)], keep=(data, written))
+
+
+def add(effect: str, data: Data, model: AnyModel = None, *, check: Data = (), force: bool = False) -> Step:
+    """Adds one effect to the model, refits, and judges the step; ``ok`` says whether it was taken."""
+    _, keep = _room()
+    of_model, written = _model(model)
+    checks: list[StrPath] = [part for campaign in _several(check) for part in ("--check", campaign)]
+    step = Step(["add", effect, *_several(data), *of_model, *checks, *_forced(force)], keep)
+    step._keep = (keep, written, data)
+    return step
+
+
+def ladder(data: Data, model: AnyModel = None, *, check: Data = (), force: bool = False) -> Ladder:
+    """Diagnoses, adds and refits until only noise remains or nothing helps."""
+    _, keep = _room()
+    of_model, written = _model(model)
+    checks: list[StrPath] = [part for campaign in _several(check) for part in ("--check", campaign)]
+    found = Ladder(["ladder", *_several(data), *of_model, *checks, *_forced(force)], _several(data), keep)
+    found._keep = (keep, written, data)
+    return found
+
+
+def next_measurements(data: Data, model: AnyModel = None, *, scenario: StrPath | None = None, seed: int = 1, force: bool = False) -> Result:
+    """Proposes the measurements that best separate rival effects or most reduce the predicted error (``calibench next``)."""
+    of_model, written = _model(model)
+    of_scenario: list[StrPath] = ["--scenario", scenario] if scenario is not None else []
+    return Result(["next", *_several(data), *of_model, *of_scenario, f"--seed={seed}", *_forced(force)], keep=(data, written))
+
+
+def validate(calibration: Calibration | StrPath, data: Data, *, set_up_anew: bool = False) -> Validation:
+    """Judges a calibration on poses that it has not seen."""
+    return Validation(["validate", calibration, *_several(data), *(["--set-up-anew"] if set_up_anew else [])], keep=(calibration, data))
+
+
+def report(data: Data, model: AnyModel = None, *, ladder: bool = False, force: bool = False) -> Report:
+    """Makes the page of datasets or of the folder of a run: the errors in words, then in pictures."""
+    folder, _keep = _room()
+    of_model, _written = _model(model)
+    page = folder / "report.html"
+    _program.run(["report", *_several(data), *of_model, *(["--ladder"] if ladder else []), *_forced(force), "-o", page])
+    return Report(page.read_text(encoding="utf-8"))
+
+
+def run(scenario: StrPath, *, seed: int | None = None, out: StrPath | None = None) -> Run:
+    """Runs the whole procedure on a simulated cell; ``ok`` says whether the scenario's expectations came true."""
+    folder, keep = _room()
+    of_seed: list[StrPath] = [f"--seed={seed}"] if seed is not None else []
+    return Run(["run", scenario, *of_seed], folder / "run" if out is None else Path(out), keep)
+
+
+def study(scenario: StrPath, *, trials: int, first: int = 0, seed: int | None = None, diagnose: bool = False) -> Study:
+    """Repeats the whole procedure with every error drawn anew."""
+    folder, keep = _room()
+    of_seed: list[StrPath] = [f"--seed={seed}"] if seed is not None else []
+    arguments: list[StrPath] = ["study", scenario, f"--trials={trials}", f"--first={first}", *of_seed, *(["--diagnose"] if diagnose else [])]
+    return Study(arguments, folder / "trials.csv", keep)
+
+
+def merge(shards: Sequence[Study | StrPath]) -> Result:
+    """Combines the shards of a study and summarises them."""
+    return Result(["merge", *shards], keep=shards)
+
+
+def effects() -> Result:
+    """The catalogue of effects."""
+    return Result(["effects"])
+
+
+def robots() -> Result:
+    """The built-in robots."""
+    return Result(["robots"])

@@ -1,0 +1,73 @@
+"""Every function gives the bytes that the program prints."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import calibench as cb
+import pandas as pd
+import pytest
+from conftest import JOINTS, POINTS, ROOT
+
+
+@pytest.fixture(scope="module")
+def data(measured: pd.DataFrame) -> cb.Dataset:
+    few = measured.iloc[::8]
+    return cb.Dataset.from_frame(few, robot="ur5", joints=JOINTS, points=POINTS, angles="deg", lengths="mm")
+
+
+def printed(*arguments: object) -> str:
+    done = subprocess.run([str(cb.program()), *(os.fspath(a) if isinstance(a, os.PathLike) else str(a) for a in arguments)], capture_output=True, text=True, encoding="utf-8", check=False)
+    assert done.returncode in (0, 1), done.stderr
+    return done.stdout
+
+
+def test_what_judges(data: cb.Dataset, tmp_path: Path) -> None:
+    model = ["base_frame", "mdh"]
+    path = tmp_path / "model.toml"
+    path.write_text('effects = ["base_frame", "mdh"]\n')
+    calibration = cb.identify(data, model)
+    written = tmp_path / "c.toml"
+    calibration.write(written)
+    assert calibration.json() == printed("identify", data.folder, "--model", path, "--json")
+    assert str(calibration) == printed("identify", data.folder, "--model", path)
+    assert cb.compare(calibration, data).json() == printed("compare", written, data.folder, "--json")
+    assert str(cb.compare(calibration, data, rows="all")) == printed("compare", written, data.folder, "--all")
+    assert cb.validate(calibration, data).json() == printed("validate", written, data.folder, "--json")
+    diagnosis = cb.diagnose(data, path)
+    assert diagnosis.json() == printed("diagnose", data.folder, "--model", path, "--json")
+    assert diagnosis["verdict"] in str(diagnosis) and diagnosis._repr_html_().startswith("<pre")
+    assert cb.add("joint_compliance:2", data, path).json() == printed("add", "joint_compliance:2", data.folder, "--model", path, "-o", tmp_path / "m2.toml", "--json")
+    assert cb.next_measurements(data, path, seed=2).json() == printed("next", data.folder, "--model", path, "--seed", 2, "--json")
+    assert cb.effects().json() == printed("effects", "--json") and cb.robots().json() == printed("robots", "--json")
+    page = cb.report(data, path)
+    assert page.page.lstrip().lower().startswith("<!doctype html") and "srcdoc=" in page._repr_html_()
+
+
+def test_the_ladder_ends_in_a_robot(data: cb.Dataset, tmp_path: Path) -> None:
+    found = cb.ladder(data)
+    assert found.json() == printed("ladder", data.folder, "--json")
+    assert found.calibration.json() == printed("identify", data.folder, "--model", found.model, "--json")
+    found.urdf(tmp_path / "ur5.urdf")
+    assert (tmp_path / "ur5.urdf").read_text().count("<joint ") >= 6
+    better = found.calibration.compensate({"id": ["one"], **{k: [v] for k, v in zip(["x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"], [-430, -100, 200, 10, 5, 178], strict=True)}})
+    table = better.columns()
+    assert table["status"].tolist() == ["ok"] and abs(table["x_mm"][0] + 430) < 20
+    assert better["compensated"] == 1 and len(better.frame()) == 1
+
+
+def test_a_cell_is_simulated(tmp_path: Path) -> None:
+    scenario = ROOT / "scenarios/paper.toml"
+    made = cb.run(scenario, seed=3)
+    assert made.json() == printed("run", scenario, "--seed", 3, "--json")
+    assert {"trical", "tracker"} & set(made.datasets) or made.datasets
+    some = next(iter(made.datasets.values()))
+    assert len(some.frame()) == len(some) > 50
+    assert len(made.columns("probings.csv")["ball"]) >= 80
+    with pytest.raises(cb.InputError, match="there is no table 'nothing.csv'; there are .*probings.csv"):
+        made.columns("nothing.csv")
+    trials = cb.study(scenario, trials=2)
+    assert len(trials.frame()) >= 2
+    shards = [cb.study(scenario, trials=1, first=k) for k in range(2)]
+    merged = cb.merge(shards)
+    assert merged.json() == printed("merge", *shards, "--json")
