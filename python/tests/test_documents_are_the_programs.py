@@ -66,8 +66,7 @@ def test_a_cell_is_simulated(tmp_path: Path) -> None:
     assert len(made.columns("probings.csv")["ball"]) >= 80
     with pytest.raises(cb.InputError, match="there is no table 'nothing.csv'; there are .*probings.csv"):
         made.columns("nothing.csv")
-    trials = cb.study(scenario, trials=2)
-    assert len(trials.frame()) >= 2
     shards = [cb.study(scenario, trials=1, first=k) for k in range(2)]
+    assert all(len(shard.frame()) >= 1 for shard in shards)
     merged = cb.merge(shards)
     assert merged.json() == printed("merge", *shards, "--json")
