@@ -88,7 +88,7 @@ pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (
     // All samples count as one candidate with as many places.
     let family = candidates.iter().filter(|(s, _, _)| !scanned(*s)).count() as f64 + 1.0;
     while found.len() < MOST {
-        let mut best: Option<(f64, Standout, &[usize])> = None;
+        let mut best: Option<([f64; 2], Standout, &[usize])> = None;
         for (subject, patterns, level) in candidates.iter().filter(|(s, _, _)| found.iter().all(|f| f.subject != *s)) {
             let taken = match level {
                 Some(level) => now.taken_beyond(patterns, *level),
@@ -98,7 +98,8 @@ pub(super) fn findings(layout: &Layout, judge: &Judge<'_>, scores: &Scores) -> (
             let mut test = judge.test(&now, &taken, family * places);
             // The share refers to the whole residual, not to what the findings before it leave.
             test.explains *= if scores.squares > 0.0 { now.squares / scores.squares } else { 0.0 };
-            let gain = judge.gain(&now, &taken) - 2.0 * places.ln();
+            // Several views may each leave no more than the noise: then the one that takes away most counts.
+            let gain = [judge.gain(&now, &taken) - 2.0 * places.ln(), taken.squares];
             let stands_out = test.p_family < SIGNIFICANCE && judge.is_worth_saying(scores, test.explains);
             if stands_out && best.as_ref().is_none_or(|(most, _, _)| gain > *most) {
                 let unit = judge.unit(&now);

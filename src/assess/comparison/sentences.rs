@@ -3,7 +3,7 @@
 use super::{Comparison, SIGNIFICANCE, Standout, Subject};
 use crate::assess::noise_floor::NoiseSource;
 use crate::assess::residual_views::{JointCurve, JointVariable};
-use crate::units::{MM, UM, URAD};
+use crate::units::{DEG, MM, UM, URAD};
 
 /// Three significant digits, but at most six decimals and all digits before the point.
 fn three(x: f64) -> String {
@@ -215,10 +215,12 @@ impl Comparison {
             ),
             Subject::Curve(c) => of_curve(finding, &self.joints[c]),
             Subject::Offset(k) => format!(
-                "Joint {} stands out ({explains}): it seems {} µrad off wherever it stands. Check its zero mark; if it was mastered anew since, \
-                 identify again.",
+                "Joint {} stands out ({explains}): it seems {} ± {} µrad ({:.3} deg) off wherever it stands. Check its zero mark; if it was \
+                 mastered anew since, identify again.",
                 self.offsets[k].joint,
-                vector(sizes, sigmas, URAD)
+                three(sizes[0] / URAD),
+                three(sigmas[0] / URAD),
+                sizes[0] / DEG
             ),
             Subject::Sample(w) => {
                 let sample = &self.worst[w];
