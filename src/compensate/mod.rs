@@ -18,6 +18,7 @@ mod flange;
 mod krl;
 mod nominal_inverse;
 mod own_bodies;
+mod programs;
 mod refusal;
 mod rigid;
 mod targets_file;
@@ -32,6 +33,9 @@ pub use fake_file::fake_csv;
 pub use flange::flange_frame;
 pub use krl::{KrlError, KrlProgram, Motion};
 pub use nominal_inverse::NominalInverse;
+pub use programs::{
+    Dialect, Permissions, Program, Remark, Rewritten, RewrittenProgram, read_program, rewrite_programs,
+};
 pub use refusal::Refusal;
 pub use rigid::{LeftOut, RigidRobot};
 pub use targets_file::{Expected, read_targets};
