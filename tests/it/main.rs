@@ -6,6 +6,7 @@ mod a_cell_file_is_read_or_refused_in_one_error;
 mod a_dataset_survives_the_disk;
 mod a_fit_is_what_it_says;
 mod a_kuka_is_driven_or_named;
+mod a_program_is_rewritten_and_nothing_else;
 mod a_recorded_session_replays;
 mod an_indicator_answers_or_is_named;
 mod bad_input_is_one_clear_error;

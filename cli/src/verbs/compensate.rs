@@ -1,4 +1,7 @@
-//! `compensate CALIBRATION [TARGETS.csv -o FAKE.csv]`.
+//! `compensate CALIBRATION [TARGETS.csv -o FAKE.csv | PROGRAM... -o OUT]`.
+
+mod options;
+mod programs;
 
 use std::path::{Path, PathBuf};
 
@@ -26,25 +29,32 @@ pub struct Arguments {
     /// Calibration file written by `identify`
     calibration: PathBuf,
     /// Targets: id with x_mm, y_mm, z_mm, a_deg, b_deg, c_deg of the TCP, or id with q1_deg ... at which a nominal robot would
-    /// reach it
-    #[arg(requires = "out")]
-    targets: Option<PathBuf>,
-    /// Output file for the fake targets, one row per target
-    #[arg(short, long, visible_alias = "output", value_name = "FAKE.csv", requires = "targets")]
+    /// reach it. Or robot programs that belong together: .src and .dat (KRL), .script (URScript), .mod, .modx, .prg (RAPID),
+    /// .ls (FANUC)
+    #[arg(requires = "out", value_name = "TARGETS.csv|PROGRAM")]
+    targets: Vec<PathBuf>,
+    /// Output file for the fake targets, one row per target, or for the program; a folder for several programs
+    #[arg(short, long, visible_alias = "output", value_name = "FAKE.csv|PROGRAM|FOLDER", requires = "targets")]
     out: Option<PathBuf>,
+    /// Write programs of which some positions cannot be rewritten
+    #[arg(long, requires = "targets")]
+    partly: bool,
+    /// Joint positions of FANUC programs count joints as the robot file does, and J3 does not turn with J2
+    #[arg(long, requires = "targets")]
+    joints_as_in_robot_file: bool,
     /// Set-up of the calibration, if it has several
     #[arg(long)]
     session: Option<String>,
     /// Frame of the targets: `world`, the world of the set-up, or X,Y,Z,A,B,C (mm, deg) relative to the robot's base link,
     /// KUKA's $BASE; the default is the base link, KUKA's $ROBROOT
-    #[arg(long, value_parser = work_frame, allow_hyphen_values = true)]
+    #[arg(long, value_parser = options::work_frame, allow_hyphen_values = true)]
     base: Option<WorkFrame>,
     /// TCP relative to the flange, X,Y,Z,A,B,C (mm, deg), KUKA's $TOOL; the default is the tool of the set-up
-    #[arg(long, value_parser = tool, allow_hyphen_values = true, value_name = "X,Y,Z,A,B,C")]
+    #[arg(long, value_parser = options::tool, allow_hyphen_values = true, value_name = "X,Y,Z,A,B,C")]
     tool: Option<FramePose>,
     /// Load on the flange and its centre of mass relative to the flange, KG,X,Y,Z (kg, mm); the default is the first payload of
     /// the set-up
-    #[arg(long, value_parser = load, allow_hyphen_values = true, value_name = "KG,X,Y,Z")]
+    #[arg(long, value_parser = options::load, allow_hyphen_values = true, value_name = "KG,X,Y,Z")]
     load: Option<[f64; 4]>,
     /// Write the targets as a KRL module as well, NAME.src and NAME.dat beside FAKE.csv
     #[arg(long, value_name = "NAME", requires = "out")]
@@ -70,8 +80,10 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    check_outputs(arguments.out.iter().chain(&arguments.urdf).chain(&arguments.mdh).chain(&arguments.ur_kinematics))?;
-    if arguments.targets.is_none() && arguments.urdf.is_none() && arguments.mdh.is_none() {
+    let programs = programs::Programs::of(arguments)?;
+    let table = arguments.out.iter().filter(|_| programs.is_none());
+    check_outputs(table.chain(&arguments.urdf).chain(&arguments.mdh).chain(&arguments.ur_kinematics))?;
+    if arguments.targets.is_empty() && arguments.urdf.is_none() && arguments.mdh.is_none() {
         return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
     }
     let calibration = converged(&arguments.calibration)?;
@@ -85,7 +97,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut compensator = Compensator::new(&calibration, &task).map_err(|e| locate(&e))?;
     let mut document = Compensation::of_robot(&calibration.robot.name);
     let mut outcome = Outcome::Done;
-    if let (Some(path), Some(out)) = (&arguments.targets, &arguments.out) {
+    if let Some(programs) = &programs {
+        (document.programs, outcome) = programs.compensate(arguments, &mut compensator)?;
+    } else if let ([path], Some(out)) = (&arguments.targets[..], &arguments.out) {
         let targets = read(path, &compensator, &task)?;
         let results: Vec<Compensated> = targets.iter().map(|target| compensator.compensate(target)).collect();
         let beyond = write_fakes(arguments, out, &compensator, &targets, &results)?;
@@ -291,9 +305,14 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
             "The prediction holds where samples were taken; elsewhere the error may be larger, and `calibench compare` tells by how much.",
         )?;
     }
+    tell_setting(compensator, &compensator.assumptions(targets))
+}
+
+/// The controller's frames, what was assumed, and what spoils the result.
+fn tell_setting(compensator: &Compensator<'_>, assumed: &[String]) -> Result<(), Failure> {
     print(&format!("controller's base  {}", words(&compensator.base_link_from_work())))?;
     print(&format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
-    for sentence in compensator.assumptions(targets) {
+    for sentence in assumed {
         print(&format!("assumed: {sentence}"))?;
     }
     if compensator.calibration().absolute_accuracy == Some(true) {
@@ -350,51 +369,4 @@ fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Com
 fn payload(calibration: &Calibration, [mass, x, y, z]: [f64; 4]) -> Payload {
     let on_flange = Point3::from(Vector3::new(x, y, z) * MM);
     Payload { name: "--load".into(), mass, com: (flange_frame(&calibration.robot).pose() * on_flange).coords }
-}
-
-/// Parses `N` finite numbers separated by commas.
-fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
-    let wrong = || format!("give {N} numbers between commas, {what}");
-    let values: Option<Vec<f64>> =
-        text.split(',').map(|part| part.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
-    values.and_then(|values| values.try_into().ok()).ok_or_else(wrong)
-}
-
-/// Parses a frame at most `farthest` mm away along each axis.
-fn frame_within(text: &str, farthest: f64) -> Result<FramePose, String> {
-    let [x, y, z, a, b, c] = numbers(text, "X,Y,Z in mm and A,B,C in deg")?;
-    if [x, y, z].iter().any(|v| v.abs() > farthest) {
-        return Err(format!("that is more than {farthest} mm away, as in no cell; give X,Y,Z in mm"));
-    }
-    Ok(FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) })
-}
-
-/// Longest accepted tool, mm.
-const LONGEST_TOOL: f64 = 1e4;
-/// Greatest accepted distance of a frame from the robot, mm.
-const FARTHEST_FRAME: f64 = 5e4;
-/// Heaviest accepted load, kg.
-const HEAVIEST: f64 = 5e3;
-
-fn tool(text: &str) -> Result<FramePose, String> {
-    frame_within(text, LONGEST_TOOL)
-}
-
-fn work_frame(text: &str) -> Result<WorkFrame, String> {
-    if text == "world" {
-        Ok(WorkFrame::World)
-    } else {
-        frame_within(text, FARTHEST_FRAME).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
-    }
-}
-
-fn load(text: &str) -> Result<[f64; 4], String> {
-    let load = numbers(text, "KG in kg and X,Y,Z in mm")?;
-    if load[0] < 0.0 {
-        return Err("a load does not weigh less than nothing; give its mass in kg".into());
-    }
-    if load[0] > HEAVIEST || load[1..].iter().any(|v| v.abs() > LONGEST_TOOL) {
-        return Err(format!("no arm carries more than {HEAVIEST} kg, or farther out than {LONGEST_TOOL} mm; give kg and mm"));
-    }
-    Ok(load)
 }

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use super::numbers::{Meaning, meaning};
-use super::scan::{Brackets, Configuration, Frame, Layout, Marks, Number, Position, Scan, Setting, Text, is_name, is_of_name};
+use super::scan::{Brackets, Configuration, Frame, Layout, Marks, Position, Scan, Setting, Text, is_name, is_of_name};
 
 pub(super) const MARKS: Marks = Marks { comment: b"#", quotes: b"\"" };
 
@@ -72,6 +72,15 @@ fn literals(text: &Text) -> Vec<Literal> {
     text.brackets(*b"[]", None).into_iter().filter_map(of).collect()
 }
 
+/// The value of an argument: all of it, or what follows `name =`.
+fn value_of(text: &Text, argument: &Range<usize>) -> Range<usize> {
+    let at = text.trimmed(argument.clone());
+    let name = text.bytes()[at.clone()].iter().take_while(|b| is_of_name(**b)).count();
+    let rest = text.trimmed(at.start + name..at.end);
+    let is_keyword = name > 0 && text.bytes()[rest.clone()].starts_with(b"=") && !text.bytes()[rest.clone()].starts_with(b"==");
+    if is_keyword { text.trimmed(rest.start + 1..rest.end) } else { at }
+}
+
 /// The name on the left of `=` before a place, on its line.
 fn assigned(text: &Text, at: usize) -> Option<String> {
     let before = text.trimmed(0..at).end;
@@ -92,17 +101,73 @@ impl Uses {
         for call in calls(text) {
             let count = motion(&call.name).or((call.name == "get_inverse_kin").then_some(1));
             for argument in call.arguments.iter().take(count.unwrap_or(0)) {
-                let name = text.words(argument.clone());
+                let name = text.words(value_of(text, argument));
                 if is_name(&name) {
                     self.moved.insert(name);
                 }
             }
-            if call.name == "get_inverse_kin"
-                && let (pose, Some(near)) = (text.words(call.arguments[0].clone()), call.arguments.get(1))
-            {
-                let near = text.words(near.clone());
-                let near = near.strip_prefix("qnear").map_or(&near[..], |rest| rest.trim_start().trim_start_matches('=').trim());
-                self.near.insert(pose, near.to_owned());
+            if let ("get_inverse_kin", [pose, near, ..]) = (&call.name[..], &call.arguments[..]) {
+                let near = value_of(text, near);
+                if text.bytes()[near.clone()].starts_with(b"[")
+                    && let Some(numbers) = text.numbers(near.start + 1..near.end.saturating_sub(1).max(near.start + 1))
+                {
+                    self.joints.insert(text.words(near.clone()), numbers.iter().map(|n| n.value).collect());
+                }
+                self.near.insert(text.words(value_of(text, pose)), text.words(near));
+            }
+            if ARITHMETIC.contains(&call.name.as_str()) {
+                let arguments = call.arguments.iter().map(|argument| text.words(argument.clone()));
+                self.computed.extend(arguments.filter(|name| is_name(name)));
+            }
+        }
+        for literal in literals(text) {
+            let Some(name) = assigned(text, literal.at.start) else { continue };
+            if let (false, Some(numbers)) = (literal.is_pose, text.numbers(literal.inside)) {
+                self.joints.insert(name.clone(), numbers.iter().map(|n| n.value).collect());
+            }
+            self.written.insert(name);
+        }
+    }
+
+    /// Joints near which the controller looks for those of a pose of this name.
+    fn near_of(&self, name: &str) -> Option<&Vec<f64>> {
+        self.joints.get(self.near.get(name)?)
+    }
+}
+
+fn scan_file(text: &Text, uses: &Uses) -> Scan {
+    let mut scan = Scan::default();
+    let calls = calls(text);
+    for literal in literals(text) {
+        // The innermost call around it.
+        let around = calls.iter().filter(|c| c.at <= literal.at.start && literal.at.end <= c.close).max_by_key(|c| c.at);
+        let line = text.line(literal.at.start);
+        let Some(call) = around else {
+            if let Some(name) = assigned(text, literal.at.start).filter(|name| uses.moved.contains(name)) {
+                if uses.computed.contains(&name) {
+                    let reason = "poses are computed from it too, which change with it";
+                    scan.warn(line, name.as_str(), reason, "write out the poses that are to be compensated");
+                }
+                position(text, &literal, name, uses, &mut scan);
+            }
+            continue;
+        };
+        let argument = call.arguments.iter().position(|a| value_of(text, a) == literal.at);
+        let count = motion(&call.name).or((call.name == "get_inverse_kin").then_some(1));
+            for argument in call.arguments.iter().take(count.unwrap_or(0)) {
+                let name = text.words(value_of(text, argument));
+                if is_name(&name) {
+                    self.moved.insert(name);
+                }
+            }
+            if let ("get_inverse_kin", [pose, near, ..]) = (&call.name[..], &call.arguments[..]) {
+                let near = value_of(text, near);
+                if text.bytes()[near.clone()].starts_with(b"[")
+                    && let Some(numbers) = text.numbers(near.start + 1..near.end.saturating_sub(1).max(near.start + 1))
+                {
+                    self.joints.insert(text.words(near.clone()), numbers.iter().map(|n| n.value).collect());
+                }
+                self.near.insert(text.words(value_of(text, pose)), text.words(near));
             }
             if ARITHMETIC.contains(&call.name.as_str()) {
                 let arguments = call.arguments.iter().map(|argument| text.words(argument.clone()));
@@ -144,7 +209,7 @@ fn scan_file(text: &Text, uses: &Uses) -> Scan {
         let argument = call.arguments.iter().position(|a| text.trimmed(a.clone()) == literal.at);
         let keyword = call.arguments.iter().any(|a| text.words(a.clone()).starts_with("pose") && a.contains(&literal.at.start));
         let count = motion(&call.name).or((call.name == "get_inverse_kin").then_some(1)).unwrap_or(0);
-        if argument.is_some_and(|k| k < count) || (keyword && count > 0) {
+        if argument.is_some_and(|k| k < count) {
             position(text, &literal, call.name.clone(), uses, &mut scan);
         } else if call.name == "set_tcp" {
             let values: Vec<f64> = text.numbers(literal.inside.clone()).iter().flatten().map(|n| n.value).collect();
@@ -163,8 +228,8 @@ fn scan_file(text: &Text, uses: &Uses) -> Scan {
 fn depends(text: &Text, call: &Call, uses: &Uses, scan: &mut Scan) {
     let line = text.line(call.at);
     for argument in call.arguments.iter().take(motion(&call.name).unwrap_or(0)) {
-        let words = text.words(argument.clone());
-        let literal = words.starts_with("p[") || words.starts_with('[') || words.starts_with("pose");
+        let words = text.words(value_of(text, argument));
+        let literal = words.starts_with("p[") || words.starts_with('[');
         if literal || words.is_empty() || uses.written.contains(&words) || words.starts_with("get_inverse_kin") {
             continue;
         }
@@ -195,8 +260,7 @@ fn position(text: &Text, literal: &Literal, name: String, uses: &Uses, scan: &mu
         return scan.unreadable(line, name, reason, "write plain numbers, in metres and radians");
     };
     let layout = if literal.is_pose { Layout::UrPose } else { Layout::Radians };
-    let near = uses.near_of(&name).filter(|_| literal.is_pose);
+    let near = uses.near_of(&name).or_else(|| uses.near_of(&text.words(literal.at.clone()))).filter(|_| literal.is_pose);
     let configuration = near.map_or(Configuration::Any, |q| Configuration::Near(q.clone()));
-    let numbers: Vec<Number> = numbers;
     scan.positions.push(Position { line, name, layout, numbers, configuration });
 }
