@@ -33,9 +33,7 @@ pub use fake_file::fake_csv;
 pub use flange::flange_frame;
 pub use krl::{KrlError, KrlProgram, Motion};
 pub use nominal_inverse::NominalInverse;
-pub use programs::{
-    Dialect, Permissions, Program, Remark, Rewritten, RewrittenProgram, read_program, rewrite_programs,
-};
+pub use programs::{Dialect, Permissions, Program, Remark, Rewritten, RewrittenProgram, read_program, rewrite_programs};
 pub use refusal::Refusal;
 pub use rigid::{LeftOut, RigidRobot};
 pub use targets_file::{Expected, read_targets};

@@ -1,19 +1,21 @@
 //! `compensate CALIBRATION [TARGETS.csv -o FAKE.csv | PROGRAM... -o OUT]`.
 
+mod arguments;
 mod options;
 mod programs;
+mod telling;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use calibench::assess::Extrapolation;
 use calibench::compensate::{
-    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, WorkFrame, fake_csv, flange_frame,
+    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, fake_csv, flange_frame,
     read_targets, urdf,
 };
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
 use calibench::identify::{Calibration, read_calibration};
-use calibench::robot::{FramePose, JointOrigin, Payload, Pose, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml};
+use calibench::robot::{FramePose, JointOrigin, Payload, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml};
 use calibench::units::{DEG, MM};
 use calibench_report::documents::{
     self, CompensatedTarget, CompensatedTargets, Compensation, OutsideRange, RigidPart, TargetOutcome,
@@ -23,61 +25,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_json};
-
-#[derive(clap::Args)]
-pub struct Arguments {
-    /// Calibration file written by `identify`
-    calibration: PathBuf,
-    /// Targets: id with x_mm, y_mm, z_mm, a_deg, b_deg, c_deg of the TCP, or id with q1_deg ... at which a nominal robot would
-    /// reach it. Or robot programs that belong together: .src and .dat (KRL), .script (URScript), .mod, .modx, .prg (RAPID),
-    /// .ls (FANUC)
-    #[arg(requires = "out", value_name = "TARGETS.csv|PROGRAM")]
-    targets: Vec<PathBuf>,
-    /// Output file for the fake targets, one row per target, or for the program; a folder for several programs
-    #[arg(short, long, visible_alias = "output", value_name = "FAKE.csv|PROGRAM|FOLDER", requires = "targets")]
-    out: Option<PathBuf>,
-    /// Write programs of which some positions cannot be rewritten
-    #[arg(long, requires = "targets")]
-    partly: bool,
-    /// Joint positions of FANUC programs count joints as the robot file does, and J3 does not turn with J2
-    #[arg(long, requires = "targets")]
-    joints_as_in_robot_file: bool,
-    /// Set-up of the calibration, if it has several
-    #[arg(long)]
-    session: Option<String>,
-    /// Frame of the targets: `world`, the world of the set-up, or X,Y,Z,A,B,C (mm, deg) relative to the robot's base link,
-    /// KUKA's $BASE; the default is the base link, KUKA's $ROBROOT
-    #[arg(long, value_parser = options::work_frame, allow_hyphen_values = true)]
-    base: Option<WorkFrame>,
-    /// TCP relative to the flange, X,Y,Z,A,B,C (mm, deg), KUKA's $TOOL; the default is the tool of the set-up
-    #[arg(long, value_parser = options::tool, allow_hyphen_values = true, value_name = "X,Y,Z,A,B,C")]
-    tool: Option<FramePose>,
-    /// Load on the flange and its centre of mass relative to the flange, KG,X,Y,Z (kg, mm); the default is the first payload of
-    /// the set-up
-    #[arg(long, value_parser = options::load, allow_hyphen_values = true, value_name = "KG,X,Y,Z")]
-    load: Option<[f64; 4]>,
-    /// Write the targets as a KRL module as well, NAME.src and NAME.dat beside FAKE.csv
-    #[arg(long, value_name = "NAME", requires = "out")]
-    krl: Option<String>,
-    /// Move to the fake poses in straight lines in the KRL module, not by joints
-    #[arg(long, requires = "krl")]
-    lin: bool,
-    /// Write the rigid part of the identified robot as a URDF
-    #[arg(long, value_name = "FILE")]
-    urdf: Option<PathBuf>,
-    /// URDF file of the robot: `--urdf` writes the same file with calibrated joint origins, and all else as it is
-    #[arg(long, value_name = "FILE.urdf[#BASE:TOOL]", requires = "urdf")]
-    urdf_of: Option<String>,
-    /// Write the origins of the joints of `--urdf-of` as the kinematics file of the ROS package ur_description (YAML)
-    #[arg(long, value_name = "FILE", requires = "urdf_of")]
-    ur_kinematics: Option<PathBuf>,
-    /// Write the rigid part of the identified robot as a robot file, for use by a dataset
-    #[arg(long, value_name = "FILE")]
-    mdh: Option<PathBuf>,
-    /// Print one JSON document instead of sentences
-    #[arg(long)]
-    json: bool,
-}
+pub use arguments::Arguments;
+use telling::{MOST_TOLD, tell_setting};
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let programs = programs::Programs::of(arguments)?;
@@ -265,9 +214,6 @@ fn program(
     Ok(whole.then(|| [program.src(), program.dat()]))
 }
 
-/// Number of refused targets printed; the file lists all.
-const MOST_TOLD: usize = 20;
-
 fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> Result<(), Failure> {
     let fakes: Vec<&Fake> = results.iter().filter_map(|r| r.outcome.as_ref().ok()).collect();
     print(&format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
@@ -306,30 +252,6 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
         )?;
     }
     tell_setting(compensator, &compensator.assumptions(targets))
-}
-
-/// The controller's frames, what was assumed, and what spoils the result.
-fn tell_setting(compensator: &Compensator<'_>, assumed: &[String]) -> Result<(), Failure> {
-    print(&format!("controller's base  {}", words(&compensator.base_link_from_work())))?;
-    print(&format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
-    for sentence in assumed {
-        print(&format!("assumed: {sentence}"))?;
-    }
-    if compensator.calibration().absolute_accuracy == Some(true) {
-        print(
-            "WARNING: the robot was measured with its controller's own absolute accuracy on; fake targets are for a controller that computes with the drawing, so switch it off and measure again.",
-        )?;
-    }
-    Ok(())
-}
-
-fn words(pose: &Pose) -> String {
-    let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
-    let ([x, y, z], [a, b, c]) = (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG));
-    // Adding zero removes the sign of a negative zero.
-    let tidy = |v: f64| (v * 1e5).round() / 1e5 + 0.0;
-    let [x, y, z, a, b, c] = [x, y, z, a, b, c].map(tidy);
-    format!("X {x:.4}  Y {y:.4}  Z {z:.4}  A {a:.5}  B {b:.5}  C {c:.5}")
 }
 
 fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> CompensatedTargets {

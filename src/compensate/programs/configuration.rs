@@ -1,7 +1,7 @@
 //! The posture that a program means by status and turn, by confdata or by CONFIG.
 
 use super::numbers::{quadrant, whole_turn};
-use super::scan::Configuration;
+use super::scan::{Configuration, Number};
 use crate::compensate::{Compensator, Refusal};
 use crate::robot::{FramePose, Pose, Posture, SiteIndex};
 use crate::units::DEG;
@@ -34,11 +34,7 @@ pub(super) enum Meant {
 ///
 /// # Errors
 /// When postures reach the pose and none is so configured.
-pub(super) fn posture_of(
-    compensator: &Compensator<'_>,
-    pose: &Pose,
-    configuration: &Configuration,
-) -> Result<Meant, Refusal> {
+pub(super) fn posture_of(compensator: &Compensator<'_>, pose: &Pose, configuration: &Configuration) -> Result<Meant, Refusal> {
     match configuration {
         Configuration::Any => return Ok(Meant::Default),
         Configuration::Unreadable => return Ok(Meant::Unmapped),
@@ -68,7 +64,7 @@ fn wrong_side(compensator: &Compensator<'_>, configuration: &Configuration, q: &
     let wrong = match configuration {
         Configuration::Kuka { status, turn } => {
             let Some(sides) = compensator.status_sides(q) else { return 0.0 };
-            let of = |number: &Option<crate::compensate::programs::scan::Number>, sides: &[f64]| match number {
+            let of = |number: &Option<Number>, sides: &[f64]| match number {
                 Some(number) => {
                     let bits = number.value as i64;
                     let over = |(k, side): (usize, &f64)| below(*side, bits >> k & 1 == 1);
@@ -80,8 +76,12 @@ fn wrong_side(compensator: &Compensator<'_>, configuration: &Configuration, q: &
         }
         Configuration::Abb([cf1, cf4, cf6, cfx]) => {
             let quarter = 90.0 * DEG;
-            let of = |number: &super::scan::Number, q: f64| {
-                if quadrant(q) as f64 == number.value { 0.0 } else { outside(q, number.value * quarter, (number.value + 1.0) * quarter) }
+            let of = |number: &Number, q: f64| {
+                if quadrant(q) as f64 == number.value {
+                    0.0
+                } else {
+                    outside(q, number.value * quarter, (number.value + 1.0) * quarter)
+                }
             };
             let bits = cfx.value as i64;
             let Sides { front, up, .. } = sides(compensator, q);
@@ -90,7 +90,7 @@ fn wrong_side(compensator: &Compensator<'_>, configuration: &Configuration, q: &
         }
         Configuration::Fanuc { flip, down, back, turns } => {
             let half = 180.0 * DEG;
-            let of = |(number, joint): (&super::scan::Number, usize)| {
+            let of = |(number, joint): (&Number, usize)| {
                 let middle = number.value * 2.0 * half;
                 if whole_turn(q[joint]) as f64 == number.value { 0.0 } else { outside(q[joint], middle - half, middle + half) }
             };
@@ -124,8 +124,6 @@ fn sides(compensator: &Compensator<'_>, q: &[f64; 6]) -> Sides {
     let axis = posture.joint_axis(3).0;
     let axis = if axis.dot(&forearm) < 0.0 { -axis } else { axis };
     let hand = posture.frame(6).z * if robot.links[5].mdh.d < 0.0 { -1.0 } else { 1.0 };
-    let turn = |from: &nalgebra::Vector3<f64>, to: &nalgebra::Vector3<f64>| {
-        forward.dot(&from.cross(to)).atan2(from.dot(to))
-    };
+    let turn = |from: &nalgebra::Vector3<f64>, to: &nalgebra::Vector3<f64>| forward.dot(&from.cross(to)).atan2(from.dot(to));
     Sides { front, up: turn(&(elbow - shoulder), &forearm), bowed: turn(&axis, &hand) }
 }

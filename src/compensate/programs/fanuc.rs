@@ -185,7 +185,12 @@ fn position(text: &Text, entry: &Entry, frames: &mut Frames, joints_as_in_robot_
     let joints = field(text, &parts, "J1").is_some();
     if joints && !joints_as_in_robot_file {
         let reason = "it is a joint position: the pendant's J3 turns with J2, the robot file's may not";
-        return scan.unreadable(line, name, reason, "teach it as a pose, or give --joints-as-in-robot-file if the file counts as the pendant does");
+        return scan.unreadable(
+            line,
+            name,
+            reason,
+            "teach it as a pose, or give --joints-as-in-robot-file if the file counts as the pendant does",
+        );
     }
     let numbers: Option<Vec<Number>> = if joints {
         JOINTS.iter().map(|key| measured(text, field(text, &parts, key)?, "DEG")).collect()

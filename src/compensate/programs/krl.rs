@@ -13,8 +13,7 @@ const RELATIVE: [&str; 6] = ["PTP_REL", "LIN_REL", "CIRC_REL", "SPTP_REL", "SLIN
 const POSE: [&str; 6] = ["X", "Y", "Z", "A", "B", "C"];
 const AXES: [&str; 6] = ["A1", "A2", "A3", "A4", "A5", "A6"];
 /// Words before the name in a declaration.
-const DECLARING: [&str; 10] =
-    ["DECL", "GLOBAL", "CONST", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS", "SIGNAL", "PUBLIC"];
+const DECLARING: [&str; 10] = ["DECL", "GLOBAL", "CONST", "FRAME", "POS", "E6POS", "AXIS", "E6AXIS", "SIGNAL", "PUBLIC"];
 
 /// What the statements of all files do with names.
 #[derive(Default)]
@@ -83,7 +82,9 @@ impl Statement {
         let of_line = |name: &str| self.words.iter().map(String::as_str).find(|w| *w == name);
         names
             .filter_map(|piece| first(piece).and_then(|name| of_line(name.split(['[', ':']).next().unwrap_or(&name))))
-            .filter(|name| is_name(name) && !name.starts_with('$') && !["C_DIS", "C_PTP", "C_ORI", "C_VEL", "CA", "WITH"].contains(name))
+            .filter(|name| {
+                is_name(name) && !name.starts_with('$') && !["C_DIS", "C_PTP", "C_ORI", "C_VEL", "CA", "WITH"].contains(name)
+            })
             .collect()
     }
 }
@@ -203,6 +204,29 @@ impl Aggregate {
     fn numbers(&self, text: &Text, names: &[&str]) -> Option<Vec<Number>> {
         names.iter().map(|name| text.number(self.of(name)?)).collect()
     }
+
+    /// Adds a position of this name.
+    fn position(&self, text: &Text, line: usize, name: String, scan: &mut Scan) {
+        let axes = self.has_any(&AXES);
+        let Some(numbers) = self.numbers(text, if axes { &AXES } else { &POSE }) else {
+            let reason = "it does not give all six numbers, or not as plain numbers";
+            return scan.unreadable(line, name, reason, "write all of X, Y, Z, A, B, C, or all of A1 ... A6");
+        };
+        let bit = |field: &str| self.of(field).map(|at| bits(text, at).ok_or(()));
+        let configuration = match (bit("S").transpose(), bit("T").transpose()) {
+            _ if axes => Configuration::Any,
+            (Ok(status), Ok(turn)) => Configuration::Kuka { status, turn },
+            _ => Configuration::Unreadable,
+        };
+        if let Configuration::Kuka { status: Some(status), .. } = &configuration
+            && status.value as i64 & 16 != 0
+        {
+            let reason = "it was taught with the controller's own absolute accuracy on (bit 4 of S)";
+            scan.warn(line, name.as_str(), reason, "switch absolute accuracy off for programs that calibench rewrites");
+        }
+        let layout = if axes { Layout::Degrees } else { Layout::KukaFrame };
+        scan.positions.push(Position { line, name, layout, numbers, configuration });
+    }
 }
 
 /// A decimal whole number, or KRL's `'B010'`, `'H1F'`.
@@ -233,9 +257,8 @@ fn aggregate(text: &Text, statement: &Statement, pair: Brackets, uses: &Uses, sc
     let verb = statement.verb();
     let moves = MOTIONS.contains(&verb);
     let target = statement.target().filter(|_| !moves);
-    let numbers = content.numbers(text, if pose { &POSE } else { &AXES });
     let numbers_of_frame = |frame| {
-        let values: Vec<f64> = numbers.iter().flatten().map(|n| n.value).collect();
+        let values: Vec<f64> = content.numbers(text, &POSE).iter().flatten().map(|n| n.value).collect();
         match meaning(Layout::KukaFrame, &values) {
             Ok(Meaning::Pose(pose)) => Some(Setting { line, frame, pose }),
             _ => None,
@@ -274,22 +297,5 @@ fn aggregate(text: &Text, statement: &Statement, pair: Brackets, uses: &Uses, sc
         let reason = "it is part of a frame or of an expression too, which changes with it";
         scan.warn(line, name.as_str(), reason, "keep a copy of the position for the frame");
     }
-    let Some(numbers) = numbers else {
-        let reason = "it does not give all six numbers, or not as plain numbers";
-        return scan.unreadable(line, name, reason, "write all of X, Y, Z, A, B, C, or all of A1 ... A6");
-    };
-    let bit = |field: &str| content.of(field).map(|at| bits(text, at).ok_or(()));
-    let configuration = match (bit("S").transpose(), bit("T").transpose()) {
-        _ if axes => Configuration::Any,
-        (Ok(status), Ok(turn)) => Configuration::Kuka { status, turn },
-        _ => Configuration::Unreadable,
-    };
-    if let Configuration::Kuka { status: Some(status), .. } = &configuration
-        && status.value as i64 & 16 != 0
-    {
-        let reason = "it was taught with the controller's own absolute accuracy on (bit 4 of S)";
-        scan.warn(line, name.as_str(), reason, "switch absolute accuracy off for programs that calibench rewrites");
-    }
-    let layout = if pose { Layout::KukaFrame } else { Layout::Degrees };
-    scan.positions.push(Position { line, name, layout, numbers, configuration });
+    content.position(text, line, name, scan);
 }

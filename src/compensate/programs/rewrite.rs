@@ -2,8 +2,8 @@
 
 use super::configuration::{Meant, posture_of};
 use super::numbers::{Edit, Meaning, meaning};
+use super::program::{Dialect, Program};
 use super::scan::{Configuration, Frame, Layout, Position, Remark, Scan, Setting};
-use super::{Dialect, Program};
 use crate::compensate::{Compensator, Conditions, Desired, Fake, Target};
 use crate::robot::FramePose;
 use crate::units::{DEG, MM};
@@ -63,7 +63,7 @@ pub fn rewrite_programs(
     permissions: &Permissions,
 ) -> Vec<RewrittenProgram> {
     let Some(dialect) = programs.first().map(|p| p.dialect) else { return Vec::new() };
-    let scans = dialect.scan(programs, permissions);
+    let scans = dialect.scan(programs, permissions.joints_as_in_robot_file);
     programs.iter().zip(scans).map(|(program, scan)| rewrite(program, scan, compensator)).collect()
 }
 

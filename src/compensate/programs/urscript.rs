@@ -11,8 +11,16 @@ pub(super) const MARKS: Marks = Marks { comment: b"#", quotes: b"\"" };
 /// Motions, and how many of their first arguments are positions.
 const MOTIONS: [(&str, usize); 6] = [("movej", 1), ("movel", 1), ("movep", 1), ("movec", 2), ("servoj", 1), ("servoc", 1)];
 /// Functions of positions whose value depends on a literal in them.
-const ARITHMETIC: [&str; 8] =
-    ["pose_trans", "pose_add", "pose_sub", "pose_inv", "interpolate_pose", "get_actual_tcp_pose", "get_target_tcp_pose", "get_forward_kin"];
+const ARITHMETIC: [&str; 8] = [
+    "pose_trans",
+    "pose_add",
+    "pose_sub",
+    "pose_inv",
+    "interpolate_pose",
+    "get_actual_tcp_pose",
+    "get_target_tcp_pose",
+    "get_forward_kin",
+];
 
 /// A bracketed list: six values, or a pose.
 struct Literal {
@@ -153,61 +161,6 @@ fn scan_file(text: &Text, uses: &Uses) -> Scan {
             continue;
         };
         let argument = call.arguments.iter().position(|a| value_of(text, a) == literal.at);
-        let count = motion(&call.name).or((call.name == "get_inverse_kin").then_some(1));
-            for argument in call.arguments.iter().take(count.unwrap_or(0)) {
-                let name = text.words(value_of(text, argument));
-                if is_name(&name) {
-                    self.moved.insert(name);
-                }
-            }
-            if let ("get_inverse_kin", [pose, near, ..]) = (&call.name[..], &call.arguments[..]) {
-                let near = value_of(text, near);
-                if text.bytes()[near.clone()].starts_with(b"[")
-                    && let Some(numbers) = text.numbers(near.start + 1..near.end.saturating_sub(1).max(near.start + 1))
-                {
-                    self.joints.insert(text.words(near.clone()), numbers.iter().map(|n| n.value).collect());
-                }
-                self.near.insert(text.words(value_of(text, pose)), text.words(near));
-            }
-            if ARITHMETIC.contains(&call.name.as_str()) {
-                let arguments = call.arguments.iter().map(|argument| text.words(argument.clone()));
-                self.computed.extend(arguments.filter(|name| is_name(name)));
-            }
-        }
-        for literal in literals(text) {
-            let Some(name) = assigned(text, literal.at.start) else { continue };
-            if let (false, Some(numbers)) = (literal.is_pose, text.numbers(literal.inside)) {
-                self.joints.insert(name.clone(), numbers.iter().map(|n| n.value).collect());
-            }
-            self.written.insert(name);
-        }
-    }
-
-    /// Joints near which the controller looks for those of a pose of this name.
-    fn near_of(&self, name: &str) -> Option<&Vec<f64>> {
-        self.joints.get(self.near.get(name)?)
-    }
-}
-
-fn scan_file(text: &Text, uses: &Uses) -> Scan {
-    let mut scan = Scan::default();
-    let calls = calls(text);
-    for literal in literals(text) {
-        // The innermost call around it.
-        let around = calls.iter().filter(|c| c.at <= literal.at.start && literal.at.end <= c.close).max_by_key(|c| c.at);
-        let line = text.line(literal.at.start);
-        let Some(call) = around else {
-            if let Some(name) = assigned(text, literal.at.start).filter(|name| uses.moved.contains(name)) {
-                if uses.computed.contains(&name) {
-                    let reason = "poses are computed from it too, which change with it";
-                    scan.warn(line, name.as_str(), reason, "write out the poses that are to be compensated");
-                }
-                position(text, &literal, name, uses, &mut scan);
-            }
-            continue;
-        };
-        let argument = call.arguments.iter().position(|a| text.trimmed(a.clone()) == literal.at);
-        let keyword = call.arguments.iter().any(|a| text.words(a.clone()).starts_with("pose") && a.contains(&literal.at.start));
         let count = motion(&call.name).or((call.name == "get_inverse_kin").then_some(1)).unwrap_or(0);
         if argument.is_some_and(|k| k < count) {
             position(text, &literal, call.name.clone(), uses, &mut scan);

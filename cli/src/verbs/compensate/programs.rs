@@ -15,7 +15,8 @@ use calibench_report::extrapolation_sentence;
 
 use super::super::failure::{Failure, Outcome};
 use super::super::output::{check_outputs, print};
-use super::{Arguments, MOST_TOLD, tell_setting};
+use super::arguments::Arguments;
+use super::telling::{MOST_TOLD, tell_setting};
 
 /// The programs given, and where they go.
 pub struct Programs {
