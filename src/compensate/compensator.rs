@@ -235,6 +235,26 @@ impl<'a> Compensator<'a> {
         self.inverse.joints(&root_from_last, status, turn, near)
     }
 
+    /// Every set of nominal joints (rad) inside the limits that reaches a pose in the frame of the targets; `None` for arms
+    /// without a spherical wrist.
+    pub(super) fn nominal_postures(&self, pose: &Pose) -> Option<Vec<[f64; 6]>> {
+        let root_from_last = self.root_from_work * pose * self.arm.tool().pose().inverse();
+        let mut postures = Vec::new();
+        self.inverse.wrist()?.solutions(&root_from_last, 0.0, |q| postures.push(*q));
+        Some(postures)
+    }
+
+    /// The sides of a posture that KUKA's status tells apart, each negative where its bit is set (m, rad, rad).
+    pub(super) fn status_sides(&self, q: &[f64; 6]) -> Option<[f64; 3]> {
+        let [reach, elbow, five] = self.inverse.wrist()?.bends(q);
+        Some([reach, -elbow, five])
+    }
+
+    /// Joints (rad) near which the next pose is sought.
+    pub(super) fn near(&self) -> &[f64] {
+        &self.near
+    }
+
     /// The part of the identified arm that is a rigid chain of links, and the size of the rest under the task's payload.
     pub fn rigid(&mut self) -> RigidRobot {
         self.arm.payload.clone_from(&self.payload);

@@ -40,7 +40,7 @@ fn measured(calibration: &Calibration, offset: &[f64; 3], reached: &[(Vec<f64>, 
 }
 
 /// The largest error of any point on the tool, m, as the least-squares problem sees it.
-fn largest_error(calibration: &Calibration, reached: &[(Vec<f64>, Pose)], payload: usize) -> f64 {
+pub fn largest_error(calibration: &Calibration, reached: &[(Vec<f64>, Pose)], payload: usize) -> f64 {
     let of = |offset: &[f64; 3]| {
         let dataset = measured(calibration, offset, reached, payload);
         // The identified TCP is moved along: else it would be taken for that of the point on the tool.

@@ -7,6 +7,7 @@ mod a_dataset_survives_the_disk;
 mod a_fit_is_what_it_says;
 mod a_kuka_is_driven_or_named;
 mod a_printed_socket_names_the_joint;
+mod a_program_is_rewritten_and_nothing_else;
 mod a_recorded_session_replays;
 mod an_indicator_answers_or_is_named;
 mod bad_input_is_one_clear_error;

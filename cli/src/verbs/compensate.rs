@@ -1,16 +1,21 @@
-//! `compensate CALIBRATION [TARGETS.csv -o FAKE.csv]`.
+//! `compensate CALIBRATION [TARGETS.csv -o FAKE.csv | PROGRAM... -o OUT]`.
 
-use std::path::{Path, PathBuf};
+mod arguments;
+mod options;
+mod programs;
+mod telling;
+
+use std::path::Path;
 
 use calibench::assess::Extrapolation;
 use calibench::compensate::{
-    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, WorkFrame, fake_csv, flange_frame,
+    Compensated, Compensator, Expected, Fake, KrlProgram, Motion, RigidRobot, Target, Task, fake_csv, flange_frame,
     read_targets, urdf,
 };
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
 use calibench::identify::{Calibration, read_calibration};
-use calibench::robot::{FramePose, JointOrigin, Payload, Pose, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml};
+use calibench::robot::{FramePose, JointOrigin, Payload, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml};
 use calibench::units::{DEG, MM};
 use calibench_report::documents::{
     self, CompensatedTarget, CompensatedTargets, Compensation, OutsideRange, RigidPart, TargetOutcome,
@@ -20,58 +25,14 @@ use nalgebra::{Point3, Vector3};
 
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_json};
-
-#[derive(clap::Args)]
-pub struct Arguments {
-    /// Calibration file written by `identify`
-    calibration: PathBuf,
-    /// Targets: id with x_mm, y_mm, z_mm, a_deg, b_deg, c_deg of the TCP, or id with q1_deg ... at which a nominal robot would
-    /// reach it
-    #[arg(requires = "out")]
-    targets: Option<PathBuf>,
-    /// Output file for the fake targets, one row per target
-    #[arg(short, long, visible_alias = "output", value_name = "FAKE.csv", requires = "targets")]
-    out: Option<PathBuf>,
-    /// Set-up of the calibration, if it has several
-    #[arg(long)]
-    session: Option<String>,
-    /// Frame of the targets: `world`, the world of the set-up, or X,Y,Z,A,B,C (mm, deg) relative to the robot's base link,
-    /// KUKA's $BASE; the default is the base link, KUKA's $ROBROOT
-    #[arg(long, value_parser = work_frame, allow_hyphen_values = true)]
-    base: Option<WorkFrame>,
-    /// TCP relative to the flange, X,Y,Z,A,B,C (mm, deg), KUKA's $TOOL; the default is the tool of the set-up
-    #[arg(long, value_parser = tool, allow_hyphen_values = true, value_name = "X,Y,Z,A,B,C")]
-    tool: Option<FramePose>,
-    /// Load on the flange and its centre of mass relative to the flange, KG,X,Y,Z (kg, mm); the default is the first payload of
-    /// the set-up
-    #[arg(long, value_parser = load, allow_hyphen_values = true, value_name = "KG,X,Y,Z")]
-    load: Option<[f64; 4]>,
-    /// Write the targets as a KRL module as well, NAME.src and NAME.dat beside FAKE.csv
-    #[arg(long, value_name = "NAME", requires = "out")]
-    krl: Option<String>,
-    /// Move to the fake poses in straight lines in the KRL module, not by joints
-    #[arg(long, requires = "krl")]
-    lin: bool,
-    /// Write the rigid part of the identified robot as a URDF
-    #[arg(long, value_name = "FILE")]
-    urdf: Option<PathBuf>,
-    /// URDF file of the robot: `--urdf` writes the same file with calibrated joint origins, and all else as it is
-    #[arg(long, value_name = "FILE.urdf[#BASE:TOOL]", requires = "urdf")]
-    urdf_of: Option<String>,
-    /// Write the origins of the joints of `--urdf-of` as the kinematics file of the ROS package ur_description (YAML)
-    #[arg(long, value_name = "FILE", requires = "urdf_of")]
-    ur_kinematics: Option<PathBuf>,
-    /// Write the rigid part of the identified robot as a robot file, for use by a dataset
-    #[arg(long, value_name = "FILE")]
-    mdh: Option<PathBuf>,
-    /// Print one JSON document instead of sentences
-    #[arg(long)]
-    json: bool,
-}
+pub use arguments::Arguments;
+use telling::{MOST_TOLD, tell_setting};
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    check_outputs(arguments.out.iter().chain(&arguments.urdf).chain(&arguments.mdh).chain(&arguments.ur_kinematics))?;
-    if arguments.targets.is_none() && arguments.urdf.is_none() && arguments.mdh.is_none() {
+    let programs = programs::Programs::of(arguments)?;
+    let table = arguments.out.iter().filter(|_| programs.is_none());
+    check_outputs(table.chain(&arguments.urdf).chain(&arguments.mdh).chain(&arguments.ur_kinematics))?;
+    if arguments.targets.is_empty() && arguments.urdf.is_none() && arguments.mdh.is_none() {
         return Err("there is nothing to do; give TARGETS.csv and -o FAKE.csv, --urdf FILE or --mdh FILE".into());
     }
     let calibration = converged(&arguments.calibration)?;
@@ -85,7 +46,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut compensator = Compensator::new(&calibration, &task).map_err(|e| locate(&e))?;
     let mut document = Compensation::of_robot(&calibration.robot.name);
     let mut outcome = Outcome::Done;
-    if let (Some(path), Some(out)) = (&arguments.targets, &arguments.out) {
+    if let Some(programs) = &programs {
+        (document.programs, outcome) = programs.compensate(arguments, &mut compensator)?;
+    } else if let ([path], Some(out)) = (&arguments.targets[..], &arguments.out) {
         let targets = read(path, &compensator, &task)?;
         let results: Vec<Compensated> = targets.iter().map(|target| compensator.compensate(target)).collect();
         let beyond = write_fakes(arguments, out, &compensator, &targets, &results)?;
@@ -251,9 +214,6 @@ fn program(
     Ok(whole.then(|| [program.src(), program.dat()]))
 }
 
-/// Number of refused targets printed; the file lists all.
-const MOST_TOLD: usize = 20;
-
 fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> Result<(), Failure> {
     let fakes: Vec<&Fake> = results.iter().filter_map(|r| r.outcome.as_ref().ok()).collect();
     print(&format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
@@ -291,26 +251,7 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
             "The prediction holds where samples were taken; elsewhere the error may be larger, and `calibench compare` tells by how much.",
         )?;
     }
-    print(&format!("controller's base  {}", words(&compensator.base_link_from_work())))?;
-    print(&format!("controller's tool  {}", words(&compensator.flange_from_tool())))?;
-    for sentence in compensator.assumptions(targets) {
-        print(&format!("assumed: {sentence}"))?;
-    }
-    if compensator.calibration().absolute_accuracy == Some(true) {
-        print(
-            "WARNING: the robot was measured with its controller's own absolute accuracy on; fake targets are for a controller that computes with the drawing, so switch it off and measure again.",
-        )?;
-    }
-    Ok(())
-}
-
-fn words(pose: &Pose) -> String {
-    let FramePose { xyz, rz_ry_rx } = FramePose::from_pose(pose);
-    let ([x, y, z], [a, b, c]) = (xyz.map(|v| v / MM), rz_ry_rx.map(|v| v / DEG));
-    // Adding zero removes the sign of a negative zero.
-    let tidy = |v: f64| (v * 1e5).round() / 1e5 + 0.0;
-    let [x, y, z, a, b, c] = [x, y, z, a, b, c].map(tidy);
-    format!("X {x:.4}  Y {y:.4}  Z {z:.4}  A {a:.5}  B {b:.5}  C {c:.5}")
+    tell_setting(compensator, &compensator.assumptions(targets))
 }
 
 fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> CompensatedTargets {
@@ -350,51 +291,4 @@ fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Com
 fn payload(calibration: &Calibration, [mass, x, y, z]: [f64; 4]) -> Payload {
     let on_flange = Point3::from(Vector3::new(x, y, z) * MM);
     Payload { name: "--load".into(), mass, com: (flange_frame(&calibration.robot).pose() * on_flange).coords }
-}
-
-/// Parses `N` finite numbers separated by commas.
-fn numbers<const N: usize>(text: &str, what: &str) -> Result<[f64; N], String> {
-    let wrong = || format!("give {N} numbers between commas, {what}");
-    let values: Option<Vec<f64>> =
-        text.split(',').map(|part| part.trim().parse::<f64>().ok().filter(|v| v.is_finite())).collect();
-    values.and_then(|values| values.try_into().ok()).ok_or_else(wrong)
-}
-
-/// Parses a frame at most `farthest` mm away along each axis.
-fn frame_within(text: &str, farthest: f64) -> Result<FramePose, String> {
-    let [x, y, z, a, b, c] = numbers(text, "X,Y,Z in mm and A,B,C in deg")?;
-    if [x, y, z].iter().any(|v| v.abs() > farthest) {
-        return Err(format!("that is more than {farthest} mm away, as in no cell; give X,Y,Z in mm"));
-    }
-    Ok(FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) })
-}
-
-/// Longest accepted tool, mm.
-const LONGEST_TOOL: f64 = 1e4;
-/// Greatest accepted distance of a frame from the robot, mm.
-const FARTHEST_FRAME: f64 = 5e4;
-/// Heaviest accepted load, kg.
-const HEAVIEST: f64 = 5e3;
-
-fn tool(text: &str) -> Result<FramePose, String> {
-    frame_within(text, LONGEST_TOOL)
-}
-
-fn work_frame(text: &str) -> Result<WorkFrame, String> {
-    if text == "world" {
-        Ok(WorkFrame::World)
-    } else {
-        frame_within(text, FARTHEST_FRAME).map(WorkFrame::Base).map_err(|e| format!("{e}; or `world`"))
-    }
-}
-
-fn load(text: &str) -> Result<[f64; 4], String> {
-    let load = numbers(text, "KG in kg and X,Y,Z in mm")?;
-    if load[0] < 0.0 {
-        return Err("a load does not weigh less than nothing; give its mass in kg".into());
-    }
-    if load[0] > HEAVIEST || load[1..].iter().any(|v| v.abs() > LONGEST_TOOL) {
-        return Err(format!("no arm carries more than {HEAVIEST} kg, or farther out than {LONGEST_TOOL} mm; give kg and mm"));
-    }
-    Ok(load)
 }

@@ -21,6 +21,7 @@ mod next_measurements_are_planned;
 #[path = "../../../tests/it/oracles.rs"]
 mod oracles;
 mod other_peoples_clients_drive_the_served_cell;
+mod programs_go_through_the_program;
 mod public_data_go_through_the_program;
 mod python_packages_are_pinned;
 mod readme_is_true;

@@ -103,6 +103,9 @@ pub struct Compensation {
     /// The compensated targets; absent where only the robot was written.
     #[serde(flatten)]
     pub targets: Option<CompensatedTargets>,
+    /// The rewritten programs; absent where none was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub programs: Option<CompensatedPrograms>,
     /// The part of the calibration left out of URDF and robot file; absent where none was written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid: Option<RigidPart>,
@@ -125,10 +128,57 @@ pub struct CompensatedTargets {
     pub outside_range: Option<OutsideRange>,
 }
 
+/// Compensated robot programs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CompensatedPrograms {
+    /// The controller's base frame.
+    pub base: Frame,
+    /// The controller's tool frame.
+    pub tool: Frame,
+    /// Assumptions, in words.
+    pub assumed: Vec<String>,
+    /// The programs.
+    pub files: Vec<CompensatedProgram>,
+    /// Positions outside the identified joint ranges; null if there are none.
+    pub outside_range: Option<OutsideRange>,
+}
+
+/// A compensated robot program.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CompensatedProgram {
+    /// The file that was given.
+    pub file: String,
+    /// The file that was written; null if none was.
+    pub written: Option<String>,
+    /// Number of positions found.
+    pub positions: usize,
+    /// Number of positions rewritten.
+    pub rewritten: usize,
+    /// What was not rewritten, or is right only under a condition, by line.
+    pub not_rewritten: Vec<NotRewritten>,
+    /// Largest distance from a position to the one written, mm; null if there are none.
+    pub largest_shift_mm: Option<f64>,
+}
+
+/// Something in a program that was not rewritten.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NotRewritten {
+    /// Line, counted from 1.
+    pub line: usize,
+    /// The position or the instruction.
+    pub what: String,
+    /// True if a position stays uncompensated, or may be wrong; false for a warning.
+    pub blocks: bool,
+    /// The reason.
+    pub reason: String,
+    /// The remedy.
+    pub remedy: String,
+}
+
 impl Compensation {
     /// A document without targets.
     #[must_use]
     pub fn of_robot(robot: &str) -> Self {
-        Compensation { format: CompensationFormat::V1, robot: robot.into(), targets: None, rigid: None }
+        Compensation { format: CompensationFormat::V1, robot: robot.into(), targets: None, programs: None, rigid: None }
     }
 }

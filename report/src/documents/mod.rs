@@ -36,7 +36,8 @@ pub use self::comparison::{
     ViewTest, WorldShift, WorstSample,
 };
 pub use self::compensation::{
-    CompensatedTarget, CompensatedTargets, Compensation, CompensationFormat, Fake, Frame, RigidPart, TargetOutcome,
+    CompensatedProgram, CompensatedPrograms, CompensatedTarget, CompensatedTargets, Compensation, CompensationFormat, Fake,
+    Frame, NotRewritten, RigidPart, TargetOutcome,
 };
 pub use self::diagnosis::{
     Contribution, CurveFamily, Diagnosis, DiagnosisFormat, Explained, Finding, FindingPlace, FoundParameter, Unbelievable,

@@ -1,0 +1,147 @@
+//! The numbers of a position: what they mean, and how another target is written in their place.
+
+use std::ops::Range;
+
+use nalgebra::{Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use super::scan::{Configuration, Layout, Number, Position};
+use crate::compensate::Fake;
+use crate::compensate::fake_file::written;
+use crate::robot::{FramePose, Pose};
+use crate::units::{DEG, MM};
+
+/// Decimals: 0.1 nm.
+const OF_MM: usize = 7;
+/// 2e-11 rad.
+const OF_DEG: usize = 9;
+/// 0.1 nm.
+const OF_M: usize = 10;
+/// 1e-11 rad.
+const OF_RAD: usize = 11;
+/// 1e-13, of a rotation of 2e-13 rad.
+const OF_QUATERNION: usize = 13;
+
+/// Largest deviation of a quaternion's length from one: programs have six decimals and more.
+const NO_QUATERNION: f64 = 1e-2;
+
+/// What is written over what.
+pub(super) type Edit = (Range<usize>, String);
+
+/// What the numbers of a position mean.
+pub(super) enum Meaning {
+    Pose(Pose),
+    Joints(Vec<f64>),
+}
+
+impl Position {
+    /// What the numbers mean; an error if they mean nothing.
+    pub fn meaning(&self) -> Result<Meaning, &'static str> {
+        let values: Vec<f64> = self.numbers.iter().map(|n| n.value).collect();
+        meaning(self.layout, &values)
+    }
+
+    /// Writes the target to be commanded in place of the numbers.
+    pub fn edits(&self, fake: &Fake) -> Vec<Edit> {
+        let texts = texts(self.layout, &self.numbers, fake);
+        let mut edits: Vec<Edit> = self.numbers.iter().map(|n| n.at.clone()).zip(texts).collect();
+        let mut put = |number: &Number, value: i64| {
+            if number.value != value as f64 {
+                edits.push((number.at.clone(), value.to_string()));
+            }
+        };
+        match &self.configuration {
+            Configuration::Kuka { status, turn } => {
+                let Some(own) = fake.status_turn else { return edits };
+                // The bits above are the controller's own, and stay.
+                for (number, mask, bits) in [(status, 7, own.status), (turn, 63, own.turn)] {
+                    if let Some(number) = number {
+                        put(number, (number.value as i64 & !mask) | i64::from(bits));
+                    }
+                }
+            }
+            Configuration::Abb(numbers) => {
+                for (number, joint) in numbers.iter().zip([0, 3, 5]) {
+                    put(number, quadrant(fake.q[joint]));
+                }
+            }
+            Configuration::Fanuc { turns, .. } => {
+                for (number, joint) in turns.iter().zip([0, 3, 5]) {
+                    put(number, whole_turn(fake.q[joint]));
+                }
+            }
+            Configuration::Any | Configuration::Unreadable | Configuration::Near(_) => {}
+        }
+        edits
+    }
+}
+
+/// ABB's quadrant of a joint (rad): 0 from 0 to 90 deg, -1 from -90 to 0.
+pub(super) fn quadrant(q: f64) -> i64 {
+    (q / (90.0 * DEG)).floor() as i64
+}
+
+/// FANUC's turn number of a joint (rad): 0 from -180 to 180 deg.
+pub(super) fn whole_turn(q: f64) -> i64 {
+    (0.5 + q / (360.0 * DEG)).floor() as i64
+}
+
+/// The pose or the joints that numbers mean.
+pub(super) fn meaning(layout: Layout, values: &[f64]) -> Result<Meaning, &'static str> {
+    let pose = |xyz: [f64; 3], rotation: Rotation3<f64>| {
+        Meaning::Pose(Pose::from_parts(Translation3::from(Vector3::from(xyz)), rotation))
+    };
+    Ok(match (layout, values) {
+        (Layout::Degrees, _) => Meaning::Joints(values.iter().map(|v| v * DEG).collect()),
+        (Layout::Radians, _) => Meaning::Joints(values.to_vec()),
+        (Layout::KukaFrame, &[x, y, z, a, b, c]) | (Layout::FanucPose, &[x, y, z, c, b, a]) => {
+            let frame = FramePose { xyz: [x, y, z].map(|v| v * MM), rz_ry_rx: [a, b, c].map(|v| v * DEG) };
+            Meaning::Pose(frame.pose())
+        }
+        (Layout::UrPose, &[x, y, z, rx, ry, rz]) => pose([x, y, z], Rotation3::new(Vector3::new(rx, ry, rz))),
+        (Layout::AbbTarget, &[x, y, z, w, i, j, k]) => {
+            let quaternion = Quaternion::new(w, i, j, k);
+            if (quaternion.norm() - 1.0).abs() > NO_QUATERNION {
+                return Err("its quaternion is not of length one");
+            }
+            let rotation = UnitQuaternion::from_quaternion(quaternion).to_rotation_matrix();
+            pose([x, y, z].map(|v| v * MM), rotation)
+        }
+        _ => return Err("it has another number of values than its kind"),
+    })
+}
+
+/// The numbers of the target to be commanded; of several that mean the same, those nearest to what stood there.
+fn texts(layout: Layout, old: &[Number], fake: &Fake) -> Vec<String> {
+    let xyz: [f64; 3] = fake.pose.translation.vector.into();
+    let FramePose { rz_ry_rx: [a, b, c], .. } = FramePose::from_pose(&fake.pose);
+    let all = |values: &[f64], unit: f64, decimals: usize| -> Vec<String> {
+        values.iter().map(|v| written(v / unit, decimals)).collect()
+    };
+    match layout {
+        Layout::KukaFrame => [all(&xyz, MM, OF_MM), all(&[a, b, c], DEG, OF_DEG)].concat(),
+        Layout::FanucPose => [all(&xyz, MM, OF_MM), all(&[c, b, a], DEG, OF_DEG)].concat(),
+        Layout::UrPose => {
+            let before = Vector3::from_iterator(old.iter().skip(3).map(|n| n.value).chain([0.0; 3]).take(3));
+            let vector = rotation_vector(&fake.pose, &before);
+            [all(&xyz, 1.0, OF_M), all(vector.as_slice(), 1.0, OF_RAD)].concat()
+        }
+        Layout::AbbTarget => {
+            let q = UnitQuaternion::from_rotation_matrix(&fake.pose.rotation);
+            let q = [q.w, q.i, q.j, q.k];
+            let along: f64 = q.iter().zip(&old[old.len().min(3)..]).map(|(q, old)| q * old.value).sum();
+            let q = q.map(|v| if along < 0.0 { -v } else { v });
+            [all(&xyz, MM, OF_MM), all(&q, 1.0, OF_QUATERNION)].concat()
+        }
+        Layout::Degrees => all(&fake.q, DEG, OF_DEG),
+        Layout::Radians => all(&fake.q, 1.0, OF_RAD),
+    }
+}
+
+/// The rotation vector of a pose nearest to the one before: near half a turn its sign is arbitrary, and programs hold longer
+/// ones.
+fn rotation_vector(pose: &Pose, before: &Vector3<f64>) -> Vector3<f64> {
+    let vector = UnitQuaternion::from_rotation_matrix(&pose.rotation).scaled_axis();
+    let Some(axis) = vector.try_normalize(1e-12) else { return vector };
+    let turns = ((before - vector).dot(&axis) / std::f64::consts::TAU).round();
+    vector + axis * (turns.clamp(-9.0, 9.0) * std::f64::consts::TAU)
+}

@@ -1,0 +1,86 @@
+//! Robot programs as they are on disk.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::{fanuc, krl, rapid, scan, urscript};
+use crate::files::{FileError, cannot_be_read, open_file};
+
+/// Longest program, bytes.
+const LONGEST: u64 = 64 << 20;
+
+/// The language of a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dialect {
+    /// KUKA's KRL: `.src`, `.dat`.
+    Krl,
+    /// Universal Robots' URScript: `.script`.
+    UrScript,
+    /// ABB's RAPID: `.mod`, `.modx`, `.prg`.
+    Rapid,
+    /// FANUC's teach pendant programs as text: `.ls`.
+    Fanuc,
+}
+
+impl Dialect {
+    /// The dialect of a file by its extension, if it is that of a robot program.
+    pub fn of(path: &Path) -> Option<Dialect> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match extension.as_str() {
+            "src" | "dat" => Dialect::Krl,
+            "script" => Dialect::UrScript,
+            "mod" | "modx" | "prg" => Dialect::Rapid,
+            "ls" => Dialect::Fanuc,
+            _ => return None,
+        })
+    }
+
+    pub(super) fn scan(self, programs: &[Program], joints_as_in_robot_file: bool) -> Vec<scan::Scan> {
+        let marks = match self {
+            Dialect::Krl => krl::MARKS,
+            Dialect::UrScript => urscript::MARKS,
+            Dialect::Rapid => rapid::MARKS,
+            Dialect::Fanuc => fanuc::MARKS,
+        };
+        let texts: Vec<scan::Text> = programs.iter().map(|p| scan::Text::new(&p.bytes, &marks)).collect();
+        match self {
+            Dialect::Krl => krl::scan(&texts),
+            Dialect::UrScript => urscript::scan(&texts),
+            Dialect::Rapid => rapid::scan(&texts),
+            Dialect::Fanuc => fanuc::scan(&texts, joints_as_in_robot_file),
+        }
+    }
+}
+
+/// A robot program as it is on disk.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Program {
+    /// Its file.
+    pub path: PathBuf,
+    /// Its language.
+    pub dialect: Dialect,
+    /// Its bytes, in any encoding in which brackets, digits and letters are those of ASCII.
+    pub bytes: Vec<u8>,
+}
+
+/// Reads a robot program.
+///
+/// # Errors
+/// When it cannot be read, is longer than 64 MiB, or is in UTF-16.
+pub fn read_program(path: &Path) -> Result<Program, FileError> {
+    const KNOWN: &str = "give .src and .dat (KRL), .script (URScript), .mod, .modx or .prg (RAPID), or .ls (FANUC)";
+    let dialect = Dialect::of(path).ok_or_else(|| FileError::whole(path, "is no robot program by its name", KNOWN))?;
+    if path.is_dir() {
+        return Err(FileError::whole(path, "is a directory", "name a file"));
+    }
+    let mut bytes = Vec::new();
+    let read = open_file(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
+    read.map_err(|e| cannot_be_read(path, e))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
+    }
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0) {
+        return Err(FileError::whole(path, "is no text of single bytes", "save it as UTF-8 or in the controller's code page"));
+    }
+    Ok(Program { path: path.into(), dialect, bytes })
+}

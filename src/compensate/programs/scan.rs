@@ -1,0 +1,279 @@
+//! The text of a program as bytes: comments and strings blanked out, lines, brackets and numbers with their places.
+
+use std::ops::Range;
+
+use crate::robot::Pose;
+
+/// How a dialect marks what is not program text.
+pub(super) struct Marks {
+    /// Beginning of a comment that ends with the line.
+    pub comment: &'static [u8],
+    /// Delimiters of strings, which end with the line at the latest.
+    pub quotes: &'static [u8],
+}
+
+/// A program in which comments and strings are spaces; every byte has the place that it has in the file.
+pub(super) struct Text {
+    bytes: Vec<u8>,
+    line_starts: Vec<usize>,
+}
+
+/// A number and its place in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Number {
+    pub at: Range<usize>,
+    pub value: f64,
+}
+
+/// A pair of brackets: the offsets of the two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Brackets {
+    pub open: usize,
+    pub close: usize,
+}
+
+impl Brackets {
+    pub fn inside(&self) -> Range<usize> {
+        self.open + 1..self.close
+    }
+}
+
+/// Numbers of a position, in the order in which the controller writes them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Layout {
+    /// X, Y, Z (mm), A, B, C (deg): `Rz(A) Ry(B) Rx(C)`.
+    KukaFrame,
+    /// x, y, z (m) and a rotation vector (rad).
+    UrPose,
+    /// x, y, z (mm) and a quaternion, the scalar first.
+    AbbTarget,
+    /// X, Y, Z (mm), W, P, R (deg): `Rz(R) Ry(P) Rx(W)`.
+    FanucPose,
+    /// Joint angles, deg.
+    Degrees,
+    /// Joint angles, rad.
+    Radians,
+}
+
+/// What a program says of the posture at a pose.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Configuration {
+    /// Nothing.
+    Any,
+    /// Something that cannot be understood.
+    Unreadable,
+    /// Joints (rad) near which the controller looks for the posture.
+    Near(Vec<f64>),
+    /// KUKA's status and turn.
+    Kuka { status: Option<Number>, turn: Option<Number> },
+    /// ABB's cf1, cf4, cf6, cfx.
+    Abb([Number; 4]),
+    /// FANUC's CONFIG.
+    Fanuc { flip: bool, down: bool, back: bool, turns: [Number; 3] },
+}
+
+/// A position of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Position {
+    pub line: usize,
+    pub name: String,
+    pub layout: Layout,
+    pub numbers: Vec<Number>,
+    pub configuration: Configuration,
+}
+
+/// A frame that a program sets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Frame {
+    Tool,
+    Base,
+}
+
+/// A frame written out in a program.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Setting {
+    pub line: usize,
+    pub frame: Frame,
+    pub pose: Pose,
+}
+
+/// Something that was not rewritten, or that is right only under a condition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Remark {
+    /// Line, counted from 1.
+    pub line: usize,
+    /// The position or the instruction.
+    pub what: String,
+    /// The reason.
+    pub reason: String,
+    /// The remedy.
+    pub remedy: String,
+    /// True if a position of the program stays uncompensated, or may be wrong; false for a warning.
+    pub blocks: bool,
+}
+
+/// The content of one file.
+#[derive(Debug, Default)]
+pub(super) struct Scan {
+    pub positions: Vec<Position>,
+    pub settings: Vec<Setting>,
+    /// Number of positions that cannot be read, each with its remark.
+    pub unread: usize,
+    pub remarks: Vec<Remark>,
+}
+
+impl Scan {
+    /// A position whose numbers cannot be read.
+    pub fn unreadable(&mut self, line: usize, what: impl Into<String>, reason: &str, remedy: &str) {
+        self.unread += 1;
+        self.refuse(line, what, reason, remedy);
+    }
+
+    pub fn refuse(&mut self, line: usize, what: impl Into<String>, reason: &str, remedy: &str) {
+        let (reason, remedy) = (reason.into(), remedy.into());
+        self.remarks.push(Remark { line, what: what.into(), reason, remedy, blocks: true });
+    }
+
+    pub fn warn(&mut self, line: usize, what: impl Into<String>, reason: &str, remedy: &str) {
+        let (reason, remedy) = (reason.into(), remedy.into());
+        self.remarks.push(Remark { line, what: what.into(), reason, remedy, blocks: false });
+    }
+}
+
+impl Text {
+    pub fn new(bytes: &[u8], marks: &Marks) -> Self {
+        let mut blank = bytes.to_vec();
+        let mut quote = None;
+        let mut k = 0;
+        while k < blank.len() {
+            let byte = bytes[k];
+            match quote {
+                _ if byte == b'\n' => quote = None,
+                Some(end) => {
+                    quote = quote.filter(|_| byte != end);
+                    blank[k] = b' ';
+                }
+                None if marks.quotes.contains(&byte) => {
+                    quote = Some(byte);
+                    blank[k] = b' ';
+                }
+                None if !marks.comment.is_empty() && bytes[k..].starts_with(marks.comment) => {
+                    while k < blank.len() && bytes[k] != b'\n' {
+                        // The end of the line keeps its carriage return.
+                        blank[k] = if bytes[k] == b'\r' { b'\r' } else { b' ' };
+                        k += 1;
+                    }
+                    continue;
+                }
+                None => {}
+            }
+            k += 1;
+        }
+        let after_breaks = bytes.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(k, _)| k + 1);
+        Text { line_starts: std::iter::once(0).chain(after_breaks).collect(), bytes: blank }
+    }
+
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Line of a place, counted from 1.
+    pub fn line(&self, at: usize) -> usize {
+        self.line_starts.partition_point(|start| *start <= at)
+    }
+
+    /// The places of all lines, without their ends.
+    pub fn lines(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.line_starts.iter().enumerate().map(|(k, start)| {
+            let end = self.line_starts.get(k + 1).map_or(self.bytes.len(), |next| next - 1);
+            self.trimmed(*start..end)
+        })
+    }
+
+    /// The same place without white space around it.
+    pub fn trimmed(&self, at: Range<usize>) -> Range<usize> {
+        let text = &self.bytes[at.clone()];
+        let before = text.iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let after = text[before..].iter().rev().take_while(|b| b.is_ascii_whitespace()).count();
+        at.start + before..at.end - after
+    }
+
+    /// What stands there, as text.
+    pub fn words(&self, at: Range<usize>) -> String {
+        String::from_utf8_lossy(&self.bytes[self.trimmed(at)]).into_owned()
+    }
+
+    /// What stands there, in capitals.
+    pub fn capitals(&self, at: Range<usize>) -> String {
+        self.words(at).to_ascii_uppercase()
+    }
+
+    /// The finite decimal number that stands there alone.
+    pub fn number(&self, at: Range<usize>) -> Option<Number> {
+        let at = self.trimmed(at);
+        let text = str::from_utf8(&self.bytes[at.clone()]).ok()?;
+        let plain = text.bytes().all(|b| b.is_ascii_digit() || b"+-.eE".contains(&b));
+        let value = text.parse::<f64>().ok().filter(|value| plain && value.is_finite())?;
+        Some(Number { at, value })
+    }
+
+    /// The numbers that stand there, separated by commas, and nothing else.
+    pub fn numbers(&self, at: Range<usize>) -> Option<Vec<Number>> {
+        self.parts(at).into_iter().map(|part| self.number(part)).collect()
+    }
+
+    /// The parts between commas that are in no further brackets.
+    pub fn parts(&self, at: Range<usize>) -> Vec<Range<usize>> {
+        let mut parts = Vec::new();
+        let (mut from, mut depth) = (at.start, 0_usize);
+        for k in at.clone() {
+            match self.bytes[k] {
+                b'(' | b'[' | b'{' => depth += 1,
+                b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+                b',' if depth == 0 => {
+                    parts.push(from..k);
+                    from = k + 1;
+                }
+                _ => {}
+            }
+        }
+        parts.push(from..at.end);
+        parts
+    }
+
+    /// All pairs of these brackets in the order of their openings; `end` closes whatever is open.
+    pub fn brackets(&self, [open, close]: [u8; 2], end: Option<u8>) -> Vec<Brackets> {
+        let mut pairs = Vec::new();
+        let mut opened = Vec::new();
+        for (k, byte) in self.bytes.iter().copied().enumerate() {
+            if Some(byte) == end {
+                opened.clear();
+            } else if byte == open {
+                opened.push(k);
+            } else if byte == close
+                && let Some(open) = opened.pop()
+            {
+                pairs.push(Brackets { open, close: k });
+            }
+        }
+        pairs.sort_by_key(|pair| pair.open);
+        pairs
+    }
+
+    /// The identifier that ends before `end`, white space between them skipped.
+    pub fn name_before(&self, end: usize) -> Range<usize> {
+        let end = self.trimmed(0..end).end;
+        let length = self.bytes[..end].iter().rev().take_while(|b| is_of_name(**b)).count();
+        end - length..end
+    }
+}
+
+/// True for a character of an identifier.
+pub(super) fn is_of_name(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'$'
+}
+
+/// True for an identifier.
+pub(super) fn is_name(text: &str) -> bool {
+    text.bytes().all(is_of_name) && text.bytes().next().is_some_and(|b| !b.is_ascii_digit())
+}
