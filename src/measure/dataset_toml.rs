@@ -199,7 +199,8 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         share: SHAREABLE
             .into_iter()
             .zip([dataset.shared.base, dataset.shared.tool])
-            .filter_map(|(name, is)| is.then(|| name.into()))
+            .filter(|(_, is)| *is)
+            .map(|(name, _)| name.into())
             .collect(),
         base: Some(base),
         tool,

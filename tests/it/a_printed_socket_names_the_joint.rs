@@ -18,9 +18,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::oracles::data;
 
+type Joint = ([f64; 2], [f64; 3], f64, [f64; 3]);
+
 /// Joint origins (z, y of the parent's frame, m; roll, pitch, yaw in quarter turns), mass and centre of mass of each link of an iiwa 14, by
 /// the URDF file in the model library of Drake (BSD-3-Clause).
-const IIWA: [([f64; 2], [f64; 3], f64, [f64; 3]); 7] = [
+const IIWA: [Joint; 7] = [
     ([0.1575, 0.0], [0.0, 0.0, 0.0], 5.76, [0.0, -0.03, 0.12]),
     ([0.2025, 0.0], [1.0, 0.0, 2.0], 6.35, [0.0003, 0.059, 0.042]),
     ([0.0, 0.2045], [1.0, 0.0, 2.0], 3.5, [0.0, 0.03, 0.13]),
