@@ -1,6 +1,6 @@
 //! The posture that a program means by status and turn, by confdata or by CONFIG.
 
-use super::numbers::{quadrant, whole_turn};
+use super::numbers::{TURNING, quadrant, whole_turn};
 use super::scan::{Configuration, Number};
 use crate::compensate::{Compensator, Refusal};
 use crate::robot::{FramePose, Pose, Posture, SiteIndex};
@@ -97,7 +97,7 @@ fn wrong_side(compensator: &Compensator<'_>, configuration: &Configuration, q: &
             let Sides { front, up, bowed } = sides(compensator, q);
             // Above and below are of an arm that reaches forward; backward, the nearest is taken.
             let elbow = if *back { 0.0 } else { below(up, *down) };
-            let turned = turns.iter().zip([0, 3, 5]).map(of).fold(0.0, f64::max);
+            let turned = turns.iter().zip(TURNING).map(of).fold(0.0, f64::max);
             turned.max(below(front, *back)).max(elbow).max(below(bowed, *flip))
         }
         Configuration::Any | Configuration::Unreadable | Configuration::Near(_) => 0.0,

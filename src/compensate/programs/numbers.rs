@@ -64,12 +64,8 @@ impl Position {
                     put(number, quadrant(fake.q[joint]));
                 }
             }
-            Configuration::Fanuc { turns, .. } => {
-                for (number, joint) in turns.iter().zip([0, 3, 5]) {
-                    put(number, whole_turn(fake.q[joint]));
-                }
-            }
-            Configuration::Any | Configuration::Unreadable | Configuration::Near(_) => {}
+            // Positions whose turn numbers would change are refused.
+            Configuration::Fanuc { .. } | Configuration::Any | Configuration::Unreadable | Configuration::Near(_) => {}
         }
         edits
     }
@@ -83,6 +79,15 @@ pub(super) fn quadrant(q: f64) -> i64 {
 /// FANUC's turn number of a joint (rad): 0 from -180 to 180 deg.
 pub(super) fn whole_turn(q: f64) -> i64 {
     (0.5 + q / (360.0 * DEG)).floor() as i64
+}
+
+/// Joints that FANUC's three turn numbers are taken to count.
+pub(super) const TURNING: [usize; 3] = [0, 3, 5];
+
+/// True if the joints (rad) have other turn numbers than a configuration of FANUC's says.
+pub(super) fn turns_change(configuration: &Configuration, q: &[f64]) -> bool {
+    let Configuration::Fanuc { turns, .. } = configuration else { return false };
+    turns.iter().zip(TURNING).any(|(number, joint)| q.get(joint).is_some_and(|q| whole_turn(*q) as f64 != number.value))
 }
 
 /// The pose or the joints that numbers mean.

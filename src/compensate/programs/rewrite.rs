@@ -1,7 +1,7 @@
 //! The positions of programs, compensated, in the places of the old ones.
 
 use super::configuration::{Meant, posture_of};
-use super::numbers::{Edit, Meaning, meaning};
+use super::numbers::{Edit, Meaning, meaning, turns_change};
 use super::program::{Dialect, Program};
 use super::scan::{Configuration, Frame, Layout, Position, Remark, Scan, Setting};
 use crate::compensate::{Compensator, Conditions, Desired, Fake, Target};
@@ -167,6 +167,11 @@ fn compensate(
     };
     let target = Target { id: position.name.clone(), desired, payload: None, conditions: Conditions::default() };
     match compensator.compensate(&target).outcome {
+        // Makers' manuals and other programs disagree on the joints that the three numbers count; zeros are right for all of them.
+        Ok(fake) if turns_change(&position.configuration, &fake.q) => Err((
+            "a joint turns over 180 deg where it is compensated, and which of the turn numbers counts it depends on the controller".into(),
+            "teach it away from the half turn",
+        )),
         Ok(fake) => Ok((target, fake)),
         Err(refusal) => Err((refusal.to_string(), CHECK)),
     }
