@@ -58,6 +58,11 @@ impl Programs {
     ) -> Result<(Option<CompensatedPrograms>, Outcome), Failure> {
         let permissions = Permissions { joints_as_in_robot_file: arguments.joints_as_in_robot_file };
         let results = rewrite_programs(&self.programs, compensator, &permissions);
+        if results.iter().all(|r| r.positions == 0 && r.is_whole()) {
+            let problem = "holds no position that is written out";
+            let remedy = "give the file in which the positions are taught (with a KUKA the .dat too)";
+            return Err(FileError::whole(&self.programs[0].path, problem, remedy).into());
+        }
         let whole = results.iter().all(RewrittenProgram::is_whole);
         let written = whole || arguments.partly;
         if written {
