@@ -272,15 +272,14 @@ impl Origin<'_> {
         if name.trim().is_empty() || name.contains(char::is_control) {
             return Err(self.wrong(&key, "is no name", "give a plain name"));
         }
-        let mut mapped = Vec::with_capacity(3);
-        for (k, source) in sources.into_iter().enumerate() {
+        let mapped = |k: usize, source: Source| {
             let key = format!("{key}.{}", ["x", "y", "z"][k]);
             self.check_places(&key, &source, map.header)?;
             let measure = self.measure(&key, Column::World(k), source.unit.as_deref())?;
-            mapped.push(MappedColumn { column: Column::World(k), measure, source });
-        }
-        let mapped = mapped.try_into().map_err(|_| self.wrong(&key, "has no three coordinates", "give x, y and z"))?;
-        Ok((name, mapped))
+            Ok::<_, FileError>(MappedColumn { column: Column::World(k), measure, source })
+        };
+        let [x, y, z] = sources;
+        Ok((name, [mapped(0, x)?, mapped(1, y)?, mapped(2, z)?]))
     }
 
     /// Meaning of the number in a column, by its unit as given; `None` for text.

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use super::dataset_toml::{
-    AnchorToml, BallDistanceToml, BallToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, ReflectorToml, SHAREABLE, describe,
+    AnchorToml, BallDistanceToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, PlaceToml, SHAREABLE, describe,
 };
 use super::limits::{Impossible, impossible};
 use super::samples_file::read_samples;
@@ -243,7 +243,7 @@ impl Reading<'_> {
         tables.iter().enumerate().map(payload).collect()
     }
 
-    fn balls(&self, tables: &[BallToml]) -> Result<Vec<Ball>, FileError> {
+    fn balls(&self, tables: &[PlaceToml]) -> Result<Vec<Ball>, FileError> {
         self.names("ball", "id", tables.iter().map(|b| b.id.as_str()))?;
         let mut balls: Vec<Ball> = Vec::with_capacity(tables.len());
         for (k, b) in tables.iter().enumerate() {
@@ -270,9 +270,9 @@ impl Reading<'_> {
         Ok(Shared { base, tool })
     }
 
-    fn reflectors(&self, tables: &[ReflectorToml]) -> Result<Vec<Reflector>, FileError> {
+    fn reflectors(&self, tables: &[PlaceToml]) -> Result<Vec<Reflector>, FileError> {
         self.names("reflector", "id", tables.iter().map(|r| r.id.as_str()))?;
-        let reflector = |(k, r): (usize, &ReflectorToml)| {
+        let reflector = |(k, r): (usize, &PlaceToml)| {
             let sigma = self.not_negative(&format!("reflector[{k}].sigma_um"), r.sigma_um.unwrap_or(0.0))? * UM;
             Ok(Reflector { id: r.id.clone(), position: Vector3::new(r.x_mm, r.y_mm, r.z_mm) * MM, sigma, free: r.free })
         };

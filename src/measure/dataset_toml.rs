@@ -34,9 +34,9 @@ pub(crate) struct DatasetToml {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) payload: Vec<PayloadToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) ball: Vec<BallToml>,
+    pub(super) ball: Vec<PlaceToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) reflector: Vec<ReflectorToml>,
+    pub(super) reflector: Vec<PlaceToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) ball_distance: Vec<BallDistanceToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -97,23 +97,10 @@ pub(super) struct PayloadToml {
     pub com_mm: [f64; 3],
 }
 
+/// A named place: of a ball in the world, or of a reflector relative to the TCP, axes of the tool.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct BallToml {
-    pub id: String,
-    pub x_mm: f64,
-    pub y_mm: f64,
-    pub z_mm: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sigma_um: Option<f64>,
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub free: bool,
-}
-
-/// A measured point of the tool, relative to the TCP, axes of the tool.
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ReflectorToml {
+pub(super) struct PlaceToml {
     pub id: String,
     pub x_mm: f64,
     pub y_mm: f64,
@@ -172,22 +159,16 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         contact_force_n: (dataset.contact_force != Vector3::zeros()).then(|| dataset.contact_force.into()),
     };
     let payload = |p: &Payload| PayloadToml { name: p.name.clone(), mass_kg: p.mass, com_mm: p.com.map(mm).into() };
-    let ball = |b: &Ball| BallToml {
-        id: b.id.clone(),
-        x_mm: mm(b.position.x),
-        y_mm: mm(b.position.y),
-        z_mm: mm(b.position.z),
-        sigma_um: sigma(b.sigma),
-        free: b.free,
+    let place = |id: &str, at: &Vector3<f64>, one_sigma: f64, free: bool| PlaceToml {
+        id: id.into(),
+        x_mm: mm(at.x),
+        y_mm: mm(at.y),
+        z_mm: mm(at.z),
+        sigma_um: sigma(one_sigma),
+        free,
     };
-    let reflector = |r: &Reflector| ReflectorToml {
-        id: r.id.clone(),
-        x_mm: mm(r.position.x),
-        y_mm: mm(r.position.y),
-        z_mm: mm(r.position.z),
-        sigma_um: sigma(r.sigma),
-        free: r.free,
-    };
+    let ball = |b: &Ball| place(&b.id, &b.position, b.sigma, b.free);
+    let reflector = |r: &Reflector| place(&r.id, &r.position, r.sigma, r.free);
     let ball_id = |k: usize| dataset.balls.get(k).map_or_else(|| format!("#{k}"), |b| b.id.clone());
     let anchor =
         |a: &Anchor| AnchorToml { id: a.id.clone(), x_mm: mm(a.position.x), y_mm: mm(a.position.y), z_mm: mm(a.position.z) };

@@ -7,11 +7,11 @@ use std::path::PathBuf;
 use calibench::assess::Validation;
 use calibench::identify::{Model, Use, identify};
 use calibench::import::{Holdout, ImportOptions, import};
-use calibench::measure::{Dataset, Measured, SampleSet};
+use calibench::measure::{Dataset, SampleSet};
 use calibench::robot::FramePose;
 use calibench::units::{DEG, MM};
-use nalgebra::Vector3;
 
+use crate::a_printed_socket_names_the_joint::{places, spread_at_places_left_out};
 use crate::oracles::data;
 
 /// Which rows are drawn decides the third figure of a mean over 4,000: a bar is reached within this share.
@@ -93,36 +93,9 @@ fn ur5_grid_to_random_poses() {
 #[test]
 fn panda_with_one_place_left_out() {
     let dataset = panda();
-    let place = |ball: usize| dataset.balls[ball].id.split('/').next().unwrap_or_default().to_owned();
-    let mut places: Vec<String> = (0..dataset.balls.len()).map(place).collect();
-    places.dedup();
-    assert_eq!(places.len(), 6);
+    assert_eq!(places(&dataset).len(), 6);
     for ((model, effects), bar) in models().into_iter().zip([2.84 * SAME, 0.22, 0.18]) {
-        let mut squares = Vec::new();
-        for left_out in &places {
-            let mut split = dataset.clone();
-            for sample in &mut split.samples {
-                if let Measured::Ball { ball, .. } = sample.measured
-                    && place(ball) == *left_out
-                {
-                    sample.set = SampleSet::Validation;
-                }
-            }
-            let calibration = identify(&[("panda", &split)], &effects).unwrap_or_else(|e| panic!("{left_out}: {e}"));
-            let prediction = calibration.predict(&[("panda", &split)], Use::Validation).unwrap_or_else(|e| panic!("{e}"));
-            assert!(prediction.refitted.iter().all(|name| name.starts_with("ball:")), "{:?}", prediction.refitted);
-            // Deviations of the seatings of a hole from their own mean: where the hole is judges nobody.
-            let held: Vec<_> = split.samples.iter().filter(|s| s.set == SampleSet::Validation).collect();
-            for hole in 0..split.balls.len() {
-                let on = |m: &Measured| matches!(m, Measured::Ball { ball, .. } if *ball == hole);
-                let of_hole: Vec<Vector3<f64>> =
-                    held.iter().zip(&prediction.residuals).filter(|(s, _)| on(&s.measured)).map(|(_, r)| *r).collect();
-                let mean = of_hole.iter().sum::<Vector3<f64>>() / of_hole.len().max(1) as f64;
-                squares.extend(of_hole.iter().map(|r| (r - mean).norm_squared()));
-            }
-        }
-        assert_eq!(squares.len(), dataset.samples.len());
-        let spread = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        let spread = spread_at_places_left_out(&dataset, &effects);
         row("Panda 3", "a place left out, spread of the ball", model, spread / MM, bar);
     }
 }

@@ -133,19 +133,9 @@ fn scan_file(text: &Text, uses: &mut Uses) -> Scan {
         }
         motion(&statement, uses, &mut scan);
     }
-    several_frames(uses, &mut scan);
+    scan.only_one("tools", &mut uses.tools);
+    scan.only_one("bases", &mut uses.bases);
     scan
-}
-
-fn several_frames(uses: &mut Uses, scan: &mut Scan) {
-    for (what, named) in [("tools", &mut uses.tools), ("bases", &mut uses.bases)] {
-        if named.len() > 1 {
-            let names = named.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
-            scan.refuse(1, names, &format!("the program uses several {what}"), "split it into one program for each");
-            // Told once, not in every file.
-            named.clear();
-        }
-    }
 }
 
 /// Everything about motions but the positions written out.

@@ -178,14 +178,8 @@ fn scan_file(text: &Text, uses: &mut Uses) -> Scan {
         told(text, &statement, line, uses, &mut scan);
         frames(text, &statement, line, uses, &mut scan);
     }
-    for (what, named) in [("tools", &mut uses.tools), ("work objects", &mut uses.bases)] {
-        if named.len() > 1 {
-            let names = named.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
-            scan.refuse(1, names, &format!("the program uses several {what}"), "split it into one program for each");
-            // Told once, not in every file.
-            named.clear();
-        }
-    }
+    scan.only_one("tools", &mut uses.tools);
+    scan.only_one("work objects", &mut uses.bases);
     scan
 }
 

@@ -1,5 +1,6 @@
 //! The text of a program as bytes: comments and strings blanked out, lines, brackets and numbers with their places.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use crate::robot::Pose;
@@ -132,6 +133,15 @@ impl Scan {
     pub fn refuse(&mut self, line: usize, what: impl Into<String>, reason: &str, remedy: &str) {
         let (reason, remedy) = (reason.into(), remedy.into());
         self.remarks.push(Remark { line, what: what.into(), reason, remedy, blocks: true });
+    }
+
+    /// Refuses a program that names several of `what`; told once, not in every file, so that the names are gone then.
+    pub fn only_one(&mut self, what: &str, named: &mut BTreeSet<String>) {
+        if named.len() > 1 {
+            let names = named.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
+            self.refuse(1, names, &format!("the program uses several {what}"), "split it into one program for each");
+            named.clear();
+        }
     }
 
     pub fn warn(&mut self, line: usize, what: impl Into<String>, reason: &str, remedy: &str) {

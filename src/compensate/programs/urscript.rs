@@ -104,11 +104,15 @@ fn motion(name: &str) -> Option<usize> {
     MOTIONS.iter().find(|(motion, _)| *motion == name).map(|(_, count)| *count)
 }
 
+/// How many of the first arguments of a call are positions that the arm goes to.
+fn positions_of(name: &str) -> usize {
+    motion(name).or((name == "get_inverse_kin").then_some(1)).unwrap_or(0)
+}
+
 impl Uses {
     fn see(&mut self, text: &Text) {
         for call in calls(text) {
-            let count = motion(&call.name).or((call.name == "get_inverse_kin").then_some(1));
-            for argument in call.arguments.iter().take(count.unwrap_or(0)) {
+            for argument in call.arguments.iter().take(positions_of(&call.name)) {
                 let name = text.words(value_of(text, argument));
                 if is_name(&name) {
                     self.moved.insert(name);
@@ -161,8 +165,7 @@ fn scan_file(text: &Text, uses: &Uses) -> Scan {
             continue;
         };
         let argument = call.arguments.iter().position(|a| value_of(text, a) == literal.at);
-        let count = motion(&call.name).or((call.name == "get_inverse_kin").then_some(1)).unwrap_or(0);
-        if argument.is_some_and(|k| k < count) {
+        if argument.is_some_and(|k| k < positions_of(&call.name)) {
             position(text, &literal, call.name.clone(), uses, &mut scan);
         } else if call.name == "set_tcp" {
             let values: Vec<f64> = text.numbers(literal.inside.clone()).iter().flatten().map(|n| n.value).collect();
