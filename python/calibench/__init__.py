@@ -17,7 +17,6 @@ from calibench._results import (
     Run,
     Step,
     Study,
-    Validation,
 )
 from calibench._verbs import (
     add,
@@ -53,7 +52,6 @@ __all__ = [
     "Run",
     "Step",
     "Study",
-    "Validation",
     "add",
     "compare",
     "diagnose",

@@ -33,7 +33,23 @@ _SINGLE = {
 }
 
 
-class Dataset(os.PathLike[str]):
+class Table:
+    """Something with columns."""
+
+    def columns(self) -> Columns:
+        """The columns of its table: float64 arrays, and object arrays of text. An empty cell of a column of numbers is NaN."""
+        raise NotImplementedError
+
+    def frame(self) -> Any:
+        """The same as a pandas data frame."""
+        try:
+            import pandas  # type: ignore[import-untyped,unused-ignore]
+        except ImportError as e:
+            raise InputError("a data frame needs pandas: pip install pandas; or take the arrays of columns()") from e
+        return pandas.DataFrame(self.columns())
+
+
+class Dataset(Table, os.PathLike[str]):
     """A dataset: the folder of ``dataset.toml`` and ``samples.csv``."""
 
     def __init__(self, folder: StrPath, _keep: Any = None) -> None:
@@ -126,13 +142,11 @@ class Dataset(os.PathLike[str]):
             raise InputError("columns of different lengths: " + ", ".join(f"{sources[q][0]} {n}" for q, n in lengths_of.items()))
         if not next(iter(lengths_of.values())):
             raise InputError("the frame has no rows")
-        keep = tempfile.TemporaryDirectory(prefix="calibench-")
-        inner = Path(keep.name)
-        _write_csv(inner / "frame.csv", table)
-        (inner / "map.toml").write_text(_map({q: unit for q, (_, unit, _) in sources.items()}, _robot(robot), tool, base, noise_um), encoding="utf-8")
-        dataset = cls.import_("generic", [inner / "frame.csv"], map=inner / "map.toml", force=force)
-        shutil.rmtree(inner, ignore_errors=True)
-        return dataset
+        with tempfile.TemporaryDirectory(prefix="calibench-") as name:
+            inner = Path(name)
+            _write_csv(inner / "frame.csv", table)
+            (inner / "map.toml").write_text(_map({q: unit for q, (_, unit, _) in sources.items()}, _robot(robot), tool, base, noise_um), encoding="utf-8")
+            return cls.import_("generic", [inner / "frame.csv"], map=inner / "map.toml", force=force)
 
     @property
     def folder(self) -> Path:
@@ -150,27 +164,13 @@ class Dataset(os.PathLike[str]):
         return Dataset(folder)
 
     def columns(self) -> Columns:
-        """The columns of ``samples.csv``: float64 arrays, and object arrays of text. An empty cell of a column of numbers is NaN."""
         return read_columns(self._folder / "samples.csv")
-
-    def frame(self) -> Any:
-        """The same as a pandas data frame."""
-        return to_pandas(self.columns())
 
     def __len__(self) -> int:
         return len(next(iter(self.columns().values())))
 
     def __repr__(self) -> str:
         return f"<calibench dataset of {len(self)} samples in {self._folder}>"
-
-
-def to_pandas(columns: Columns) -> Any:
-    """A pandas data frame of columns."""
-    try:
-        import pandas  # type: ignore[import-untyped,unused-ignore]
-    except ImportError as e:
-        raise InputError("a data frame needs pandas: pip install pandas; or take the arrays of columns()") from e
-    return pandas.DataFrame(columns)
 
 
 def read_columns(path: Path) -> Columns:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from calibench import _program
-from calibench._dataset import Columns, Dataset, StrPath, _column, _write_csv, read_columns, to_pandas
+from calibench._dataset import Columns, Dataset, StrPath, Table, _column, _write_csv, read_columns
 from calibench._errors import InputError
 
 
@@ -105,10 +105,16 @@ class Calibration(Result, os.PathLike[str]):
 
     @classmethod
     def read(cls, path: StrPath) -> "Calibration":
-        """A calibration file; it stays where it is, and has no document."""
+        """A calibration file; it stays where it is, has no document, and prints as it is written."""
         if not Path(path).is_file():
             raise InputError(f"{os.fspath(path)}: there is no such file; give a calibration that `identify` has written")
         return cls(None, Path(path))
+
+    @cached_property
+    def _text(self) -> str:
+        if len(self._arguments) == 1:
+            return self._path.read_text(encoding="utf-8")
+        return _program.run(self._arguments, warn=False).output
 
     def __fspath__(self) -> str:
         return str(self._path)
@@ -141,7 +147,7 @@ class Calibration(Result, os.PathLike[str]):
         return Compensated(self, targets, base, tool, session)
 
 
-class Compensated(Result):
+class Compensated(Result, Table):
     """Compensated targets."""
 
     def __init__(self, calibration: Calibration, targets: Any, base: str | Sequence[float] | None, tool: Sequence[float] | None, session: str | None) -> None:
@@ -161,10 +167,6 @@ class Compensated(Result):
     def columns(self) -> Columns:
         """The table of the fake targets, with the status of each."""
         return read_columns(self._fake)
-
-    def frame(self) -> Any:
-        """The same as a pandas data frame."""
-        return to_pandas(self.columns())
 
 
 def _six(name: str, frame: Sequence[float]) -> str:
@@ -206,10 +208,6 @@ class Ladder(Result):
         self.calibration.urdf(path, of)
 
 
-class Validation(Result):
-    """The errors of a calibration on poses that it has not seen."""
-
-
 class Report:
     """A page in one HTML file: the errors in words, then in pictures."""
 
@@ -246,7 +244,7 @@ class Run(Result):
         return read_columns(path)
 
 
-class Study(Result, os.PathLike[str]):
+class Study(Result, Table, os.PathLike[str]):
     """Many trials of a scenario."""
 
     def __init__(self, arguments: Sequence[StrPath], table: Path, keep: Any) -> None:
@@ -259,7 +257,3 @@ class Study(Result, os.PathLike[str]):
     def columns(self) -> Columns:
         """The table of the trials."""
         return read_columns(self._table)
-
-    def frame(self) -> Any:
-        """The same as a pandas data frame."""
-        return to_pandas(self.columns())

@@ -8,7 +8,7 @@ from pathlib import Path
 from calibench import _program
 from calibench._dataset import Dataset, StrPath
 from calibench._errors import InputError
-from calibench._results import Calibration, Ladder, Model, Report, Result, Run, Step, Study, Validation
+from calibench._results import Calibration, Ladder, Model, Report, Result, Run, Step, Study
 
 #: A model: a file, the effects themselves, or ``None`` for the default one.
 AnyModel = Model | StrPath | Sequence[str] | None
@@ -33,6 +33,10 @@ def _model(model: AnyModel) -> tuple[list[StrPath], Model | None]:
 def _room() -> tuple[Path, "tempfile.TemporaryDirectory[str]"]:
     keep = tempfile.TemporaryDirectory(prefix="calibench-")
     return Path(keep.name), keep
+
+
+def _checks(campaigns: Data) -> list[StrPath]:
+    return [part for campaign in _several(campaigns) for part in ("--check", campaign)]
 
 
 def _forced(force: bool) -> list[StrPath]:
@@ -65,8 +69,7 @@ def add(effect: str, data: Data, model: AnyModel = None, *, check: Data = (), fo
     """Adds one effect to the model, refits, and judges the step; ``ok`` says whether it was taken."""
     _, keep = _room()
     of_model, written = _model(model)
-    checks: list[StrPath] = [part for campaign in _several(check) for part in ("--check", campaign)]
-    step = Step(["add", effect, *_several(data), *of_model, *checks, *_forced(force)], keep)
+    step = Step(["add", effect, *_several(data), *of_model, *_checks(check), *_forced(force)], keep)
     step._keep = (keep, written, data)
     return step
 
@@ -75,8 +78,7 @@ def ladder(data: Data, model: AnyModel = None, *, check: Data = (), force: bool 
     """Diagnoses, adds and refits until only noise remains or nothing helps."""
     _, keep = _room()
     of_model, written = _model(model)
-    checks: list[StrPath] = [part for campaign in _several(check) for part in ("--check", campaign)]
-    found = Ladder(["ladder", *_several(data), *of_model, *checks, *_forced(force)], _several(data), keep)
+    found = Ladder(["ladder", *_several(data), *of_model, *_checks(check), *_forced(force)], _several(data), keep)
     found._keep = (keep, written, data)
     return found
 
@@ -88,9 +90,9 @@ def next_measurements(data: Data, model: AnyModel = None, *, scenario: StrPath |
     return Result(["next", *_several(data), *of_model, *of_scenario, f"--seed={seed}", *_forced(force)], keep=(data, written))
 
 
-def validate(calibration: Calibration | StrPath, data: Data, *, set_up_anew: bool = False) -> Validation:
+def validate(calibration: Calibration | StrPath, data: Data, *, set_up_anew: bool = False) -> Result:
     """Judges a calibration on poses that it has not seen."""
-    return Validation(["validate", calibration, *_several(data), *(["--set-up-anew"] if set_up_anew else [])], keep=(calibration, data))
+    return Result(["validate", calibration, *_several(data), *(["--set-up-anew"] if set_up_anew else [])], keep=(calibration, data))
 
 
 def report(data: Data, model: AnyModel = None, *, ladder: bool = False, force: bool = False) -> Report:

@@ -31,6 +31,7 @@ def test_what_judges(data: cb.Dataset, tmp_path: Path) -> None:
     calibration.write(written)
     assert calibration.json() == printed("identify", data.folder, "--model", path, "--json")
     assert str(calibration) == printed("identify", data.folder, "--model", path)
+    assert str(cb.Calibration.read(written)) == written.read_text(encoding="utf-8")
     assert cb.compare(calibration, data).json() == printed("compare", written, data.folder, "--json")
     assert str(cb.compare(calibration, data, rows="all")) == printed("compare", written, data.folder, "--all")
     assert cb.validate(calibration, data).json() == printed("validate", written, data.folder, "--json")
