@@ -25,7 +25,7 @@ _SINGLE = {
     "session": ("session", False, None),
     "set": ("set", False, None),
     "repeat": ("repeat", False, None),
-    "reflector": ("reflector", False, None),
+    "target": ("target", False, None),
     "payload": ("payload", False, None),
     "id": ("id", False, None),
     "time_s": ("time", True, "s"),
@@ -108,7 +108,7 @@ class Dataset(Table, os.PathLike[str]):
             tool: TCP on the flange, x, y, z (mm) and, if needed, A, B, C (deg); without it the tool is identified.
             base: nominal base in the frame of the instrument, likewise; without it a start is found from the data.
             noise_um: standard deviation of a coordinate of a point; without it the noise is estimated.
-            columns: further columns by what they are: ``session``, ``set``, ``repeat``, ``reflector``, ``payload``, ``id``, ``time_s``, ``temperature_c``.
+            columns: further columns by what they are: ``session``, ``set``, ``repeat``, ``target``, ``payload``, ``id``, ``time_s``, ``temperature_c``.
             commanded: columns of the commanded joint angles, if ``joints`` are read back.
             torques: columns of the measured joint torques, N m.
             force: go on if the data do not fit the robot.
@@ -191,7 +191,7 @@ def read_columns(path: Path) -> Columns:
     return columns
 
 
-_TEXTS = {"id", "kind", "set", "session", "ball", "reflector", "anchor", "payload", "repeat", "status", "warnings"}
+_TEXTS = {"id", "kind", "set", "session", "ball", "target", "anchor", "payload", "repeat", "status", "warnings"}
 
 
 def _unit(argument: str, given: str | None, names: Sequence[str], known: Mapping[str, str]) -> str:

@@ -178,6 +178,6 @@ pub const CATALOGUE: &[Family] = &[
     base_drift::FAMILY,
     base_step::FAMILY,
     tracker_registration::FAMILY,
-    reflector::FAMILY,
+    target::FAMILY,
     outlier::FAMILY,
 ];

@@ -65,7 +65,7 @@ pub struct Situation<'a> {
     /// Name of the sample.
     pub sample: Option<&'a str>,
     /// Name of the measured point of the tool; `None` for the TCP.
-    pub reflector: Option<&'a str>,
+    pub tool_target: Option<&'a str>,
     /// The quantity measured.
     pub kind: Option<Kind>,
     /// Certified position of the ball, or the measured point, world, m.
@@ -110,7 +110,7 @@ impl<'a> Situation<'a> {
             tool: FramePose::default(),
             compliance: &[],
             sample: None,
-            reflector: None,
+            tool_target: None,
             kind: None,
             target: None,
             artifact: None,

@@ -109,7 +109,7 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
     // Parameters that define the world were included so that link 1, which could substitute for the base, does not float
     // instead.
     let of_artifact = |home: Option<usize>| {
-        let of_world = |p: usize| EffectId::new(&parameters[p].effect).family() != "reflector";
+        let of_world = |p: usize| EffectId::new(&parameters[p].effect).family() != "target";
         let unknown = move |p: &usize| parameters[*p].owner == Owner::Artifact && parameters[*p].setup == home && of_world(*p);
         order.iter().copied().filter(unknown).collect()
     };

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::source::{Join, Layout};
 use crate::files::{FileError, field_error, name_remedy, parse_toml};
-use crate::measure::{Column, Dataset, DatasetToml, Reading, Reflector};
+use crate::measure::{Column, Dataset, DatasetToml, Reading, ToolTarget};
 use crate::units::{DEG, MM, UM};
 
 /// The format this version reads.
@@ -31,9 +31,9 @@ struct MapToml {
     #[serde(default = "point_kind")]
     kind: String,
     columns: BTreeMap<String, Source>,
-    /// By name of the reflector.
+    /// By name of the target.
     #[serde(default)]
-    reflectors: BTreeMap<String, PointSource>,
+    targets: BTreeMap<String, PointSource>,
     dataset: DatasetToml,
 }
 
@@ -123,7 +123,7 @@ pub(super) struct ColumnMap {
     pub kind: String,
     pub columns: Vec<MappedColumn>,
     /// Columns of the position of each further measured point of the tool, by its name.
-    pub reflectors: Vec<(String, [MappedColumn; 3])>,
+    pub tool_targets: Vec<(String, [MappedColumn; 3])>,
     /// Free columns, copied as they are.
     pub extra: Vec<(String, Source)>,
     /// True if the map gives the base.
@@ -177,7 +177,7 @@ impl ColumnMap {
             join,
             kind: file.kind,
             columns: Vec::new(),
-            reflectors: Vec::new(),
+            tool_targets: Vec::new(),
             extra: Vec::new(),
             has_base,
         };
@@ -197,18 +197,18 @@ impl ColumnMap {
             map.columns.push(MappedColumn { column, measure, source });
         }
         map.columns.sort_by_key(|m| known.iter().position(|c| *c == m.column));
-        for (name, PointSource { x, y, z }) in file.reflectors {
-            map.reflectors.push(origin.reflector(name, [x, y, z], &map)?);
+        for (name, PointSource { x, y, z }) in file.targets {
+            map.tool_targets.push(origin.tool_target(name, [x, y, z], &map)?);
         }
-        map.declare_reflectors(&mut dataset);
+        map.declare_targets(&mut dataset);
         Ok((map, dataset))
     }
 
-    /// Declares reflectors that the map reads and the dataset does not know: nothing is known of where they are.
-    fn declare_reflectors(&self, dataset: &mut Dataset) {
-        for (id, _) in &self.reflectors {
-            if !dataset.reflectors.iter().any(|r| r.id == *id) {
-                dataset.reflectors.push(Reflector { id: id.clone(), position: Vector3::zeros(), sigma: 0.0, free: true });
+    /// Declares targets that the map reads and the dataset does not know: nothing is known of where they are.
+    fn declare_targets(&self, dataset: &mut Dataset) {
+        for (id, _) in &self.tool_targets {
+            if !dataset.tool_targets.iter().any(|r| r.id == *id) {
+                dataset.tool_targets.push(ToolTarget { id: id.clone(), position: Vector3::zeros(), sigma: 0.0, free: true });
             }
         }
     }
@@ -216,7 +216,7 @@ impl ColumnMap {
     /// A map for each point of the tool that a row measures, with its name; `None` for the TCP.
     pub fn by_point(&self) -> Vec<(Option<&str>, ColumnMap)> {
         let is_world = |c: Column| matches!(c, Column::World(_));
-        let own = self.reflectors.is_empty() || self.columns.iter().any(|m| is_world(m.column));
+        let own = self.tool_targets.is_empty() || self.columns.iter().any(|m| is_world(m.column));
         let of = |world: &[MappedColumn; 3]| {
             let mut map = self.clone();
             let first = map.columns.iter().position(|m| is_world(m.column)).unwrap_or(map.columns.len());
@@ -225,7 +225,7 @@ impl ColumnMap {
             map
         };
         let tcp = own.then(|| (None, self.clone()));
-        tcp.into_iter().chain(self.reflectors.iter().map(|(name, world)| (Some(name.as_str()), of(world)))).collect()
+        tcp.into_iter().chain(self.tool_targets.iter().map(|(name, world)| (Some(name.as_str()), of(world)))).collect()
     }
 
     /// The layout of the source.
@@ -263,11 +263,16 @@ impl Origin<'_> {
     }
 
     /// The columns of a further measured point of the tool.
-    fn reflector(&self, name: String, sources: [Source; 3], map: &ColumnMap) -> Result<(String, [MappedColumn; 3]), FileError> {
-        let key = format!("reflectors.{name}");
-        if map.kind != "point" || map.fills(Column::Reflector) {
+    fn tool_target(
+        &self,
+        name: String,
+        sources: [Source; 3],
+        map: &ColumnMap,
+    ) -> Result<(String, [MappedColumn; 3]), FileError> {
+        let key = format!("targets.{name}");
+        if map.kind != "point" || map.fills(Column::Target) {
             let problem = "further points of a row are of kind `point`, and are named here alone";
-            return Err(self.wrong(&key, problem, "remove it, or the column `reflector` and the other kind"));
+            return Err(self.wrong(&key, problem, "remove it, or the column `target` and the other kind"));
         }
         if name.trim().is_empty() || name.contains(char::is_control) {
             return Err(self.wrong(&key, "is no name", "give a plain name"));

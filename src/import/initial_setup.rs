@@ -16,7 +16,7 @@ pub(super) fn flanges<'a>(dataset: &'a Dataset) -> impl Iterator<Item = Pose> + 
     dataset.samples.iter().map(move |s| world_from_tool(&dataset.robot, &origin, &origin, &s.q))
 }
 
-/// Fits the base, the tool if it is free, and the free reflectors to the fit rows of the first session with known positions.
+/// Fits the base, the tool if it is free, and the free targets to the fit rows of the first session with known positions.
 ///
 /// Leaves the dataset unchanged if there are too few of them, or they are collinear.
 pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
@@ -27,11 +27,11 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
             && sample.session == session
             && sample.set == SampleSet::Fit
         {
-            known.push((sample.reflector, flange, place));
+            known.push((sample.tool_target, flange, place));
         }
     }
-    // The rows of the TCP; where it was never measured itself, those of the first reflector.
-    let first = known.iter().map(|(reflector, ..)| *reflector).min().flatten();
+    // The rows of the TCP; where it was never measured itself, those of the first target.
+    let first = known.iter().map(|(tool_target, ..)| *tool_target).min().flatten();
     let offset = Vector3::from(dataset.tool_at(first).xyz) - Vector3::from(dataset.tool.xyz);
     let pairs: Vec<(Pose, Vector3<f64>)> =
         known.iter().filter(|(r, ..)| *r == first).map(|(_, flange, place)| (*flange, *place)).collect();
@@ -66,7 +66,7 @@ pub(super) fn fit_base_and_tool(dataset: &mut Dataset) {
     }
     dataset.base = FramePose::from_pose(&base);
     dataset.tool.xyz = tool.into();
-    place_reflectors(dataset, &known);
+    place_targets(dataset, &known);
 }
 
 /// World position of the measured point of a sample, if it is known.
@@ -78,18 +78,18 @@ fn known_place(dataset: &Dataset, sample: &Sample) -> Option<Vector3<f64>> {
     }
 }
 
-/// Places every free reflector at the mean of where its rows (flange in the base, measured point in the world) saw it.
-fn place_reflectors(dataset: &mut Dataset, known: &[(Option<usize>, Pose, Vector3<f64>)]) {
+/// Places every free target at the mean of where its rows (flange in the base, measured point in the world) saw it.
+fn place_targets(dataset: &mut Dataset, known: &[(Option<usize>, Pose, Vector3<f64>)]) {
     let world_from_base = dataset.base.pose();
     let flange_from_tool = dataset.tool.pose();
-    for (r, reflector) in dataset.reflectors.iter_mut().enumerate().filter(|(_, reflector)| reflector.free) {
+    for (r, tool_target) in dataset.tool_targets.iter_mut().enumerate().filter(|(_, tool_target)| tool_target.free) {
         let (mut sum, mut count) = (Vector3::zeros(), 0.0);
         for (_, flange, place) in known.iter().filter(|(of, ..)| *of == Some(r)) {
             sum += (world_from_base * flange * flange_from_tool).inverse().transform_point(&(*place).into()).coords;
             count += 1.0;
         }
         if count > 0.0 {
-            reflector.position = sum / count;
+            tool_target.position = sum / count;
         }
     }
 }

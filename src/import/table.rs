@@ -124,7 +124,7 @@ impl<'a> PointReader<'a> {
         };
         let own_id = !map.fills(Column::Id);
         let given = table.constants.iter().filter(|(c, _)| !map.fills(*c));
-        let named = of.map(|name| (Column::Reflector, name.to_owned()));
+        let named = of.map(|name| (Column::Target, name.to_owned()));
         let (constant, constants): (Vec<Column>, Vec<String>) = given.cloned().chain(named).unzip();
         let mapped = map.columns.iter().map(|m| m.column);
         let columns: Vec<Column> = mapped.chain(constant).chain(own_id.then_some(Column::Id)).collect();
@@ -139,7 +139,7 @@ impl<'a> PointReader<'a> {
         if self.of.is_some() && self.row.is_without_position(&source.fields) {
             return Ok(None);
         }
-        let name = |reason: String| self.of.map_or(reason.clone(), |of| format!("reflector {of}: {reason}"));
+        let name = |reason: String| self.of.map_or(reason.clone(), |of| format!("target {of}: {reason}"));
         let mut fields = self.row.fields(&source.fields).map_err(name)?;
         if let Some(line) = self.seen.get(&fields) {
             return Err(format!("the same as line {line}"));

@@ -21,7 +21,7 @@ pub struct Ball {
 
 /// A measured point of the tool beside the TCP: a second reflector, a marker, another socket.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reflector {
+pub struct ToolTarget {
     /// Name.
     pub id: String,
     /// Position relative to the TCP, axes of the tool, m; an initial guess if `free`.
@@ -113,7 +113,7 @@ pub struct Sample {
     /// The measurement.
     pub measured: Measured,
     /// The point of the tool that was measured, by index; `None` for the TCP.
-    pub reflector: Option<usize>,
+    pub tool_target: Option<usize>,
     /// Permitted use.
     pub set: SampleSet,
     /// Payload, by index.
@@ -166,7 +166,7 @@ pub struct Dataset {
     /// Balls of the artifact.
     pub balls: Vec<Ball>,
     /// Measured points of the tool beside the TCP. They share base, arm and tool.
-    pub reflectors: Vec<Reflector>,
+    pub tool_targets: Vec<ToolTarget>,
     /// Known distances between balls.
     pub ball_distances: Vec<BallDistance>,
     /// Anchors of distance samples.
@@ -206,7 +206,7 @@ impl Default for Dataset {
             contact_force: Vector3::zeros(),
             payloads: Vec::new(),
             balls: Vec::new(),
-            reflectors: Vec::new(),
+            tool_targets: Vec::new(),
             ball_distances: Vec::new(),
             anchors: Vec::new(),
             noise: Noise::default(),
@@ -221,9 +221,9 @@ impl Default for Dataset {
 
 impl Dataset {
     /// The tool frame with its origin at a measured point of the tool, by index, nominally; at the TCP for `None`.
-    pub fn tool_at(&self, reflector: Option<usize>) -> FramePose {
-        match reflector.and_then(|r| self.reflectors.get(r)) {
-            Some(reflector) => self.tool.then(&FramePose { xyz: reflector.position.into(), ..FramePose::default() }),
+    pub fn tool_at(&self, tool_target: Option<usize>) -> FramePose {
+        match tool_target.and_then(|r| self.tool_targets.get(r)) {
+            Some(tool_target) => self.tool.then(&FramePose { xyz: tool_target.position.into(), ..FramePose::default() }),
             None => self.tool,
         }
     }
@@ -241,7 +241,7 @@ impl Sample {
             id: id.into(),
             q,
             measured,
-            reflector: None,
+            tool_target: None,
             set: SampleSet::Fit,
             payload: 0,
             time_s: None,

@@ -13,7 +13,7 @@ use super::dataset_toml::{
 use super::limits::{Impossible, impossible};
 use super::samples_file::read_samples;
 use super::samples_text::samples_text;
-use super::{Anchor, Ball, BallDistance, Dataset, Noise, Reflector, Shared};
+use super::{Anchor, Ball, BallDistance, Dataset, Noise, Shared, ToolTarget};
 use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
 use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, RobotReference, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
@@ -179,7 +179,7 @@ impl Reading<'_> {
             gravity: file.gravity_m_s2.map_or(DEFAULT_GRAVITY, Vector3::from),
             payloads,
             balls,
-            reflectors: self.reflectors(&file.reflector)?,
+            tool_targets: self.tool_targets(&file.target)?,
             extra_columns: Vec::new(),
             provenance: file.provenance,
             samples: Vec::new(),
@@ -270,13 +270,13 @@ impl Reading<'_> {
         Ok(Shared { base, tool })
     }
 
-    fn reflectors(&self, tables: &[PlaceToml]) -> Result<Vec<Reflector>, FileError> {
-        self.names("reflector", "id", tables.iter().map(|r| r.id.as_str()))?;
-        let reflector = |(k, r): (usize, &PlaceToml)| {
-            let sigma = self.not_negative(&format!("reflector[{k}].sigma_um"), r.sigma_um.unwrap_or(0.0))? * UM;
-            Ok(Reflector { id: r.id.clone(), position: Vector3::new(r.x_mm, r.y_mm, r.z_mm) * MM, sigma, free: r.free })
+    fn tool_targets(&self, tables: &[PlaceToml]) -> Result<Vec<ToolTarget>, FileError> {
+        self.names("target", "id", tables.iter().map(|r| r.id.as_str()))?;
+        let tool_target = |(k, r): (usize, &PlaceToml)| {
+            let sigma = self.not_negative(&format!("target[{k}].sigma_um"), r.sigma_um.unwrap_or(0.0))? * UM;
+            Ok(ToolTarget { id: r.id.clone(), position: Vector3::new(r.x_mm, r.y_mm, r.z_mm) * MM, sigma, free: r.free })
         };
-        tables.iter().enumerate().map(reflector).collect()
+        tables.iter().enumerate().map(tool_target).collect()
     }
 
     fn ball_distances(&self, tables: &[BallDistanceToml], balls: &[Ball]) -> Result<Vec<BallDistance>, FileError> {

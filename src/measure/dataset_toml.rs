@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Anchor, Ball, Dataset, Reflector};
+use super::{Anchor, Ball, Dataset, ToolTarget};
 use crate::robot::{FramePose, Payload};
 use crate::units::{ARCSEC, DEG, MM, UM, readable};
 
@@ -36,7 +36,7 @@ pub(crate) struct DatasetToml {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) ball: Vec<PlaceToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) reflector: Vec<PlaceToml>,
+    pub(super) target: Vec<PlaceToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) ball_distance: Vec<BallDistanceToml>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -97,7 +97,7 @@ pub(super) struct PayloadToml {
     pub com_mm: [f64; 3],
 }
 
-/// A named place: of a ball in the world, or of a reflector relative to the TCP, axes of the tool.
+/// A named place: of a ball in the world, or of a target relative to the TCP, axes of the tool.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PlaceToml {
@@ -168,7 +168,7 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         free,
     };
     let ball = |b: &Ball| place(&b.id, &b.position, b.sigma, b.free);
-    let reflector = |r: &Reflector| place(&r.id, &r.position, r.sigma, r.free);
+    let tool_target = |r: &ToolTarget| place(&r.id, &r.position, r.sigma, r.free);
     let ball_id = |k: usize| dataset.balls.get(k).map_or_else(|| format!("#{k}"), |b| b.id.clone());
     let anchor =
         |a: &Anchor| AnchorToml { id: a.id.clone(), x_mm: mm(a.position.x), y_mm: mm(a.position.y), z_mm: mm(a.position.z) };
@@ -191,7 +191,7 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
             dataset.payloads.iter().map(payload).collect()
         },
         ball: dataset.balls.iter().map(ball).collect(),
-        reflector: dataset.reflectors.iter().map(reflector).collect(),
+        target: dataset.tool_targets.iter().map(tool_target).collect(),
         ball_distance: dataset
             .ball_distances
             .iter()

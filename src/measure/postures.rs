@@ -41,9 +41,9 @@ impl Postures {
         let samples: Vec<(usize, &Sample)> = taken().filter(|(_, s)| takes(s)).collect();
         let joints: Vec<&[f64]> = samples.iter().map(|(_, s)| s.q.as_slice()).collect();
         let target = |s: &Sample| match s.measured {
-            Measured::Ball { ball, .. } => (0, ball, s.reflector),
-            Measured::Point(_) => (1, 0, s.reflector),
-            Measured::Distance { anchor, .. } => (2, anchor, s.reflector),
+            Measured::Ball { ball, .. } => (0, ball, s.tool_target),
+            Measured::Point(_) => (1, 0, s.tool_target),
+            Measured::Distance { anchor, .. } => (2, anchor, s.tool_target),
         };
         let keys: Vec<_> = samples
             .iter()

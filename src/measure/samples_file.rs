@@ -233,9 +233,9 @@ impl<'a> Row<'a> {
         Ok(measured)
     }
 
-    fn reflector(&self, dataset: &Dataset) -> Result<Option<usize>, FileError> {
-        let ids = dataset.reflectors.iter().map(|r| r.id.as_str());
-        self.text(Column::Reflector).map(|name| self.named(Column::Reflector, name, "reflector", ids)).transpose()
+    fn tool_target(&self, dataset: &Dataset) -> Result<Option<usize>, FileError> {
+        let ids = dataset.tool_targets.iter().map(|r| r.id.as_str());
+        self.text(Column::Target).map(|name| self.named(Column::Target, name, "target", ids)).transpose()
     }
 
     /// The measurement of this row.
@@ -287,7 +287,7 @@ impl<'a> Row<'a> {
                 .iter()
                 .map(|(_, place)| self.record.fields.get(*place).unwrap_or_default().to_owned())
                 .collect(),
-            reflector: self.reflector(dataset)?,
+            tool_target: self.tool_target(dataset)?,
             ..Sample::new(id, q, self.measured(dataset)?)
         })
     }

@@ -39,8 +39,8 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         (Column::Kind, Measured::Distance { .. }) => "distance".into(),
         (Column::Joint(k), _) => numbers(Some(&sample.q), k, DEG),
         (Column::Ball, Measured::Ball { ball, .. }) => name(dataset.balls.iter().map(|b| b.id.as_str()), *ball),
-        (Column::Reflector, _) => {
-            sample.reflector.map_or_else(String::new, |r| name(dataset.reflectors.iter().map(|r| r.id.as_str()), r))
+        (Column::Target, _) => {
+            sample.tool_target.map_or_else(String::new, |r| name(dataset.tool_targets.iter().map(|r| r.id.as_str()), r))
         }
         (Column::Reading(k), Measured::Ball { reading: Some(r), .. }) => number(r[k], UM),
         (Column::World(k), Measured::Point(p)) => number(p[k], MM),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use calibench::measure::{
-    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Reflector, Sample, SampleSet, Shared, read_dataset, write_dataset,
+    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet, Shared, ToolTarget, read_dataset, write_dataset,
 };
 use calibench::robot::{FramePose, Payload};
 use calibench::units::{ARCSEC, DEG, MM, UM};
@@ -66,8 +66,8 @@ impl Generator {
                 free: self.0.random(),
             })
             .collect();
-        let reflectors: Vec<Reflector> = (0..self.0.random_range(0..3))
-            .map(|k| Reflector {
+        let tool_targets: Vec<ToolTarget> = (0..self.0.random_range(0..3))
+            .map(|k| ToolTarget {
                 id: format!("{}{k}", self.text()),
                 position: self.vector(0.2),
                 sigma: self.sometimes(|g| g.positive(UM)).unwrap_or(0.0),
@@ -94,7 +94,7 @@ impl Generator {
                 .map(|k| Payload { name: format!("{}{k}", self.text()), mass: self.positive(9.0), com: self.vector(0.1) })
                 .collect(),
             balls,
-            reflectors,
+            tool_targets,
             ball_distances,
             anchors: (0..anchors).map(|k| Anchor { id: format!("{}{k}", self.text()), position: self.vector(2.0) }).collect(),
             noise: Noise {
@@ -127,7 +127,7 @@ impl Generator {
         let nulled = matches!(measured, Measured::Ball { .. });
         let sign = |g: &mut Self| g.0.random_range(-1..=1);
         Sample {
-            reflector: self.sometimes(|g| g.0.random_range(0..4)).filter(|r| *r < dataset.reflectors.len()),
+            tool_target: self.sometimes(|g| g.0.random_range(0..4)).filter(|r| *r < dataset.tool_targets.len()),
             set: if self.0.random() { SampleSet::Fit } else { SampleSet::Validation },
             payload: self.0.random_range(0..dataset.payloads.len()),
             time_s: self.sometimes(|g| g.positive(1e5)),

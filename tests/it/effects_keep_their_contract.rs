@@ -5,17 +5,17 @@ use std::collections::BTreeSet;
 use calibench::assess::Verdict;
 use calibench::effects::{CATALOGUE, Effect, Follows, Needs, Scan, Subject, build, family};
 use calibench::identify::{Fit, Model, Problem, TorquePosture, Use, fit};
-use calibench::measure::{Dataset, Reflector};
+use calibench::measure::{Dataset, ToolTarget};
 use calibench::units::UM;
 use nalgebra::Vector3;
 
 use crate::effect_cell::{self, Measures, diagnosed, make_true};
 
-/// The cell in which every effect shows, with every other point that of a reflector, which is at the TCP as far as is known.
+/// The cell in which every effect shows, with every other point that of a target, which is at the TCP as far as is known.
 fn cell() -> Dataset {
     let mut cell = effect_cell::cell();
-    cell.reflectors.push(Reflector { id: "r".into(), position: Vector3::zeros(), sigma: 0.0, free: false });
-    cell.samples.iter_mut().skip(1).step_by(4).for_each(|s| s.reflector = Some(0));
+    cell.tool_targets.push(ToolTarget { id: "r".into(), position: Vector3::zeros(), sigma: 0.0, free: false });
+    cell.samples.iter_mut().skip(1).step_by(4).for_each(|s| s.tool_target = Some(0));
     cell
 }
 
@@ -27,7 +27,7 @@ fn ids(subject: &Subject<'_>) -> Vec<String> {
         Scan::Sample | Scan::None => "b007",
     };
     let all = CATALOGUE.iter().flat_map(|f| [f.ids(subject), f.scanned(subject, value(f.scan))].concat());
-    let all = all.chain(["reflector:r".to_owned()]);
+    let all = all.chain(["target:r".to_owned()]);
     // Of the balls that are probed late enough to be knocked before.
     all.filter(|id| !id.starts_with("ball_step:") || id.starts_with("ball_step:b05")).collect()
 }
@@ -230,8 +230,8 @@ fn arguments_that_do_not_fit_are_refused() {
         "outlier:",
         "thermal_growth:time",
         "ball",
-        "reflector",
-        "reflector:",
+        "target",
+        "target:",
         "harmonic:1:2:3",
     ] {
         let error = build(id, &subject).err().unwrap_or_else(|| panic!("'{id}' was accepted"));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use calibench::identify::{Model, Problem, Use, identify};
 use calibench::import::{ImportOptions, import};
-use calibench::measure::{Dataset, Measured, Postures, Reflector, Sample, SampleSet, Shared, read_dataset, write_dataset};
+use calibench::measure::{Dataset, Measured, Postures, Sample, SampleSet, Shared, ToolTarget, read_dataset, write_dataset};
 use calibench::robot::{FramePose, built_in, world_from_tool};
 use calibench::units::MM;
 use nalgebra::{Point3, Vector3};
@@ -15,20 +15,20 @@ use crate::oracles::data;
 
 const BASE: FramePose = FramePose { xyz: [0.4, -0.2, 0.1], rz_ry_rx: [0.5, 0.02, -0.01] };
 const TOOL: FramePose = FramePose { xyz: [0.02, -0.03, 0.15], rz_ry_rx: [0.3, -0.6, 1.1] };
-/// Places of two reflectors relative to the TCP, axes of the tool, m.
+/// Places of two targets relative to the TCP, axes of the tool, m.
 const PLACES: [[f64; 3]; 2] = [[0.11, -0.04, 0.02], [-0.05, 0.12, -0.03]];
 
-/// Every posture sees the TCP and two reflectors, exactly; `guess` is what is believed of their places.
+/// Every posture sees the TCP and two targets, exactly; `guess` is what is believed of their places.
 fn seen_at(guess: [[f64; 3]; 2], free: bool) -> Dataset {
     let robot = built_in("ur5").expect("built in");
-    let reflector = |k: usize| Reflector { id: format!("r{k}"), position: Vector3::from(guess[k]), sigma: 0.0, free };
+    let tool_target = |k: usize| ToolTarget { id: format!("r{k}"), position: Vector3::from(guess[k]), sigma: 0.0, free };
     let mut dataset = Dataset {
         robot: Arc::new(robot),
         robot_reference: "ur5".into(),
         base: BASE,
         tool: TOOL,
         tool_free: true,
-        reflectors: vec![reflector(0), reflector(1)],
+        tool_targets: vec![tool_target(0), tool_target(1)],
         ..Dataset::default()
     };
     for k in 0..40 {
@@ -38,7 +38,7 @@ fn seen_at(guess: [[f64; 3]; 2], free: bool) -> Dataset {
             let point = tool.transform_point(&Point3::from(Vector3::from(place))).coords;
             dataset
                 .samples
-                .push(Sample { reflector: r, ..Sample::new(format!("{k}-{r:?}"), q.clone(), Measured::Point(point)) });
+                .push(Sample { tool_target: r, ..Sample::new(format!("{k}-{r:?}"), q.clone(), Measured::Point(point)) });
         }
     }
     dataset
@@ -55,7 +55,7 @@ fn places_are_found_and_known_ones_cost_nothing() {
     assert!(known.estimate("theta6").is_some() && free.estimate("theta6").is_none());
     for (r, place) in PLACES.iter().enumerate() {
         for (axis, value) in ["x", "y", "z"].iter().zip(place) {
-            let found = free.estimate(&format!("reflector:r{r}.{axis}")).unwrap();
+            let found = free.estimate(&format!("target:r{r}.{axis}")).unwrap();
             assert!((found.value - value).abs() < 1e-9 && found.sigma < 1e-6, "{found:?}");
         }
     }
@@ -66,9 +66,9 @@ fn places_are_found_and_known_ones_cost_nothing() {
     // With its uncertainty stated it is an unknown again.
     let mut unsure = seen_at(guess, false);
     unsure.noise.point = Some(0.01 * MM);
-    unsure.reflectors.iter_mut().for_each(|r| r.sigma = 5.0 * MM);
+    unsure.tool_targets.iter_mut().for_each(|r| r.sigma = 5.0 * MM);
     let found = identify(&[("d", &unsure)], &model).unwrap();
-    let off = found.estimate("reflector:r0.x").unwrap().value - PLACES[0][0];
+    let off = found.estimate("target:r0.x").unwrap().value - PLACES[0][0];
     assert!(off.abs() < 0.05 * MM && found.rms < 0.05 * MM, "{off} {}", found.rms);
 }
 
@@ -78,30 +78,30 @@ fn they_survive_the_disk_and_another_point_is_no_replicate() {
     let dataset = seen_at(PLACES, true);
     write_dataset(&dataset, &folder.path().join("d")).unwrap();
     let back = read_dataset(&folder.path().join("d")).unwrap();
-    let of = |d: &Dataset| d.samples.iter().map(|s| s.reflector).collect::<Vec<_>>();
-    assert_eq!((back.reflectors.len(), of(&back)), (2, of(&dataset)));
+    let of = |d: &Dataset| d.samples.iter().map(|s| s.tool_target).collect::<Vec<_>>();
+    assert_eq!((back.tool_targets.len(), of(&back)), (2, of(&dataset)));
     let all = [("d", &back)];
     assert_eq!(Postures::of(&all, |_| true).count(), 40);
     assert_eq!(Postures::replicates(&all, |_| true).count(), 120);
-    // A calibration that never saw a reflector fits its place before it judges the robot.
+    // A calibration that never saw a target fits its place before it judges the robot.
     let mut tcp = dataset.clone();
-    tcp.samples.retain(|s| s.reflector.is_none());
+    tcp.samples.retain(|s| s.tool_target.is_none());
     let calibration = identify(&[("d", &tcp)], &Model::of(&["base_frame", "mdh"])).unwrap();
     let prediction = calibration.predict(&all, Use::All).unwrap();
-    assert!(prediction.refitted.iter().any(|p| p == "reflector:r1.z"), "{:?}", prediction.refitted);
+    assert!(prediction.refitted.iter().any(|p| p == "target:r1.z"), "{:?}", prediction.refitted);
     assert!(prediction.residuals.iter().all(|r| r.norm() < 1e-8));
     // A name that is not there is refused by line.
     let samples = folder.path().join("d/samples.csv");
     let text = fs::read_to_string(&samples).unwrap().replacen(",r1,", ",r7,", 1);
     fs::write(&samples, text).unwrap();
     let error = read_dataset(&folder.path().join("d")).unwrap_err().to_string();
-    assert!(error.contains("samples.csv:4: reflector: there is no reflector `r7`") && error.contains("r0, r1"), "{error}");
+    assert!(error.contains("samples.csv:4: target: there is no target `r7`") && error.contains("r0, r1"), "{error}");
 }
 
 /// The TCP alone in two sessions, with another tool or another base in the second.
 fn sessions(shared: Shared, bases: [FramePose; 2], tools: [FramePose; 2]) -> Dataset {
     let mut dataset = seen_at(PLACES, false);
-    dataset.samples.retain(|s| s.reflector.is_none());
+    dataset.samples.retain(|s| s.tool_target.is_none());
     dataset.shared = shared;
     for (k, sample) in dataset.samples.iter_mut().enumerate() {
         let at = world_from_tool(&dataset.robot, &bases[k % 2], &tools[k % 2], &sample.q);
@@ -160,13 +160,13 @@ fn sessions_share_what_they_are_said_to_share() {
     assert!(error.contains("share[1]: `artifact` is not something that sessions share; write base or tool"), "{error}");
 }
 
-/// Three reflectors of the FANUC as the table has them: nine coordinates a row.
+/// Three targets of the FANUC as the table has them: nine coordinates a row.
 fn fanuc() -> Dataset {
     let folder = tempfile::tempdir().unwrap();
     let robots = format!("{}/docs/robots", env!("CARGO_MANIFEST_DIR"));
     let one = fs::read_to_string(format!("{robots}/r2000ic.map.toml")).unwrap();
     let point = |r: &str| {
-        ["x", "y", "z"].iter().fold(format!("[reflectors.{r}]\n"), |text, axis| {
+        ["x", "y", "z"].iter().fold(format!("[targets.{r}]\n"), |text, axis| {
             text + &format!("{axis} = {{ column = \"{r}{axis}_mm\", unit = \"mm\" }}\n")
         })
     };
@@ -183,7 +183,7 @@ const FOLDS: usize = 6;
 #[test]
 fn a_fanuc_of_three_reflectors_has_33_parameters() {
     let dataset = fanuc();
-    assert_eq!((dataset.samples.len(), dataset.reflectors.len()), (720, 2));
+    assert_eq!((dataset.samples.len(), dataset.tool_targets.len()), (720, 2));
     let geometry = Model::of(&["base_frame", "mdh"]);
     let calibration = identify(&[("fanuc", &dataset)], &geometry).unwrap();
     assert_eq!(calibration.rank, 33);

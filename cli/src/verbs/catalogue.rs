@@ -53,7 +53,7 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&json!({"format": "calibench-effects/1", "effects": documents}))?;
     } else {
         print(
-            "J, K: a joint. B: a ball. R: a reflector. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
+            "J, K: a joint. B: a ball. R: a target. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
         )?;
         print(
             "t: time as a share of the session, 0 to 1. h: height over the lowest ball, 1 at the highest. e: an indicator's axis. r: its reading.",

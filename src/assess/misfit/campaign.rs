@@ -106,7 +106,7 @@ impl Campaign {
         let mut sessions: Vec<(Option<&str>, Option<usize>)> = Vec::new();
         let mut last: Vec<Option<usize>> = Vec::new();
         for (k, sample) in dataset.samples.iter().enumerate().filter(|(_, s)| which.takes(s)) {
-            let session = (sample.session.as_deref(), sample.reflector);
+            let session = (sample.session.as_deref(), sample.tool_target);
             let place = sessions.iter().position(|s| *s == session).unwrap_or_else(|| {
                 sessions.push(session);
                 last.push(None);
@@ -125,10 +125,10 @@ impl Campaign {
                 self.noise = self.noise.max(3.0 * sigma);
             }
         }
-        self.places.extend(sessions.iter().map(|(_, reflector)| Place {
+        self.places.extend(sessions.iter().map(|(_, tool_target)| Place {
             base: dataset.base,
-            tool: dataset.tool_at(*reflector),
-            tool_free: dataset.tool_free || reflector.is_some_and(|r| dataset.reflectors[r].free),
+            tool: dataset.tool_at(*tool_target),
+            tool_free: dataset.tool_free || tool_target.is_some_and(|r| dataset.tool_targets[r].free),
             base_free: true,
             gravity: dataset.gravity,
         }));

@@ -26,7 +26,7 @@ pub struct CellLayout {
     pub retreat: f64,
     /// Half-angle of the cone about the outward direction in which the retreat must lie, rad.
     pub cone: f64,
-    /// Condition that the reflector faces the tracker; `None` if it may face anywhere.
+    /// Condition that the target faces the tracker; `None` if it may face anywhere.
     pub facing: Option<Facing>,
     /// True if more than the robot and the balls was taken into account.
     pub is_known: bool,

@@ -129,7 +129,7 @@ fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
             Measured::Point(_) => (1, 0),
             Measured::Distance { anchor, .. } => (2, anchor),
         };
-        (s.setup, aimed, s.sample.reflector, s.sample.payload)
+        (s.setup, aimed, s.sample.tool_target, s.sample.payload)
     };
     let mut of_posture: BTreeMap<(usize, Vec<_>), Vec<Vec<usize>>> = BTreeMap::new();
     for ((posture, _), mut members) in events {
@@ -140,10 +140,10 @@ fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
     of_posture.into_values().filter(|e| e.len() > 1).take(MOST_POSTURES).map(|events| group(seen, &events)).collect()
 }
 
-/// The moment of each sample: its time, or a number of its own. Samples in a row that show different reflectors with the same
+/// The moment of each sample: its time, or a number of its own. Samples in a row that show different targets with the same
 /// joint angles, and have no times, share one.
 fn moments(seen: &[SeenSample<'_>]) -> Vec<(bool, u64)> {
-    let (mut begun, mut reflectors) = (0, Vec::new());
+    let (mut begun, mut tool_targets) = (0, Vec::new());
     let moment = |(i, s): (usize, &SeenSample<'_>)| {
         if let Some(time) = s.sample.time_s {
             return (true, time.to_bits());
@@ -152,11 +152,11 @@ fn moments(seen: &[SeenSample<'_>]) -> Vec<(bool, u64)> {
             .checked_sub(1)
             .map(|before| &seen[before])
             .is_some_and(|before| before.setup == s.setup && before.sample.time_s.is_none() && before.sample.q == s.sample.q);
-        if !as_before || reflectors.contains(&s.sample.reflector) {
+        if !as_before || tool_targets.contains(&s.sample.tool_target) {
             begun = i;
-            reflectors.clear();
+            tool_targets.clear();
         }
-        reflectors.push(s.sample.reflector);
+        tool_targets.push(s.sample.tool_target);
         (false, begun as u64)
     };
     seen.iter().enumerate().map(moment).collect()

@@ -158,7 +158,7 @@ impl<'a> Assembly<'a> {
         if let Some(b) = ball {
             place(own, dataset.balls[b].position.as_slice(), self.balls[d][b].as_slice());
         }
-        if let Some(r) = dataset.reflectors.iter().find(|r| effect.id() == effects::place_of_reflector(&r.id)) {
+        if let Some(r) = dataset.tool_targets.iter().find(|r| effect.id() == effects::place_of_target(&r.id)) {
             place(own, r.position.as_slice(), r.position.as_slice());
         }
         first

@@ -24,7 +24,7 @@ pub(super) struct Cell {
     pub payloads: Vec<Payload>,
     pub balls: Vec<Vector3<f64>>,
     /// Name of each further measured point of the tool, and its nominal place relative to the TCP, tool axes, m.
-    pub reflectors: Vec<(String, Vector3<f64>)>,
+    pub tool_targets: Vec<(String, Vector3<f64>)>,
     pub artifact: ArtifactShape,
     pub anchors: Vec<Vector3<f64>>,
     pub noise: Noise,
@@ -45,7 +45,7 @@ impl Cell {
             contact_force: tool_turn * dataset.contact_force,
             payloads,
             balls,
-            reflectors: dataset.reflectors.iter().map(|r| (r.id.clone(), r.position)).collect(),
+            tool_targets: dataset.tool_targets.iter().map(|r| (r.id.clone(), r.position)).collect(),
             anchors: dataset.anchors.iter().map(|a| a.position).collect(),
             noise: dataset.noise.clone(),
             measured_torques,

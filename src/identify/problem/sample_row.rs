@@ -53,7 +53,7 @@ pub(super) struct SampleRow {
     ball: Option<usize>,
     anchor: Option<usize>,
     /// Index of the measured point of the tool; `None` for the TCP.
-    reflector: Option<usize>,
+    tool_target: Option<usize>,
     time_s: Option<f64>,
     temp_c: Option<f64>,
     approach: Option<Vec<i8>>,
@@ -80,7 +80,7 @@ impl SampleRow {
             tau: None,
             ball: None,
             anchor: None,
-            reflector: sample.reflector,
+            tool_target: sample.tool_target,
             time_s: None,
             temp_c: None,
             approach: sample.approach.clone(),
@@ -118,7 +118,7 @@ impl SampleRow {
         let (ball, anchor) = aims(&sample.measured);
         ball == self.ball
             && anchor == self.anchor
-            && sample.reflector == self.reflector
+            && sample.tool_target == self.tool_target
             && sample.q.len() == self.q.len()
             && sample.tau.is_some() >= self.tau.is_some()
             && sample.time_s.is_some() == self.time_s.is_some()
@@ -134,7 +134,7 @@ impl SampleRow {
         (self.ball, self.anchor) = aims(&sample.measured);
         self.tool = cell.tool;
         self.reading = None;
-        if let Some((_, offset)) = self.reflector.and_then(|r| cell.reflectors.get(r)) {
+        if let Some((_, offset)) = self.tool_target.and_then(|r| cell.tool_targets.get(r)) {
             self.shift_tool(&(cell.tool_turn * offset));
         }
         self.target = match &sample.measured {
@@ -262,7 +262,7 @@ impl SampleRow {
             tool: cell.tool,
             compliance,
             sample: Some(sample),
-            reflector: self.reflector.and_then(|r| cell.reflectors.get(r)).map(|(name, _)| name.as_str()),
+            tool_target: self.tool_target.and_then(|r| cell.tool_targets.get(r)).map(|(name, _)| name.as_str()),
             kind: Some(kind),
             target,
             artifact: Some(cell.artifact),

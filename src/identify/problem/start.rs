@@ -80,7 +80,7 @@ fn closer_base(nominal: FramePose, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Fr
 
 /// Nominal position of a sample's measured point in the robot's base, including a residual reading.
 fn tcp(robot: &Robot, dataset: &Dataset, sample: &Sample) -> Vector3<f64> {
-    let tool = world_from_tool(robot, &FramePose::default(), &dataset.tool_at(sample.reflector), &sample.q);
+    let tool = world_from_tool(robot, &FramePose::default(), &dataset.tool_at(sample.tool_target), &sample.q);
     match &sample.measured {
         Measured::Ball { reading: Some(reading), .. } => tool.transform_point(&Point3::from(*reading)).coords,
         _ => tool.translation.vector,

@@ -3,7 +3,7 @@
 use super::{Prior, Use};
 use crate::effects::{self, ParameterSpec};
 use crate::identify::Model;
-use crate::measure::{Ball, Dataset, Measured, Reflector, Sample};
+use crate::measure::{Ball, Dataset, Measured, Sample, ToolTarget};
 
 /// Prior on the size of an effect.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +44,7 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
             wanted.push((format!("ball:{}", ball.id), StatedPrior::Flat));
         }
     }
-    let reflected = |r: usize| dataset.samples.iter().any(|s| which.takes(s) && s.reflector == Some(r));
+    let reflected = |r: usize| dataset.samples.iter().any(|s| which.takes(s) && s.tool_target == Some(r));
     wanted.extend(model.effects.iter().map(|e| {
         let width = model.width_of(e);
         let belief = stated(dataset, e).map_or(StatedPrior::Width(width), |s| StatedPrior::StatedAndWidth(s, width));
@@ -58,15 +58,15 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     } else if dataset.tool_sigma > 0.0 {
         wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
     }
-    // Last of what the model leaves open: a reflector shares its place with a free tool if the TCP itself is not measured.
-    let reflectors = dataset.reflectors.iter().enumerate().filter(|(r, _)| reflected(*r));
-    for (id, reflector) in reflectors.rev().map(|(_, r)| (effects::place_of_reflector(&r.id), r)) {
-        if reflector.free {
+    // Last of what the model leaves open: a target shares its place with a free tool if the TCP itself is not measured.
+    let tool_targets = dataset.tool_targets.iter().enumerate().filter(|(r, _)| reflected(*r));
+    for (id, tool_target) in tool_targets.rev().map(|(_, r)| (effects::place_of_target(&r.id), r)) {
+        if tool_target.free {
             let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
             wanted.retain(|(other, _)| *other != id);
             wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (id, StatedPrior::Flat));
-        } else if reflector.sigma > 0.0 {
-            wanted.push((id, StatedPrior::Stated(reflector.sigma)));
+        } else if tool_target.sigma > 0.0 {
+            wanted.push((id, StatedPrior::Stated(tool_target.sigma)));
         }
     }
     for (b, ball) in dataset.balls.iter().enumerate() {
@@ -77,15 +77,15 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     wanted
 }
 
-/// 1 sigma, SI, that the dataset states for the TCP, ball or reflector moved by an effect of the model.
+/// 1 sigma, SI, that the dataset states for the TCP, ball or target moved by an effect of the model.
 fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
     let ball = |b: &&Ball| effect.strip_prefix("ball:") == Some(b.id.as_str()) && !b.free;
-    let reflector = |r: &&Reflector| effect == effects::place_of_reflector(&r.id) && !r.free;
+    let tool_target = |r: &&ToolTarget| effect == effects::place_of_target(&r.id) && !r.free;
     let sigma = match effect {
         "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
         _ => {
             let of_ball = dataset.balls.iter().find(ball).map(|b| b.sigma);
-            of_ball.or_else(|| dataset.reflectors.iter().find(reflector).map(|r| r.sigma))
+            of_ball.or_else(|| dataset.tool_targets.iter().find(tool_target).map(|r| r.sigma))
         }
     };
     sigma.filter(|s| *s > 0.0)

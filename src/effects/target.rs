@@ -1,4 +1,4 @@
-//! `reflector:R`: a measured point of the tool is not where it was said to be relative to the TCP. Three parameters, tool axes.
+//! `target:R`: a measured point of the tool is not where it was said to be relative to the TCP. Three parameters, tool axes.
 
 use super::family::by_name;
 use super::shape::{Shape, shift_tool};
@@ -8,15 +8,15 @@ use super::{
 use crate::units::{MM, Unit};
 
 /// Id of the effect that holds the place of a measured point of the tool.
-pub fn place_of_reflector(name: &str) -> String {
-    format!("reflector:{name}")
+pub fn place_of_target(name: &str) -> String {
+    format!("target:{name}")
 }
 
 pub(super) const FAMILY: Family = Family {
-    id: "reflector",
+    id: "target",
     arguments: ":R",
-    what: "a reflector is not where it was said to be on the tool",
-    equation: "tool += (x, y, z) in tool axes, at samples of reflector R",
+    what: "a target is not where it was said to be on the tool",
+    equation: "tool += (x, y, z) in tool axes, at samples of target R",
     origin: Origin::Gauge,
     scan: Scan::None,
     follows: &[Follows::Tool],
@@ -27,15 +27,15 @@ pub(super) const FAMILY: Family = Family {
     period: Period::None,
     meaning: Meaning {
         physics: "one measured point of the tool is not where it was said to be",
-        look: "look at the seat of that reflector; measure its place on the tool again",
+        look: "look at the seat of that target; measure its place on the tool again",
     },
     stray: Stray::None,
     members: by_name,
     build: |id, _| {
-        let reflector = id.rest().filter(|r| !r.is_empty()).ok_or_else(|| id.wrong("names a reflector after the colon"))?;
-        let reflector = reflector.to_owned();
+        let tool_target = id.rest().filter(|r| !r.is_empty()).ok_or_else(|| id.wrong("names a target after the colon"))?;
+        let tool_target = tool_target.to_owned();
         Shape::new(id, ParameterSpec::xyz(id.whole(), Unit::MM, 0.03 * MM), move |at, emit| {
-            if at.reflector == Some(reflector.as_str()) {
+            if at.tool_target == Some(tool_target.as_str()) {
                 (0..3).for_each(|k| shift_tool(k, &at.tool_axis(k), emit));
             }
         })
