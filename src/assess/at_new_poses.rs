@@ -106,7 +106,10 @@ impl AtNewPoses {
         let mut all = self.circumstances();
         self.problem.for_each_sample(&self.values, &mut |s| {
             if let Some(back) = s.whitener.try_inverse() {
-                all[s.place].joints.iter_mut().for_each(|column| *column = back * *column);
+                for column in &mut all[s.place].joints {
+                    let plain = back * column.fixed_rows::<3>(0);
+                    column.fixed_rows_mut::<3>(0).copy_from(&plain);
+                }
             }
         });
         all

@@ -37,6 +37,21 @@ pub(super) fn folds(circumstances: &[Circumstance]) -> Vec<usize> {
 /// Cross-validated, whitened sum of squares of each sample. The model is the fitted one plus the columns `beside` of
 /// the examination, which have a prior of ordinary size. It is linearised about the fit.
 pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside: std::ops::Range<usize>) -> Vec<f64> {
+    missed(examination, folds, beside, |at| at.height)
+}
+
+/// As [`cross_validated`], of the positions alone.
+pub(super) fn cross_validated_positions(examination: &Examination, folds: &[usize]) -> Vec<f64> {
+    missed(examination, folds, 0..0, |at| at.positions)
+}
+
+/// Squared errors of the first `height` components of every sample's whitened residual.
+fn missed(
+    examination: &Examination,
+    folds: &[usize],
+    beside: std::ops::Range<usize>,
+    height: fn(&Circumstance) -> usize,
+) -> Vec<f64> {
     let Examination { rows, fitted, columns, circumstances, problem, fit, .. } = examination;
     let (m, n) = (fitted.len(), columns.len());
     let chosen: Vec<usize> = (0..m).chain(beside.map(|k| m + k)).chain([m + n]).collect();
@@ -93,7 +108,7 @@ pub(super) fn cross_validated(examination: &Examination, folds: &[usize], beside
             let taken: f64 = chosen[..size].iter().zip(step).map(|(&c, s)| row[c] * s).sum();
             (row[m + n] - taken).powi(2)
         };
-        (0..at.height).map(left).sum()
+        (0..height(at)).map(left).sum()
     };
     circumstances.iter().zip(folds).map(square).collect()
 }

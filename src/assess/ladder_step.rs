@@ -1,7 +1,7 @@
 //! One step of a ladder: a model fitted to the data, and its comparison with the model before it.
 
 use super::Validation;
-use super::cross_validation::{cross_validated, folds};
+use super::cross_validation::{cross_validated_positions, folds};
 use super::diagnosis::{Diagnosis, diagnose_examined};
 use super::examination::Examination;
 use super::hold_out::{Check, HoldOut};
@@ -221,11 +221,11 @@ fn is_aside(model: &Model, sample: &str) -> bool {
 fn blocks(examination: &Examination) -> Vec<(String, f64)> {
     let Examination { circumstances, rows, fit, .. } = examination;
     let setups = circumstances.iter().map(|c| c.setup + 1).max().unwrap_or(0);
-    let predicted = cross_validated(examination, &folds(circumstances), 0..0);
+    let predicted = cross_validated_positions(examination, &folds(circumstances));
     let (mut fitted, mut residual) = (vec![0.0; setups], vec![0.0; setups]);
     let last = rows.nrows() - 1;
     for (at, r) in circumstances.iter().zip(examination.problem.residuals(&fit.values)) {
-        fitted[at.setup] += (0..at.height).map(|k| rows[(last, at.first_row + k)].powi(2)).sum::<f64>();
+        fitted[at.setup] += (0..at.positions).map(|k| rows[(last, at.first_row + k)].powi(2)).sum::<f64>();
         residual[at.setup] += r.norm_squared();
     }
     // The squares are computed whitened; the ratio of residual to whitened squares of the set-up converts them to m².

@@ -4,7 +4,7 @@
 //! on the assumed plausible sizes; for robots with other causes of error it is wrong by a factor in either direction.
 //! At the fitted postures both are known: the error that the draws predict, and the error at left-out postures.
 
-use super::cross_validation::cross_validated;
+use super::cross_validation::cross_validated_positions;
 use super::examination::Examination;
 use super::recommend::{places, random_folds};
 use crate::identify::Fit;
@@ -48,8 +48,8 @@ impl Level {
             0.0
         };
         let measured2 = |folds: &[usize]| {
-            let missed = cross_validated(examination, folds, 0..0);
-            let length = |s: usize| (missed[s] * unit[s] * 3.0 / circumstances[s].height as f64).sqrt();
+            let missed = cross_validated_positions(examination, folds);
+            let length = |s: usize| (missed[s] * unit[s] * 3.0 / circumstances[s].positions as f64).sqrt();
             (clipped_mean((0..circumstances.len()).map(length).collect()) / MEAN_LENGTH).powi(2)
         };
         let of_robot = |measured2: f64| (measured2 - noise2).max(0.05 * measured2);

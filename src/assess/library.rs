@@ -125,6 +125,7 @@ fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
             fitted(datasets).next().is_some()
                 && fitted(datasets).all(|s| s.time_s.is_some() || s.approach.is_some() || s.q_commanded.is_some())
         }
+        Offered::ToOrientations => fitted(datasets).any(|s| s.orientation.is_some()),
         Offered::ByName => false,
     }
 }

@@ -4,7 +4,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector6};
 
 use super::background::Background;
 use super::evidence::Seen;
@@ -40,7 +40,7 @@ impl<'a> Sweep<'a> {
     pub fn new(
         examination: &Examination,
         background: &Background,
-        carriers: &[Vec<Vector3<f64>>],
+        carriers: &[Vec<Vector6<f64>>],
         features: Cow<'a, DMatrix<f64>>,
     ) -> Self {
         let mut products = DMatrix::zeros(examination.rows.nrows(), features.ncols() * carriers.len());
@@ -54,7 +54,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// A sweep over the samples: the carriers at one sample after the other.
-    pub fn of_each_sample(examination: &Examination, background: &Background, carriers: &[Vec<Vector3<f64>>]) -> Self {
+    pub fn of_each_sample(examination: &Examination, background: &Background, carriers: &[Vec<Vector6<f64>>]) -> Self {
         let samples = examination.circumstances.len();
         let mut products = DMatrix::zeros(examination.rows.nrows(), samples * carriers.len());
         for (c, carrier) in carriers.iter().enumerate() {
@@ -68,7 +68,7 @@ impl<'a> Sweep<'a> {
     fn of(
         examination: &Examination,
         background: &Background,
-        carriers: &[Vec<Vector3<f64>>],
+        carriers: &[Vec<Vector6<f64>>],
         features: Cow<'a, DMatrix<f64>>,
         products: DMatrix<f64>,
     ) -> Self {
@@ -79,7 +79,7 @@ impl<'a> Sweep<'a> {
         let z = products.row(m + n).transpose() - half.tr_mul(&projection.of_residual);
         let along = background.along(&cross);
         let circumstances = &examination.circumstances;
-        let product = |c: &[Vector3<f64>], d: &[Vector3<f64>]| {
+        let product = |c: &[Vector6<f64>], d: &[Vector6<f64>]| {
             DVector::from_fn(circumstances.len(), |i, _| (0..circumstances[i].height).map(|a| c[i][a] * d[i][a]).sum::<f64>())
         };
         let among = carriers.iter().flat_map(|c| carriers.iter().map(move |d| product(c, d))).collect();
@@ -124,7 +124,7 @@ impl<'a> Sweep<'a> {
 }
 
 /// Inner products of a carrier at each sample with all rows of the examination: rows x samples.
-fn moved(examination: &Examination, carrier: &[Vector3<f64>]) -> DMatrix<f64> {
+fn moved(examination: &Examination, carrier: &[Vector6<f64>]) -> DMatrix<f64> {
     let rows = &examination.rows;
     let mut moved = DMatrix::zeros(rows.nrows(), carrier.len());
     for ((i, at), carrier) in examination.circumstances.iter().enumerate().zip(carrier) {
@@ -145,16 +145,16 @@ impl Block {
 }
 
 /// Carrier: the angle of joint `j`.
-pub(super) fn joint(circumstances: &[Circumstance], j: usize) -> Vec<Vec<Vector3<f64>>> {
+pub(super) fn joint(circumstances: &[Circumstance], j: usize) -> Vec<Vec<Vector6<f64>>> {
     vec![circumstances.iter().map(|c| c.joints[j]).collect()]
 }
 
 /// Carriers: the position of the base in the world.
-pub(super) fn base(circumstances: &[Circumstance]) -> Vec<Vec<Vector3<f64>>> {
+pub(super) fn base(circumstances: &[Circumstance]) -> Vec<Vec<Vector6<f64>>> {
     (0..3).map(|k| circumstances.iter().map(|c| c.base[k]).collect()).collect()
 }
 
 /// Carriers: the position of the TCP in the last frame.
-pub(super) fn tool(circumstances: &[Circumstance]) -> Vec<Vec<Vector3<f64>>> {
+pub(super) fn tool(circumstances: &[Circumstance]) -> Vec<Vec<Vector6<f64>>> {
     (0..3).map(|k| circumstances.iter().map(|c| c.tool[k]).collect()).collect()
 }

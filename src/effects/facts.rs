@@ -77,6 +77,8 @@ pub enum Offered {
     WithoutMasses,
     /// If the samples are a log of moves: with times, approach directions or commanded joints.
     ToLogs,
+    /// If orientations are measured too.
+    ToOrientations,
     /// Only by name.
     ByName,
 }

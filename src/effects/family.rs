@@ -159,6 +159,7 @@ pub const CATALOGUE: &[Family] = &[
     thermal_joint::FAMILY,
     joint_step::FAMILY,
     tool_frame::FAMILY,
+    probe_rotation::FAMILY,
     tool_step::FAMILY,
     gauge_zero::FAMILY,
     gauge_gain::FAMILY,

@@ -41,6 +41,7 @@ mod payload_com;
 mod payload_mass;
 mod payload_moment;
 mod pedestal;
+mod probe_rotation;
 mod product;
 mod reference_torque;
 mod registry;
@@ -63,6 +64,7 @@ use thiserror::Error;
 pub use facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Stray, Unphysical};
 pub use family::{Build, CATALOGUE, Family, Origin, Scan};
 pub use id::EffectId;
+pub use probe_rotation::PROBE_ROTATION;
 pub use outlier::{set_aside_by, setting_aside};
 pub use own::{OwnEffect, OwnEffectError, OwnTerm};
 pub use registry::{Registry, family, ids};
@@ -122,6 +124,8 @@ pub enum Needs {
     Balls,
     /// Samples of kind `point`.
     Points,
+    /// Samples of kind `pose`.
+    Orientations,
 }
 
 impl Needs {
@@ -139,6 +143,7 @@ impl Needs {
             Needs::Temperature => "temp_c",
             Needs::Balls => "samples of kind ball",
             Needs::Points => "samples of kind point",
+            Needs::Orientations => "samples of kind pose",
         }
     }
 }

@@ -101,7 +101,7 @@ impl OwnEffect {
             needs.push(Needs::Balls);
         }
         needs.dedup();
-        let owner = if needs.contains(&Needs::Time) || moves(|s| matches!(s, Site::Base(_) | Site::Tool(_))) {
+        let owner = if needs.contains(&Needs::Time) || moves(|s| matches!(s, Site::Base(_) | Site::Tool(_) | Site::Probe(_))) {
             Owner::Session
         } else if moves(|s| matches!(s, Site::Target(_))) {
             Owner::Artifact
@@ -203,6 +203,7 @@ fn turns(site: &str) -> Option<bool> {
         Site::Base(axis) | Site::Flex(_, axis) => Some(turn(axis)),
         Site::Mdh(_, entry) => Some(!matches!(entry, MdhEntry::A | MdhEntry::D)),
         Site::Tool(_) | Site::Target(_) => Some(false),
+        Site::Probe(_) => Some(true),
     }
 }
 

@@ -18,6 +18,7 @@ mod load_updates;
 mod load_workspace;
 mod missing;
 mod order;
+mod orientation;
 mod parameter;
 mod sample_row;
 mod samples_view;

@@ -6,6 +6,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::Deserialize;
 
+use super::rotation::RotationForm;
 use super::source::{Join, Layout};
 use crate::files::{FileError, field_error, name_remedy, parse_toml};
 use crate::measure::{Column, Dataset, DatasetToml, Reading, ToolTarget};
@@ -34,7 +35,17 @@ struct MapToml {
     /// By name of the target.
     #[serde(default)]
     targets: BTreeMap<String, PointSource>,
+    rotation: Option<RotationSource>,
     dataset: DatasetToml,
+}
+
+/// Source of the orientation of the tool.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RotationSource {
+    form: String,
+    /// One for each number of the form.
+    columns: Vec<Source>,
 }
 
 /// Source of the position of a further measured point of the tool, in the same row as the TCP's.
@@ -124,6 +135,8 @@ pub(super) struct ColumnMap {
     pub columns: Vec<MappedColumn>,
     /// Columns of the position of each further measured point of the tool, by its name.
     pub tool_targets: Vec<(String, [MappedColumn; 3])>,
+    /// The form of the orientation, and the source of each of its numbers, in rows of kind `pose`.
+    pub rotation: Option<(RotationForm, Vec<(Source, Measure)>)>,
     /// Free columns, copied as they are.
     pub extra: Vec<(String, Source)>,
     /// True if the map gives the base.
@@ -149,8 +162,8 @@ impl ColumnMap {
         if !matches!(file.decimal, '.' | ',') || file.decimal == file.delimiter {
             return wrong("decimal", format!("`{}` cannot be the decimal sign here", file.decimal), "use `.` or `,`".into());
         }
-        if !["ball", "point", "distance"].contains(&file.kind.as_str()) {
-            return wrong("kind", format!("`{}` is not a kind", file.kind), "write `point`, `ball` or `distance`".into());
+        if !["ball", "point", "pose", "distance"].contains(&file.kind.as_str()) {
+            return wrong("kind", format!("`{}` is not a kind", file.kind), "write `point`, `pose`, `ball` or `distance`".into());
         }
         let join = match file.join {
             None => None,
@@ -178,6 +191,7 @@ impl ColumnMap {
             kind: file.kind,
             columns: Vec::new(),
             tool_targets: Vec::new(),
+            rotation: None,
             extra: Vec::new(),
             has_base,
         };
@@ -196,6 +210,7 @@ impl ColumnMap {
             let measure = origin.measure(&key, column, source.unit.as_deref())?;
             map.columns.push(MappedColumn { column, measure, source });
         }
+        map.rotation = file.rotation.map(|source| origin.rotation(source, &map)).transpose()?;
         map.columns.sort_by_key(|m| known.iter().position(|c| *c == m.column));
         for (name, PointSource { x, y, z }) in file.targets {
             map.tool_targets.push(origin.tool_target(name, [x, y, z], &map)?);
@@ -220,7 +235,8 @@ impl ColumnMap {
         let of = |world: &[MappedColumn; 3]| {
             let mut map = self.clone();
             let first = map.columns.iter().position(|m| is_world(m.column)).unwrap_or(map.columns.len());
-            map.columns.retain(|m| !is_world(m.column));
+            map.columns.retain(|m| !is_world(m.column) && m.column != Column::SigmaOrientation);
+            map.rotation = None;
             map.columns.splice(first..first, world.iter().cloned());
             map
         };
@@ -270,7 +286,7 @@ impl Origin<'_> {
         map: &ColumnMap,
     ) -> Result<(String, [MappedColumn; 3]), FileError> {
         let key = format!("targets.{name}");
-        if map.kind != "point" || map.fills(Column::Target) {
+        if !matches!(map.kind.as_str(), "point" | "pose") || map.fills(Column::Target) {
             let problem = "further points of a row are of kind `point`, and are named here alone";
             return Err(self.wrong(&key, problem, "remove it, or the column `target` and the other kind"));
         }
@@ -285,6 +301,37 @@ impl Origin<'_> {
         };
         let [x, y, z] = sources;
         Ok((name, [mapped(0, x)?, mapped(1, y)?, mapped(2, z)?]))
+    }
+
+    /// The orientation in a row of kind `pose`.
+    fn rotation(&self, source: RotationSource, map: &ColumnMap) -> Result<(RotationForm, Vec<(Source, Measure)>), FileError> {
+        let names: Vec<&str> = RotationForm::ALL.iter().map(|(_, name)| *name).collect();
+        let Some((form, _)) = RotationForm::ALL.into_iter().find(|(_, name)| *name == source.form) else {
+            let problem = format!("`{}` is not a form of a rotation", source.form);
+            return Err(self.wrong("rotation.form", problem, name_remedy(&source.form, &names)));
+        };
+        if map.kind != "pose" {
+            let problem = format!("rows of kind `{}` have no orientation", map.kind);
+            return Err(self.wrong("rotation", problem, "write `kind = \"pose\"`, or remove it"));
+        }
+        if map.columns.iter().any(|m| matches!(m.column, Column::Rotation(_))) {
+            return Err(self.wrong("rotation", "`rx`, `ry`, `rz` state the orientation too", "keep one of them"));
+        }
+        if source.columns.len() != form.count() {
+            let problem = format!("{} columns, and the form has {} numbers", source.columns.len(), form.count());
+            return Err(self.wrong("rotation.columns", problem, "give one a number"));
+        }
+        let measured = |(k, source): (usize, Source)| {
+            let key = format!("rotation.columns[{k}]");
+            self.check_places(&key, &source, map.header)?;
+            let measure = match (form.has_angles(), &source.unit) {
+                (true, _) => self.measure(&key, Column::Rotation(k), source.unit.as_deref())?.unwrap_or(Measure::Si(1.0)),
+                (false, None) => Measure::Si(1.0),
+                (false, Some(_)) => return Err(self.wrong(&format!("{key}.unit"), "a quaternion has no unit", "remove it")),
+            };
+            Ok((source, measure))
+        };
+        Ok((form, source.columns.into_iter().enumerate().map(measured).collect::<Result<_, FileError>>()?))
     }
 
     /// Meaning of the number in a column, by its unit as given; `None` for text.

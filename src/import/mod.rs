@@ -11,6 +11,7 @@ mod initial_setup;
 mod mukca;
 mod options;
 mod report;
+mod rotation;
 mod source;
 mod table;
 mod unknown_table;

@@ -7,6 +7,7 @@ use std::path::Path;
 use csv::StringRecord;
 
 use super::column_map::{ColumnMap, ColumnName, MappedColumn, Measure, Source};
+use super::rotation::RotationForm;
 use super::source::open_source;
 use super::{ImportError, ImportReport, Skipped};
 use crate::files::{FileError, Record, Rows};
@@ -119,15 +120,22 @@ impl<'a> PointReader<'a> {
         let row = RowReader {
             map,
             columns: map.columns.iter().map(|m| place(&m.source)).collect::<Result<_, FileError>>()?,
+            rotation: map.rotation.iter().flat_map(|(_, all)| all).map(|(s, _)| place(s)).collect::<Result<_, FileError>>()?,
             extra: map.extra.iter().map(|(_, source)| place(source)).collect::<Result<_, FileError>>()?,
             titled: titles.map_or(usize::MAX, <[String]>::len),
         };
         let own_id = !map.fills(Column::Id);
         let given = table.constants.iter().filter(|(c, _)| !map.fills(*c));
         let named = of.map(|name| (Column::Target, name.to_owned()));
-        let (constant, constants): (Vec<Column>, Vec<String>) = given.cloned().chain(named).unzip();
+        // A row has one orientation: its further points are points.
+        let kind = |(column, text)| match column {
+            Column::Kind if of.is_some() => (column, "point".into()),
+            _ => (column, text),
+        };
+        let (constant, constants): (Vec<Column>, Vec<String>) = given.cloned().map(kind).chain(named).unzip();
         let mapped = map.columns.iter().map(|m| m.column);
-        let columns: Vec<Column> = mapped.chain(constant).chain(own_id.then_some(Column::Id)).collect();
+        let rotation = (0..if map.rotation.is_some() { 3 } else { 0 }).map(Column::Rotation);
+        let columns: Vec<Column> = mapped.chain(rotation).chain(constant).chain(own_id.then_some(Column::Id)).collect();
         let names: Vec<String> = map.extra.iter().map(|(name, _)| name.clone()).collect();
         let header = Header::new(&columns, &names);
         Ok(PointReader { of, row, constants, own_id, header, seen: HashMap::new() })
@@ -161,6 +169,8 @@ struct RowReader<'a> {
     map: &'a ColumnMap,
     /// Places of the mapped columns.
     columns: Vec<Places>,
+    /// Places of the numbers of the orientation.
+    rotation: Vec<Places>,
     /// Places of the extra columns.
     extra: Vec<Places>,
     /// Number of columns with a title.
@@ -174,7 +184,29 @@ impl RowReader<'_> {
             return Err(format!("it has {} fields, the header {}", source.len(), self.titled));
         }
         let mapped = self.map.columns.iter().zip(&self.columns);
-        mapped.map(|(mapped, places)| value(source, places, mapped, self.map.decimal)).collect()
+        let mapped = mapped.map(|(mapped, places)| value(source, places, mapped, self.map.decimal));
+        let mut fields: Vec<String> = mapped.collect::<Result<_, String>>()?;
+        if let Some((form, numbers)) = &self.map.rotation {
+            fields.extend(self.rotation_fields(source, *form, numbers)?);
+        }
+        Ok(fields)
+    }
+
+    /// The rotation vector of the orientation.
+    fn rotation_fields(
+        &self,
+        source: &StringRecord,
+        form: RotationForm,
+        numbers: &[(Source, Measure)],
+    ) -> Result<[String; 3], String> {
+        let in_si = |(k, (number, measure)): (usize, &(Source, Measure))| {
+            let mapped = MappedColumn { column: Column::Rotation(k), measure: Some(*measure), source: number.clone() };
+            let text = value(source, &self.rotation[k], &mapped, self.map.decimal)?;
+            text.parse::<f64>().map(|v| v * DEG).map_err(|_| "the orientation is empty".to_owned())
+        };
+        let numbers: Vec<f64> = numbers.iter().enumerate().map(in_si).collect::<Result<_, String>>()?;
+        let vector = form.rotation_vector(&numbers).ok_or("the quaternion is not of unit length")?;
+        Ok(std::array::from_fn(|k| number(vector[k], DEG)))
     }
 
     /// True if the position is empty.

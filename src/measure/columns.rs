@@ -10,6 +10,7 @@ pub(crate) enum Column {
     Target,
     Reading(usize),
     World(usize),
+    Rotation(usize),
     Anchor,
     Distance,
     Set,
@@ -18,11 +19,13 @@ pub(crate) enum Column {
     Temperature,
     Approach(usize),
     Plunger(usize),
+    Posture,
     Repeat,
     Session,
     Commanded(usize),
     Torque(usize),
     Sigma,
+    SigmaOrientation,
 }
 
 /// Columns that form one quantity: all of them are present, or none.
@@ -33,11 +36,12 @@ pub(crate) struct Quantity {
 
 impl Column {
     /// The quantities of several columns, for an arm of `joints` joints.
-    pub fn quantities(joints: usize) -> [Quantity; 7] {
+    pub fn quantities(joints: usize) -> [Quantity; 8] {
         [
             Quantity { component: Column::Joint, count: joints },
             Quantity { component: Column::Reading, count: 3 },
             Quantity { component: Column::World, count: 3 },
+            Quantity { component: Column::Rotation, count: 3 },
             Quantity { component: Column::Approach, count: joints },
             Quantity { component: Column::Plunger, count: 3 },
             Quantity { component: Column::Commanded, count: joints },
@@ -55,13 +59,14 @@ impl Column {
             vec![Ball, Target],
             each(Reading, 3),
             each(World, 3),
+            each(Rotation, 3),
             vec![Anchor, Distance, Payload, Time, Temperature],
             each(Approach, joints),
             each(Plunger, 3),
-            vec![Repeat],
+            vec![Posture, Repeat],
             each(Commanded, joints),
             each(Torque, joints),
-            vec![Sigma],
+            vec![Sigma, SigmaOrientation],
         ]
         .concat()
     }
@@ -76,6 +81,7 @@ impl Column {
             Column::Target => "target".into(),
             Column::Reading(i) => format!("r{}_um", i + 1),
             Column::World(i) => format!("{}_mm", ["x", "y", "z"][i]),
+            Column::Rotation(i) => format!("{}_deg", ["rx", "ry", "rz"][i]),
             Column::Anchor => "anchor".into(),
             Column::Distance => "d_mm".into(),
             Column::Set => "set".into(),
@@ -84,16 +90,21 @@ impl Column {
             Column::Temperature => "temp_c".into(),
             Column::Approach(i) => format!("approach{}", i + 1),
             Column::Plunger(i) => format!("plunger{}", i + 1),
+            Column::Posture => "posture".into(),
             Column::Repeat => "repeat".into(),
             Column::Session => "session".into(),
             Column::Commanded(i) => format!("qcmd{}_deg", i + 1),
             Column::Torque(i) => format!("tau{}_nm", i + 1),
             Column::Sigma => "sigma_um".into(),
+            Column::SigmaOrientation => "sigma_deg".into(),
         }
     }
 
     /// Name without the unit, as used by import maps: `q1`, `x`, `temp`.
     pub fn quantity(self) -> String {
+        if self == Column::SigmaOrientation {
+            return "sigma_rotation".into(); // without its unit it would be the sigma of a position
+        }
         self.name().split('_').next().unwrap_or_default().to_owned()
     }
 

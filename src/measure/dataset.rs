@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use crate::robot::{DEFAULT_GRAVITY, FramePose, Payload, Robot};
 
@@ -68,6 +68,8 @@ pub struct Noise {
     pub ball: Option<f64>,
     /// One-sigma per axis of one tracker point, m; for distances, of the distance.
     pub point: Option<f64>,
+    /// One-sigma about each axis of one measured orientation, rad.
+    pub orientation: Option<f64>,
     /// One-sigma of the joint angle errors not seen by the encoders, rad (N, or empty).
     pub joint: Vec<f64>,
 }
@@ -93,6 +95,15 @@ pub enum Measured {
     },
 }
 
+/// The measured orientation of the tool, beside its position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Orientation {
+    /// Rotation from the tool's to the world's axes, as a rotation vector in the world, rad.
+    pub rotation: Vector3<f64>,
+    /// One-sigma about each axis, rad, that overrides the dataset's noise.
+    pub sigma: Option<f64>,
+}
+
 /// Permitted use of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SampleSet {
@@ -112,6 +123,8 @@ pub struct Sample {
     pub q: Vec<f64>,
     /// The measurement.
     pub measured: Measured,
+    /// The orientation of the tool, if it was measured together with a point.
+    pub orientation: Option<Orientation>,
     /// The point of the tool that was measured, by index; `None` for the TCP.
     pub tool_target: Option<usize>,
     /// Permitted use.
@@ -126,6 +139,8 @@ pub struct Sample {
     pub approach: Option<Vec<i8>>,
     /// Sign of each plunger's last motion.
     pub plungers: Option<[i8; 3]>,
+    /// Samples of a session with the same name were taken in one posture, whatever their joint angles.
+    pub posture: Option<String>,
     /// Samples with the same name are replicates of one target.
     pub repeat: Option<String>,
     /// Samples of one session share one base and one tool.
@@ -155,7 +170,9 @@ pub struct Dataset {
     pub tool: FramePose,
     /// One-sigma of each coordinate of the TCP, m; zero if taken as exact.
     pub tool_sigma: f64,
-    /// True if the TCP is unknown and to be estimated.
+    /// One-sigma of the axes of measured orientations about those of the tool, rad; zero if they are the same.
+    pub probe_sigma: f64,
+    /// True if the TCP, and the axes of orientations where these are measured, are unknown and to be estimated.
     pub tool_free: bool,
     /// The parts of the set-up that all sessions have in common.
     pub shared: Shared,
@@ -185,6 +202,13 @@ pub struct Dataset {
     pub hash: String,
 }
 
+impl Orientation {
+    /// Rotation from the tool's to the world's axes.
+    pub fn world_from_tool(&self) -> Rotation3<f64> {
+        Rotation3::new(self.rotation)
+    }
+}
+
 impl Default for Dataset {
     /// An empty dataset with standard gravity.
     fn default() -> Self {
@@ -201,6 +225,7 @@ impl Default for Dataset {
             base: FramePose::default(),
             tool: FramePose::default(),
             tool_sigma: 0.0,
+            probe_sigma: 0.0,
             tool_free: false,
             shared: Shared::default(),
             contact_force: Vector3::zeros(),
@@ -228,6 +253,11 @@ impl Dataset {
         }
     }
 
+    /// One-sigma about each axis, rad, of the orientation measured by a sample; `None` if it measures none, or it is not stated.
+    pub fn sigma_orientation(&self, sample: &Sample) -> Option<f64> {
+        sample.orientation.and_then(|o| o.sigma.or(self.noise.orientation))
+    }
+
     /// Names of the balls, in order.
     pub fn ball_ids(&self) -> Vec<String> {
         self.balls.iter().map(|b| b.id.clone()).collect()
@@ -241,6 +271,7 @@ impl Sample {
             id: id.into(),
             q,
             measured,
+            orientation: None,
             tool_target: None,
             set: SampleSet::Fit,
             payload: 0,
@@ -248,6 +279,7 @@ impl Sample {
             temp_c: None,
             approach: None,
             plungers: None,
+            posture: None,
             repeat: None,
             session: None,
             q_commanded: None,

@@ -167,6 +167,7 @@ impl Reading<'_> {
             base: base.then(&robot.root),
             tool: robot.flange.then(&frame([t.x_mm, t.y_mm, t.z_mm], [t.a_deg, t.b_deg, t.c_deg])),
             tool_sigma: self.not_negative("tool.sigma_um", t.sigma_um.unwrap_or(0.0))? * UM,
+            probe_sigma: self.not_negative("tool.sigma_deg", t.sigma_deg.unwrap_or(0.0))? * DEG,
             tool_free: t.free,
             shared: self.shared(&file.share)?,
             contact_force: t.contact_force_n.map_or(Vector3::zeros(), Vector3::from),
@@ -309,19 +310,20 @@ impl Reading<'_> {
     }
 
     fn noise(&self, table: &NoiseToml, robot: &Robot) -> Result<Noise, FileError> {
-        let sigma = |key: &str, value: Option<f64>| value.map(|v| self.positive(key, v).map(|v| v * UM)).transpose();
-        let (given, joints) = (table.joint_arcsec.len(), robot.joints());
-        if given != 0 && given != joints {
+        let given = |key: &str, value: Option<f64>, unit: f64| value.map(|v| self.positive(key, v).map(|v| v * unit)).transpose();
+        let (count, joints) = (table.joint_arcsec.len(), robot.joints());
+        if count != 0 && count != joints {
             return Err(self.wrong(
                 "noise.joint_arcsec",
-                format!("{given} numbers, and the robot has {joints} joints"),
+                format!("{count} numbers, and the robot has {joints} joints"),
                 "give one a joint",
             ));
         }
         let joint = |(k, &v): (usize, &f64)| self.not_negative(&format!("noise.joint_arcsec[{k}]"), v).map(|v| v * ARCSEC);
         Ok(Noise {
-            ball: sigma("noise.ball_um", table.ball_um)?,
-            point: sigma("noise.point_um", table.point_um)?,
+            ball: given("noise.ball_um", table.ball_um, UM)?,
+            point: given("noise.point_um", table.point_um, UM)?,
+            orientation: given("noise.orientation_deg", table.orientation_deg, DEG)?,
             joint: table.joint_arcsec.iter().enumerate().map(joint).collect::<Result<_, _>>()?,
         })
     }

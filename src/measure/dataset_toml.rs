@@ -82,6 +82,9 @@ pub(super) struct ToolToml {
     pub c_deg: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_um: Option<f64>,
+    /// One-sigma of the axes of measured orientations about those of the tool.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_deg: Option<f64>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub free: bool,
     /// Force of the three plungers on the tool when a ball is centred, tool axes.
@@ -135,6 +138,9 @@ pub(super) struct NoiseToml {
     pub ball_um: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub point_um: Option<f64>,
+    /// One-sigma about each axis of one measured orientation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation_deg: Option<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_arcsec: Vec<f64>,
 }
@@ -155,6 +161,7 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         b_deg,
         c_deg,
         sigma_um: sigma(dataset.tool_sigma),
+        sigma_deg: (dataset.probe_sigma != 0.0).then(|| readable(dataset.probe_sigma, DEG)),
         free: dataset.tool_free,
         contact_force_n: (dataset.contact_force != Vector3::zeros()).then(|| dataset.contact_force.into()),
     };
@@ -201,6 +208,7 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
         noise: NoiseToml {
             ball_um: dataset.noise.ball.map(um),
             point_um: dataset.noise.point.map(um),
+            orientation_deg: dataset.noise.orientation.map(|v| readable(v, DEG)),
             joint_arcsec: dataset.noise.joint.iter().map(|v| readable(*v, ARCSEC)).collect(),
         },
         provenance: dataset.provenance.clone(),

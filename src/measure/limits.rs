@@ -21,6 +21,8 @@ const KEYS: &[(&str, [f64; 2], &str)] = &[
     ("contact_force_n", [-1e3, 1e3], "give the force in newtons"),
     ("gravity_m_s2", [-30.0, 30.0], "give gravity in m/s2"),
     ("sigma_um", [0.0, 1e6], UM),
+    ("sigma_deg", [0.0, 360.0], TURN),
+    ("orientation_deg", [0.0, 360.0], TURN),
     ("ball_um", [0.0, 1e6], UM),
     ("point_um", [0.0, 1e6], UM),
     ("joint_arcsec", [0.0, 1e5], "give the angle in seconds of arc"),
@@ -38,6 +40,8 @@ pub(super) const TORQUE_NM: [f64; 2] = [-1e6, 1e6];
 pub(crate) const TIME_S: [f64; 2] = [0.0, 1e10];
 /// Coordinates of a measured point, and distances, mm: trackers reach 100 m.
 pub(super) const POINT_MM: [f64; 2] = [-1e5, 1e5];
+/// Components of a rotation vector, and one-sigmas of an orientation, deg: within a turn.
+pub(super) const ROTATION_DEG: [f64; 2] = [-360.0, 360.0];
 /// Readings of an indicator, and one-sigmas, um.
 pub(super) const READING_UM: [f64; 2] = [-1e6, 1e6];
 

@@ -50,7 +50,7 @@ pub use centring_failure::{CentringFailure, Suspicion};
 pub use clock_jump::{ClockJump, LongSession};
 pub(crate) use columns::Column;
 pub use conditions::Conditions;
-pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet, Shared, ToolTarget};
+pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientation, Sample, SampleSet, Shared, ToolTarget};
 pub(crate) use dataset_file::Reading;
 pub use dataset_file::{DATASET_TOML, check_description, read_dataset, read_description, write_dataset};
 pub(crate) use dataset_toml::DatasetToml;

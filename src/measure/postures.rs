@@ -22,7 +22,7 @@ pub struct Postures {
 
 impl Postures {
     /// Groups the samples that `takes` selects by posture, in the order of the datasets: all joints within 0.01 deg, in one
-    /// session of one dataset; or one `repeat` name there. With `|s| Use::Fit.takes(s)` the order is that of the samples of a
+    /// session of one dataset; or one name in `posture` or `repeat` there. With `|s| Use::Fit.takes(s)` the order is that of the samples of a
     /// problem.
     pub fn of(datasets: &[(&str, &Dataset)], takes: impl Fn(&Sample) -> bool) -> Self {
         let taken = || datasets.iter().enumerate().flat_map(|(d, (_, data))| data.samples.iter().map(move |s| (d, s)));
@@ -30,8 +30,10 @@ impl Postures {
         let joints: Vec<&[f64]> = samples.iter().map(|(_, s)| s.q.as_slice()).collect();
         let setups: Vec<(usize, Option<&str>)> = samples.iter().map(|(d, s)| (*d, s.session.as_deref())).collect();
         let alike = Postures::of_joints(&joints, &numbered(setups.iter()));
-        let names = samples.iter().zip(&setups).map(|((_, s), setup)| Some((*setup, s.repeat.as_deref()?)));
-        alike.joined(names)
+        let named = |name: fn(&Sample) -> Option<&str>| {
+            samples.iter().zip(&setups).map(move |((_, s), setup)| Some((*setup, name(s)?)))
+        };
+        alike.joined(named(|s| s.repeat.as_deref())).joined(named(|s| s.posture.as_deref()))
     }
 
     /// Groups replicates: as [`Postures::of`], but with the same target, payload and direction of approach too, so that they

@@ -8,12 +8,23 @@ use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::columns::Column;
-use super::limits::{POINT_MM, READING_UM, TEMPERATURE_C, TIME_S, TORQUE_NM, out_of_range};
+use super::limits::{POINT_MM, READING_UM, ROTATION_DEG, TEMPERATURE_C, TIME_S, TORQUE_NM, out_of_range};
 use super::samples_header::Header;
-use super::{Dataset, Measured, Sample, SampleSet};
+use super::{Dataset, Measured, Orientation, Sample, SampleSet};
 use crate::files::{FileError, Record, Rows, name_remedy, open_file};
 use crate::robot::Robot;
 use crate::units::{DEG, MM, UM, readable};
+
+/// The columns of a pose, its position first.
+const POSE: &[Column] = &[
+    Column::World(0),
+    Column::World(1),
+    Column::World(2),
+    Column::Rotation(0),
+    Column::Rotation(1),
+    Column::Rotation(2),
+    Column::SigmaOrientation,
+];
 
 /// Maximum number of rows: a measurement takes seconds, so this is years of them.
 const MOST_ROWS: usize = 10_000_000;
@@ -195,9 +206,10 @@ impl<'a> Row<'a> {
                 ];
                 (Measured::Ball { ball, reading: self.vector(Column::Reading, UM, READING_UM)? }, own)
             }
-            "point" => {
-                let empty = || self.error(Column::World(0), "is empty", "a row of kind `point` has x_mm, y_mm, z_mm");
-                let own = &[Column::World(0), Column::World(1), Column::World(2)];
+            "point" | "pose" => {
+                let remedy = format!("a row of kind `{kind}` has x_mm, y_mm, z_mm");
+                let empty = || self.error(Column::World(0), "is empty", remedy.as_str());
+                let own = if kind == "pose" { POSE } else { &POSE[..3] };
                 (Measured::Point(self.vector(Column::World, MM, POINT_MM)?.ok_or_else(empty)?), own)
             }
             "distance" => {
@@ -214,13 +226,13 @@ impl<'a> Row<'a> {
                 return Err(self.error(
                     Column::Kind,
                     format!("`{other}` is not a kind"),
-                    name_remedy(other, &["ball", "point", "distance"]),
+                    name_remedy(other, &["ball", "point", "pose", "distance"]),
                 ));
             }
         };
         let bound = [
-            vec![Column::Ball, Column::Anchor, Column::Distance],
-            (0..3).flat_map(|k| [Column::Reading(k), Column::World(k), Column::Plunger(k)]).collect(),
+            vec![Column::Ball, Column::Anchor, Column::Distance, Column::SigmaOrientation],
+            (0..3).flat_map(|k| [Column::Reading(k), Column::World(k), Column::Rotation(k), Column::Plunger(k)]).collect(),
         ]
         .concat();
         if let Some(stray) = bound.into_iter().find(|c| !own.contains(c) && self.text(*c).is_some()) {
@@ -231,6 +243,23 @@ impl<'a> Row<'a> {
             ));
         }
         Ok(measured)
+    }
+
+    /// The orientation of the tool, in a row of kind `pose`.
+    fn orientation(&self, dataset: &Dataset) -> Result<Option<Orientation>, FileError> {
+        if self.text(Column::Kind) != Some("pose") {
+            return Ok(None);
+        }
+        let rotation = self.vector(Column::Rotation, DEG, ROTATION_DEG)?.ok_or_else(|| {
+            self.error(Column::Rotation(0), "is empty", "a row of kind `pose` has rx_deg, ry_deg, rz_deg, a rotation vector")
+        })?;
+        let sigma = self.positive(Column::SigmaOrientation, DEG, ROTATION_DEG)?;
+        if sigma.or(dataset.noise.orientation).is_none() {
+            let problem = "is empty, and dataset.toml does not state the noise of an orientation";
+            let remedy = "fill it, or add `orientation_deg` to [noise]: how orientations and positions are weighted follows from it";
+            return Err(self.error(Column::SigmaOrientation, problem, remedy));
+        }
+        Ok(Some(Orientation { rotation, sigma }))
     }
 
     fn tool_target(&self, dataset: &Dataset) -> Result<Option<usize>, FileError> {
@@ -244,7 +273,7 @@ impl<'a> Row<'a> {
         let robot: &Robot = &dataset.robot;
         let joints = robot.joints();
         let id = self.required(Column::Id)?;
-        for column in [Column::Id, Column::Session, Column::Repeat] {
+        for column in [Column::Id, Column::Session, Column::Posture, Column::Repeat] {
             if self.text(column).is_some_and(|name| name.contains(char::is_control)) {
                 return Err(self.error(column, "has control characters", "give a plain name"));
             }
@@ -276,6 +305,7 @@ impl<'a> Row<'a> {
             temp_c: self.possible(Column::Temperature, TEMPERATURE_C, self.number(Column::Temperature, 1.0)?)?,
             approach: self.signs(Column::Approach, joints, &[-1, 0, 1])?,
             plungers: self.signs(Column::Plunger, 3, &[-1, 1])?.map(|s| [s[0], s[1], s[2]]),
+            posture: self.text(Column::Posture).map(str::to_owned),
             repeat: self.text(Column::Repeat).map(str::to_owned),
             session: self.text(Column::Session).map(str::to_owned),
             q_commanded: self.numbers(Column::Commanded, joints, DEG)?,
@@ -288,6 +318,7 @@ impl<'a> Row<'a> {
                 .map(|(_, place)| self.record.fields.get(*place).unwrap_or_default().to_owned())
                 .collect(),
             tool_target: self.tool_target(dataset)?,
+            orientation: self.orientation(dataset)?,
             ..Sample::new(id, q, self.measured(dataset)?)
         })
     }

@@ -35,6 +35,7 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
     match (column, &sample.measured) {
         (Column::Id, _) => sample.id.clone(),
         (Column::Kind, Measured::Ball { .. }) => "ball".into(),
+        (Column::Kind, Measured::Point(_)) if sample.orientation.is_some() => "pose".into(),
         (Column::Kind, Measured::Point(_)) => "point".into(),
         (Column::Kind, Measured::Distance { .. }) => "distance".into(),
         (Column::Joint(k), _) => numbers(Some(&sample.q), k, DEG),
@@ -44,6 +45,9 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         }
         (Column::Reading(k), Measured::Ball { reading: Some(r), .. }) => number(r[k], UM),
         (Column::World(k), Measured::Point(p)) => number(p[k], MM),
+        (Column::Rotation(k), _) => {
+            sample.orientation.map_or_else(String::new, |o| number(o.rotation[k], DEG))
+        }
         (Column::Anchor, Measured::Distance { anchor, .. }) => name(dataset.anchors.iter().map(|a| a.id.as_str()), *anchor),
         (Column::Distance, Measured::Distance { distance, .. }) => number(*distance, MM),
         (Column::Set, _) if sample.set == SampleSet::Validation => "validation".into(),
@@ -52,11 +56,15 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         (Column::Temperature, _) => sample.temp_c.map(|t| number(t, 1.0)).unwrap_or_default(),
         (Column::Approach(k), _) => signs(sample.approach.as_deref(), k),
         (Column::Plunger(k), _) => signs(sample.plungers.as_ref().map(<[i8; 3]>::as_slice), k),
+        (Column::Posture, _) => sample.posture.clone().unwrap_or_default(),
         (Column::Repeat, _) => sample.repeat.clone().unwrap_or_default(),
         (Column::Session, _) => sample.session.clone().unwrap_or_default(),
         (Column::Commanded(k), _) => numbers(sample.q_commanded.as_deref(), k, DEG),
         (Column::Torque(k), _) => numbers(sample.tau.as_deref(), k, 1.0),
         (Column::Sigma, _) => sample.sigma.map(|s| number(s, UM)).unwrap_or_default(),
+        (Column::SigmaOrientation, _) => {
+            sample.orientation.and_then(|o| o.sigma).map_or_else(String::new, |s| number(s, DEG))
+        }
         (Column::Ball | Column::Reading(_) | Column::World(_) | Column::Anchor | Column::Distance, _) => String::new(),
         (Column::Set | Column::Payload, _) => String::new(),
     }

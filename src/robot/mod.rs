@@ -29,6 +29,7 @@ pub use link::{FramePose, Link, MdhLink, NEARLY_PARALLEL, Pose};
 pub use posture_view::{LanePosture, PostureView};
 pub(crate) use rel_tool::screw;
 pub use rel_tool::{RelTool, RelToolError, rel_tool};
+pub(crate) use rigid_fit::nearest_rotation;
 pub use rigid_fit::rigid_fit;
 pub use robot_file::{ROBOT_FORMAT, RobotReference, load_robot, robot, to_toml};
 pub use sites::{Axis6, MOST_JOINTS, MdhEntry, Site, SiteIndex};

@@ -36,6 +36,11 @@ impl<const L: usize> LanePosture<'_, L> {
     pub fn column(&self, site: Site) -> Vector3<f64> {
         self.postures.column_at(self.lane, site)
     }
+
+    /// Axis about which a site turns the flange, as for a single [`Posture`](super::Posture).
+    pub fn turning(&self, site: Site) -> Vector3<f64> {
+        self.postures.turning_at(self.lane, site)
+    }
 }
 
 impl<const L: usize> PostureView for LanePosture<'_, L> {

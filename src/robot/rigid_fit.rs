@@ -14,15 +14,21 @@ pub fn rigid_fit(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Pose> {
     let from = pairs.iter().map(|(f, _)| f).sum::<Vector3<f64>>() / n;
     let to = pairs.iter().map(|(_, t)| t).sum::<Vector3<f64>>() / n;
     let covariance: Matrix3<f64> = pairs.iter().map(|(f, t)| (t - to) * (f - from).transpose()).sum();
-    let svd = covariance.svd(true, true);
+    let rotation = nearest_rotation(&covariance)?;
+    Some(Pose::from_parts(Translation3::from(to - rotation * from), rotation))
+}
+
+/// The proper rotation that maximises the trace of its product with the transposed matrix; `None` if the matrix does not
+/// determine it.
+pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<Rotation3<f64>> {
+    let svd = matrix.svd(true, true);
     if svd.singular_values[1] <= 1e-9 * svd.singular_values[0] {
         return None;
     }
     let (u, v_t) = (svd.u?, svd.v_t?);
     let mut proper = Matrix3::identity();
     proper[(2, 2)] = (u * v_t).determinant().signum();
-    let rotation = Rotation3::from_matrix_unchecked(u * proper * v_t);
-    Some(Pose::from_parts(Translation3::from(to - rotation * from), rotation))
+    Some(Rotation3::from_matrix_unchecked(u * proper * v_t))
 }
 
 #[cfg(test)]

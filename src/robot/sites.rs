@@ -56,6 +56,9 @@ pub enum Site {
     Tool(u16),
     /// The ball, or the measured point, in the world (0 x, 1 y, 2 z).
     Target(u16),
+    /// The axes of the instrument that measures orientations, relative to the tool: components of a rotation vector in those
+    /// axes (0 x, 1 y, 2 z).
+    Probe(u16),
 }
 
 /// The largest number of joints of an arm; no real arm has as many.
@@ -86,10 +89,17 @@ impl Site {
         Site::Target(k as u16)
     }
 
+    /// The axes of the instrument that measures orientations, about axis `k` (0, 1, 2).
+    #[inline]
+    pub const fn probe(k: usize) -> Self {
+        Site::Probe(k as u16)
+    }
+
     /// Parses a site as printed, for an arm with `joints` joints.
     pub fn parse(text: &str, joints: usize) -> Option<Site> {
         let axis = |name: &str| Axis6::ALL.into_iter().find(|a| a.name() == name);
         let xyz = |name: &str| ["x", "y", "z"].iter().position(|n| *n == name);
+        let about = |name: &str| name.strip_prefix('r').and_then(xyz);
         let number = |digits: &str| digits.parse::<usize>().ok().filter(|i| *i <= MOST_JOINTS);
         let parts: Vec<&str> = text.split(':').collect();
         let site = match parts[..] {
@@ -101,6 +111,7 @@ impl Site {
             ["d", i] => Site::mdh(number(i)?.checked_sub(1)?, MdhEntry::D),
             ["flex", k, a] => Site::flex(number(k)?, axis(a)?),
             ["tool", a] => Site::tool(xyz(a)?),
+            ["probe", a] => Site::probe(about(a)?),
             ["ball", a] => Site::target(xyz(a)?),
             _ => return None,
         };
@@ -129,7 +140,7 @@ impl SiteIndex {
 
     /// Number of sites.
     pub fn len(&self) -> usize {
-        18 + PER_LINK * self.joints
+        21 + PER_LINK * self.joints
     }
 
     /// Never empty: base and tool always exist.
@@ -157,6 +168,11 @@ impl SiteIndex {
         self.tool() + 3
     }
 
+    /// First site of the axes of measured orientations.
+    pub(crate) fn probe(&self) -> usize {
+        self.target() + 3
+    }
+
     /// Index of a site in the flat vector.
     #[inline]
     pub fn of(&self, site: Site) -> usize {
@@ -166,6 +182,7 @@ impl SiteIndex {
             Site::Flex(k, axis) => self.flex(k.into()) + axis as usize,
             Site::Tool(k) => self.tool() + usize::from(k),
             Site::Target(k) => self.target() + usize::from(k),
+            Site::Probe(k) => self.probe() + usize::from(k),
         }
     }
 }
@@ -183,6 +200,7 @@ impl fmt::Display for Site {
             Site::Flex(k, axis) => write!(f, "flex:{k}:{}", axis.name()),
             Site::Tool(k) => write!(f, "tool:{}", xyz(k)),
             Site::Target(k) => write!(f, "ball:{}", xyz(k)),
+            Site::Probe(k) => write!(f, "probe:r{}", xyz(k)),
         }
     }
 }
@@ -197,13 +215,13 @@ mod tests {
         let mut sites: Vec<Site> = Axis6::ALL.into_iter().map(Site::Base).collect();
         sites.extend((0..joints).flat_map(|i| MdhEntry::ALL.map(|entry| Site::mdh(i, entry))));
         sites.extend((0..=joints).flat_map(|k| Axis6::ALL.map(|axis| Site::flex(k, axis))));
-        sites.extend((0..3).flat_map(|k| [Site::tool(k), Site::target(k)]));
+        sites.extend((0..3).flat_map(|k| [Site::tool(k), Site::target(k), Site::probe(k)]));
         assert_eq!(sites.len(), SiteIndex::new(joints).len());
         for site in sites {
             assert_eq!(Site::parse(&site.to_string(), joints), Some(site));
         }
         for text in [
-            "", "theta:0", "theta:7", "d:0", "a:6", "flex:7:x", "flex:1", "flex:1:q", "tool:rx", "ball:1:x", "theta:-1",
+            "", "theta:0", "theta:7", "d:0", "a:6", "flex:7:x", "flex:1", "flex:1:q", "tool:rx", "probe:x", "probe:rq", "ball:1:x", "theta:-1",
             "theta",
         ] {
             assert_eq!(Site::parse(text, joints), None, "{text}");

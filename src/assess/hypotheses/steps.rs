@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Vector6};
 use rayon::prelude::*;
 
 use super::hypothesis::{Hypothesis, Moment, Place};
@@ -114,7 +114,7 @@ fn concerned(examination: &Examination, id: &str) -> Option<Vec<bool>> {
 }
 
 /// Columns of what the effect moves: a joint, the tool, or the base relative to the balls.
-fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<Vec<Vec<Vector3<f64>>>> {
+fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<Vec<Vec<Vector6<f64>>>> {
     let circumstances = &examination.circumstances;
     let family = examination.model.family(id)?;
     if family.is_of_joint() {
@@ -125,7 +125,7 @@ fn carriers(examination: &Examination, id: &str, concerned: &[bool]) -> Option<V
     }
     let mut carriers = sweep::base(circumstances);
     for carrier in &mut carriers {
-        carrier.iter_mut().zip(concerned).filter(|(_, moved)| !**moved).for_each(|(c, _)| *c = Vector3::zeros());
+        carrier.iter_mut().zip(concerned).filter(|(_, moved)| !**moved).for_each(|(c, _)| *c = Vector6::zeros());
     }
     Some(carriers)
 }

@@ -57,7 +57,7 @@ impl Pool {
             for ((i, sample), at) in candidates.enumerate().zip(there.circumstances()) {
                 // The columns of a base translation are the whitener; moving a ball is equivalent to moving the base
                 // back.
-                let whitener = Matrix3::from_columns(&at.base);
+                let whitener = Matrix3::from_columns(&at.base.map(|column| column.fixed_rows::<3>(0).into_owned()));
                 let arm = ball(&sample.measured) - centre;
                 for axis in 0..3 {
                     let along = Vector3::ith(axis, 1.0);

@@ -178,7 +178,7 @@ fn check_parameter(p: &ParameterTable, unit: Unit, effects: &[String], subject: 
         }
     }
     // Free and uncertain tools, targets and balls come from the data, not from the model.
-    let of_data = matches!(EffectId::new(&p.effect).family(), "tool_frame" | "target" | "ball");
+    let of_data = matches!(EffectId::new(&p.effect).family(), "tool_frame" | effects::PROBE_ROTATION | "target" | "ball");
     if !of_data && !effects.contains(&p.effect) {
         let problem = format!("'{}' is not among the effects of this calibration", p.effect);
         return Err(("effect", problem, format!("add it to `effects`, or {AGAIN}")));

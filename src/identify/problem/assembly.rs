@@ -83,7 +83,7 @@ impl<'a> Assembly<'a> {
                 }
             }
             let start = start(&self.robot, dataset, self.which, &sessions, base_is_sought);
-            for (k, (session, start)) in sessions.iter().zip(start.bases).enumerate() {
+            for (k, (session, (start, probe))) in sessions.iter().zip(start.bases.iter().zip(start.probes)).enumerate() {
                 let (own, earlier) =
                     if dataset.shared.base { (&sessions[..], &[][..]) } else { (&sessions[k..=k], &sessions[..k]) };
                 self.setup_of.insert((d, *session), self.setups.len());
@@ -92,9 +92,10 @@ impl<'a> Assembly<'a> {
                     dataset: (*name).into(),
                     session: session.unwrap_or_default().into(),
                     base: dataset.base,
-                    start,
-                    datum_freedoms: datum_freedoms(dataset, self.which, own, earlier, &start),
+                    start: *start,
+                    datum_freedoms: datum_freedoms(dataset, self.which, own, earlier, start),
                     tool: dataset.tool,
+                    probe,
                     gravity: dataset.gravity,
                     duration_s: duration(dataset, *session),
                 });
@@ -173,7 +174,7 @@ impl<'a> Assembly<'a> {
         let shared = own.len() > 1
             && match effect.id() {
                 "base_frame" => dataset.shared.base,
-                "tool_frame" => dataset.shared.tool,
+                "tool_frame" | effects::PROBE_ROTATION => dataset.shared.tool,
                 _ => false,
             };
         let mut first = vec![usize::MAX; self.setups.len()];
@@ -197,6 +198,7 @@ impl<'a> Assembly<'a> {
                     setup.datum_freedoms.iter().for_each(|&axis| parameters[axis as usize].defines_world = true);
                 }
                 "tool_frame" => place(parameters, &setup.tool.xyz, &setup.tool.xyz),
+                effects::PROBE_ROTATION => place(parameters, &[0.0; 3], setup.probe.as_slice()),
                 _ => {}
             }
         }

@@ -5,8 +5,9 @@ use nalgebra::Vector3;
 use super::Setup;
 use super::jacobian_pattern::JacobianPattern;
 use super::load_state::{Deviating, RowTerms};
+use super::orientation::SeenOrientation;
 use super::sample_row::SampleRow;
-use crate::robot::{BatchInput, Postures, Robot, Site, SiteIndex, Vectors};
+use crate::robot::{BatchInput, LanePosture, PostureView, Postures, Robot, Site, SiteIndex, Vectors};
 
 /// Number of samples in a batch: two registers of four numbers, or one of eight.
 pub(super) const BATCH: usize = 8;
@@ -80,6 +81,19 @@ impl Batch {
     pub fn target_moved(&self, lane: usize) -> Vector3<f64> {
         let at = self.sites.target();
         Vector3::new(self.deviations[at][lane], self.deviations[at + 1][lane], self.deviations[at + 2][lane])
+    }
+
+    /// Orientation of one sample beside that measured, if it was.
+    pub fn seen_orientation(&self, lane: usize, row: &SampleRow, setup: &Setup) -> Option<SeenOrientation> {
+        row.orientation.as_ref()?;
+        let at = self.sites.probe();
+        let turned = Vector3::from_fn(|k, _| self.deviations[at + k][lane]);
+        row.seen_orientation(setup, &LanePosture { postures: &self.postures, lane }.flange(), &turned)
+    }
+
+    /// Axis about which a site turns the flange, for one sample.
+    pub fn turning(&self, lane: usize, site: Site) -> Vector3<f64> {
+        self.postures.turning_at(lane, site)
     }
 
     /// Computes the columns of all sites for these samples.

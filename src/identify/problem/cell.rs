@@ -2,8 +2,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use crate::effects::{ArtifactShape, Effect};
-use crate::measure::{Dataset, Noise};
+use crate::effects::{ArtifactShape, Effect, set_aside_by};
+use crate::measure::{Dataset, Noise, Sample};
 use crate::robot::{FramePose, Payload, Site};
 
 /// An effect with the parameters assigned to it.
@@ -28,6 +28,8 @@ pub(super) struct Cell {
     pub artifact: ArtifactShape,
     pub anchors: Vec<Vector3<f64>>,
     pub noise: Noise,
+    /// Names of the samples that the model sets aside.
+    pub aside: Vec<String>,
     pub measured_torques: bool,
 }
 
@@ -36,9 +38,11 @@ impl Cell {
     pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, measured_torques: bool) -> Self {
         let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
         // A sample may name a payload that does not exist; it then carries nothing.
+        let aside = effects.iter().filter_map(|p| set_aside_by(p.effect.id())).map(str::to_owned).collect();
         let payloads = dataset.payloads.iter().cloned().chain([Payload::none()]).collect();
         Cell {
             artifact: ArtifactShape::of(&balls),
+            aside,
             effects,
             tool: dataset.tool,
             tool_turn,
@@ -50,6 +54,11 @@ impl Cell {
             noise: dataset.noise.clone(),
             measured_torques,
         }
+    }
+
+    /// True if the model sets a sample aside.
+    pub fn is_aside(&self, sample: &Sample) -> bool {
+        self.aside.contains(&sample.id)
     }
 
     /// The user's expression by which an effect moves a site, in words; empty for built-in effects.

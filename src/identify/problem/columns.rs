@@ -1,6 +1,6 @@
 //! The circumstances under which each sample was taken, for the diagnosis.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 
 use super::assembly::Assembly;
 use super::{Parameter, Prior, Problem, ProblemError, Use, Workspace};
@@ -11,9 +11,11 @@ use crate::robot::{Loads, MdhEntry, Site};
 /// The circumstances of a sample, and the columns of its whitened residual for the sites that a scan varies.
 #[derive(Clone)]
 pub(crate) struct Circumstance {
-    /// First scalar residual, and their number: three, or one for a distance.
+    /// First scalar residual, and their number: three, or one for a distance, or six for a pose.
     pub first_row: usize,
     pub height: usize,
+    /// Number of those, the first ones, that are of its position.
+    pub positions: usize,
     /// Set-up to which it belongs.
     pub setup: usize,
     /// The ball with unknown position that it probes, by the ball's first parameter.
@@ -26,12 +28,12 @@ pub(crate) struct Circumstance {
     pub tau: Vec<f64>,
     /// Seconds since its session began.
     pub time_s: Option<f64>,
-    /// Whitened column of each joint's angle (N); only x counts for a distance.
-    pub joints: Vec<Vector3<f64>>,
+    /// Whitened column of each joint's angle (N); only the first `height` components count.
+    pub joints: Vec<Vector6<f64>>,
     /// Whitened columns of the base's position in the world.
-    pub base: [Vector3<f64>; 3],
+    pub base: [Vector6<f64>; 3],
     /// Whitened columns of the TCP's position in the last frame.
-    pub tool: [Vector3<f64>; 3],
+    pub tool: [Vector6<f64>; 3],
 }
 
 impl Circumstance {
@@ -72,11 +74,18 @@ impl Problem {
             self.pose(place, values, &state, &mut work);
             let pattern = &state.patterns[state.rows[place].pattern];
             let sight = self.residual(row, &work).1;
-            let whiten = |column: Vector3<f64>| match sight {
-                Some(sight) => Vector3::new(row.whitener[(0, 0)] * sight.dot(&column), 0.0, 0.0),
-                None => row.whitener * column,
+            let seen = self.seen_orientation(row, &work);
+            let column = |site: Site| {
+                let shift = work.posture.column(site);
+                let position = match sight {
+                    Some(sight) => Vector3::new(row.whitener[(0, 0)] * sight.dot(&shift), 0.0, 0.0),
+                    None => row.whitener * shift,
+                };
+                let turn = seen.as_ref().zip(row.orientation.as_ref()).map_or(Vector3::zeros(), |(seen, orientation)| {
+                    orientation.whitened(&shift, &seen.column(site, &work.posture.turning(site)))
+                });
+                Vector6::new(position.x, position.y, position.z, turn.x, turn.y, turn.z)
             };
-            let column = |site: Site| whiten(work.posture.column(site));
             let setup = &self.setups[row.setup];
             let cell = &self.cells[row.cell];
             loads.compute(&self.robot, &work.posture, row.payload(cell), &setup.gravity, &Vector3::zeros());
@@ -84,6 +93,7 @@ impl Problem {
             Circumstance {
                 first_row: row.first_row,
                 height: row.height(),
+                positions: row.positions(),
                 setup: row.setup,
                 free_ball: pattern.iter().map(|moves| moves.parameter).filter(|&p| is_free(p)).min(),
                 ball: row.ball(),

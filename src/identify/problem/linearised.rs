@@ -9,6 +9,7 @@ use super::Problem;
 use super::batch::{BATCH, Batch, STRETCH};
 use super::jacobian_pattern::JacobianPattern;
 use super::load_state::{LoadState, RowTerms};
+use super::orientation::SeenOrientation;
 use super::sample_row::SampleRow;
 use crate::robot::{MdhEntry, Posture, Robot, Site, SiteIndex};
 
@@ -18,7 +19,19 @@ pub(in crate::identify) struct Workspace {
     pub(super) deviations: Vec<f64>,
     batch: Batch,
     destinations: Destinations,
-    products: Vec<(usize, usize, f64)>,
+    products: Vec<Product>,
+    /// Columns of one sample's orientation before they are whitened.
+    turns: Vec<Vector3<f64>>,
+}
+
+/// An effect of a joint's compliance besides its own torque.
+struct Product {
+    /// Row of the compliance.
+    row: usize,
+    /// Site of the joint's angle, and its index.
+    site: Site,
+    place: usize,
+    weight: f64,
 }
 
 /// The point of evaluation: values of the parameters, SI, and loads.
@@ -57,6 +70,7 @@ impl Workspace {
             batch: Batch::new(robot),
             destinations: Destinations::default(),
             products: Vec::new(),
+            turns: Vec::new(),
         }
     }
 }
@@ -106,6 +120,22 @@ impl Problem {
     pub(super) fn residual(&self, row: &SampleRow, work: &Workspace) -> (Vector3<f64>, Option<Vector3<f64>>) {
         let at = SiteIndex::new(self.robot.joints()).target();
         row.residual(&work.posture.tcp(), &Vector3::from_column_slice(&work.deviations[at..at + 3]))
+    }
+
+    /// Orientation of one sample, with the arm as posed; `None` if it was not measured.
+    pub(super) fn seen_orientation(&self, row: &SampleRow, work: &Workspace) -> Option<SeenOrientation> {
+        let at = SiteIndex::new(self.robot.joints()).probe();
+        let turned = Vector3::from_column_slice(&work.deviations[at..at + 3]);
+        row.seen_orientation(&self.setups[row.setup], &work.posture.flange(), &turned)
+    }
+
+    /// Residuals of the orientations, rotation vectors in the world, rad; `None` for samples that measured none.
+    pub fn orientation_residuals(&self, values: &[f64]) -> Vec<Option<Vector3<f64>>> {
+        let mut residuals = vec![None; self.rows.len()];
+        if self.rows.iter().any(|row| row.orientation.is_some()) {
+            self.for_each_sample(values, &mut |posed| residuals[posed.place] = posed.turn);
+        }
+        residuals
     }
 
     /// Unweighted residuals in metres, three per sample (a distance has one and two zeros), under the loads at `values`.
@@ -173,7 +203,7 @@ impl Problem {
         let width = cells.len() / self.rows[rows.clone()].iter().map(SampleRow::height).sum::<usize>().max(1);
         let m = width - 1;
         let At { values, state } = at;
-        let Workspace { batch, destinations, products, .. } = work;
+        let Workspace { batch, destinations, products, turns, .. } = work;
         destinations.of = None;
         let places = rows.clone().step_by(BATCH);
         for (first, rows) in places.zip(self.rows[rows].chunks(BATCH)) {
@@ -196,13 +226,14 @@ impl Problem {
                         let column = batch.columns().get(place).map_or_else(flex, |columns| columns.at(lane));
                         own[k] += terms.weights[term] * sight.dot(&column);
                     }
-                    for &(k, place, weight) in products.iter() {
-                        own[k] += weight * sight.dot(&batch.columns()[place].at(lane));
+                    for product in products.iter() {
+                        own[product.row] += product.weight * sight.dot(&batch.columns()[product.place].at(lane));
                     }
                     own[m] = residual.x;
                     own.iter_mut().for_each(|x| *x *= row.whitener[(0, 0)]);
                     continue;
                 }
+                let (own, of_orientation) = own.split_at_mut(3 * width);
                 let (x, yz) = own.split_at_mut(width);
                 let (y, z) = yz.split_at_mut(width);
                 let z = &mut z[..width];
@@ -220,21 +251,33 @@ impl Problem {
                         z[k] += weight * column.z;
                     }
                 }
-                for &(k, place, weight) in products.iter() {
-                    let column = batch.columns()[place].at(lane);
-                    x[k] += weight * column.x;
-                    y[k] += weight * column.y;
-                    z[k] += weight * column.z;
+                for product in products.iter() {
+                    let (k, column) = (product.row, batch.columns()[product.place].at(lane));
+                    x[k] += product.weight * column.x;
+                    y[k] += product.weight * column.y;
+                    z[k] += product.weight * column.z;
                 }
                 (x[m], y[m], z[m]) = (residual.x, residual.y, residual.z);
+                if let Some(seen) = batch.seen_orientation(lane, row, &self.setups[row.setup]) {
+                    turns.clear();
+                    turns.resize(width, Vector3::zeros());
+                    for &[term, k, _] in &destinations.all {
+                        let site = pattern[term].site;
+                        turns[k] += seen.column(site, &batch.turning(lane, site)) * terms.weights[term];
+                    }
+                    for Product { row, site, weight, .. } in products.iter() {
+                        turns[*row] += seen.column(*site, &batch.turning(lane, *site)) * *weight;
+                    }
+                    turns[m] = seen.residual;
+                    row.whiten_orientation([x, y, z], turns, of_orientation);
+                }
                 row.whiten(x, y, z);
             }
         }
     }
 
-    /// Effects of a joint's compliance besides its own torque: an effect that acts through it is a product of both. Row of
-    /// the compliance, index of the joint's angle, weight.
-    fn find_products(&self, terms: &RowTerms, at: At<'_>, row_of: &[usize], products: &mut Vec<(usize, usize, f64)>) {
+    /// Effects of a joint's compliance besides its own torque: an effect that acts through it is a product of both.
+    fn find_products(&self, terms: &RowTerms, at: At<'_>, row_of: &[usize], products: &mut Vec<Product>) {
         products.clear();
         if !self.acts_through_compliance {
             return;
@@ -246,7 +289,8 @@ impl Problem {
             let compliance = at.state.compliance[usize::from(joint)];
             let own = self.compliances.iter().filter(|(j, p)| *j == usize::from(joint) && row_of[*p] != NONE);
             if compliance != 0.0 && at.values[moves.parameter] != 0.0 {
-                products.extend(own.map(|&(_, p)| (row_of[p], moves.place, at.values[moves.parameter] * weight / compliance)));
+                let weight = at.values[moves.parameter] * weight / compliance;
+                products.extend(own.map(|&(_, p)| Product { row: row_of[p], site: moves.site, place: moves.place, weight }));
             }
         }
     }
@@ -263,36 +307,44 @@ impl Problem {
 
     /// Unweighted Jacobian of the positions with respect to these parameters, SI, on which observability indices are
     /// defined. For a distance only the first of its three rows is filled; known distances between balls follow, one row
-    /// each.
+    /// each, then orientations, three rows each, as displacements at the end of a lever that makes both equally certain.
     pub fn plain_jacobian(&self, values: &[f64], columns: &[usize]) -> DMatrix<f64> {
         let mut work = Workspace::new(&self.robot);
-        let mut j = DMatrix::zeros(3 * self.rows.len() + self.distances.len(), columns.len());
+        let after_distances = 3 * self.rows.len() + self.distances.len();
+        let oriented = self.rows.iter().filter(|row| row.orientation.is_some()).count();
+        let mut j = DMatrix::zeros(after_distances + 3 * oriented, columns.len());
         let mut row_of = vec![NONE; self.parameters.len()];
         columns.iter().enumerate().for_each(|(k, &c)| row_of[c] = k);
         let state = self.load_state(values);
-        let sites = SiteIndex::new(self.robot.joints());
         let mut products = Vec::new();
+        let mut next = after_distances;
         for (i, (row, terms)) in self.rows.iter().zip(&state.rows).enumerate() {
             self.pose(i, values, &state, &mut work);
             let sight = self.residual(row, &work).1;
-            let mut add = |k: usize, column: Vector3<f64>| match sight {
-                None => {
-                    let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);
-                    cells += column;
+            let seen = self.seen_orientation(row, &work);
+            let mut add = |k: usize, site: Site, weight: f64| {
+                let column = work.posture.column(site) * weight;
+                match sight {
+                    None => {
+                        let mut cells = j.fixed_view_mut::<3, 1>(3 * i, k);
+                        cells += column;
+                    }
+                    Some(sight) => j[(3 * i, k)] += sight.dot(&column),
                 }
-                Some(sight) => j[(3 * i, k)] += sight.dot(&column),
+                if let Some(seen) = &seen {
+                    let mut cells = j.fixed_view_mut::<3, 1>(next, k);
+                    cells += seen.column(site, &work.posture.turning(site)) * (weight * row.lever());
+                }
             };
             let pattern = &state.patterns[terms.pattern];
             for (moves, weight) in pattern.iter().zip(&terms.weights) {
                 if row_of[moves.parameter] != NONE {
-                    add(row_of[moves.parameter], work.posture.column(moves.site) * *weight);
+                    add(row_of[moves.parameter], moves.site, *weight);
                 }
             }
             self.find_products(terms, At { values, state: &state }, &row_of, &mut products);
-            for &(k, place, weight) in &products {
-                let site = pattern.iter().find(|moves| sites.of(moves.site) == place).map(|moves| moves.site);
-                site.into_iter().for_each(|site| add(k, work.posture.column(site) * weight));
-            }
+            products.iter().for_each(|product| add(product.row, product.site, product.weight));
+            next += if seen.is_some() { 3 } else { 0 };
         }
         for (i, row) in self.distances.iter().enumerate() {
             row.columns(values, &mut |p, slope| {

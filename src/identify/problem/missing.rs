@@ -20,8 +20,8 @@ pub fn missing(effect: &dyn Effect, dataset: &Dataset, model: &Model, which: Use
     let masses = || (!dataset.robot.has_masses()).then_some("link masses in the robot's description");
     let balls = || on_balls().next().is_none().then_some("samples of kind 'ball'");
     let has_sides = |need: &Needs| {
-        use Needs::{Approach, Balls, Commanded, Plungers, Points, Readings};
-        matches!(need, Approach | Plungers | Readings | Commanded | Balls | Points)
+        use Needs::{Approach, Balls, Commanded, Orientations, Plungers, Points, Readings};
+        matches!(need, Approach | Plungers | Readings | Commanded | Balls | Points | Orientations)
     };
     effect.needs().iter().filter(|need| which == Use::Fit || !has_sides(need)).find_map(|need| match need {
         Needs::Torques if model.measured_torques => lacks(|s| s.tau.is_some()).then_some("columns tau1_nm ... tauN_nm"),
@@ -45,6 +45,7 @@ pub fn missing(effect: &dyn Effect, dataset: &Dataset, model: &Model, which: Use
         Needs::Time => lacks(|s| s.time_s.is_some()).then_some("column time_s"),
         Needs::Temperature => lacks(|s| s.temp_c.is_some()).then_some("column temp_c"),
         Needs::Balls => balls(),
+        Needs::Orientations => samples().all(|s| s.orientation.is_none()).then_some("samples of kind 'pose'"),
         Needs::Points => samples().all(|s| !matches!(s.measured, Measured::Point(_))).then_some("samples of kind 'point'"),
     })
 }

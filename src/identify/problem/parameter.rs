@@ -77,6 +77,9 @@ pub struct Setup {
     pub datum_freedoms: Vec<Axis6>,
     /// Nominal TCP frame.
     pub tool: FramePose,
+    /// Rotation vector of the probe's axes relative to the tool's at the start of the fit, rad: zero unless it is decidedly
+    /// turned.
+    pub probe: Vector3<f64>,
     /// Gravity in the world, m/s².
     pub gravity: Vector3<f64>,
     /// Longest time of its samples, s; `None` if times were not recorded.

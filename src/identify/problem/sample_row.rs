@@ -1,13 +1,14 @@
 //! One sample in the least-squares problem: the target of the TCP, its uncertainty, and the parameters that move it.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::Setup;
 use super::cell::Cell;
 use super::jacobian_pattern::{JacobianPattern, Term};
+use super::orientation::{OrientationPart, SeenOrientation, stated};
 use crate::effects::{Kind, Situation};
 use crate::measure::{Measured, Sample};
-use crate::robot::{FramePose, LanePosture, Loads, MdhEntry, Payload, Posture, PostureView, Robot, Site, SiteIndex};
+use crate::robot::{Frame, FramePose, LanePosture, Loads, MdhEntry, Payload, Posture, PostureView, Robot, Site, SiteIndex};
 use crate::units::MM;
 
 /// Standard uncertainty assumed to weight samples whose noise is not stated; their common scale is then estimated from the
@@ -39,7 +40,7 @@ pub(super) enum Target {
 pub(super) struct SampleRow {
     pub cell: usize,
     pub setup: usize,
-    /// First scalar residual: three, or one for a distance.
+    /// First scalar residual: three, or one for a distance, or six for a pose.
     pub first_row: usize,
     q: Vec<f64>,
     tool: FramePose,
@@ -47,6 +48,8 @@ pub(super) struct SampleRow {
     /// W with W^T W = Sigma^-1, lower triangular; only (0, 0) for a distance.
     pub whitener: Matrix3<f64>,
     sigma: Option<f64>,
+    /// The orientation, if it was measured.
+    pub orientation: Option<Box<OrientationPart>>,
     payload: usize,
     tau: Option<Vec<f64>>,
     /// Index of the ball or anchor.
@@ -76,6 +79,7 @@ impl SampleRow {
             target: Target::Position(Vector3::zeros()),
             whitener: Matrix3::identity(),
             sigma: None,
+            orientation: None,
             payload: 0,
             tau: None,
             ball: None,
@@ -95,6 +99,11 @@ impl SampleRow {
 
     /// Number of scalar residuals.
     pub fn height(&self) -> usize {
+        self.positions() + if self.orientation.is_some() { 3 } else { 0 }
+    }
+
+    /// Number of those, the first ones, that are of its position.
+    pub fn positions(&self) -> usize {
         if self.anchor.is_some() { 1 } else { 3 }
     }
 
@@ -119,6 +128,7 @@ impl SampleRow {
         ball == self.ball
             && anchor == self.anchor
             && sample.tool_target == self.tool_target
+            && (sample.orientation.is_some() || self.orientation.is_none())
             && sample.q.len() == self.q.len()
             && sample.tau.is_some() >= self.tau.is_some()
             && sample.time_s.is_some() == self.time_s.is_some()
@@ -152,6 +162,8 @@ impl SampleRow {
             Measured::Ball { .. } => cell.noise.ball,
             Measured::Point(_) | Measured::Distance { .. } => cell.noise.point,
         });
+        let orientation = stated(sample, cell.noise.orientation).filter(|_| !cell.is_aside(sample));
+        self.orientation = orientation.map(|(o, sigma)| Box::new(OrientationPart::of(o, sigma, cell.tool_turn)));
         self.payload = sample.payload.min(cell.payloads.len() - 1);
         self.tau.clone_from(&sample.tau);
         self.tau = self.tau.take().filter(|_| cell.measured_torques);
@@ -200,6 +212,18 @@ impl SampleRow {
                 (Vector3::new(distance - length, 0.0, 0.0), Some(sight / length.max(f64::MIN_POSITIVE)))
             }
         }
+    }
+
+    /// The orientation as measured beside that of the arm as posed, if it was measured; `turned` is the deviation of the
+    /// probe's rotation vector.
+    #[inline]
+    pub fn seen_orientation(&self, setup: &Setup, flange: &Frame, turned: &Vector3<f64>) -> Option<SeenOrientation> {
+        self.orientation.as_ref().map(|o| o.seen(flange, &(setup.probe + turned)))
+    }
+
+    /// Length, m, that weighs an angle of its orientation as much as a displacement.
+    pub fn lever(&self) -> f64 {
+        self.orientation.as_ref().map_or(0.0, |o| o.lever(self.sigma.unwrap_or(UNSTATED_SIGMA)))
     }
 
     /// Computes the weight of each parameter that moves the TCP in the situation of this sample; returns its moves if they
@@ -293,6 +317,14 @@ impl SampleRow {
     pub fn state_noise<const L: usize>(&mut self, cell: &Cell, posture: &LanePosture<'_, L>) {
         let sigma = self.sigma.unwrap_or(UNSTATED_SIGMA);
         let joint_sigmas = &cell.noise.joint;
+        if let Some(orientation) = &mut self.orientation {
+            let theta = |i: usize| Site::mdh(i, MdhEntry::Theta);
+            let moved = |(i, sigma_q): (usize, &f64)| {
+                let (shift, turn) = (posture.column(theta(i)) * *sigma_q, posture.turning(theta(i)) * *sigma_q);
+                Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
+            };
+            orientation.state_noise(sigma, joint_sigmas.iter().enumerate().take(self.q.len()).map(moved));
+        }
         if joint_sigmas.is_empty() {
             self.whitener = Matrix3::identity() / sigma;
             return;
@@ -311,6 +343,16 @@ impl SampleRow {
                 covariance.cholesky().and_then(|c| c.l().try_inverse()).unwrap_or_else(|| Matrix3::identity() / sigma)
             }
         };
+    }
+
+    /// Whitens columns of the orientation, with the coordinates of the position's columns before these are whitened; `into` holds
+    /// three rows.
+    pub fn whiten_orientation(&self, [x, y, z]: [&[f64]; 3], turns: &[Vector3<f64>], into: &mut [f64]) {
+        let Some(orientation) = &self.orientation else { return };
+        for (k, turn) in turns.iter().enumerate() {
+            let whitened = orientation.whitened(&Vector3::new(x[k], y[k], z[k]), turn);
+            (0..3).for_each(|axis| into[axis * turns.len() + k] = whitened[axis]);
+        }
     }
 
     /// Multiplies the vectors whose coordinates are in `x`, `y`, `z` by the whitener, which is lower triangular.

@@ -15,8 +15,10 @@ pub struct PosedSample<'a> {
     pub setup: usize,
     /// First of its scalar residuals among those of the problem.
     pub first_row: usize,
-    /// Number of its scalar residuals: three, or one for a distance.
+    /// Number of its scalar residuals that are of its position, the first ones: three, or one for a distance.
     pub height: usize,
+    /// Number of all its scalar residuals: three more if its orientation was measured.
+    pub rows: usize,
     /// The arm.
     pub posture: &'a Posture,
     /// Measured minus predicted, world axes, m; for a distance, along the line of sight.
@@ -26,6 +28,8 @@ pub struct PosedSample<'a> {
     pub whitener: Matrix3<f64>,
     /// Sum of the variances of the residual's components, m²: as stated, or as assumed for the weighting if not stated.
     pub variance: f64,
+    /// Measured minus predicted orientation, a rotation vector in world axes, rad, if it was measured.
+    pub turn: Option<Vector3<f64>>,
     /// Unit vector from the anchor to the TCP, for a distance.
     pub sight: Option<Vector3<f64>>,
 }
@@ -54,7 +58,9 @@ impl Problem {
                 dataset: row.cell,
                 setup: row.setup,
                 first_row: row.first_row,
-                height: row.height(),
+                height: row.positions(),
+                rows: row.height(),
+                turn: self.seen_orientation(row, &work).map(|seen| seen.residual),
                 posture: &work.posture,
                 residual,
                 whitener,

@@ -8,13 +8,16 @@ use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 use super::Use;
 use crate::math::linalg;
 use crate::measure::{Ball, Dataset, Measured, Sample};
-use crate::robot::{Axis6, FramePose, Robot, rigid_fit, world_from_tool};
-use crate::units::MM;
+use crate::robot::{Axis6, FramePose, Robot, nearest_rotation, rigid_fit, world_from_tool};
+use crate::units::{DEG, MM};
 
 /// A nominal base that disagrees with the measured positions by more than this (rms) is replaced by a closed-form start,
 /// and so is a free ball further than this from where it was probed. Gauss-Newton needs no help within a decimetre, and a
 /// base rotated to compensate a wrong tool would be a worse start than the nominal one.
 const NOMINAL_IS_CLOSE: f64 = 100.0 * MM;
+
+/// The same for axes of orientations, rad.
+const NOMINAL_IS_CLOSE_ANGLE: f64 = 5.0 * DEG;
 
 /// Known positions that spread by less than this share of their distance from the base count as one: they define no
 /// direction.
@@ -24,6 +27,8 @@ const SPREAD: f64 = 1e-3;
 pub(super) struct Start {
     /// Base of each session.
     pub bases: Vec<FramePose>,
+    /// Rotation vector of the probe's axes relative to the tool's, of each session, rad.
+    pub probes: Vec<Vector3<f64>>,
     /// Position of every ball: the stated one, or, for a free ball decimetres from where the arm probed it, the mean of the
     /// TCPs.
     pub balls: Vec<Vector3<f64>>,
@@ -66,7 +71,24 @@ pub(super) fn start(robot: &Robot, dataset: &Dataset, which: Use, sessions: &[Op
         Some(at) if (at - ball.position).norm() > NOMINAL_IS_CLOSE => *at,
         _ => ball.position,
     };
-    Start { bases, balls: dataset.balls.iter().enumerate().map(position).collect() }
+    let probes = match dataset.tool_free {
+        true => sessions.iter().zip(&bases).map(|(session, base)| probe(robot, dataset, which, *session, base)).collect(),
+        false => vec![Vector3::zeros(); sessions.len()],
+    };
+    Start { bases, probes, balls: dataset.balls.iter().enumerate().map(position).collect() }
+}
+
+/// Rotation vector of the probe's axes relative to the tool's: the rotation nearest to all that a session measured (Moakher
+/// 2002), or zero if that is near enough.
+fn probe(robot: &Robot, dataset: &Dataset, which: Use, session: Option<&str>, base: &FramePose) -> Vector3<f64> {
+    let samples = dataset.samples.iter().filter(|s| which.takes(s) && s.session.as_deref() == session);
+    let turned = samples.filter_map(|s| {
+        let nominal = world_from_tool(robot, base, &dataset.tool, &s.q).rotation;
+        Some((nominal.inverse() * s.orientation?.world_from_tool()).into_inner())
+    });
+    let sum = turned.fold(Matrix3::zeros(), |sum: Matrix3<f64>, turn| sum + turn);
+    let turned = nearest_rotation(&sum).map_or(Vector3::zeros(), |r| r.scaled_axis());
+    if turned.norm() < NOMINAL_IS_CLOSE_ANGLE { Vector3::zeros() } else { turned }
 }
 
 fn closer_base(nominal: FramePose, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> FramePose {

@@ -58,6 +58,14 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     } else if dataset.tool_sigma > 0.0 {
         wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
     }
+    let measures_orientation = dataset.samples.iter().any(|s| which.takes(s) && s.orientation.is_some());
+    if measures_orientation && dataset.tool_free {
+        wanted.retain(|(id, _)| id != effects::PROBE_ROTATION);
+        let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
+        wanted.insert(tool.map_or(wanted.len(), |t| t + 1), (effects::PROBE_ROTATION.into(), StatedPrior::Flat));
+    } else if measures_orientation && dataset.probe_sigma > 0.0 {
+        wanted.push((effects::PROBE_ROTATION.into(), StatedPrior::Stated(dataset.probe_sigma)));
+    }
     // Last of what the model leaves open: a target shares its place with a free tool if the TCP itself is not measured.
     let tool_targets = dataset.tool_targets.iter().enumerate().filter(|(r, _)| reflected(*r));
     for (id, tool_target) in tool_targets.rev().map(|(_, r)| (effects::place_of_target(&r.id), r)) {
@@ -83,6 +91,7 @@ fn stated(dataset: &Dataset, effect: &str) -> Option<f64> {
     let tool_target = |r: &&ToolTarget| effect == effects::place_of_target(&r.id) && !r.free;
     let sigma = match effect {
         "tool_frame" => (!dataset.tool_free).then_some(dataset.tool_sigma),
+        effects::PROBE_ROTATION => (!dataset.tool_free).then_some(dataset.probe_sigma),
         _ => {
             let of_ball = dataset.balls.iter().find(ball).map(|b| b.sigma);
             of_ball.or_else(|| dataset.tool_targets.iter().find(tool_target).map(|r| r.sigma))

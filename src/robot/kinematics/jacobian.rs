@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 
 use super::super::{Axis6, MdhEntry, Site, Vectors};
 use super::Postures;
-use super::mdh_rows::{MdhRows, Turn};
+use super::mdh_rows::Turn;
 use crate::math::simd::{Axes, Group, Vector, in_lanes};
 
 impl<const L: usize> Postures<L> {
@@ -55,10 +55,8 @@ impl<const L: usize> Postures<L> {
         let tcp = self.tcp.of(group);
         match site {
             Site::Base(axis) => {
-                let [rz, ry, _] = &self.base_turned;
-                let (x, y, z) = (group.vector(&Vector3::x()), group.vector(&Vector3::y()), group.vector(&Vector3::z()));
-                let origin = Axes { x, y, z, o: self.rigid[0].o.of(group) };
-                displacement_column(&origin, axis, [rz.of(group), ry.of(group)], tcp)
+                let (frame, turned) = self.base_axes(group);
+                displacement_column(&frame, axis, turned, tcp)
             }
             Site::Mdh(i, entry) => {
                 let i = usize::from(i);
@@ -67,29 +65,69 @@ impl<const L: usize> Postures<L> {
                     MdhEntry::Alpha => previous.x.of(group).cross(tcp - previous.o.of(group)),
                     MdhEntry::A => previous.x.of(group),
                     MdhEntry::Beta => {
-                        let MdhRows { alpha, a, .. } = &self.lines[i];
-                        let alpha = alpha.of(group);
-                        let y = previous.y.of(group) * alpha.cos + previous.z.of(group) * alpha.sin;
-                        y.cross(tcp - previous.o.of(group) - previous.x.of(group) * group.of(a))
+                        let arm = tcp - previous.o.of(group) - previous.x.of(group) * group.of(&self.lines[i].a);
+                        self.beta_axis(group, i).cross(arm)
                     }
                     MdhEntry::Theta => next.z.of(group).cross(tcp - next.o.of(group)),
                     MdhEntry::D => next.z.of(group),
                 }
             }
             Site::Flex(k, axis) => {
-                let k = usize::from(k);
-                let origin = Axes { o: self.frames()[k].o.of(group), ..self.rigid[k].of(group) };
-                let still = Turn { sin: group.splat(0.0), cos: group.splat(1.0) };
-                let [rz, ry] = &self.flex_turned[k];
-                let turned = if self.flexible { [rz.of(group), ry.of(group)] } else { [still; 2] };
-                displacement_column(&origin, axis, turned, tcp)
+                let (frame, turned) = self.flex_axes(group, k.into());
+                displacement_column(&frame, axis, turned, tcp)
             }
             Site::Tool(k) => {
                 let flange = &self.frames()[self.lines.len()];
                 [flange.x, flange.y, flange.z][usize::from(k)].of(group)
             }
             Site::Target(k) => -group.vector(&Vector3::ith(k.into(), 1.0)),
+            Site::Probe(_) => group.vector(&Vector3::zeros()),
         }
+    }
+
+    /// Axis in the world about which a site turns the flange in one posture, rad per SI unit of the site; zero if it only shifts
+    /// it.
+    pub fn turning_at(&self, lane: usize, site: Site) -> Vector3<f64> {
+        let group = Group::lane(lane);
+        match site {
+            Site::Mdh(_, MdhEntry::A | MdhEntry::D) | Site::Tool(_) | Site::Target(_) | Site::Probe(_) => Vector3::zeros(),
+            Site::Mdh(i, MdhEntry::Alpha) => self.frames()[usize::from(i)].x.of(group).into(),
+            Site::Mdh(i, MdhEntry::Beta) => self.beta_axis(group, i.into()).into(),
+            Site::Mdh(i, MdhEntry::Theta) => self.rigid[usize::from(i) + 1].z.of(group).into(),
+            Site::Base(Axis6::X | Axis6::Y | Axis6::Z) | Site::Flex(_, Axis6::X | Axis6::Y | Axis6::Z) => Vector3::zeros(),
+            Site::Base(axis) => {
+                let (frame, turned) = self.base_axes(group);
+                displacement_axis(&frame, axis, turned).into()
+            }
+            Site::Flex(k, axis) => {
+                let (frame, turned) = self.flex_axes(group, k.into());
+                displacement_axis(&frame, axis, turned).into()
+            }
+        }
+    }
+
+    /// Axes in which the base is displaced, and how far it is already turned.
+    #[inline(always)]
+    fn base_axes<S: Simd>(&self, group: Group<S>) -> (Axes<S>, [Turn<S>; 2]) {
+        let [rz, ry, _] = &self.base_turned;
+        let (x, y, z) = (group.vector(&Vector3::x()), group.vector(&Vector3::y()), group.vector(&Vector3::z()));
+        (Axes { x, y, z, o: self.rigid[0].o.of(group) }, [rz.of(group), ry.of(group)])
+    }
+
+    /// The same for the displacement after frame `k`.
+    #[inline(always)]
+    fn flex_axes<S: Simd>(&self, group: Group<S>, k: usize) -> (Axes<S>, [Turn<S>; 2]) {
+        let origin = Axes { o: self.frames()[k].o.of(group), ..self.rigid[k].of(group) };
+        let still = Turn { sin: group.splat(0.0), cos: group.splat(1.0) };
+        let [rz, ry] = &self.flex_turned[k];
+        (origin, if self.flexible { [rz.of(group), ry.of(group)] } else { [still; 2] })
+    }
+
+    /// The axis of beta of line `i`.
+    #[inline(always)]
+    fn beta_axis<S: Simd>(&self, group: Group<S>, i: usize) -> Vector<S> {
+        let (previous, alpha) = (&self.frames()[i], self.lines[i].alpha.of(group));
+        previous.y.of(group) * alpha.cos + previous.z.of(group) * alpha.sin
     }
 }
 
@@ -111,14 +149,21 @@ impl<const L: usize> WithSimd for WriteColumns<'_, L> {
 /// Column of one component of `Tr(x, y, z) Rz Ry Rx` applied after `frame` (axes of the frame, origin after the
 /// translation).
 #[inline(always)]
-fn displacement_column<S: Simd>(frame: &Axes<S>, axis: Axis6, [rz, ry]: [Turn<S>; 2], tcp: Vector<S>) -> Vector<S> {
-    let arm = tcp - frame.o;
+fn displacement_column<S: Simd>(frame: &Axes<S>, axis: Axis6, turned: [Turn<S>; 2], tcp: Vector<S>) -> Vector<S> {
+    match axis {
+        Axis6::X | Axis6::Y | Axis6::Z => displacement_axis(frame, axis, turned),
+        Axis6::Rz | Axis6::Ry | Axis6::Rx => displacement_axis(frame, axis, turned).cross(tcp - frame.o),
+    }
+}
+
+/// The axis along or about which one component of `Tr(x, y, z) Rz Ry Rx` moves, applied after `frame`.
+#[inline(always)]
+fn displacement_axis<S: Simd>(frame: &Axes<S>, axis: Axis6, [rz, ry]: [Turn<S>; 2]) -> Vector<S> {
     match axis {
         Axis6::X => frame.x,
         Axis6::Y => frame.y,
-        Axis6::Z => frame.z,
-        Axis6::Rz => frame.z.cross(arm),
-        Axis6::Ry => (frame.y * rz.cos - frame.x * rz.sin).cross(arm),
-        Axis6::Rx => ((frame.x * rz.cos + frame.y * rz.sin) * ry.cos - frame.z * ry.sin).cross(arm),
+        Axis6::Z | Axis6::Rz => frame.z,
+        Axis6::Ry => frame.y * rz.cos - frame.x * rz.sin,
+        Axis6::Rx => (frame.x * rz.cos + frame.y * rz.sin) * ry.cos - frame.z * ry.sin,
     }
 }

@@ -66,4 +66,9 @@ impl Posture {
     pub fn column(&self, site: Site) -> Vector3<f64> {
         self.column_at(0, site)
     }
+
+    /// Axis in the world about which a site turns the flange, rad per SI unit of the site; zero if it only shifts it.
+    pub fn turning(&self, site: Site) -> Vector3<f64> {
+        self.turning_at(0, site)
+    }
 }

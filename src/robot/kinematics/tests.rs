@@ -48,19 +48,23 @@ fn every_column_is_the_derivative_of_its_site() {
             sites.extend(MdhEntry::ALL.into_iter().map(|entry| Site::mdh(i, entry)));
         }
         sites.extend((0..3).map(Site::Tool));
-        assert_eq!(sites.len() + 3, index.len(), "all sites but the target's");
+        assert_eq!(sites.len() + 6, index.len(), "all sites but those of target and probe");
         for &site in &sites {
             let place = index.of(site);
             let at = deviations[place];
-            let mut tcp = |value: f64| {
+            let mut pose = |value: f64| {
                 deviations[place] = value;
                 posture.set(&robot, &base, &tool, &q, &deviations);
-                posture.tcp()
+                posture.world_from_tool(&tool)
             };
-            let difference = (tcp(at + STEP) - tcp(at - STEP)) / (2.0 * STEP);
-            tcp(at);
+            let (before, after) = (pose(at - STEP), pose(at + STEP));
+            pose(at);
+            let difference = (after.translation.vector - before.translation.vector) / (2.0 * STEP);
             let column = posture.column(site);
             assert!((column - difference).norm() < TOLERANCE, "{site}: {column:?} against {difference:?}");
+            let turned = (after.rotation * before.rotation.inverse()).scaled_axis() / (2.0 * STEP);
+            let axis = posture.turning(site);
+            assert!((axis - turned).norm() < TOLERANCE, "{site}: turns about {axis:?}, not {turned:?}");
         }
         let mut together = vec![Vectors::ZERO; index.len()];
         posture.columns(&mut together);

@@ -1,0 +1,129 @@
+//! The orientation of a sample, as three scalar residuals beside those of its position.
+//!
+//! `residual = log(R_measured R_predicted^T)`, a rotation vector in the world, with
+//! `R_predicted = R_flange R_tool exp(w)`, where `w` is the rotation vector of the probe's axes relative to the tool's.
+
+use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Vector3, Vector6};
+
+use crate::measure::{Orientation, Sample};
+use crate::robot::{Frame, Site};
+
+/// Below this angle, rad, series replace quotients that vanish.
+const SMALL: f64 = 1e-4;
+
+/// The measured orientation of one sample.
+#[derive(Debug, Clone)]
+pub(super) struct OrientationPart {
+    measured: Rotation3<f64>,
+    /// One-sigma about each axis, rad.
+    sigma: f64,
+    /// Nominal rotation from the tool's axes to those of the last frame.
+    tool: Rotation3<f64>,
+    /// The last three rows of W (6 x 6), for the whole pose with `W^T W = Sigma^-1`; W is lower triangular.
+    whitener: SMatrix<f64, 3, 6>,
+}
+
+/// A measured orientation beside the predicted one.
+pub(super) struct SeenOrientation {
+    /// Measured minus predicted, world axes, rad.
+    pub residual: Vector3<f64>,
+    /// Maps a rotation of the probe in the world to the change of the residual that it subtracts.
+    onto: Matrix3<f64>,
+    /// World axes about which the components of the probe's rotation vector turn it.
+    turns: Matrix3<f64>,
+}
+
+impl SeenOrientation {
+    /// What one SI unit of a site that turns the flange about `axis` subtracts from the residual.
+    #[inline]
+    pub fn column(&self, site: Site, axis: &Vector3<f64>) -> Vector3<f64> {
+        match site {
+            Site::Probe(k) => self.onto * self.turns.column(k.into()),
+            _ => self.onto * axis,
+        }
+    }
+}
+
+impl OrientationPart {
+    /// The orientation of a sample, if it was measured, for a tool with these axes in the last frame; `sigma` as stated.
+    pub fn of(orientation: Orientation, sigma: f64, tool: Rotation3<f64>) -> Self {
+        OrientationPart { measured: orientation.world_from_tool(), sigma, tool, whitener: SMatrix::zeros() }
+    }
+
+    /// Compares it with the arm as posed; `w` is the probe's rotation vector.
+    pub fn seen(&self, flange: &Frame, w: &Vector3<f64>) -> SeenOrientation {
+        let flange = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[flange.x, flange.y, flange.z]));
+        let predicted = flange * self.tool * Rotation3::new(*w);
+        let residual = (self.measured * predicted.inverse()).scaled_axis();
+        SeenOrientation { residual, onto: inverse_right_jacobian(&residual), turns: predicted.matrix() * right_jacobian(w) }
+    }
+
+    /// States the noise of the whole pose: that of the instrument, and that of the joints, whose columns are `joints`.
+    pub fn state_noise(&mut self, sigma_position: f64, joints: impl Iterator<Item = Vector6<f64>>) {
+        let (p, o) = (sigma_position * sigma_position, self.sigma * self.sigma);
+        let instrument = Matrix6::from_diagonal(&Vector6::new(p, p, p, o, o, o));
+        let covariance = joints.fold(instrument, |sum, column| sum + column * column.transpose());
+        let root = covariance.cholesky().and_then(|c| c.l().try_inverse());
+        let whitener = root.unwrap_or_else(|| Matrix6::from_diagonal(&instrument.diagonal().map(|v| v.sqrt().recip())));
+        self.whitener = whitener.fixed_rows::<3>(3).into_owned();
+    }
+
+    /// Whitens the orientation's part of a displacement of the tool: shift, m, and turn, rad.
+    #[inline]
+    pub fn whitened(&self, shift: &Vector3<f64>, turn: &Vector3<f64>) -> Vector3<f64> {
+        self.whitener.fixed_columns::<3>(0) * shift + self.whitener.fixed_columns::<3>(3) * turn
+    }
+
+    /// Length, m, that weighs an angle as much as a displacement.
+    pub fn lever(&self, sigma_position: f64) -> f64 {
+        sigma_position / self.sigma
+    }
+}
+
+/// One-sigma about each axis of a sample's orientation, rad; `None` if it has no orientation, or none that is stated.
+pub(super) fn stated(sample: &Sample, of_dataset: Option<f64>) -> Option<(Orientation, f64)> {
+    sample.orientation.and_then(|o| Some((o, o.sigma.or(of_dataset)?)))
+}
+
+/// `exp(w + dw) = exp(w) exp(J dw)` (Chirikjian 2011, section 10.6).
+fn right_jacobian(w: &Vector3<f64>) -> Matrix3<f64> {
+    let (angle, k) = (w.norm(), w.cross_matrix());
+    let (first, second) = if angle < SMALL {
+        (0.5, 1.0 / 6.0)
+    } else {
+        ((1.0 - angle.cos()) / (angle * angle), (angle - angle.sin()) / (angle * angle * angle))
+    };
+    Matrix3::identity() - k * first + k * k * second
+}
+
+/// `log(exp(r) exp(d)) = r + J d`.
+fn inverse_right_jacobian(r: &Vector3<f64>) -> Matrix3<f64> {
+    let (angle, k) = (r.norm(), r.cross_matrix());
+    let second = if angle < SMALL {
+        1.0 / 12.0
+    } else {
+        let half = 0.5 * angle;
+        (1.0 - half * half.cos() / half.sin()) / (angle * angle)
+    };
+    Matrix3::identity() + k * 0.5 + k * k * second
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jacobians_are_the_derivatives_of_the_exponential() {
+        for w in [Vector3::new(1e-6, -2e-6, 0.0), Vector3::new(0.3, -0.8, 1.1), Vector3::new(-1.7, 0.4, 2.0)] {
+            for k in 0..3 {
+                let step = Vector3::ith(k, 1e-6);
+                let (before, after) = (Rotation3::new(w - step), Rotation3::new(w + step));
+                let turned = (before.inverse() * after).scaled_axis() / 2e-6;
+                assert!((right_jacobian(&w).column(k) - turned).norm() < 1e-8, "{w:?}");
+                let added = |d: Vector3<f64>| (Rotation3::new(w) * Rotation3::new(d)).scaled_axis();
+                let moved = (added(step) - added(-step)) / 2e-6;
+                assert!((inverse_right_jacobian(&w).column(k) - moved).norm() < 1e-7, "{w:?}");
+            }
+        }
+    }
+}
