@@ -117,6 +117,7 @@ fn cell(toml: &ScenarioToml, robot: Robot) -> Dataset {
             ball: Some(toml.noise.ball_um * UM),
             point: Some(toml.noise.point_um * UM),
             joint: toml.noise.joint_arcsec.iter().map(|v| v * ARCSEC).collect(),
+            ..Noise::default()
         },
         ..Dataset::default()
     }

@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn statistics_of_errors_known_by_heart() {
         let residuals = [1.0, 2.0, 3.0, 4.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0)).to_vec();
-        let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new(), from_fit_rows: Vec::new() };
+        let prediction = Prediction { sample_ids: Vec::new(), residuals, orientations: Vec::new(), refitted: Vec::new(), from_fit_rows: Vec::new() };
         let v = Validation::of(&prediction).expect("there are errors");
         assert_eq!((v.samples, v.mean, v.max, v.quantiles[2]), (5, 4.0, 10.0, 3.0));
         assert!((v.std - 12.5f64.sqrt()).abs() < 1e-12);

@@ -232,6 +232,7 @@ impl Calibration {
         Ok(Prediction {
             sample_ids: problem.sample_ids().to_vec(),
             residuals: problem.residuals(&values),
+            orientations: problem.orientation_residuals(&values),
             refitted: names(&refitted),
             from_fit_rows: names(&from_fit_rows),
         })

@@ -11,6 +11,8 @@ pub struct Prediction {
     pub sample_ids: Vec<String>,
     /// Measured minus predicted, m.
     pub residuals: Vec<Vector3<f64>>,
+    /// Measured minus predicted orientation, rotation vectors in the world, rad; `None` for samples that measured none.
+    pub orientations: Vec<Option<Vector3<f64>>>,
     /// Parameters of unseen set-ups fitted to these samples.
     pub refitted: Vec<String>,
     /// Parameters of unseen set-ups fitted to other samples, of set `fit`.

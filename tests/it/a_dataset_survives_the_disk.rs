@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use calibench::measure::{
-    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Sample, SampleSet, Shared, ToolTarget, read_dataset, write_dataset,
+    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientation, Sample, SampleSet, Shared, ToolTarget, read_dataset, write_dataset,
 };
 use calibench::robot::{FramePose, Payload};
 use calibench::units::{ARCSEC, DEG, MM, UM};
@@ -86,6 +86,7 @@ impl Generator {
             base: self.frame(),
             tool: self.frame(),
             tool_sigma: self.sometimes(|g| g.positive(UM)).unwrap_or(0.0),
+            probe_sigma: self.sometimes(|g| g.positive(0.01)).unwrap_or(0.0),
             tool_free: self.0.random(),
             shared: Shared { base: self.0.random(), tool: self.0.random() },
             contact_force: self.vector(1.0),
@@ -100,6 +101,7 @@ impl Generator {
             noise: Noise {
                 ball: self.sometimes(|g| g.positive(3.0 * UM)),
                 point: self.sometimes(|g| g.positive(30.0 * UM)),
+                orientation: self.sometimes(|g| g.positive(1e-4)),
                 joint: self.sometimes(|g| (0..joints).map(|_| g.positive(ARCSEC)).collect()).unwrap_or_default(),
             },
             extra_columns: (0..extra).map(|k| format!("extra_{}{k}", self.text())).collect(),
@@ -124,10 +126,16 @@ impl Generator {
             1 => Measured::Point(self.vector(2.0)),
             _ => Measured::Distance { anchor: self.0.random_range(0..dataset.anchors.len()), distance: self.positive(3.0) },
         };
+        // Without a stated noise of orientations in general, each must state its own.
+        let orientation = matches!(measured, Measured::Point(_)).then(|| {
+            self.sometimes(|g| Orientation { rotation: g.vector(1.0), sigma: Some(g.positive(1e-3)) })
+        });
         let nulled = matches!(measured, Measured::Ball { .. });
         let sign = |g: &mut Self| g.0.random_range(-1..=1);
         Sample {
             tool_target: self.sometimes(|g| g.0.random_range(0..4)).filter(|r| *r < dataset.tool_targets.len()),
+            orientation: orientation.flatten(),
+            posture: self.sometimes(Self::text),
             set: if self.0.random() { SampleSet::Fit } else { SampleSet::Validation },
             payload: self.0.random_range(0..dataset.payloads.len()),
             time_s: self.sometimes(|g| g.positive(1e5)),
@@ -161,12 +169,14 @@ fn close(a: f64, b: f64) -> bool {
 /// All numbers of a dataset that change unit on the way.
 fn numbers(d: &Dataset) -> Vec<f64> {
     let mut all: Vec<f64> = [d.base.to_array(), d.tool.to_array()].concat();
-    all.extend(d.noise.ball.iter().chain(&d.noise.point).chain(&d.noise.joint).chain([&d.tool_sigma]));
+    all.extend(d.noise.ball.iter().chain(&d.noise.point).chain(&d.noise.joint).chain(&d.noise.orientation));
+    all.extend([d.tool_sigma, d.probe_sigma]);
     all.extend(d.payloads.iter().flat_map(|p| p.com.iter().copied().chain([p.mass])));
     all.extend(d.balls.iter().flat_map(|b| b.position.iter().copied().chain([b.sigma])));
     all.extend(d.ball_distances.iter().flat_map(|b| [b.distance, b.sigma]));
     all.extend(d.anchors.iter().flat_map(|a| a.position.iter().copied()));
     for s in &d.samples {
+        all.extend(s.orientation.iter().flat_map(|o| o.rotation.iter().chain(&o.sigma).copied()));
         all.extend(s.q.iter().chain(s.q_commanded.iter().flatten()).chain(&s.sigma));
         match &s.measured {
             Measured::Ball { reading, .. } => all.extend(reading.iter().flat_map(|r| r.iter().copied())),
@@ -202,6 +212,7 @@ fn any_dataset_reads_back_as_written() {
                 q: vec![],
                 q_commanded: None,
                 sigma: None,
+                orientation: None,
                 measured: Measured::Point(Vector3::zeros()),
                 ..s.clone()
             };

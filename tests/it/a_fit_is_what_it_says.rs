@@ -84,7 +84,7 @@ fn nominal(case: &Case, between: &mut dyn FnMut(f64, f64) -> f64) -> Dataset {
         tool,
         payloads: vec![payload],
         samples,
-        noise: Noise { ball: None, point: Some(NOISE), joint: Vec::new() },
+        noise: Noise { ball: None, point: Some(NOISE), joint: Vec::new(), ..Noise::default() },
         robot_reference: "scaled".into(),
         ..Dataset::default()
     }

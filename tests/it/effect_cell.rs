@@ -57,7 +57,7 @@ pub fn cell() -> Dataset {
         balls,
         samples,
         // There is none, and the fit settles to a thousandth of what is stated.
-        noise: Noise { ball: Some(0.01 * UM), point: Some(0.01 * UM), joint: Vec::new() },
+        noise: Noise { ball: Some(0.01 * UM), point: Some(0.01 * UM), joint: Vec::new(), ..Noise::default() },
         ..Dataset::default()
     }
 }
@@ -113,7 +113,7 @@ pub fn diagnosed(effect: &str, measures: Measures, size: impl Fn(&Parameter) -> 
         data.samples.retain(|s| matches!(s.measured, Measured::Ball { .. }));
     }
     data.balls.truncate(6);
-    data.noise = Noise { ball: Some(5.0 * UM), point: Some(5.0 * UM), joint: Vec::new() };
+    data.noise = Noise { ball: Some(5.0 * UM), point: Some(5.0 * UM), joint: Vec::new(), ..Noise::default() };
     let model = Model::of(&["base_frame", effect]);
     let problem = Problem::new(&[("d", &data)], &model, Use::Fit).unwrap();
     let of = |p: &Parameter| if p.effect == effect { size(p) * p.spec.prior } else { 0.0 };

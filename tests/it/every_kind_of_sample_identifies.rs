@@ -80,7 +80,7 @@ impl Cell {
             robot_reference: "kr6_r700".into(),
             base: FramePose { xyz: [-0.5, 0.1, -0.1], rz_ry_rx: [0.2, 0.0, 0.0] },
             tool: self.tool,
-            noise: Noise { ball: Some(10.0 * UM), point: Some(10.0 * UM), joint: Vec::new() },
+            noise: Noise { ball: Some(10.0 * UM), point: Some(10.0 * UM), joint: Vec::new(), ..Noise::default() },
             ..Dataset::default()
         }
     }

@@ -62,7 +62,7 @@ impl Cell {
             robot_reference: "kr6_r700".into(),
             base: FramePose { xyz: [-0.5, 0.1, -0.1], rz_ry_rx: [0.2, 0.0, 0.0] },
             tool: self.tool,
-            noise: Noise { ball: Some(NOISE), point: Some(NOISE), joint: Vec::new() },
+            noise: Noise { ball: Some(NOISE), point: Some(NOISE), joint: Vec::new(), ..Noise::default() },
             balls: places()
                 .into_iter()
                 .enumerate()
@@ -271,7 +271,7 @@ fn noise_stated_ten_times_too_large_hides_no_moved_ball() {
     let mut at = places();
     at[2] += Vector3::new(0.05, 0.05, -0.05) * MM;
     let samples = cell.probings(&at, 25);
-    let data = Dataset { noise: Noise { ball: Some(10.0 * NOISE), point: None, joint: Vec::new() }, ..cell.dataset(samples) };
+    let data = Dataset { noise: Noise { ball: Some(10.0 * NOISE), point: None, joint: Vec::new(), ..Noise::default() }, ..cell.dataset(samples) };
     let c = compare(&data, &data, Use::Fit);
     assert!(c.lack_of_fit.noise_overstated);
     assert_eq!(c.findings.first().map(|f| f.subject), Some(Subject::Ball(2)));

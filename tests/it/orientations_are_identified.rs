@@ -1,0 +1,174 @@
+//! Poses of six dimensions identify what positions alone cannot, with the uncertainty that they state.
+
+use std::sync::Arc;
+
+use calibench::effects::PROBE_ROTATION;
+use calibench::identify::{Calibration, Model, Problem, Use, fit, identify};
+use calibench::measure::{Dataset, Measured, Noise, Orientation, Sample, SampleSet, read_dataset, write_dataset};
+use calibench::robot::{FramePose, Pose, Robot, built_in, world_from_tool};
+use calibench::units::{ARCSEC, DEG, MM, UM, URAD};
+use nalgebra::{Rotation3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const POSITION: f64 = 15.0 * UM;
+const ANGLE: f64 = 0.002 * DEG;
+
+/// Axes of the probe relative to those of the tool: nowhere near what is believed.
+const PROBE: [f64; 3] = [1.1, -0.6, 1.9];
+
+/// A UR10 with errors in every link, its base believed a degree and its tool 3 mm from where they are.
+struct Twin {
+    nominal: Arc<Robot>,
+    truth: Robot,
+    base: FramePose,
+    tool: FramePose,
+}
+
+/// Where the tool truly is: about its axis, joint 6 shows in the orientation alone.
+fn truth(twin: &Twin, q: &[f64]) -> Pose {
+    let mut turned = q.to_vec();
+    turned[5] += GEAR[0] * q[5].sin() + GEAR[1] * q[5].cos();
+    world_from_tool(&twin.truth, &twin.base, &twin.tool, &turned)
+}
+
+fn normal(random: &mut ChaCha8Rng, size: f64) -> f64 {
+    let z: f64 = StandardNormal.sample(random);
+    z * size
+}
+
+fn vector(random: &mut ChaCha8Rng, size: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| normal(random, size))
+}
+
+fn twin(random: &mut ChaCha8Rng) -> Twin {
+    let nominal = built_in("ur10").unwrap();
+    let mut truth = nominal.clone();
+    for link in &mut truth.links {
+        link.mdh.alpha += normal(random, 0.05 * DEG);
+        link.mdh.a += normal(random, 0.3 * MM);
+        link.mdh.theta += normal(random, 0.05 * DEG);
+        link.mdh.d += normal(random, 0.3 * MM);
+    }
+    let base = FramePose { xyz: [2.0, -1.0, 0.3], rz_ry_rx: [0.8 * DEG, -0.5 * DEG, 1.0 * DEG] };
+    let tool = FramePose { xyz: [0.0, 0.0, 110.0 * MM], rz_ry_rx: [0.2, -0.1, 0.4] };
+    Twin { nominal: Arc::new(nominal), truth, base, tool }
+}
+
+/// Eccentricity of the gear of joint 6, as amplitudes of sine and cosine, rad.
+const GEAR: [f64; 2] = [400.0 * URAD, -250.0 * URAD];
+
+fn measured(twin: &Twin, poses: usize, random: &mut ChaCha8Rng) -> Dataset {
+    let probe = Rotation3::new(Vector3::from(PROBE));
+    let mut samples = Vec::new();
+    for k in 0..poses {
+        let q: Vec<f64> = twin.nominal.links.iter().map(|_| random.random_range(-2.5..2.5)).collect();
+        let seen = truth(twin, &q);
+        let point = seen.translation.vector + vector(random, POSITION);
+        let rotation = (Rotation3::new(vector(random, ANGLE)) * seen.rotation * probe).scaled_axis();
+        let set = if k % 4 == 3 { SampleSet::Validation } else { SampleSet::Fit };
+        let orientation = Some(Orientation { rotation, sigma: None });
+        samples.push(Sample { orientation, set, ..Sample::new(format!("p{k}"), q, Measured::Point(point)) });
+    }
+    let near = |frame: &FramePose, off: f64| FramePose { xyz: frame.xyz.map(|x| x + off), rz_ry_rx: frame.rz_ry_rx };
+    Dataset {
+        robot: twin.nominal.clone(),
+        robot_reference: "ur10".into(),
+        base: FramePose { rz_ry_rx: [0.0; 3], ..near(&twin.base, 2.0 * MM) },
+        tool: near(&twin.tool, 3.0 * MM),
+        tool_free: true,
+        noise: Noise { point: Some(POSITION), orientation: Some(ANGLE), ..Noise::default() },
+        samples,
+        ..Dataset::default()
+    }
+}
+
+fn geometry() -> Model {
+    Model::of(&["base_frame", "mdh", "harmonic1:6"])
+}
+
+#[test]
+fn every_column_of_an_orientation_is_its_derivative() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut dataset = measured(&twin(&mut random), 6, &mut random);
+    // Errors of the joints correlate position and orientation.
+    dataset.noise.joint = vec![20.0 * ARCSEC; 6];
+    let model = Model::of(&["base_frame", "mdh", "joint_compliance", "link_bending:2", PROBE_ROTATION]);
+    let problem = Problem::new(&[("", &dataset)], &model, Use::All).unwrap();
+    assert_eq!(problem.row_count(), 36);
+    // The derivatives neglect that a posture changes the loads, so nothing deflects here.
+    let size = |effect: &str| if matches!(effect, "joint_compliance" | "link_bending:2") { 0.0 } else { 0.3 };
+    let parameters = problem.parameters().iter();
+    let values: Vec<f64> = parameters.map(|p| size(&p.effect) * p.spec.prior * random.random_range(-1.0..1.0)).collect();
+    let all: Vec<usize> = (0..values.len()).collect();
+    let near = problem.whitened(&values, &all);
+    for p in all {
+        let step = 1e-3 * problem.parameters()[p].spec.prior;
+        let at = |by: f64| {
+            let mut moved = values.clone();
+            moved[p] += by;
+            problem.whitened(&moved, &[]).row(0).into_owned()
+        };
+        let difference = (at(-step) - at(step)) / (2.0 * step);
+        let off = (near.row(p) - &difference).norm();
+        assert!(off <= 1e-5 * difference.norm() + 1e-9, "{}: {off} of {}", problem.parameters()[p].name, difference.norm());
+    }
+}
+
+#[test]
+fn a_pose_identifies_the_last_joint_and_states_its_uncertainty() {
+    let (mut squares, mut numbers, mut chi2, mut dof) = (0.0, 0, 0.0, 0);
+    for seed in 10..20 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let twin = twin(&mut random);
+        let dataset = measured(&twin, 60, &mut random);
+        let calibration = identify(&[("", &dataset)], &geometry()).unwrap();
+        let prediction = calibration.predict(&[("", &dataset)], Use::Validation).unwrap();
+        for (k, sample) in dataset.samples.iter().filter(|s| s.set == SampleSet::Validation).enumerate() {
+            let truth = truth(&twin, &sample.q);
+            let Measured::Point(point) = sample.measured else { unreachable!() };
+            let missed = point - prediction.residuals[k] - truth.translation.vector;
+            assert!(missed.norm() < 4.0 * POSITION, "seed {seed}: {missed:?}");
+            assert!(prediction.orientations[k].unwrap().norm() < 6.0 * ANGLE, "seed {seed}: {:?}", prediction.orientations[k]);
+        }
+        let problem = Problem::new(&[("", &dataset)], &geometry(), Use::Fit).unwrap();
+        let fitted = fit(&problem).unwrap();
+        (chi2, dof) = (chi2 + fitted.chi2, dof + fitted.dof);
+        // Theta and d of the last link are those of the probe and the tool, too.
+        let last = &twin.truth.links[5].mdh;
+        for (name, truth) in [("alpha5", last.alpha), ("a5", last.a), ("harmonic1:6.sin", GEAR[0]), ("harmonic1:6.cos", GEAR[1])] {
+            let estimate = calibration.estimate(name).unwrap_or_else(|| panic!("no {name}: {:?}", calibration.unresolved));
+            squares += ((estimate.value - truth) / estimate.sigma).powi(2);
+            numbers += 1;
+        }
+        // By positions alone, what is believed of joint 6 remains what is plausible.
+        let mut points = dataset.clone();
+        points.samples.iter_mut().for_each(|s| s.orientation = None);
+        let blind = identify(&[("", &points)], &geometry()).unwrap();
+        let sigma = |c: &Calibration| c.estimate("harmonic1:6.sin").map(|e| e.sigma);
+        assert!(sigma(&blind).is_none_or(|s| s > 20.0 * sigma(&calibration).unwrap()), "{:?}", sigma(&blind));
+    }
+    // 40 squares of standard normal numbers: mean 40, deviation 9.
+    assert!((10.0..76.0).contains(&squares), "{squares} for {numbers}");
+    let reduced = chi2 / dof as f64;
+    assert!((reduced - 1.0).abs() < 5.0 * (2.0 / dof as f64).sqrt(), "chi-square per degree of freedom {reduced}");
+}
+
+#[test]
+fn a_pose_survives_the_disk_and_states_its_noise() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut dataset = measured(&twin(&mut random), 4, &mut random);
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path().join("poses");
+    write_dataset(&dataset, &folder).unwrap();
+    let back = read_dataset(&folder).unwrap();
+    for (back, sample) in back.samples.iter().zip(&dataset.samples) {
+        let [back, sample] = [back, sample].map(|s| s.orientation.unwrap().world_from_tool());
+        assert!((back.matrix() - sample.matrix()).norm() < 1e-12);
+    }
+    // Nothing says how orientations and positions are to be weighed against each other.
+    (dataset.noise.orientation, dataset.hash) = (None, String::new());
+    let error = write_dataset(&dataset, &folder).unwrap_err().to_string();
+    assert!(error.contains("samples.csv:2: sigma_deg") && error.contains("orientation_deg"), "{error}");
+}
