@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::plain_table;
 use super::workspace::{Forecast, NoForecast};
+use super::{orientation_words, plain_table};
 use calibench::assess::{Comparison, JointBin, SIGNIFICANCE, ViewTest};
 use calibench::units::{MM, UM, URAD};
 
@@ -61,11 +61,12 @@ fn bars(bins: &[JointBin]) -> String {
 /// The whole comparison; `forecast` is the expected error over the workspace, or the reason why it cannot be predicted.
 pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> String {
     let mut out = format!(
-        "{} against {} sample{}, {:.4} mm rms (3-D)\n\n",
+        "{} against {} sample{}, {:.4} mm rms (3-D){}\n\n",
         c.robot,
         c.samples,
         if c.samples == 1 { "" } else { "s" },
-        c.rms / MM
+        c.rms / MM,
+        orientation_words(c.rms_orientation)
     );
     let number_that_matters = forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence);
     for sentence in [number_that_matters].into_iter().chain(c.sentences()) {

@@ -37,7 +37,7 @@ pub use page::{
 pub use recommended::Recommended;
 pub use shifts::shifts_text;
 pub use tables::{
-    histogram, parameter_rows, parameter_table, plain_rows, plain_table, unresolved_sentences, validation_row,
-    validation_table, wider_sentence,
+    histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,
+    unresolved_sentences, validation_row, validation_table, wider_sentence,
 };
 pub use workspace::{Forecast, NoForecast, extrapolation_sentence};

@@ -2,9 +2,9 @@
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
-use calibench::assess::Validation;
+use calibench::assess::{OrientationErrors, Validation};
 use calibench::identify::Calibration;
-use calibench::units::MM;
+use calibench::units::{DEG, MM};
 
 /// A table with text in the first column and numbers in the others.
 fn table(header: &[&str]) -> Table {
@@ -118,6 +118,19 @@ pub fn unresolved_sentences(c: &Calibration) -> Vec<String> {
 pub fn validation_row(method: &str, v: &Validation) -> [String; 7] {
     let mm = |x: f64| format!("{:.3}", x / MM);
     [method.into(), mm(v.mean), mm(v.max), mm(v.std), mm(v.rms), mm(v.quantiles[2]), mm(v.quantiles[4])]
+}
+
+/// The residual of measured orientations, to follow that of the positions; empty if none were measured.
+pub fn orientation_words(rms: Option<f64>) -> String {
+    rms.map_or_else(String::new, |rms| format!(", orientations {:.4}° rms", rms / DEG))
+}
+
+/// A table of orientation errors.
+pub fn orientation_table(errors: &OrientationErrors) -> String {
+    let mut out = table(&["orientation error, deg", "mean", "max", "std", "rms"]);
+    let numbers = [errors.mean, errors.max, errors.std, errors.rms].map(|x| format!("{:.4}", x / DEG));
+    out.add_row(std::iter::once(format!("{} samples", errors.samples)).chain(numbers));
+    out.to_string()
 }
 
 /// A table of validation results, in the layout of the paper's Table 9.

@@ -78,7 +78,13 @@ pub(crate) fn compensation(
     let went = session.points(tracker, &tour, "c", SampleSet::Validation)?.truth;
     let after = desired.iter().zip(&went).map(|(desired, went)| desired - went).collect();
     let of = |residuals| {
-        let prediction = Prediction { sample_ids: Vec::new(), residuals, refitted: Vec::new(), from_fit_rows: Vec::new() };
+        let prediction = Prediction {
+            sample_ids: Vec::new(),
+            residuals,
+            orientations: Vec::new(),
+            refitted: Vec::new(),
+            from_fit_rows: Vec::new(),
+        };
         Validation::of(&prediction)
     };
     Ok(of(before).zip(of(after)).map(|(before, after)| Compensation { refused, before, after }))

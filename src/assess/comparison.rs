@@ -17,6 +17,7 @@ use crate::identify::{Application, Calibration, IdentifyError, Use};
 use crate::measure::{Dataset, Postures, Sample};
 
 use self::layout::Layout;
+use super::OrientationErrors;
 use super::noise_floor::{NoiseFloor, NoisySample};
 use super::residual_views::{
     BallView, JointCurve, JointOffset, SampleResidual, Scores, SeenSample, SetupView, ToolView, Whitened, WorldView,
@@ -37,6 +38,8 @@ pub struct Comparison {
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
+    /// Root mean square of the angles by which measured orientations deviate, rad; `None` if none were measured.
+    pub rms_orientation: Option<f64>,
     /// Relation of the samples to the calibration.
     pub fit_relation: FitRelation,
     /// Noise of the measurement alone.
@@ -113,6 +116,7 @@ impl Comparison {
             robot: problem.robot().name.clone(),
             samples: seen.len(),
             rms,
+            rms_orientation: OrientationErrors::of(&problem.orientation_residuals(values)).map(|o| o.rms),
             fit_relation,
             lack_of_fit,
             balls: views.balls(datasets),

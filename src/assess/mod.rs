@@ -74,7 +74,7 @@ pub use residual_views::{
 };
 pub use shifts::{Shift, Shifted, Shifts, shift_of};
 pub use symptoms::Symptom;
-pub use validation::{HistogramBin, Validation};
+pub use validation::{HistogramBin, OrientationErrors, Validation};
 pub use verdict::Verdict;
 pub use withdrawal::Contradiction;
 pub use workspace::{

@@ -1,5 +1,7 @@
 //! Position errors of a calibrated robot: the figures of the paper's Table 9 and the bars of its Figure 9.
 
+use nalgebra::Vector3;
+
 use crate::identify::Prediction;
 
 /// Statistics of position errors over poses, m.
@@ -19,10 +21,46 @@ pub struct Validation {
     pub quantiles: [f64; 5],
     /// All errors, ascending.
     pub errors: Vec<f64>,
+    /// Errors of the orientations, if some were measured.
+    pub orientation: Option<OrientationErrors>,
     /// Set-up parameters that were fitted to the judged poses themselves.
     pub refitted: Vec<String>,
     /// Set-up parameters that were fitted to other rows of these data.
     pub from_fit_rows: Vec<String>,
+}
+
+/// Statistics of orientation errors over poses: angles of rotation, rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrientationErrors {
+    /// Number of poses with an orientation.
+    pub samples: usize,
+    /// Mean of the errors.
+    pub mean: f64,
+    /// Largest error.
+    pub max: f64,
+    /// Standard deviation of the errors about their mean (n - 1); zero for one pose.
+    pub std: f64,
+    /// Root mean square of the errors.
+    pub rms: f64,
+}
+
+impl OrientationErrors {
+    /// Computes the statistics of residuals, rotation vectors; `None` if none were measured.
+    pub fn of(residuals: &[Option<Vector3<f64>>]) -> Option<Self> {
+        let angles: Vec<f64> = residuals.iter().flatten().map(|r| r.norm()).collect();
+        let [mean, std, rms] = moments(&angles)?;
+        Some(OrientationErrors { samples: angles.len(), mean, max: angles.iter().copied().fold(0.0, f64::max), std, rms })
+    }
+}
+
+/// Mean, standard deviation and root mean square; `None` of nothing.
+fn moments(errors: &[f64]) -> Option<[f64; 3]> {
+    let n = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / n;
+    let squares = errors.iter().map(|e| e * e).sum::<f64>() / n;
+    let about_mean = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>();
+    let std = if errors.len() > 1 { (about_mean / (n - 1.0)).sqrt() } else { 0.0 };
+    (!errors.is_empty()).then(|| [mean, std, squares.sqrt()])
 }
 
 /// One bar of a histogram.
@@ -43,22 +81,17 @@ impl Validation {
     /// Computes the statistics of predictions; `None` if there are none.
     pub fn of(prediction: &Prediction) -> Option<Self> {
         let mut errors: Vec<f64> = prediction.residuals.iter().map(|r| r.norm()).collect();
-        if errors.is_empty() {
-            return None;
-        }
         errors.sort_by(f64::total_cmp);
-        let n = errors.len() as f64;
-        let mean = errors.iter().sum::<f64>() / n;
-        let squares = errors.iter().map(|e| e * e).sum::<f64>() / n;
-        let about_mean = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>();
+        let [mean, std, rms] = moments(&errors)?;
         Some(Validation {
             samples: errors.len(),
             mean,
             max: errors[errors.len() - 1],
-            std: if errors.len() > 1 { (about_mean / (n - 1.0)).sqrt() } else { 0.0 },
-            rms: squares.sqrt(),
+            std,
+            rms,
             quantiles: QUANTILES.map(|p| quantile(&errors, p)),
             errors,
+            orientation: OrientationErrors::of(&prediction.orientations),
             refitted: prediction.refitted.clone(),
             from_fit_rows: prediction.from_fit_rows.clone(),
         })
@@ -93,7 +126,13 @@ mod tests {
     #[test]
     fn statistics_of_errors_known_by_heart() {
         let residuals = [1.0, 2.0, 3.0, 4.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0)).to_vec();
-        let prediction = Prediction { sample_ids: Vec::new(), residuals, orientations: Vec::new(), refitted: Vec::new(), from_fit_rows: Vec::new() };
+        let prediction = Prediction {
+            sample_ids: Vec::new(),
+            residuals,
+            orientations: Vec::new(),
+            refitted: Vec::new(),
+            from_fit_rows: Vec::new(),
+        };
         let v = Validation::of(&prediction).expect("there are errors");
         assert_eq!((v.samples, v.mean, v.max, v.quantiles[2]), (5, 4.0, 10.0, 3.0));
         assert!((v.std - 12.5f64.sqrt()).abs() < 1e-12);

@@ -220,7 +220,10 @@ impl Adjustment {
         let residuals = problem.residuals(&self.values);
         let outcome = if problem.left_linear_range(&self.values).is_some() { Outcome::LeftLinearRange } else { self.outcome };
         let rms = (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt();
+        let turns: Vec<_> = problem.orientation_residuals(&self.values).into_iter().flatten().collect();
+        let turned = (turns.iter().map(|r| r.norm_squared()).sum::<f64>() / turns.len() as f64).sqrt();
         Ok(Fit {
+            rms_orientation: (!turns.is_empty()).then_some(turned),
             values: self.values,
             kept: self.kept,
             covariance,

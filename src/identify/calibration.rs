@@ -80,6 +80,8 @@ pub struct Calibration {
     pub samples: usize,
     /// Root mean square of the 3-D residual, m.
     pub rms: f64,
+    /// Root mean square of the angles by which measured orientations deviate, rad; `None` if none were measured.
+    pub rms_orientation: Option<f64>,
     /// Whitened sum of squares per degree of freedom.
     pub chi2_per_dof: f64,
     /// Residuals minus independent parameters.
@@ -188,6 +190,7 @@ impl Calibration {
             outcome: Some(fit.outcome),
             samples: problem.sample_count(),
             rms: fit.rms,
+            rms_orientation: fit.rms_orientation,
             chi2_per_dof: if fit.dof > 0 { fit.chi2 / fit.dof as f64 } else { f64::NAN },
             dof: fit.dof,
             rank: fit.rank(parameters),

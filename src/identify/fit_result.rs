@@ -101,6 +101,8 @@ pub struct Fit {
     pub unresolved: Vec<Unresolved>,
     /// Root mean square of the 3-D residual over samples, m.
     pub rms: f64,
+    /// Root mean square of the angles by which measured orientations deviate, rad; `None` if none were measured.
+    pub rms_orientation: Option<f64>,
     /// Whitened sum of squares, stated parameters included.
     pub chi2: f64,
     /// Residuals minus flat unknowns.

@@ -163,7 +163,11 @@ impl ColumnMap {
             return wrong("decimal", format!("`{}` cannot be the decimal sign here", file.decimal), "use `.` or `,`".into());
         }
         if !["ball", "point", "pose", "distance"].contains(&file.kind.as_str()) {
-            return wrong("kind", format!("`{}` is not a kind", file.kind), "write `point`, `pose`, `ball` or `distance`".into());
+            return wrong(
+                "kind",
+                format!("`{}` is not a kind", file.kind),
+                "write `point`, `pose`, `ball` or `distance`".into(),
+            );
         }
         let join = match file.join {
             None => None,

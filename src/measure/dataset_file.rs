@@ -310,7 +310,8 @@ impl Reading<'_> {
     }
 
     fn noise(&self, table: &NoiseToml, robot: &Robot) -> Result<Noise, FileError> {
-        let given = |key: &str, value: Option<f64>, unit: f64| value.map(|v| self.positive(key, v).map(|v| v * unit)).transpose();
+        let given =
+            |key: &str, value: Option<f64>, unit: f64| value.map(|v| self.positive(key, v).map(|v| v * unit)).transpose();
         let (count, joints) = (table.joint_arcsec.len(), robot.joints());
         if count != 0 && count != joints {
             return Err(self.wrong(

@@ -256,7 +256,8 @@ impl<'a> Row<'a> {
         let sigma = self.positive(Column::SigmaOrientation, DEG, ROTATION_DEG)?;
         if sigma.or(dataset.noise.orientation).is_none() {
             let problem = "is empty, and dataset.toml does not state the noise of an orientation";
-            let remedy = "fill it, or add `orientation_deg` to [noise]: how orientations and positions are weighted follows from it";
+            let remedy =
+                "fill it, or add `orientation_deg` to [noise]: how orientations and positions are weighted follows from it";
             return Err(self.error(Column::SigmaOrientation, problem, remedy));
         }
         Ok(Some(Orientation { rotation, sigma }))

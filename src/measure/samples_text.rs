@@ -45,9 +45,7 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         }
         (Column::Reading(k), Measured::Ball { reading: Some(r), .. }) => number(r[k], UM),
         (Column::World(k), Measured::Point(p)) => number(p[k], MM),
-        (Column::Rotation(k), _) => {
-            sample.orientation.map_or_else(String::new, |o| number(o.rotation[k], DEG))
-        }
+        (Column::Rotation(k), _) => sample.orientation.map_or_else(String::new, |o| number(o.rotation[k], DEG)),
         (Column::Anchor, Measured::Distance { anchor, .. }) => name(dataset.anchors.iter().map(|a| a.id.as_str()), *anchor),
         (Column::Distance, Measured::Distance { distance, .. }) => number(*distance, MM),
         (Column::Set, _) if sample.set == SampleSet::Validation => "validation".into(),
@@ -62,9 +60,7 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         (Column::Commanded(k), _) => numbers(sample.q_commanded.as_deref(), k, DEG),
         (Column::Torque(k), _) => numbers(sample.tau.as_deref(), k, 1.0),
         (Column::Sigma, _) => sample.sigma.map(|s| number(s, UM)).unwrap_or_default(),
-        (Column::SigmaOrientation, _) => {
-            sample.orientation.and_then(|o| o.sigma).map_or_else(String::new, |s| number(s, DEG))
-        }
+        (Column::SigmaOrientation, _) => sample.orientation.and_then(|o| o.sigma).map_or_else(String::new, |s| number(s, DEG)),
         (Column::Ball | Column::Reading(_) | Column::World(_) | Column::Anchor | Column::Distance, _) => String::new(),
         (Column::Set | Column::Payload, _) => String::new(),
     }

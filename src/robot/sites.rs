@@ -221,8 +221,8 @@ mod tests {
             assert_eq!(Site::parse(&site.to_string(), joints), Some(site));
         }
         for text in [
-            "", "theta:0", "theta:7", "d:0", "a:6", "flex:7:x", "flex:1", "flex:1:q", "tool:rx", "probe:x", "probe:rq", "ball:1:x", "theta:-1",
-            "theta",
+            "", "theta:0", "theta:7", "d:0", "a:6", "flex:7:x", "flex:1", "flex:1:q", "tool:rx", "probe:x", "probe:rq",
+            "ball:1:x", "theta:-1", "theta",
         ] {
             assert_eq!(Site::parse(text, joints), None, "{text}");
         }

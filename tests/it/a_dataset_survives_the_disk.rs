@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use calibench::measure::{
-    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientation, Sample, SampleSet, Shared, ToolTarget, read_dataset, write_dataset,
+    Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientation, Sample, SampleSet, Shared, ToolTarget, read_dataset,
+    write_dataset,
 };
 use calibench::robot::{FramePose, Payload};
 use calibench::units::{ARCSEC, DEG, MM, UM};
@@ -127,9 +128,8 @@ impl Generator {
             _ => Measured::Distance { anchor: self.0.random_range(0..dataset.anchors.len()), distance: self.positive(3.0) },
         };
         // Without a stated noise of orientations in general, each must state its own.
-        let orientation = matches!(measured, Measured::Point(_)).then(|| {
-            self.sometimes(|g| Orientation { rotation: g.vector(1.0), sigma: Some(g.positive(1e-3)) })
-        });
+        let orientation = matches!(measured, Measured::Point(_))
+            .then(|| self.sometimes(|g| Orientation { rotation: g.vector(1.0), sigma: Some(g.positive(1e-3)) }));
         let nulled = matches!(measured, Measured::Ball { .. });
         let sign = |g: &mut Self| g.0.random_range(-1..=1);
         Sample {

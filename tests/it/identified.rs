@@ -84,6 +84,7 @@ pub fn calibration_of(robot: Robot, effects: &[&str], seed: u64) -> Calibration 
         outcome: Some(Outcome::Converged),
         samples: 80,
         rms: 0.0,
+        rms_orientation: None,
         chi2_per_dof: 1.0,
         dof: 200,
         rank: m,

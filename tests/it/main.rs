@@ -43,10 +43,10 @@ mod identify_from_arrays;
 mod jacobian_matches_jax;
 mod kinematics_and_statics_match_pinocchio;
 mod mastering_refuses_what_is_not_a_master_ball;
+mod orientations_are_identified;
 mod other_peoples_data_comes_in_whole;
 #[path = "../../examples/own_effect.rs"]
 mod own_effect;
-mod orientations_are_identified;
 mod pool_probes_every_ball_of_the_paper;
 mod real_robots_are_identified;
 mod real_robots_show_what_they_lack;

@@ -137,7 +137,9 @@ fn a_pose_identifies_the_last_joint_and_states_its_uncertainty() {
         (chi2, dof) = (chi2 + fitted.chi2, dof + fitted.dof);
         // Theta and d of the last link are those of the probe and the tool, too.
         let last = &twin.truth.links[5].mdh;
-        for (name, truth) in [("alpha5", last.alpha), ("a5", last.a), ("harmonic1:6.sin", GEAR[0]), ("harmonic1:6.cos", GEAR[1])] {
+        for (name, truth) in
+            [("alpha5", last.alpha), ("a5", last.a), ("harmonic1:6.sin", GEAR[0]), ("harmonic1:6.cos", GEAR[1])]
+        {
             let estimate = calibration.estimate(name).unwrap_or_else(|| panic!("no {name}: {:?}", calibration.unresolved));
             squares += ((estimate.value - truth) / estimate.sigma).powi(2);
             numbers += 1;

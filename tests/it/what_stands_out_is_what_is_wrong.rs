@@ -271,7 +271,10 @@ fn noise_stated_ten_times_too_large_hides_no_moved_ball() {
     let mut at = places();
     at[2] += Vector3::new(0.05, 0.05, -0.05) * MM;
     let samples = cell.probings(&at, 25);
-    let data = Dataset { noise: Noise { ball: Some(10.0 * NOISE), point: None, joint: Vec::new(), ..Noise::default() }, ..cell.dataset(samples) };
+    let data = Dataset {
+        noise: Noise { ball: Some(10.0 * NOISE), point: None, joint: Vec::new(), ..Noise::default() },
+        ..cell.dataset(samples)
+    };
     let c = compare(&data, &data, Use::Fit);
     assert!(c.lack_of_fit.noise_overstated);
     assert_eq!(c.findings.first().map(|f| f.subject), Some(Subject::Ball(2)));

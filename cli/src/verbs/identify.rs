@@ -7,7 +7,9 @@ use calibench::identify::{
     Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, read_calibration, write_calibration,
 };
 use calibench::units::MM;
-use calibench_report::{documents, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences, wider_sentence};
+use calibench_report::{
+    documents, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences, wider_sentence,
+};
 
 use super::data::{locate_in_data, model_for, named, read_datasets};
 use super::data_gate::{DoNotFit, gate};
@@ -92,8 +94,8 @@ pub fn story(c: &Calibration) -> String {
     let mut out = parameter_table(c);
     let o = &c.observability;
     out.push_str(&format!(
-        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D), chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps, {}\n",
-        c.samples, c.rank, c.rms / MM, c.chi2_per_dof, c.dof, c.iterations, c.outcome.map_or("outcome not stated", FitOutcome::name)
+        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D){}, chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps, {}\n",
+        c.samples, c.rank, c.rms / MM, orientation_words(c.rms_orientation), c.chi2_per_dof, c.dof, c.iterations, c.outcome.map_or("outcome not stated", FitOutcome::name)
     ));
     out.push_str(&wider_sentence(c));
     if !c.noise_stated {

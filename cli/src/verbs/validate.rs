@@ -6,7 +6,7 @@ use calibench::assess::{Extrapolation, Validation};
 use calibench::identify::Use;
 use calibench::measure::SampleSet;
 use calibench_report::documents::{OutsideRange, Validated};
-use calibench_report::{documents, extrapolation_sentence, histogram, validation_row, validation_table};
+use calibench_report::{documents, extrapolation_sentence, histogram, orientation_table, validation_row, validation_table};
 
 use super::data::{locate_in_data, named, read_calibration_to_use, read_datasets};
 use super::failure::{Failure, Outcome};
@@ -49,6 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     print(&validation_table(&[validation_row(&format!("{} samples", validation.samples), &validation)]))?;
+    validation.orientation.iter().try_for_each(|errors| print(&orientation_table(errors)))?;
     print(&histogram(&validation, 12))?;
     if !validation.from_fit_rows.is_empty() {
         print(&format!(

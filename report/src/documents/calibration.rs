@@ -1,7 +1,7 @@
 //! `calibench-calibration/1`, printed by `identify`.
 
 use calibench::identify;
-use calibench::units::MM;
+use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -75,6 +75,9 @@ pub struct Calibration {
     pub residual_mm: f64,
     /// The same as `residual_mm`.
     pub rms_mm: f64,
+    /// Residual of the measured orientations, rms of the angles, deg; only if some were measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_orientation_deg: Option<f64>,
     /// Sum of squared residuals over the noise, per degree of freedom; null without degrees of freedom.
     pub chi2_per_dof: Option<f64>,
     /// Degrees of freedom.
@@ -130,6 +133,7 @@ impl Calibration {
             samples: c.samples,
             residual_mm: c.rms / MM,
             rms_mm: c.rms / MM,
+            residual_orientation_deg: c.rms_orientation.map(|r| r / DEG),
             chi2_per_dof: finite(c.chi2_per_dof),
             dof: c.dof,
             rank: c.rank,

@@ -239,6 +239,9 @@ pub struct Comparison {
     pub from_fit_rows: Vec<String>,
     /// Residual, rms, mm.
     pub rms_mm: f64,
+    /// Residual of the measured orientations, rms of the angles, deg; only if some were measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_orientation_deg: Option<f64>,
     /// Noise, rms of the three axes, mm; null if unknown.
     pub noise_mm: Option<f64>,
     /// Noise, one-sigma per axis, um; null if unknown.

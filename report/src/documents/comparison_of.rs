@@ -1,7 +1,7 @@
 //! The document of a comparison.
 
 use calibench::assess::{self, BallView, Extrapolation, JointBin, SetupView, Subject, ToolView, WorldView};
-use calibench::units::{MM, UM, URAD};
+use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;
 
 use super::comparison::{
@@ -151,6 +151,7 @@ impl Comparison {
             refitted: c.fit_relation.refitted.clone(),
             from_fit_rows: c.fit_relation.from_fit_rows.clone(),
             rms_mm: c.rms / MM,
+            residual_orientation_deg: c.rms_orientation.map(|r| r / DEG),
             noise_mm: mm(level.map(|l| l.rms)),
             noise_um_per_axis: level.map(|l| l.per_axis / UM),
             noise_interval_mm: interval(level.and_then(|l| l.interval)),

@@ -61,7 +61,7 @@ pub use self::shifts::{ShiftOfNumber, ShiftedParameter, Shifts};
 pub use self::step::{
     AddedParameter, CheckErrors, EffectNote, ErrorSummary, Gain, LadderStep, Moment, SessionErrors, Step, StepFormat,
 };
-pub use self::validation::{HistogramBin, Quantiles, Validated, Validation, ValidationFormat};
+pub use self::validation::{HistogramBin, OrientationErrors, Quantiles, Validated, Validation, ValidationFormat};
 pub use self::workspace::{ExpectedPart, JointOutside, MapCell, OutsideRange, Workspace, WorkspaceMap};
 
 /// Declares the format tag of a document: a type with a single value, so that another tag is refused on reading.

@@ -1,7 +1,7 @@
 //! `calibench-validation/1`, printed by `validate`.
 
 use calibench::assess;
-use calibench::units::MM;
+use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +43,28 @@ pub struct HistogramBin {
     pub count: usize,
 }
 
+/// Orientation errors at rows that were not fitted: angles of rotation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OrientationErrors {
+    /// Number of rows with an orientation.
+    pub samples: usize,
+    /// Mean, deg.
+    pub mean_deg: f64,
+    /// Largest, deg.
+    pub max_deg: f64,
+    /// Standard deviation, deg.
+    pub std_deg: f64,
+    /// Root mean square, deg.
+    pub rms_deg: f64,
+}
+
+impl OrientationErrors {
+    pub(super) fn of(o: &assess::OrientationErrors) -> Self {
+        let [mean_deg, max_deg, std_deg, rms_deg] = [o.mean, o.max, o.std, o.rms].map(|x| x / DEG);
+        OrientationErrors { samples: o.samples, mean_deg, max_deg, std_deg, rms_deg }
+    }
+}
+
 /// Position errors at rows that were not fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Validation {
@@ -60,6 +82,9 @@ pub struct Validation {
     pub rms_mm: f64,
     /// Quantiles.
     pub quantiles_mm: Quantiles,
+    /// Errors of the orientations; only if some were measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<OrientationErrors>,
     /// Histogram.
     pub histogram: Vec<HistogramBin>,
     /// Set-ups whose base and tool were fitted to these rows.
@@ -92,6 +117,7 @@ impl Validation {
             std_mm: v.std / MM,
             rms_mm: v.rms / MM,
             quantiles_mm: Quantiles { q05, q25, q50, q75, q95 },
+            orientation: v.orientation.as_ref().map(OrientationErrors::of),
             histogram: v.histogram(BINS).iter().map(bin).collect(),
             refitted: v.refitted.clone(),
             from_fit_rows: v.from_fit_rows.clone(),

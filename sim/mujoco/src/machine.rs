@@ -89,7 +89,7 @@ fn build_in(machine: &mut Machine, effect: &TrueEffect, nominal: &Dataset) {
                 MdhEntry::D => &mut mdh.d,
             } += by;
         }
-        Site::Flex(..) | Site::Target(_) => {}
+        Site::Flex(..) | Site::Target(_) | Site::Probe(_) => {}
     });
     for (k, ball) in machine.balls.iter_mut().enumerate() {
         constant(effect, nominal, Some(Kind::Ball(k)), &mut |site, by| {

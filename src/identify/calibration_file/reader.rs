@@ -56,6 +56,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
         outcome,
         samples: f.samples,
         rms: f.rms_mm * MM,
+        rms_orientation: f.rms_orientation_deg.map(|r| r * DEG),
         chi2_per_dof: f.chi2_per_dof,
         dof: f.dof,
         rank: f.rank,

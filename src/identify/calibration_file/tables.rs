@@ -45,6 +45,8 @@ pub(super) struct FitTable {
     pub(super) outcome: Option<String>,
     pub(super) samples: usize,
     pub(super) rms_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) rms_orientation_deg: Option<f64>,
     pub(super) chi2_per_dof: f64,
     pub(super) dof: usize,
     pub(super) rank: usize,
@@ -70,6 +72,7 @@ impl FitTable {
             outcome: c.outcome.map(|o| o.name().into()),
             samples: c.samples,
             rms_mm: c.rms / MM,
+            rms_orientation_deg: c.rms_orientation.map(|r| r / DEG),
             chi2_per_dof: c.chi2_per_dof,
             dof: c.dof,
             rank: c.rank,
