@@ -25,9 +25,12 @@ _SINGLE = {
     "session": ("session", False, None),
     "set": ("set", False, None),
     "repeat": ("repeat", False, None),
+    "posture": ("posture", False, None),
     "target": ("target", False, None),
     "payload": ("payload", False, None),
     "id": ("id", False, None),
+    "sigma_um": ("sigma", True, "um"),
+    "sigma_deg": ("sigma_rotation", True, "deg"),
     "time_s": ("time", True, "s"),
     "temperature_c": ("temp", True, "c"),
 }
@@ -86,29 +89,35 @@ class Dataset(Table, os.PathLike[str]):
         robot: StrPath,
         joints: Sequence[str],
         points: Sequence[str],
+        orientations: Sequence[str] | None = None,
+        rotation: str = "vector",
         angles: str | None = None,
         lengths: str | None = None,
         tool: Sequence[float] | None = None,
         base: Sequence[float] | None = None,
         noise_um: float | None = None,
+        noise_deg: float | None = None,
         columns: Mapping[str, str] | None = None,
         commanded: Sequence[str] | None = None,
         torques: Sequence[str] | None = None,
         force: bool = False,
     ) -> "Dataset":
-        """Measured points of the TCP, one row per posture.
+        """Measured points of the TCP, or whole poses, one row per posture.
 
         Args:
             frame: a pandas or polars data frame, a structured array, or a mapping of names to arrays.
             robot: a built-in robot, a robot file, or a URDF file (``arm.urdf#base_link:tool0`` between two links).
             joints: names of the columns of the joint angles, in the order of the joints.
             points: names of the columns of the measured x, y, z in the frame of the instrument.
+            orientations: names of the columns of the measured orientation in the frame of the instrument.
+            rotation: what these hold: ``vector`` (a rotation vector), ``abc`` (KUKA), ``rpy`` (ROS), ``xyz`` (about X, then the new Y, then the new Z), ``quaternion_xyzw`` or ``quaternion_wxyz``.
             angles: ``deg`` or ``rad``; not needed if the names of the joint columns end in ``_deg`` or ``_rad``.
             lengths: ``mm``, ``m`` or ``um``; not needed if the names of the point columns end so.
             tool: TCP on the flange, x, y, z (mm) and, if needed, A, B, C (deg); without it the tool is identified.
             base: nominal base in the frame of the instrument, likewise; without it a start is found from the data.
             noise_um: standard deviation of a coordinate of a point; without it the noise is estimated.
-            columns: further columns by what they are: ``session``, ``set``, ``repeat``, ``target``, ``payload``, ``id``, ``time_s``, ``temperature_c``.
+            noise_deg: standard deviation of an orientation about each axis; needed with ``orientations``, unless a column is ``sigma_deg``.
+            columns: further columns by what they are: ``session``, ``set``, ``posture``, ``repeat``, ``target``, ``payload``, ``id``, ``sigma_um``, ``sigma_deg``, ``time_s``, ``temperature_c``.
             commanded: columns of the commanded joint angles, if ``joints`` are read back.
             torques: columns of the measured joint torques, N m.
             force: go on if the data do not fit the robot.
@@ -124,6 +133,9 @@ class Dataset(Table, os.PathLike[str]):
             raise InputError(f"points: {len(points)} columns; give those of x, y and z")
         if commanded is not None:
             groups.append(("qcmd", commanded, _unit("angles", angles, commanded, _ANGLES)))
+        if orientations is not None:
+            angular = not rotation.startswith("quaternion")
+            groups.append(("rotation", orientations, _unit("angles", angles, orientations, _ANGLES) if angular else None))
         if torques is not None:
             groups.append(("tau", torques, "nm"))
         sources: dict[str, tuple[str, str | None, bool]] = {}
@@ -145,7 +157,7 @@ class Dataset(Table, os.PathLike[str]):
         with tempfile.TemporaryDirectory(prefix="calibench-") as name:
             inner = Path(name)
             _write_csv(inner / "frame.csv", table)
-            (inner / "map.toml").write_text(_map({q: unit for q, (_, unit, _) in sources.items()}, _robot(robot), tool, base, noise_um), encoding="utf-8")
+            (inner / "map.toml").write_text(_map({q: unit for q, (_, unit, _) in sources.items()}, _robot(robot), tool, base, (noise_um, noise_deg), rotation), encoding="utf-8")
             return cls.import_("generic", [inner / "frame.csv"], map=inner / "map.toml", force=force)
 
     @property
@@ -191,7 +203,7 @@ def read_columns(path: Path) -> Columns:
     return columns
 
 
-_TEXTS = {"id", "kind", "set", "session", "ball", "target", "anchor", "payload", "repeat", "status", "warnings"}
+_TEXTS = {"id", "kind", "set", "session", "ball", "target", "anchor", "payload", "posture", "repeat", "status", "warnings"}
 
 
 def _unit(argument: str, given: str | None, names: Sequence[str], known: Mapping[str, str]) -> str:
@@ -271,20 +283,29 @@ def _write_csv(path: Path, table: Columns) -> None:
         writer.writerows(zip(*columns, strict=True))
 
 
-def _map(units: Mapping[str, str | None], robot: str, tool: Sequence[float] | None, base: Sequence[float] | None, noise_um: float | None) -> str:
+def _map(units: Mapping[str, str | None], robot: str, tool: Sequence[float] | None, base: Sequence[float] | None, noise: tuple[float | None, float | None], rotation: str) -> str:
     """The column map of a frame whose columns have the names of their quantities."""
     lines = ['format = "calibench-import/1"', "[columns]"]
+    turns = [quantity for quantity in units if quantity.startswith("rotation")]
     for quantity, unit in units.items():
         of_unit = f', unit = "{unit}"' if unit else ""
+        if quantity in turns:
+            continue
         # Text may be missing in some rows.
         optional = "" if unit or quantity == "id" else ", optional = true"
         lines.append(f'{quantity} = {{ column = "{quantity}"{of_unit}{optional} }}')
+    if turns:
+        lines.insert(1, 'kind = "pose"')
+        of_unit = f', unit = "{units[turns[0]]}"' if units[turns[0]] else ""
+        lines += ["[rotation]", f"form = {_toml(rotation)}"]
+        numbers = [f'{{ column = "{quantity}"{of_unit} }}' for quantity in turns]
+        lines += [f"columns = [{', '.join(numbers)}]"]
     lines += ["[dataset]", f"robot = {_toml(robot)}"]
     lines += ["[dataset.tool]", *_frame("tool", tool if tool is not None else (0.0, 0.0, 0.0))]
     lines += ["free = true"] if tool is None else []
     lines += ["[dataset.base]", *_frame("base", base)] if base is not None else []
-    if noise_um is not None:
-        lines += ["[dataset.noise]", f"point_um = {float(noise_um)!r}"]
+    lines += ["[dataset.noise]"]
+    lines += [f"{key} = {float(value)!r}" for key, value in zip(["point_um", "orientation_deg"], noise, strict=True) if value is not None]
     return "\n".join(lines) + "\n"
 
 

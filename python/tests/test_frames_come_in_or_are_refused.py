@@ -1,5 +1,6 @@
 """Frames of any kind give the same dataset; what is wrong with one is said with its row and column."""
 
+import lzma
 import signal
 import subprocess
 import sys
@@ -57,6 +58,28 @@ def test_more_than_points(measured: pd.DataFrame) -> None:
     assert set(columns["session"]) == {"monday", "tuesday"} and columns["time_s"].tolist() == list(range(60))
     description = (data.folder / "dataset.toml").read_text()
     assert "z_mm = 28.0" in description and "point_um = 50.0" in description and "free" not in description
+
+
+def test_poses(tmp_path: Path) -> None:
+    """A frame of poses is what the importer of its table reads."""
+    packed = ROOT / "tests/data/ur10-ipa/Series_B/measurements_joint_configurations.csv.xz"
+    path = tmp_path / packed.stem
+    path.write_bytes(lzma.decompress(packed.read_bytes()))
+    frame = pd.read_csv(path, sep=";", decimal=",")
+    joints = [f"{part}_joint" for part in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")]
+    given = {"robot": "ur10", "joints": joints, "points": [f"measurement_{a}" for a in "xyz"], "lengths": "mm"}
+    turned = frame.copy()
+    turned[joints] = np.rad2deg(frame[joints])
+    turns = [f"measurement_r{a}" for a in "xyz"]
+    data = cb.Dataset.from_frame(turned, **given, angles="deg", orientations=turns, rotation="xyz", noise_deg=0.02)
+    imported = cb.Dataset.import_("ur10-ipa", [path]).columns()
+    for name in ("x_mm", "rx_deg", "ry_deg", "rz_deg", "q3_deg"):
+        np.testing.assert_allclose(data.columns()[name], imported[name], rtol=0, atol=1e-9)
+    # A pose without the noise of its orientation cannot be weighted.
+    with pytest.raises(cb.InputError, match="orientation_deg"):
+        cb.Dataset.from_frame(turned, **given, angles="deg", orientations=turns, rotation="xyz")
+    with pytest.raises(cb.InputError, match="`euler` is not a form"):
+        cb.Dataset.from_frame(turned, **given, angles="deg", orientations=turns, rotation="euler", noise_deg=0.02)
 
 
 Damage = Callable[[pd.DataFrame], Frame]
@@ -130,6 +153,10 @@ def test_an_interrupt_ends_the_program(tmp_path: Path) -> None:
     while not children.read_text().split() and time.monotonic() < waited_until:
         time.sleep(0.05)
     child = Path("/proc") / children.read_text().split()[0]
+    # An interrupt while Python is still starting the program is one of Python's own.
+    while (child / "comm").read_text() != "calibench\n" and time.monotonic() < waited_until:
+        time.sleep(0.05)
+    time.sleep(0.5)
     # To Python alone, as a notebook does it.
     python.send_signal(signal.SIGINT)
     _, errors = python.communicate(timeout=60)
