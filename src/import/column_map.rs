@@ -44,6 +44,9 @@ struct MapToml {
 #[serde(deny_unknown_fields)]
 struct RotationSource {
     form: String,
+    /// True if the table states the world in the tool: a camera on the flange that sees a fixed board.
+    #[serde(default)]
+    inverse: bool,
     /// One for each number of the form.
     columns: Vec<Source>,
 }
@@ -119,6 +122,16 @@ pub(super) struct MappedColumn {
     pub source: Source,
 }
 
+/// The orientation of the tool in a row.
+#[derive(Debug, Clone)]
+pub(super) struct MappedRotation {
+    pub form: RotationForm,
+    /// True if position and orientation are those of the world in the tool.
+    pub inverse: bool,
+    /// Source of each number of the form.
+    pub numbers: Vec<(Source, Measure)>,
+}
+
 /// A checked column map.
 #[derive(Debug, Clone)]
 pub(super) struct ColumnMap {
@@ -135,8 +148,8 @@ pub(super) struct ColumnMap {
     pub columns: Vec<MappedColumn>,
     /// Columns of the position of each further measured point of the tool, by its name.
     pub tool_targets: Vec<(String, [MappedColumn; 3])>,
-    /// The form of the orientation, and the source of each of its numbers, in rows of kind `pose`.
-    pub rotation: Option<(RotationForm, Vec<(Source, Measure)>)>,
+    /// The orientation, in rows of kind `pose`.
+    pub rotation: Option<MappedRotation>,
     /// Free columns, copied as they are.
     pub extra: Vec<(String, Source)>,
     /// True if the map gives the base.
@@ -214,11 +227,11 @@ impl ColumnMap {
             let measure = origin.measure(&key, column, source.unit.as_deref())?;
             map.columns.push(MappedColumn { column, measure, source });
         }
-        map.rotation = file.rotation.map(|source| origin.rotation(source, &map)).transpose()?;
         map.columns.sort_by_key(|m| known.iter().position(|c| *c == m.column));
         for (name, PointSource { x, y, z }) in file.targets {
             map.tool_targets.push(origin.tool_target(name, [x, y, z], &map)?);
         }
+        map.rotation = file.rotation.map(|source| origin.rotation(source, &map)).transpose()?;
         map.declare_targets(&mut dataset);
         Ok((map, dataset))
     }
@@ -308,7 +321,7 @@ impl Origin<'_> {
     }
 
     /// The orientation in a row of kind `pose`.
-    fn rotation(&self, source: RotationSource, map: &ColumnMap) -> Result<(RotationForm, Vec<(Source, Measure)>), FileError> {
+    fn rotation(&self, source: RotationSource, map: &ColumnMap) -> Result<MappedRotation, FileError> {
         let names: Vec<&str> = RotationForm::ALL.iter().map(|(_, name)| *name).collect();
         let Some((form, _)) = RotationForm::ALL.into_iter().find(|(_, name)| *name == source.form) else {
             let problem = format!("`{}` is not a form of a rotation", source.form);
@@ -317,6 +330,9 @@ impl Origin<'_> {
         if map.kind != "pose" {
             let problem = format!("rows of kind `{}` have no orientation", map.kind);
             return Err(self.wrong("rotation", problem, "write `kind = \"pose\"`, or remove it"));
+        }
+        if source.inverse && !map.tool_targets.is_empty() {
+            return Err(self.wrong("rotation.inverse", "further points would have to be inverted too", "remove them"));
         }
         if map.columns.iter().any(|m| matches!(m.column, Column::Rotation(_))) {
             return Err(self.wrong("rotation", "`rx`, `ry`, `rz` state the orientation too", "keep one of them"));
@@ -329,13 +345,14 @@ impl Origin<'_> {
             let key = format!("rotation.columns[{k}]");
             self.check_places(&key, &source, map.header)?;
             let measure = match (form.has_angles(), &source.unit) {
-                (true, _) => self.measure(&key, Column::Rotation(k), source.unit.as_deref())?.unwrap_or(Measure::Si(1.0)),
+                (true, _) => self.measure(&key, Column::Rotation(k.min(2)), source.unit.as_deref())?.unwrap_or(Measure::Si(1.0)),
                 (false, None) => Measure::Si(1.0),
                 (false, Some(_)) => return Err(self.wrong(&format!("{key}.unit"), "a quaternion has no unit", "remove it")),
             };
             Ok((source, measure))
         };
-        Ok((form, source.columns.into_iter().enumerate().map(measured).collect::<Result<_, FileError>>()?))
+        let numbers = source.columns.into_iter().enumerate().map(measured).collect::<Result<_, FileError>>()?;
+        Ok(MappedRotation { form, inverse: source.inverse, numbers })
     }
 
     /// Meaning of the number in a column, by its unit as given; `None` for text.

@@ -2,6 +2,8 @@
 
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 
+use crate::robot::rotation_vector;
+
 /// The way in which numbers state a rotation from the tool's to the world's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum RotationForm {
@@ -53,7 +55,7 @@ impl RotationForm {
             RotationForm::QuaternionXyzw => return vector_of(Quaternion::new(n[3], n[0], n[1], n[2])),
             RotationForm::QuaternionWxyz => return vector_of(Quaternion::new(n[0], n[1], n[2], n[3])),
         };
-        Some(rotation.scaled_axis())
+        Some(rotation_vector(&rotation))
     }
 }
 

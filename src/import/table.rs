@@ -5,9 +5,9 @@ use std::io::BufRead;
 use std::path::Path;
 
 use csv::StringRecord;
+use nalgebra::{Rotation3, Vector3};
 
-use super::column_map::{ColumnMap, ColumnName, MappedColumn, Measure, Source};
-use super::rotation::RotationForm;
+use super::column_map::{ColumnMap, ColumnName, MappedColumn, MappedRotation, Measure, Source};
 use super::source::open_source;
 use super::{ImportError, ImportReport, Skipped};
 use crate::files::{FileError, Record, Rows};
@@ -120,7 +120,7 @@ impl<'a> PointReader<'a> {
         let row = RowReader {
             map,
             columns: map.columns.iter().map(|m| place(&m.source)).collect::<Result<_, FileError>>()?,
-            rotation: map.rotation.iter().flat_map(|(_, all)| all).map(|(s, _)| place(s)).collect::<Result<_, FileError>>()?,
+            rotation: map.rotation.iter().flat_map(|r| &r.numbers).map(|(s, _)| place(s)).collect::<Result<_, FileError>>()?,
             extra: map.extra.iter().map(|(_, source)| place(source)).collect::<Result<_, FileError>>()?,
             titled: titles.map_or(usize::MAX, <[String]>::len),
         };
@@ -186,27 +186,41 @@ impl RowReader<'_> {
         let mapped = self.map.columns.iter().zip(&self.columns);
         let mapped = mapped.map(|(mapped, places)| value(source, places, mapped, self.map.decimal));
         let mut fields: Vec<String> = mapped.collect::<Result<_, String>>()?;
-        if let Some((form, numbers)) = &self.map.rotation {
-            fields.extend(self.rotation_fields(source, *form, numbers)?);
+        if let Some(rotation) = &self.map.rotation {
+            let vector = self.rotation_vector(source, rotation)?;
+            if rotation.inverse {
+                self.invert_position(&mut fields, &Rotation3::new(vector))?;
+            }
+            let vector = if rotation.inverse { -vector } else { vector };
+            fields.extend(vector.iter().map(|angle| number(*angle, DEG)));
         }
         Ok(fields)
     }
 
-    /// The rotation vector of the orientation.
-    fn rotation_fields(
-        &self,
-        source: &StringRecord,
-        form: RotationForm,
-        numbers: &[(Source, Measure)],
-    ) -> Result<[String; 3], String> {
+    /// The rotation vector of the orientation as stated, rad.
+    fn rotation_vector(&self, source: &StringRecord, rotation: &MappedRotation) -> Result<Vector3<f64>, String> {
         let in_si = |(k, (number, measure)): (usize, &(Source, Measure))| {
-            let mapped = MappedColumn { column: Column::Rotation(k), measure: Some(*measure), source: number.clone() };
+            let mapped = MappedColumn { column: Column::Rotation(k.min(2)), measure: Some(*measure), source: number.clone() };
             let text = value(source, &self.rotation[k], &mapped, self.map.decimal)?;
             text.parse::<f64>().map(|v| v * DEG).map_err(|_| "the orientation is empty".to_owned())
         };
-        let numbers: Vec<f64> = numbers.iter().enumerate().map(in_si).collect::<Result<_, String>>()?;
-        let vector = form.rotation_vector(&numbers).ok_or("the quaternion is not of unit length")?;
-        Ok(std::array::from_fn(|k| number(vector[k], DEG)))
+        let numbers: Vec<f64> = rotation.numbers.iter().enumerate().map(in_si).collect::<Result<_, String>>()?;
+        rotation.form.rotation_vector(&numbers).ok_or_else(|| "the quaternion is not of unit length".to_owned())
+    }
+
+    /// Replaces the position of the world in the tool by that of the tool in the world.
+    fn invert_position(&self, fields: &mut [String], tool_from_world: &Rotation3<f64>) -> Result<(), String> {
+        let places = [0, 1, 2].map(|k| self.map.columns.iter().position(|m| m.column == Column::World(k)));
+        let mut at = Vector3::zeros();
+        for (k, place) in places.iter().enumerate() {
+            let text = place.and_then(|p| fields.get(p)).ok_or("there is no position")?;
+            at[k] = text.parse().map_err(|_| "the position is empty")?;
+        }
+        let at = -(tool_from_world.inverse() * at);
+        for (place, coordinate) in places.iter().zip(at.iter()) {
+            place.and_then(|p| fields.get_mut(p)).into_iter().for_each(|field| *field = number(*coordinate, 1.0));
+        }
+        Ok(())
     }
 
     /// True if the position is empty.

@@ -1,6 +1,6 @@
 //! A frame in the world given by its axes and origin, single or batched.
 
-use nalgebra::{Matrix3, Rotation3, Translation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use pulp::Simd;
 
 use super::{FramePose, Pose};
@@ -157,3 +157,9 @@ impl<const L: usize> Frames<L> {
         self.o.put_all(group, axes.o);
     }
 }
+/// The rotation vector of a rotation, rad. By its quaternion: from the trace of the matrix small angles would come out with an error
+/// of 1e-8 rad.
+pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
+}
+

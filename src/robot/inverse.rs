@@ -3,10 +3,10 @@
 //! Levenberg-Marquardt on the six components of the pose error, `dq = J^T (J J^T + lambda I)^-1 e`, which is also the
 //! shortest step of a redundant arm (Nakamura and Hanafusa 1986); joints pressed against a limit are held there.
 
-use nalgebra::{Matrix6, Matrix6xX, UnitQuaternion, Vector6};
+use nalgebra::{Matrix6, Matrix6xX, Vector6};
 
 use super::rel_tool::screw;
-use super::{FramePose, Pose, Posture, Robot, SiteIndex};
+use super::{FramePose, Pose, Posture, Robot, SiteIndex, rotation_vector};
 
 /// A kinematic model that gives the pose of the tool and its motion with each joint: the nominal arm, or a calibrated one.
 pub trait Kinematics {
@@ -218,7 +218,7 @@ impl InverseKinematics {
 fn pose_error(is: &Pose, target: &Pose) -> Vector6<f64> {
     let slide = target.translation.vector - is.translation.vector;
     // Via the quaternion: the angle from a matrix's trace has no resolution below 1e-8 rad.
-    let turn = UnitQuaternion::from_rotation_matrix(&(target.rotation * is.rotation.inverse())).scaled_axis() * LEVER;
+    let turn = rotation_vector(&(target.rotation * is.rotation.inverse())) * LEVER;
     Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
 }
 

@@ -22,7 +22,7 @@ mod urdf;
 pub use arm::Robot;
 pub use builtin::{BUILT_IN, built_in};
 pub use dexterity::dexterity;
-pub use frame::{Frame, Vectors};
+pub use frame::{Frame, Vectors, rotation_vector};
 pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
 pub use kinematics::{BatchInput, Posture, Postures, world_from_tool};
 pub use link::{FramePose, Link, MdhLink, NEARLY_PARALLEL, Pose};

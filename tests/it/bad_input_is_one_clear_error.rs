@@ -611,7 +611,7 @@ fn kinds() -> Vec<Kind> {
         row("unknown key", replace("[columns]", "delimeter = \";\"\n[columns]"), 3, "delimeter", "did you mean `delimiter`"),
         row("wide delimiter", replace("[columns]", "delimiter = \"→\"\n[columns]"), 3, "delimiter", "a tab"),
         row("one sign for both", replace("[columns]", "decimal = \",\"\n[columns]"), 3, "decimal", ""),
-        row("unknown kind", replace("[columns]", "kind = \"pose\"\n[columns]"), 3, "kind", "point"),
+        row("unknown kind", replace("[columns]", "kind = \"place\"\n[columns]"), 3, "kind", "point"),
     ];
     in_map.extend(toml());
 

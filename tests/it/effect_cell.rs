@@ -6,9 +6,9 @@ use std::sync::Arc;
 use calibench::assess::{Diagnosis, diagnose};
 use calibench::identify::{Model, Parameter, Problem, Use};
 use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
-use calibench::robot::{FramePose, Payload, built_in, world_from_tool};
+use calibench::robot::{FramePose, Payload, built_in, rotation_vector, world_from_tool};
 use calibench::units::{MM, UM};
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -70,6 +70,11 @@ pub fn make_true(data: &mut Dataset, model: &Model, values: &[f64]) {
         let problem = Problem::new(&[("d", data)], model, Use::Fit).unwrap();
         let residuals = problem.residuals(values);
         let (robot, base, tool) = (data.robot.clone(), data.base, data.tool);
+        for (sample, residual) in data.samples.iter_mut().zip(problem.orientation_residuals(values)) {
+            if let (Some(orientation), Some(residual)) = (&mut sample.orientation, residual) {
+                orientation.rotation = rotation_vector(&(Rotation3::new(-residual) * orientation.world_from_tool()));
+            }
+        }
         for (sample, residual) in data.samples.iter_mut().zip(residuals) {
             match &mut sample.measured {
                 Measured::Point(point) => *point -= residual,

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use calibench::assess::Verdict;
 use calibench::effects::{CATALOGUE, Effect, Follows, Needs, Scan, Subject, build, family};
 use calibench::identify::{Fit, Model, Problem, TorquePosture, Use, fit};
-use calibench::measure::{Dataset, ToolTarget};
+use calibench::measure::{Dataset, Orientation, ToolTarget};
+use calibench::robot::{rotation_vector, world_from_tool};
 use calibench::units::UM;
 use nalgebra::Vector3;
 
@@ -16,6 +17,13 @@ fn cell() -> Dataset {
     let mut cell = effect_cell::cell();
     cell.tool_targets.push(ToolTarget { id: "r".into(), position: Vector3::zeros(), sigma: 0.0, free: false });
     cell.samples.iter_mut().skip(1).step_by(4).for_each(|s| s.tool_target = Some(0));
+    // Points are every other sample; one in three shows an orientation, too.
+    for sample in cell.samples.iter_mut().skip(1).step_by(6) {
+        let rotation = rotation_vector(&world_from_tool(&cell.robot, &cell.base, &cell.tool, &sample.q).rotation);
+        sample.orientation = Some(Orientation { rotation, sigma: None });
+    }
+    // As certain at the end of a lever of a metre as a point.
+    cell.noise.orientation = Some(cell.noise.point.unwrap());
     cell
 }
 
@@ -105,6 +113,13 @@ fn columns_are_derivatives_of_the_exact_model() {
             let (mut more, mut less) = (at.clone(), at.clone());
             more[k] += h;
             less[k] -= h;
+            let turned = [&more, &less].map(|at| problem.orientation_residuals(at).into_iter().flatten().collect::<Vec<_>>());
+            for (s, (more, less)) in turned[0].iter().zip(&turned[1]).enumerate() {
+                let difference = (less - more) / (2.0 * h);
+                let column = exact.fixed_view::<3, 1>(3 * (data.samples.len() + s), c).into_owned();
+                let tolerance = 1e-15 / h * 10.0 + 1e-6 * (1.0 + column.norm());
+                assert!((difference - column).norm() < tolerance, "{id}: turns {difference} against {column}");
+            }
             let (more, less) = (problem.residuals(&more), problem.residuals(&less));
             for s in 0..more.len() {
                 let difference = (less[s] - more[s]) / (2.0 * h);

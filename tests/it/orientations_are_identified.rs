@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use calibench::effects::PROBE_ROTATION;
 use calibench::identify::{Calibration, Model, Problem, Use, fit, identify};
+use calibench::import::{ImportOptions, import};
 use calibench::measure::{Dataset, Measured, Noise, Orientation, Sample, SampleSet, read_dataset, write_dataset};
 use calibench::robot::{FramePose, Pose, Robot, built_in, world_from_tool};
 use calibench::units::{ARCSEC, DEG, MM, UM, URAD};
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Isometry3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -173,4 +174,84 @@ fn a_pose_survives_the_disk_and_states_its_noise() {
     (dataset.noise.orientation, dataset.hash) = (None, String::new());
     let error = write_dataset(&dataset, &folder).unwrap_err().to_string();
     assert!(error.contains("samples.csv:2: sigma_deg") && error.contains("orientation_deg"), "{error}");
+}
+
+/// One row of a table: the numbers of the form, deg, and the position, mm.
+fn row(form: &str, inverse: bool, sample: &Sample) -> String {
+    let Measured::Point(point) = sample.measured else { unreachable!() };
+    let pose = Isometry3::from_parts(point.into(), sample.orientation.unwrap().world_from_tool().into());
+    let pose = if inverse { pose.inverse() } else { pose };
+    let (roll, pitch, yaw) = pose.rotation.euler_angles();
+    let q = pose.rotation;
+    // About X, new Y, new Z is what the inverse does about Z, Y, X the other way.
+    let (c, b, a) = q.inverse().euler_angles();
+    let numbers = match form {
+        "vector" => q.scaled_axis().map(|v| v / DEG).as_slice().to_vec(),
+        "abc" => vec![yaw / DEG, pitch / DEG, roll / DEG],
+        "rpy" => vec![roll / DEG, pitch / DEG, yaw / DEG],
+        "xyz" => vec![-c / DEG, -b / DEG, -a / DEG],
+        "quaternion_xyzw" => vec![q.i, q.j, q.k, q.w],
+        _ => vec![q.w, q.i, q.j, q.k],
+    };
+    let at = pose.translation.vector / MM;
+    let joints = sample.q.iter().copied();
+    let all: Vec<String> = joints.chain(at.iter().copied()).chain(numbers).map(|v| format!("{v:?}")).collect();
+    all.join(",")
+}
+
+#[test]
+fn a_pose_is_the_same_in_whatever_form_a_table_states_it() {
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    let dataset = measured(&twin(&mut random), 12, &mut random);
+    let folder = tempfile::tempdir().unwrap();
+    let (table, map) = (folder.path().join("table.csv"), folder.path().join("map.toml"));
+    for (form, inverse) in [
+        ("vector", false),
+        ("abc", false),
+        ("rpy", false),
+        ("xyz", false),
+        ("quaternion_xyzw", false),
+        ("quaternion_wxyz", false),
+        ("vector", true),
+        ("abc", true),
+        ("quaternion_xyzw", true),
+    ] {
+        let text: Vec<String> = dataset.samples.iter().map(|s| row(form, inverse, s)).collect();
+        std::fs::write(&table, text.join("\n")).unwrap();
+        let column = |place: usize, unit: &str| format!("{{ column = {place}{unit} }}");
+        let unit = if form.starts_with("quaternion") { "" } else { ", unit = 'deg'" };
+        let numbers: Vec<String> = (10..10 + if unit.is_empty() { 4 } else { 3 }).map(|k| column(k, unit)).collect();
+        let joints: Vec<String> = (1..=6).map(|k| format!("q{k} = {}", column(k, ", unit = 'rad'"))).collect();
+        let places: Vec<String> =
+            (0..3).map(|k| format!("{} = {}", ["x", "y", "z"][k], column(7 + k, ", unit = 'mm'"))).collect();
+        let head = "format = 'calibench-import/1'\nheader = false\nkind = 'pose'\n[columns]";
+        let rotation = format!("[rotation]\nform = '{form}'\ninverse = {inverse}\ncolumns = [{}]", numbers.join(", "));
+        let rest = "[dataset]\nrobot = 'ur10'\n[dataset.tool]\nx_mm = 0\ny_mm = 0\nz_mm = 113\nfree = true\n[dataset.noise]\norientation_deg = 0.01";
+        std::fs::write(&map, [head, &joints.join("\n"), &places.join("\n"), &rotation, rest].join("\n")).unwrap();
+        let options = ImportOptions { map: Some(map.clone()), ..ImportOptions::default() };
+        let (read, _) = import("generic", std::slice::from_ref(&table), &options).unwrap_or_else(|e| panic!("{form}: {e}"));
+        assert_eq!(read.samples.len(), 12);
+        for (read, sample) in read.samples.iter().zip(&dataset.samples) {
+            let (Measured::Point(at), Measured::Point(point)) = (&read.measured, &sample.measured) else { panic!("{form}") };
+            assert!((at - point).norm() < 1e-9, "{form} {inverse}");
+            let [a, b] = [read, sample].map(|s| s.orientation.unwrap().world_from_tool());
+            assert!((a.matrix() - b.matrix()).norm() < 1e-9, "{form} {inverse}");
+        }
+    }
+    // A quaternion that is none, and columns that do not fit the form.
+    std::fs::write(&table, "0,0,0,0,0,0,1,2,3,0.5,0.5,0.5,0").unwrap();
+    let options = ImportOptions { map: Some(map.clone()), ..ImportOptions::default() };
+    let error = import("generic", std::slice::from_ref(&table), &options).unwrap_err().to_string();
+    assert!(error.contains("not of unit length"), "{error}");
+    let text = std::fs::read_to_string(&map).unwrap();
+    for (from, to, said) in [
+        ("quaternion_xyzw", "quaternion", "rotation.form: `quaternion` is not a form"),
+        ("quaternion_xyzw", "abc", "rotation.columns: 4 columns, and the form has 3 numbers"),
+        ("kind = 'pose'", "kind = 'point'", "rotation: rows of kind `point` have no orientation"),
+        ("{ column = 13 }", "{ column = 13, unit = 'deg' }", "rotation.columns[3].unit: a quaternion has no unit"),
+    ] {
+        std::fs::write(&map, text.replace(from, to)).unwrap();
+        let error = import("generic", std::slice::from_ref(&table), &options).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
 }

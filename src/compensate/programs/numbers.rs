@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use super::scan::{Configuration, Layout, Number, Position};
 use crate::compensate::Fake;
 use crate::compensate::fake_file::written;
-use crate::robot::{FramePose, Pose};
+use crate::robot::{FramePose, Pose, rotation_vector};
 use crate::units::{DEG, MM};
 
 /// Decimals: 0.1 nm.
@@ -127,7 +127,7 @@ fn texts(layout: Layout, old: &[Number], fake: &Fake) -> Vec<String> {
         Layout::FanucPose => [all(&xyz, MM, OF_MM), all(&[c, b, a], DEG, OF_DEG)].concat(),
         Layout::UrPose => {
             let before = Vector3::from_iterator(old.iter().skip(3).map(|n| n.value).chain([0.0; 3]).take(3));
-            let vector = rotation_vector(&fake.pose, &before);
+            let vector = vector_near(&fake.pose, &before);
             [all(&xyz, 1.0, OF_M), all(vector.as_slice(), 1.0, OF_RAD)].concat()
         }
         Layout::AbbTarget => {
@@ -144,8 +144,8 @@ fn texts(layout: Layout, old: &[Number], fake: &Fake) -> Vec<String> {
 
 /// The rotation vector of a pose nearest to the one before: near half a turn its sign is arbitrary, and programs hold longer
 /// ones.
-fn rotation_vector(pose: &Pose, before: &Vector3<f64>) -> Vector3<f64> {
-    let vector = UnitQuaternion::from_rotation_matrix(&pose.rotation).scaled_axis();
+fn vector_near(pose: &Pose, before: &Vector3<f64>) -> Vector3<f64> {
+    let vector = rotation_vector(&pose.rotation);
     let Some(axis) = vector.try_normalize(1e-12) else { return vector };
     let turns = ((before - vector).dot(&axis) / std::f64::consts::TAU).round();
     vector + axis * (turns.clamp(-9.0, 9.0) * std::f64::consts::TAU)

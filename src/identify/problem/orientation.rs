@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, Vector3, Vector6};
 
 use crate::measure::{Orientation, Sample};
-use crate::robot::{Frame, Site};
+use crate::robot::{Frame, Site, rotation_vector};
 
 /// Below this angle, rad, series replace quotients that vanish.
 const SMALL: f64 = 1e-4;
@@ -54,7 +54,7 @@ impl OrientationPart {
     pub fn seen(&self, flange: &Frame, w: &Vector3<f64>) -> SeenOrientation {
         let flange = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[flange.x, flange.y, flange.z]));
         let predicted = flange * self.tool * Rotation3::new(*w);
-        let residual = (self.measured * predicted.inverse()).scaled_axis();
+        let residual = rotation_vector(&(self.measured * predicted.inverse()));
         SeenOrientation { residual, onto: inverse_right_jacobian(&residual), turns: predicted.matrix() * right_jacobian(w) }
     }
 

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 use super::Use;
 use crate::math::linalg;
 use crate::measure::{Ball, Dataset, Measured, Sample};
-use crate::robot::{Axis6, FramePose, Robot, nearest_rotation, rigid_fit, world_from_tool};
+use crate::robot::{Axis6, FramePose, Robot, nearest_rotation, rigid_fit, rotation_vector, world_from_tool};
 use crate::units::{DEG, MM};
 
 /// A nominal base that disagrees with the measured positions by more than this (rms) is replaced by a closed-form start,
@@ -87,7 +87,7 @@ fn probe(robot: &Robot, dataset: &Dataset, which: Use, session: Option<&str>, ba
         Some((nominal.inverse() * s.orientation?.world_from_tool()).into_inner())
     });
     let sum = turned.fold(Matrix3::zeros(), |sum: Matrix3<f64>, turn| sum + turn);
-    let turned = nearest_rotation(&sum).map_or(Vector3::zeros(), |r| r.scaled_axis());
+    let turned = nearest_rotation(&sum).map_or(Vector3::zeros(), |r| rotation_vector(&r));
     if turned.norm() < NOMINAL_IS_CLOSE_ANGLE { Vector3::zeros() } else { turned }
 }
 
