@@ -5,8 +5,10 @@ import shutil
 import signal
 import subprocess
 import sysconfig
+import threading
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -53,8 +55,11 @@ def run(arguments: Sequence[str | os.PathLike[str]], *, warn: bool = True) -> Fi
         ProgramError: anything else.
     """
     command = [str(program()), *(os.fspath(argument) for argument in arguments)]
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
+    with _interrupts_later() as interrupted:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
     try:
+        if interrupted:
+            raise KeyboardInterrupt
         output, errors = process.communicate()
     except BaseException:
         process.send_signal(signal.SIGINT)
@@ -71,6 +76,20 @@ def run(arguments: Sequence[str | os.PathLike[str]], *, warn: bool = True) -> Fi
         if warn and line.lower().startswith("warning"):
             warnings.warn(line.split(":", 1)[-1].strip(), stacklevel=4)
     return Finished(process.returncode, output)
+
+
+@contextmanager
+def _interrupts_later() -> Iterator[list[int]]:
+    """Collects interrupts: one while the program is being started would leave it behind, with nothing to end it by."""
+    seen: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield seen  # interrupts reach the main thread alone
+        return
+    before = signal.signal(signal.SIGINT, lambda number, _: seen.append(number))
+    try:
+        yield seen
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _error(code: int, said: list[str]) -> Exception:

@@ -345,7 +345,9 @@ impl Origin<'_> {
             let key = format!("rotation.columns[{k}]");
             self.check_places(&key, &source, map.header)?;
             let measure = match (form.has_angles(), &source.unit) {
-                (true, _) => self.measure(&key, Column::Rotation(k.min(2)), source.unit.as_deref())?.unwrap_or(Measure::Si(1.0)),
+                (true, _) => {
+                    self.measure(&key, Column::Rotation(k.min(2)), source.unit.as_deref())?.unwrap_or(Measure::Si(1.0))
+                }
                 (false, None) => Measure::Si(1.0),
                 (false, Some(_)) => return Err(self.wrong(&format!("{key}.unit"), "a quaternion has no unit", "remove it")),
             };

@@ -162,4 +162,3 @@ impl<const L: usize> Frames<L> {
 pub fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
     UnitQuaternion::from_rotation_matrix(rotation).scaled_axis()
 }
-

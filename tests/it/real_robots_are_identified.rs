@@ -66,6 +66,33 @@ fn ur10_of_two_campaigns() {
     }
 }
 
+/// The probe is on the axis of joint 6, so positions alone say nothing of its angle, and nothing of theta 5 and d 5 beside the tool.
+#[test]
+fn ur10_by_poses() {
+    let poses = ur10();
+    let turned = |model: &Model| validate(&poses, model, false).orientation.expect("orientations are held out").rms / DEG;
+    let [(_, nominal), (_, geometry), _] = models();
+    let (before, after) = (turned(&nominal), turned(&geometry));
+    println!("| UR10     | 30 % held out, orientation, rms, deg   | {before:.4} before, {after:.4} after");
+    assert!(before > 0.11 && after < 0.06, "orientations held out: {before} deg before, {after} deg after");
+    let mut points = poses.clone();
+    points.samples.iter_mut().for_each(|s| s.orientation = None);
+    let known = |data: &Dataset, name: &str| {
+        let calibration = identify(&[("data", data)], &geometry).unwrap_or_else(|e| panic!("{e}"));
+        calibration.estimate(name).map(|e| (e.value, e.sigma))
+    };
+    for name in ["theta5", "d5"] {
+        assert_eq!(known(&points, name), None, "{name} by positions");
+        let (value, sigma) = known(&poses, name).unwrap_or_else(|| panic!("{name} by poses"));
+        assert!(value.is_finite() && sigma > 0.0, "{name}");
+    }
+    // With the gear of joint 6 in the model, positions leave its size as believed.
+    let gear = Model::of(&["base_frame", "mdh", "harmonic1:6"]);
+    let sigma = |data: &Dataset| identify(&[("data", data)], &gear).unwrap().estimate("harmonic1:6.sin").map(|e| e.sigma);
+    let (by_poses, by_points) = (sigma(&poses).expect("poses show joint 6"), sigma(&points));
+    assert!(by_points.is_none_or(|s| s > 5.0 * by_poses), "{by_points:?} rad by points, {by_poses} by poses");
+}
+
 #[test]
 fn ur5_grid_to_random_poses() {
     let dataset = ur5();

@@ -22,9 +22,11 @@ use crate::identify::Problem;
 pub(super) struct Row {
     /// Index of the set-up.
     pub setup: usize,
-    /// Index of its first scalar residual, and their number.
+    /// Index of its first scalar residual, and the number of those of its position.
     pub first_row: usize,
     pub height: usize,
+    /// Number of all its scalar residuals, those of its orientation included.
+    pub rows: usize,
     /// Whitened residual; for a distance only the first component is used.
     pub whitened: Vector3<f64>,
     /// Sum of the variances of its components by which it was whitened, m².
@@ -39,6 +41,7 @@ pub(super) fn rows(problem: &Problem, values: &[f64]) -> Vec<Row> {
             setup: posed.setup,
             first_row: posed.first_row,
             height: posed.height,
+            rows: posed.rows,
             whitened: posed.whitener * posed.residual,
             variance: posed.variance,
         });

@@ -131,7 +131,7 @@ mod tests {
         let rows: Vec<Row> = (0..80)
             .map(|k| {
                 last = memory * last + (1.0 - memory * memory).sqrt() * Vector3::from_fn(|_, _| normal(random));
-                Row { setup: 0, first_row: 3 * k, height: 3, whitened: last, variance: 1.0 }
+                Row { setup: 0, first_row: 3 * k, height: 3, rows: 3, whitened: last, variance: 1.0 }
             })
             .collect();
         SerialCorrelation::of(&rows, &(0..80).collect::<Vec<usize>>())

@@ -73,7 +73,8 @@ pub(crate) fn suspects_of(datasets: &[(&str, &Dataset)], problem: &Problem, fit:
     let all_of = |members: &[usize]| -> Unit {
         Unit {
             samples: members.to_vec(),
-            rows: members.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].height).collect(),
+            rows: members.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].rows).collect(),
+            most_numbers: members.iter().map(|&i| rows[i].rows).max().unwrap_or(0).max(3),
         }
     };
     let members = postures.members();
@@ -119,12 +120,14 @@ fn named(datasets: &[(&str, &Dataset)], rows: &[Row], mut found: Vec<(usize, f64
 struct Unit {
     samples: Vec<usize>,
     rows: Vec<usize>,
+    /// Number of components that the error of a posture has: three, or six if an orientation shows it.
+    most_numbers: usize,
 }
 
 impl Unit {
-    /// Number of independent components: at most three, as all targets and repeats of a posture share its error.
+    /// Number of independent components: all targets and repeats of a posture share its error.
     fn numbers(&self) -> usize {
-        self.rows.len().clamp(1, 3)
+        self.rows.len().clamp(1, self.most_numbers)
     }
 }
 
