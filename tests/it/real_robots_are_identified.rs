@@ -88,7 +88,7 @@ fn ur10_by_poses() {
     }
     // With the gear of joint 6 in the model, positions leave its size as believed.
     let gear = Model::of(&["base_frame", "mdh", "harmonic1:6"]);
-    let sigma = |data: &Dataset| identify(&[("data", data)], &gear).unwrap().estimate("harmonic1:6.sin").map(|e| e.sigma);
+    let sigma = |data: &Dataset| identify(&[("data", data)], &gear).unwrap().estimate("harmonic1:6.sin").map(|e| e.sigma_noise);
     let (by_poses, by_points) = (sigma(&poses).expect("poses show joint 6"), sigma(&points));
     assert!(by_points.is_none_or(|s| s > 5.0 * by_poses), "{by_points:?} rad by points, {by_poses} by poses");
 }
