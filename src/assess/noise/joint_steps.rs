@@ -2,7 +2,6 @@
 
 use crate::identify::{Problem, Use};
 use crate::measure::Dataset;
-use crate::robot::{MdhEntry, Site};
 use crate::units::DEG;
 
 /// Rounding steps of controllers, deg, coarse to fine. Coarser steps are those of commanded poses, which are exact.
@@ -30,7 +29,7 @@ impl JointSteps {
     pub(in crate::assess) fn of(datasets: &[(&str, &Dataset)], problem: &Problem, values: &[f64]) -> Option<Self> {
         let (mut levers, mut samples) = (0.0, 0.0);
         problem.for_each_sample(values, &mut |posed| {
-            let lever = |j| posed.posture.column(Site::mdh(j, MdhEntry::Theta)).norm_squared();
+            let lever = |j| posed.posture.motion(j).norm_squared();
             levers += (0..problem.robot().joints()).map(lever).sum::<f64>();
             samples += 1.0;
         });

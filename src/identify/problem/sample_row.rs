@@ -7,7 +7,7 @@ use super::cell::Cell;
 use super::jacobian_pattern::{JacobianPattern, Term};
 use crate::effects::{Kind, Situation};
 use crate::measure::{Measured, Sample};
-use crate::robot::{FramePose, LanePosture, Loads, MdhEntry, Payload, Posture, PostureView, Robot, Site, SiteIndex};
+use crate::robot::{FramePose, LanePosture, Loads, Payload, Posture, PostureView, Robot, SiteIndex};
 use crate::units::MM;
 
 /// Standard uncertainty assumed to weight samples whose noise is not stated; their common scale is then estimated from the
@@ -299,7 +299,7 @@ impl SampleRow {
         }
         let mut covariance = Matrix3::identity() * (sigma * sigma);
         for (i, &sigma_q) in joint_sigmas.iter().enumerate().take(self.q.len()) {
-            let column = posture.column(Site::mdh(i, MdhEntry::Theta)) * sigma_q;
+            let column = posture.motion(i) * sigma_q;
             covariance += column * column.transpose();
         }
         self.whitener = match self.target {
