@@ -60,6 +60,16 @@ impl Robot {
         self.links.iter().map(|link| link.mdh.kind)
     }
 
+    /// The columns of the joints' positions in files and tables: `q1_deg`, or `q1_mm` of a prismatic joint.
+    pub fn joint_columns(&self) -> Vec<String> {
+        self.kinds().enumerate().map(|(i, kind)| format!("q{}_{}", i + 1, kind.unit().suffix)).collect()
+    }
+
+    /// Positions of all joints in the units of their columns.
+    pub fn in_columns(&self, q: &[f64]) -> Vec<f64> {
+        q.iter().zip(self.kinds()).map(|(q, kind)| q / kind.unit().si).collect()
+    }
+
     /// The first prismatic joint, counted from 0, if there is one.
     pub fn first_prismatic(&self) -> Option<usize> {
         self.kinds().position(|kind| kind == JointKind::Prismatic)

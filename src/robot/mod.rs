@@ -36,4 +36,6 @@ pub use solids::{Clearance, ClearanceCheck, Narrowest, Shape, Solid, Surrounding
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use statics::{DEFAULT_GRAVITY, Loads, LoadsBatch, Payload, Weights};
 pub use status_turn::StatusTurn;
-pub use urdf::{ChainEnds, JointOrigin, UrdfRobot, calibrated_urdf, joint_origins, robot_from_urdf};
+pub use urdf::{
+    ChainEnds, JointOrigin, MissingMesh, UrdfRobot, calibrated_urdf, joint_origins, missing_meshes, robot_from_urdf,
+};

@@ -6,6 +6,7 @@
 
 mod chain;
 mod document;
+mod meshes;
 mod rewrite;
 mod rows;
 
@@ -16,6 +17,7 @@ use nalgebra::Point3;
 pub use self::chain::ChainEnds;
 use self::chain::UrdfChain;
 use self::document::UrdfDocument;
+pub use self::meshes::{MissingMesh, missing_meshes};
 pub use self::rewrite::{JointOrigin, calibrated_urdf, joint_origins};
 use self::rows::ChainRows;
 use super::{FramePose, JointKind, Link, Robot};

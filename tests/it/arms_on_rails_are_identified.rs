@@ -6,9 +6,10 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
+use calibench::compensate::{Compensator, Conditions, Desired, Expected, Target, Task, fake_csv, read_targets, urdf};
 use calibench::effects::{Subject, build, ids};
 use calibench::identify::{Calibration, Model, Use, identify, read_calibration, write_calibration};
-use calibench::measure::{Dataset, Measured, Noise, Sample, SampleSet, read_dataset, write_dataset};
+use calibench::measure::{Dataset, Measured, Noise, ProbingPlan, Sample, SampleSet, read_dataset, write_dataset, write_plan};
 use calibench::robot::{FramePose, JointKind, Link, MdhLink, Robot, built_in, to_toml, world_from_tool};
 use calibench::units::{DEG, MM, UM, Unit};
 use nalgebra::Vector3;
@@ -292,4 +293,70 @@ fn columns_of_a_slide_are_in_millimetres_and_the_others_are_refused() {
     std::fs::write(&csv, text.replacen(q1.unwrap(), "4000", 1)).unwrap();
     let error = read_dataset(folder.path()).expect_err("beyond the end of the rail").to_string();
     assert!(error.contains("4000 mm is outside the joint's limits 0 to 3000") && error.contains("q1_mm"), "{error}");
+}
+
+#[test]
+fn targets_of_an_arm_on_a_rail_are_compensated() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    for drawn in [on_a_rail(), stanford()] {
+        let gains = vec![0.0; drawn.joints()];
+        let nominal = fit(&points(&drawn, &drawn, &gains, 0.0, &mut random), &GEOMETRY);
+        let (arm, _) = with_errors(&drawn, &nominal, &mut random);
+        let c = fit(&points(&drawn, &arm, &gains, 0.0, &mut random), &GEOMETRY);
+        let mut compensator = Compensator::new(&c, &Task::default()).unwrap();
+        // Away from the limits, and from the singularities of the wrists.
+        let at = |link: &Link, random: &mut ChaCha8Rng| {
+            let [low, high] = link.limits;
+            random.random_range(low + 0.2 * (high - low)..high - 0.2 * (high - low))
+        };
+        let mut reached = 0;
+        let (mut targets, mut results) = (Vec::new(), Vec::new());
+        for k in 0..20 {
+            let q: Vec<f64> = drawn.links.iter().map(|link| at(link, &mut random)).collect();
+            let wanted = world_from_tool(&drawn, &FramePose::default(), &TOOL, &q);
+            let desired = Desired::Joints(q);
+            let target = Target { id: k.to_string(), desired, payload: None, conditions: Conditions::default() };
+            let result = compensator.compensate(&target);
+            if let Ok(fake) = &result.outcome {
+                let there = world_from_tool(&arm, &FramePose::default(), &TOOL, &fake.q);
+                assert!((there.to_homogeneous() - wanted.to_homogeneous()).amax() < 1e-7, "{} {k}", drawn.name);
+                reached += 1;
+            }
+            targets.push(target);
+            results.push(result);
+        }
+        assert!(reached >= 15, "{}: {reached} of 20", drawn.name);
+
+        let file = fake_csv(&drawn, &targets, &results);
+        let columns = drawn.joint_columns().join(",");
+        assert!(file.lines().next().unwrap().contains(&columns), "{file}");
+        let text = urdf(&compensator.rigid());
+        let slides = drawn.kinds().filter(|kind| *kind == JointKind::Prismatic).count();
+        assert_eq!(text.matches("type=\"prismatic\"").count(), slides);
+
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("targets.csv");
+        let expected = Expected { robot: &drawn, payloads: &[], by_temperature: None };
+        let numbers = drawn.links.iter().map(|link| link.limits[0] / link.mdh.kind.unit().si + 1.0);
+        let numbers: Vec<String> = numbers.map(|v| v.to_string()).collect();
+        std::fs::write(&path, format!("id,{columns}\n1,{}\n", numbers.join(","))).unwrap();
+        let read = read_targets(&path, &expected).unwrap();
+        let Desired::Joints(q) = &read[0].desired else { panic!("joints are given") };
+        for ((q, link), kind) in q.iter().zip(&drawn.links).zip(drawn.kinds()) {
+            assert!((q - link.limits[0] - kind.unit().si).abs() < 1e-12);
+        }
+        let wrong = columns.replace("_mm", "_deg");
+        std::fs::write(&path, format!("id,{wrong}\n1,{}\n", numbers.join(","))).unwrap();
+        let error = read_targets(&path, &expected).unwrap_err().to_string();
+        assert!(error.contains("slides") && error.contains("_mm"), "{error}");
+    }
+}
+
+#[test]
+fn plans_are_of_joints_that_turn() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.toml");
+    let cell = Dataset { robot: Arc::new(on_a_rail()), ..Dataset::default() };
+    let error = write_plan(&path, &ProbingPlan { poses: Vec::new(), ways: None }, &cell).unwrap_err().to_string();
+    assert!(error.contains("joint 1 of the robot is prismatic") && !path.exists(), "{error}");
 }

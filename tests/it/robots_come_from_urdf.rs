@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use calibench::files::FileError;
 use calibench::robot::{
-    ChainEnds, JointKind, Pose, Robot, UrdfRobot, calibrated_urdf, joint_origins, robot, robot_from_urdf, world_from_tool,
+    ChainEnds, JointKind, Pose, Robot, UrdfRobot, calibrated_urdf, joint_origins, missing_meshes, robot, robot_from_urdf,
+    world_from_tool,
 };
 use nalgebra::{Isometry3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -398,6 +399,25 @@ fn what_is_no_arm_is_named_with_its_line() {
     assert_eq!(robot_from_urdf(&file.path, &ends("b")).unwrap().robot.joints(), 1);
     let error = robot_from_urdf(&file.path, &ends("d")).unwrap_err().to_string();
     assert!(error.contains("link 'd' does not hang on link 'a'"), "{error}");
+}
+
+#[test]
+fn meshes_that_are_not_there_are_named_and_not_needed() {
+    let mesh = |file: &str| format!("<visual><geometry><mesh filename='{file}'/></geometry></visual>");
+    let text = format!(
+        "<robot name='r'>\n<link name='a'>{}{}</link>\n<link name='b'>\n{}\n{}\n</link>\n\
+         <joint name='1' type='continuous'><parent link='a'/><child link='b'/></joint>\n</robot>",
+        mesh("package://x/a.stl"),
+        mesh("there.stl"),
+        mesh("meshes/b.stl"),
+        mesh("file:///nowhere/c.dae"),
+    );
+    let file = written(&text);
+    std::fs::write(file.path.with_file_name("there.stl"), "").unwrap();
+    assert_eq!(robot_from_urdf(&file.path, &ChainEnds::default()).unwrap().robot.joints(), 1);
+    let missing = missing_meshes(&file.path).unwrap();
+    let missing: Vec<(usize, &str)> = missing.iter().map(|m| (m.line, m.file.as_str())).collect();
+    assert_eq!(missing, [(4, "meshes/b.stl"), (5, "file:///nowhere/c.dae")]);
 }
 
 #[test]

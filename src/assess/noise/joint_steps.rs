@@ -1,7 +1,8 @@
 //! Joint angles rounded by the controller: a read-out in hundredths of a degree is a measurement with noise of its own.
 
 use crate::identify::{Problem, Use};
-use crate::measure::Dataset;
+use crate::measure::{Dataset, Sample};
+use crate::robot::{JointKind, Robot};
 use crate::units::DEG;
 
 /// Rounding steps of controllers, deg, coarse to fine. Coarser steps are those of commanded poses, which are exact.
@@ -23,6 +24,11 @@ pub struct JointSteps {
     pub per_axis: f64,
 }
 
+/// The joints that turn, counted from 0.
+fn turning(robot: &Robot) -> impl Iterator<Item = usize> + '_ {
+    (0..robot.joints()).filter(|&j| robot.kind(j) == JointKind::Revolute)
+}
+
 impl JointSteps {
     /// Finds the step of the rows of set `fit`, with the arm at `values` of its parameters; `None` if the angles are
     /// not rounded.
@@ -30,7 +36,7 @@ impl JointSteps {
         let (mut levers, mut samples) = (0.0, 0.0);
         problem.for_each_sample(values, &mut |posed| {
             let lever = |j| posed.posture.motion(j).norm_squared();
-            levers += (0..problem.robot().joints()).map(lever).sum::<f64>();
+            levers += turning(problem.robot()).map(lever).sum::<f64>();
             samples += 1.0;
         });
         JointSteps::with_levers(datasets, levers / f64::max(samples, 1.0))
@@ -39,6 +45,9 @@ impl JointSteps {
     /// Finds the largest step of which all angles of the rows of set `fit` are multiples. `levers` is the sum over the
     /// joints of the squared TCP displacement per angle, m²/rad², averaged over the samples.
     fn with_levers(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
+        let Some((_, first)) = datasets.first() else { return None };
+        let robot = &first.robot;
+        let angles = |s: &Sample| turning(robot).filter_map(|j| s.q.get(j).copied()).collect::<Vec<_>>().into_iter();
         let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
         if taken().count() < FEWEST {
             return None;
@@ -47,10 +56,10 @@ impl JointSteps {
             let x = q / (step * DEG);
             (x - x.round()).abs() < EXACT
         };
-        let step = STEPS.into_iter().find(|&step| taken().all(|s| s.q.iter().all(|&q| multiple(q, step))))?;
+        let step = STEPS.into_iter().find(|&step| taken().all(|s| angles(s).all(|q| multiple(q, step))))?;
         // Multiples of a coarse step are multiples of finer ones too; angles on a step coarser than the list were
         // commanded.
-        if taken().all(|s| s.q.iter().all(|&q| multiple(q, 10.0 * STEPS[0]))) {
+        if taken().all(|s| angles(s).all(|q| multiple(q, 10.0 * STEPS[0]))) {
             return None;
         }
         let step = step * DEG;
