@@ -45,7 +45,7 @@ impl JointSteps {
     /// Finds the largest step of which all angles of the rows of set `fit` are multiples. `levers` is the sum over the
     /// joints of the squared TCP displacement per angle, m²/rad², averaged over the samples.
     fn with_levers(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
-        let Some((_, first)) = datasets.first() else { return None };
+        let (_, first) = datasets.first()?;
         let robot = &first.robot;
         let angles = |s: &Sample| turning(robot).filter_map(|j| s.q.get(j).copied()).collect::<Vec<_>>().into_iter();
         let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
