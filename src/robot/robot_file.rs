@@ -1,14 +1,15 @@
 //! The robot file: any chain of revolute and prismatic joints as TOML, format `calibench-robot/1`, in mm, deg and kg.
 
 mod link_entry;
+mod numbers;
 mod turned_round;
 
 use std::path::Path;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use self::link_entry::LinkEntry;
+use self::numbers::{Fault, metres, mm, written};
 use self::turned_round::turn_round;
 use super::{BUILT_IN, ChainEnds, FramePose, MOST_JOINTS, Robot, Shape, Solid, built_in, robot_from_urdf};
 use crate::files::{FileError, field_error, parse_toml, read_text};
@@ -71,11 +72,6 @@ impl FrameEntry {
         let all = [("x_mm", x_mm), ("y_mm", y_mm), ("z_mm", z_mm), ("a_deg", a_deg), ("b_deg", b_deg), ("c_deg", c_deg)];
         all.into_iter().find(|(_, v)| !v.is_finite()).map(|(name, _)| name)
     }
-}
-
-/// Numbers in files are rounded to 1e-9 mm and deg: below any significance, above conversion noise.
-fn written(value: f64) -> f64 {
-    (value * 1e9).round() / 1e9
 }
 
 /// A capsule (`from_mm`, `to_mm`, `radius_mm`) or a box (`centre_mm`, `half_size_mm`).
@@ -204,17 +200,6 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
     Ok(robot)
 }
 
-/// Key, problem and remedy.
-type Fault = (String, &'static str, &'static str);
-
-fn mm(v: &Vector3<f64>) -> [f64; 3] {
-    [v.x, v.y, v.z].map(|c| written(c / MM))
-}
-
-fn metres(mm: &[f64; 3]) -> Vector3<f64> {
-    Vector3::from(*mm).map(|c| c * MM)
-}
-
 fn solid_of(k: usize, entry: &SolidEntry, joints: usize) -> Result<Solid, Fault> {
     let key = |name: &str| format!("solid[{k}].{name}");
     if entry.frame > joints {
@@ -276,6 +261,8 @@ pub fn to_toml(robot: &Robot) -> String {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
     use crate::robot::{JointKind, MdhLink};
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Fault, metres, mm, written};
+use super::numbers::{Fault, metres, mm, written};
 use crate::robot::{JointKind, Link, MdhLink};
 use crate::units::{DEG, MM};
 
