@@ -47,7 +47,10 @@ impl JointSteps {
     fn with_levers(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
         let (_, first) = datasets.first()?;
         let robot = &first.robot;
-        let angles = |s: &Sample| turning(robot).filter_map(|j| s.q.get(j).copied()).collect::<Vec<_>>().into_iter();
+        let angles = |s: &Sample| -> Vec<f64> {
+            let of_joints = s.q.iter().enumerate();
+            of_joints.filter(|(j, _)| robot.kind(*j) == JointKind::Revolute).map(|(_, q)| *q).collect()
+        };
         let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
         if taken().count() < FEWEST {
             return None;
@@ -56,10 +59,10 @@ impl JointSteps {
             let x = q / (step * DEG);
             (x - x.round()).abs() < EXACT
         };
-        let step = STEPS.into_iter().find(|&step| taken().all(|s| angles(s).all(|q| multiple(q, step))))?;
+        let step = STEPS.into_iter().find(|&step| taken().all(|s| angles(s).into_iter().all(|q| multiple(q, step))))?;
         // Multiples of a coarse step are multiples of finer ones too; angles on a step coarser than the list were
         // commanded.
-        if taken().all(|s| angles(s).all(|q| multiple(q, 10.0 * STEPS[0]))) {
+        if taken().all(|s| angles(s).into_iter().all(|q| multiple(q, 10.0 * STEPS[0]))) {
             return None;
         }
         let step = step * DEG;
