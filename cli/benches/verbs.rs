@@ -50,7 +50,8 @@ fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
     let poses = WorkspacePoses::of(named);
     let error = WorkspaceError::predict(named, &examination, &poses.q).unwrap();
     let ranges = examination.problem().joint_ranges();
-    let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
+    let extrapolation =
+        Extrapolation::of(examination.problem().robot(), &ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
     let outlook = Ok(Forecast { error: error.unwrap(), source: poses.source, extrapolation });
     diagnosis_text(&diagnosis, &outlook, &Recommended::default(), false)
 }

@@ -5,7 +5,6 @@ use std::path::Path;
 use calibench::assess::{CellLayout, Kind, Offer, Proposal};
 use calibench::files::{FileError, write_whole};
 use calibench::measure::{Dataset, PlannedPose, ProbingPlan, WayRequest, WaysError, interleave, plan_ways, write_plan};
-use calibench::units::DEG;
 
 use calibench_sim::planning::retreat;
 
@@ -70,12 +69,12 @@ fn with_ways(mut poses: Vec<PlannedPose>, cell: &Dataset, layout: Option<&CellLa
 /// Points as rows of `samples.csv`, without the columns to be measured.
 fn points(offer: &Offer, count: usize) -> String {
     let dataset = &offer.action.pool.dataset;
-    let joints: Vec<String> = (1..=dataset.robot.joints()).map(|j| format!("q{j}_deg")).collect();
+    let joints = dataset.robot.joint_columns();
     let mut text = format!("id,kind,payload,{}\n", joints.join(","));
     for (n, &k) in offer.chosen[..count].iter().enumerate() {
         let Some(sample) = offer.action.candidate(k) else { continue };
         let payload = dataset.payloads.get(sample.payload).map_or("", |p| p.name.as_str());
-        let q: Vec<String> = sample.q.iter().map(|v| format!("{:.6}", v / DEG)).collect();
+        let q: Vec<String> = dataset.robot.in_columns(&sample.q).iter().map(|v| format!("{v:.6}")).collect();
         text.push_str(&format!("n{:02},point,{payload},{}\n", n + 1, q.join(",")));
     }
     text

@@ -5,6 +5,7 @@ use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
 use calibench::identify::{IdentifyError, Model, Use};
 use calibench::measure::Dataset;
+use calibench::robot::JointKind;
 use thiserror::Error;
 
 /// The reason why a step cannot be taken.
@@ -46,7 +47,10 @@ impl Wanted {
         if let Some(rest) = id.strip_prefix("curve:") {
             let (joint, variable) = rest.split_once(':').unwrap_or((rest, ""));
             let joint = joint.parse::<usize>().ok().filter(|j| (1..=joints).contains(j));
-            return match (joint, Variable::parse(variable, joints)) {
+            if let Some(joint) = joint.filter(|j| dataset.robot.kind(j - 1) == JointKind::Prismatic) {
+                return Err(wrong(format!("joint {joint} is prismatic, and curves are of joints that turn")));
+            }
+            return match (joint, Variable::parse(variable, &dataset.robot)) {
                 (Some(joint), Some(variable)) => Ok(Wanted::Curve { joint: joint - 1, variable }),
                 _ => Err(wrong(format!(
                     "effect '{id}' is no curve; write curve:J:VARIABLE with a joint from 1 to {joints} and one of q1 ... q{joints}, q2+q3, tau1 ... tau{joints}, time_s"

@@ -6,7 +6,7 @@ use std::fmt;
 use super::tables::plain_rows;
 use calibench::assess::{Banded, Extrapolation, PoseSource, WorkspaceError};
 use calibench::identify::IdentifyError;
-use calibench::units::{DEG, MM};
+use calibench::units::MM;
 
 /// A predicted error over the workspace and the origin of its poses.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,14 +119,9 @@ pub fn extrapolation_sentence(e: &Extrapolation) -> Option<String> {
         return None;
     }
     let joint = |j: &calibench::assess::OutsideRange| {
-        format!(
-            "joint {} in {} (up to {:.1} deg outside {:.1} .. {:.1})",
-            j.joint,
-            j.poses,
-            j.farthest / DEG,
-            j.identified[0] / DEG,
-            j.identified[1] / DEG
-        )
+        let unit = j.kind.unit();
+        let [far, low, high] = [j.farthest, j.identified[0], j.identified[1]].map(|x| x / unit.si);
+        format!("joint {} in {} (up to {far:.1} {} outside {low:.1} .. {high:.1})", j.joint, j.poses, unit.symbol)
     };
     let joints: Vec<String> = e.joints.iter().map(joint).collect();
     let plain = format!(

@@ -100,7 +100,14 @@ impl Comparison {
         // remaining residuals.
         let yardstick = NoiseFloor { level: noise.level.filter(|_| !lack_of_fit.noise_overstated), ..noise.clone() };
         let judge = finding::Judge { noise: &yardstick, samples: seen.len(), repetition: repetition(&seen) };
-        let views = views::Views { layout: &layout, seen: &seen, scores: &scores, judge: &judge, fitted: beforehand.fitted };
+        let views = views::Views {
+            robot: problem.robot(),
+            layout: &layout,
+            seen: &seen,
+            scores: &scores,
+            judge: &judge,
+            fitted: beforehand.fitted,
+        };
         let unit = judge.unit(&scores);
         let setups = views.setups(problem.setups());
         let curves = views.curves();

@@ -15,7 +15,8 @@ use super::examination::Examination;
 use super::sweep::{self, Sweep};
 use crate::effects::{OwnEffect, OwnTerm};
 use crate::identify::{FitError, Model};
-use crate::units::{URAD, Unit};
+use crate::robot::{JointKind, Robot};
+use crate::units::{MM, URAD, Unit};
 
 /// Length scales on [-1, 1], and the number of terms for each.
 const SCALES: [(f64, usize); 2] = [(0.25, 14), (0.7, 8)];
@@ -43,6 +44,8 @@ const DRAWN: usize = 41;
 pub enum Variable {
     /// Angle of a joint, counted from 0.
     Angle(usize),
+    /// Position of a prismatic joint, counted from 0.
+    Slide(usize),
     /// Sum of the angles of joints 2 and 3: the inclination of the forearm if axes 2 and 3 are parallel.
     Forearm,
     /// Moment of the load about a joint, counted from 0.
@@ -55,15 +58,16 @@ impl Variable {
     /// Notation in user-defined effects: `q1`, `(q2 + q3)`, `tau2`, `time_s`.
     pub fn expression(self) -> String {
         match self {
-            Variable::Angle(j) => format!("q{}", j + 1),
+            Variable::Angle(j) | Variable::Slide(j) => format!("q{}", j + 1),
             Variable::Forearm => "(q2 + q3)".into(),
             Variable::Torque(j) => format!("tau{}", j + 1),
             Variable::Time => "time_s".into(),
         }
     }
 
-    /// Parses a variable of a robot with `joints` joints; `q2+q3` and `q2 + q3` are equivalent.
-    pub fn parse(text: &str, joints: usize) -> Option<Self> {
+    /// Parses a variable of a robot; `q2+q3` and `q2 + q3` are equivalent.
+    pub fn parse(text: &str, robot: &Robot) -> Option<Self> {
+        let joints = robot.joints();
         let plain: String = text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
         let joint = |digits: &str| digits.parse::<usize>().ok().filter(|j| (1..=joints).contains(j)).map(|j| j - 1);
         match plain.as_str() {
@@ -71,8 +75,16 @@ impl Variable {
             "q2+q3" => Some(Variable::Forearm),
             other => match other.strip_prefix("tau") {
                 Some(digits) => joint(digits).map(Variable::Torque),
-                None => joint(other.strip_prefix('q')?).map(Variable::Angle),
+                None => joint(other.strip_prefix('q')?).map(|j| Variable::of_joint(robot, j)),
             },
+        }
+    }
+
+    /// Position of joint `j`, counted from 0.
+    fn of_joint(robot: &Robot, j: usize) -> Self {
+        match robot.kind(j) {
+            JointKind::Revolute => Variable::Angle(j),
+            JointKind::Prismatic => Variable::Slide(j),
         }
     }
 
@@ -85,6 +97,7 @@ impl Variable {
     pub fn unit(self) -> (&'static str, f64) {
         match self {
             Variable::Angle(_) | Variable::Forearm => ("deg", crate::units::DEG),
+            Variable::Slide(_) => ("mm", MM),
             Variable::Torque(_) => ("N·m", 1.0),
             Variable::Time => ("s", 1.0),
         }
@@ -175,7 +188,8 @@ impl HeatMap {
     /// Tests every joint and variable on the residual of the fit.
     pub(super) fn new(examination: &Examination, background: &Background) -> Self {
         let variables = variables(examination);
-        let joints = examination.problem.robot().joints();
+        let robot = examination.problem.robot();
+        let turning: Vec<usize> = (0..robot.joints()).filter(|&j| robot.kind(j) == JointKind::Revolute).collect();
         let terms: usize = SCALES.iter().map(|(_, m)| m).sum();
         let samples = examination.circumstances.len();
         let mut features = DMatrix::zeros(samples, variables.len() * terms);
@@ -215,7 +229,7 @@ impl HeatMap {
             };
             variables.iter().enumerate().map(of_variable).collect::<Vec<Cell>>()
         };
-        let cells: Vec<Cell> = (0..joints).into_par_iter().map(of_joint).collect::<Vec<_>>().into_iter().flatten().collect();
+        let cells: Vec<Cell> = turning.into_par_iter().map(of_joint).collect::<Vec<_>>().into_iter().flatten().collect();
         let aware = |k: &usize| cells[*k].ln_evidence_against_background;
         let best = (0..cells.len()).max_by(|a, b| aware(a).total_cmp(&aware(b)));
         let curve = best.and_then(|k| {
@@ -288,14 +302,15 @@ fn variables(examination: &Examination) -> Vec<Scaled> {
     let robot = examination.problem.robot();
     let joints = robot.joints();
     let angle = |j: usize| Some(circumstances.iter().map(|c| c.q[j]).collect());
-    let parallel = joints > 2 && robot.links[2].mdh.alpha.sin().abs() < 1e-3;
-    let mut all: Vec<(Variable, Option<Vec<f64>>)> = (0..joints).map(|j| (Variable::Angle(j), angle(j))).collect();
+    let turns = |j: &usize| robot.kind(*j) == JointKind::Revolute;
+    let parallel = joints > 2 && [1, 2].iter().all(turns) && robot.links[2].mdh.alpha.sin().abs() < 1e-3;
+    let mut all: Vec<(Variable, Option<Vec<f64>>)> = (0..joints).map(|j| (Variable::of_joint(robot, j), angle(j))).collect();
     if parallel {
         all.push((Variable::Forearm, Some(circumstances.iter().map(|c| c.q[1] + c.q[2]).collect())));
     }
     if robot.has_masses() {
         let torque = |j: usize| Some(circumstances.iter().map(|c| c.tau[j]).collect());
-        all.extend((0..joints).map(|j| (Variable::Torque(j), torque(j))));
+        all.extend((0..joints).filter(turns).map(|j| (Variable::Torque(j), torque(j))));
     }
     all.push((Variable::Time, circumstances.iter().map(|c| c.time_s).collect()));
     all.into_iter().filter_map(|(variable, values)| Scaled::new(variable, values)).collect()

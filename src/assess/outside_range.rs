@@ -3,17 +3,20 @@
 use crate::effects::{EffectId, Follows};
 use crate::identify::Model;
 use crate::measure::{Dataset, Sample};
+use crate::robot::{JointKind, Robot};
 
 /// A joint that moves beyond its range during identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutsideRange {
     /// The joint, counted from 1.
     pub joint: usize,
-    /// Smallest and largest angle in the identification, rad.
+    /// What the joint does.
+    pub kind: JointKind,
+    /// Smallest and largest position in the identification, rad, or m of a prismatic joint.
     pub identified: [f64; 2],
     /// Number of poses in which it is outside.
     pub poses: usize,
-    /// Largest distance outside, rad.
+    /// Largest distance outside, rad or m.
     pub farthest: f64,
 }
 
@@ -31,13 +34,19 @@ pub struct Extrapolation {
     pub shapes: Vec<String>,
 }
 
-/// Distance outside a range that is tolerated, rad: an arc minute.
+/// Distance outside a range that is tolerated, rad or m: an arc minute.
 const SLACK: f64 = 3e-4;
 
 impl Extrapolation {
-    /// Compares poses (joint angles, rad, N) with the joint ranges in which a model was identified (rad).
-    pub fn of<'q>(joint_ranges: &[[f64; 2]], model: &Model, poses: impl Iterator<Item = &'q [f64]>) -> Self {
-        let none = |(j, range): (usize, &[f64; 2])| OutsideRange { joint: j + 1, identified: *range, poses: 0, farthest: 0.0 };
+    /// Compares poses (rad or m, N) with the joint ranges in which a model was identified.
+    pub fn of<'q>(robot: &Robot, joint_ranges: &[[f64; 2]], model: &Model, poses: impl Iterator<Item = &'q [f64]>) -> Self {
+        let none = |(j, range): (usize, &[f64; 2])| OutsideRange {
+            joint: j + 1,
+            kind: robot.kind(j),
+            identified: *range,
+            poses: 0,
+            farthest: 0.0,
+        };
         let mut joints: Vec<OutsideRange> = joint_ranges.iter().enumerate().map(none).collect();
         let (mut count, mut outside) = (0, 0);
         for q in poses {
@@ -77,13 +86,14 @@ impl Extrapolation {
 
     /// Compares the samples of datasets that `takes` selects with those joint ranges.
     pub fn of_samples(
+        robot: &Robot,
         joint_ranges: &[[f64; 2]],
         model: &Model,
         datasets: &[(&str, &Dataset)],
         takes: impl Fn(&Sample) -> bool,
     ) -> Self {
         let rows = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| takes(s)));
-        Extrapolation::of(joint_ranges, model, rows.map(|s| s.q.as_slice()))
+        Extrapolation::of(robot, joint_ranges, model, rows.map(|s| s.q.as_slice()))
     }
 }
 
@@ -95,7 +105,8 @@ mod tests {
     fn a_joint_is_outside_by_how_far_and_how_often() {
         let model = Model::of(&["mdh", "harmonic1:2", "harmonic1:1"]);
         let poses = [[0.0, 1.5], [0.5, 1.2], [0.9, -0.2]];
-        let found = Extrapolation::of(&[[-1.0, 1.0], [0.0, 1.0]], &model, poses.iter().map(|q| q.as_slice()));
+        let found =
+            Extrapolation::of(&Robot::default(), &[[-1.0, 1.0], [0.0, 1.0]], &model, poses.iter().map(|q| q.as_slice()));
         assert_eq!((found.poses, found.outside, found.joints.len()), (3, 3, 1));
         assert_eq!((found.joints[0].joint, found.joints[0].poses, found.joints[0].farthest), (2, 3, 0.5));
         assert_eq!(found.shapes, ["harmonic1:2"]);
@@ -103,7 +114,12 @@ mod tests {
 
     #[test]
     fn inside_nothing_is_said() {
-        let found = Extrapolation::of(&[[-1.0, 1.0]], &Model::of(&["harmonic1:1"]), [[0.3]].iter().map(|q| q.as_slice()));
+        let found = Extrapolation::of(
+            &Robot::default(),
+            &[[-1.0, 1.0]],
+            &Model::of(&["harmonic1:1"]),
+            [[0.3]].iter().map(|q| q.as_slice()),
+        );
         assert_eq!((found.outside, found.joints.len(), found.shapes.len()), (0, 0, 0));
     }
 }

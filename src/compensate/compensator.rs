@@ -318,7 +318,12 @@ impl<'a> Compensator<'a> {
         let mut warnings = Warnings::default();
         let outcome = nominal.and_then(|nominal| self.reach(&desired, &nominal)).map(|q| {
             let n = robot.joints();
-            let ranges = Extrapolation::of(&self.calibration.joint_ranges, &self.calibration.model, std::iter::once(&q[..]));
+            let ranges = Extrapolation::of(
+                &self.calibration.robot,
+                &self.calibration.joint_ranges,
+                &self.calibration.model,
+                std::iter::once(&q[..]),
+            );
             warnings =
                 Warnings { out_of_range: ranges.outside > 0, near_singular: dexterity(self.arm.posture(), n) < NEAR_SINGULAR };
             let pose = self.nominal_pose(&q);

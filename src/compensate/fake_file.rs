@@ -2,7 +2,7 @@
 
 use super::targets_file::POSE;
 use super::{Compensated, Target};
-use crate::robot::{FramePose, Pose};
+use crate::robot::{FramePose, JointKind, Pose, Robot};
 use crate::units::{DEG, MM};
 
 /// Targets and their results as the text of a CSV file, in order and complete.
@@ -13,20 +13,20 @@ use crate::units::{DEG, MM};
 /// | `status` | `ok`, or why it was not compensated (see [`super::Refusal`]): the columns of the fake target are then empty |
 /// | `warnings` | `out_of_range`, `near_singular`, or both, or nothing |
 /// | `x_mm` ... `c_deg` | the fake target, in the frame in which targets are given |
-/// | `q1_deg` ... | the corresponding joints |
+/// | `q1_deg` ... | the corresponding joints; `q1_mm` of a prismatic one |
 /// | `s` `t` | their status and turn, for arms that have them |
 /// | `sigma_worst_mm` `sigma_3d_mm` | predicted one-sigma of the TCP along its worst direction, and of all three together |
 /// | `shift_mm` | distance of the fake TCP from the desired one |
 /// | `payload` | as named in the row |
 /// | `target_x_mm` ... `target_c_deg` | the desired target |
-pub fn fake_csv(joints: usize, targets: &[Target], results: &[Compensated]) -> String {
+pub fn fake_csv(robot: &Robot, targets: &[Target], results: &[Compensated]) -> String {
     let pose = POSE.map(str::to_owned).to_vec();
     let of_target = POSE.map(|name| format!("target_{name}")).to_vec();
     let own = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
     let header = [
         own(&["id", "status", "warnings"]),
         pose,
-        (1..=joints).map(|i| format!("q{i}_deg")).collect(),
+        robot.joint_columns(),
         own(&["s", "t", "sigma_worst_mm", "sigma_3d_mm", "shift_mm", "payload"]),
         of_target,
     ]
@@ -41,7 +41,11 @@ pub fn fake_csv(joints: usize, targets: &[Target], results: &[Compensated]) -> S
             Ok(fake) => {
                 row.extend(["ok".into(), warnings.join(" ")]);
                 row.extend(pose_fields(&fake.pose));
-                row.extend(fake.q.iter().map(|q| degrees(*q)));
+                let position = |(q, kind): (&f64, JointKind)| match kind {
+                    JointKind::Revolute => degrees(*q),
+                    JointKind::Prismatic => millimetres(*q),
+                };
+                row.extend(fake.q.iter().zip(robot.kinds()).map(position));
                 let bits = |of: fn(&crate::robot::StatusTurn) -> u8| {
                     fake.status_turn.as_ref().map_or(String::new(), |s| of(s).to_string())
                 };

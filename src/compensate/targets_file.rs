@@ -7,8 +7,8 @@ use std::path::Path;
 
 use super::{Conditions, Desired, Target};
 use crate::files::{FileError, Record, Rows, cannot_be_read, name_remedy, nearest_name, open_file};
-use crate::measure::{TEMPERATURE_C, TIME_S, out_of_range};
-use crate::robot::{FramePose, Payload, Robot, SphericalWrist};
+use crate::measure::{TEMPERATURE_C, TIME_S, of_other_kind, out_of_range};
+use crate::robot::{FramePose, JointKind, Payload, Robot, SphericalWrist};
 use crate::units::{DEG, MM};
 
 /// Columns of a pose: position, mm, and KUKA's A, B, C, deg.
@@ -80,12 +80,15 @@ impl Header {
         let error = |field: &str, problem: String, remedy: String| titles.wrong(path, field, problem, remedy);
         let names = titles.titles(path, "separate them by commas and write decimal points")?;
         let n = expected.robot.joints();
-        let known = columns(n);
+        let known = columns(expected.robot);
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         let mut seen = HashSet::new();
         for name in &names {
             if !seen.insert(name) {
                 return Err(error(name, "stands twice in the header".into(), "keep one of them".into()));
+            }
+            if let Some((problem, remedy)) = of_other_kind(name, expected.robot) {
+                return Err(error(name, problem, remedy));
             }
             if !known.contains(&name.as_str()) {
                 let remedy = match nearest_name(name, known.iter().copied()) {
@@ -96,13 +99,17 @@ impl Header {
             }
             if ["s", "t"].contains(&name.as_str()) && SphericalWrist::new(expected.robot).is_err() {
                 let problem = "status and turn are of arms with a spherical wrist, which this is not".into();
-                return Err(error(name, problem, "remove it, and give q1_deg ... where the posture matters".into()));
+                return Err(error(
+                    name,
+                    problem,
+                    format!("remove it, and give {} ... where the posture matters", expected.robot.joint_columns()[0]),
+                ));
             }
         }
         let place: HashMap<String, usize> = names.iter().cloned().zip(0..).collect();
         let has = |name: &str| place.contains_key(name);
         let poses = POSE.iter().any(|name| has(name));
-        let joints = joints(n);
+        let joints = expected.robot.joint_columns();
         let required: Vec<&str> = if poses { POSE.to_vec() } else { joints.iter().map(String::as_str).collect() };
         let several: [Vec<String>; 2] = [joints.clone(), approaches(n)];
         let begun = several.iter().filter(|columns| columns.iter().any(|c| has(c))).flatten().map(String::as_str);
@@ -118,18 +125,14 @@ impl Header {
     }
 }
 
-fn joints(n: usize) -> Vec<String> {
-    (1..=n).map(|i| format!("q{i}_deg")).collect()
-}
-
 fn approaches(n: usize) -> Vec<String> {
     (1..=n).map(|i| format!("approach{i}")).collect()
 }
 
-/// All columns for an arm with `n` joints.
-fn columns(n: usize) -> Vec<String> {
+/// All columns for an arm.
+fn columns(robot: &Robot) -> Vec<String> {
     let names = ["id"].into_iter().chain(POSE).chain(["s", "t", "payload", "time_s", "temp_c"]).map(str::to_owned);
-    names.chain(joints(n)).chain(approaches(n)).collect()
+    names.chain(robot.joint_columns()).chain(approaches(robot.joints())).collect()
 }
 
 struct Row<'a> {
@@ -219,7 +222,10 @@ impl<'a> Row<'a> {
         if id.contains(char::is_control) {
             return Err(self.error("id", "has control characters".into(), "give a plain name"));
         }
-        let near = self.numbers(&joints(n), DEG)?;
+        let columns = expected.robot.joint_columns();
+        let si = |(value, kind): (f64, JointKind)| value * kind.unit().si;
+        let near: Option<Vec<f64>> =
+            self.numbers(&columns, 1.0)?.map(|values| values.into_iter().zip(expected.robot.kinds()).map(si).collect());
         let desired = if self.header.poses {
             let (status, turn) = (self.bits("s", 7)?, self.bits("t", 63)?);
             Desired::Pose { pose: self.pose()?.pose(), near, status, turn }
@@ -228,7 +234,7 @@ impl<'a> Row<'a> {
                 let problem = "has no meaning where the joints are given".into();
                 return Err(self.error(column, problem, "leave it empty: the joints say which posture is meant"));
             }
-            Desired::Joints(near.ok_or_else(|| self.error("q1_deg", "is empty".into(), "fill it"))?)
+            Desired::Joints(near.ok_or_else(|| self.error(&columns[0], "is empty".into(), "fill it"))?)
         };
         let sign = |(k, value): (usize, f64)| match value {
             -1.0 => Ok(-1),

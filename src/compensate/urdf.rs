@@ -35,7 +35,7 @@ pub fn urdf(rigid: &RigidRobot) -> String {
         let parent = if i == 0 { "base_link".into() } else { format!("link_{i}") };
         let k = i + 1;
         _ = writeln!(text, "  <link name=\"link_{k}\"/>");
-        _ = writeln!(text, "  <joint name=\"joint_{k}\" type=\"revolute\">");
+        _ = writeln!(text, "  <joint name=\"joint_{k}\" type=\"{}\">", link.mdh.kind.name());
         _ = writeln!(text, "    <parent link=\"{parent}\"/>\n    <child link=\"link_{k}\"/>");
         origin(&mut text, &link.mdh.transform(0.0));
         let [low, high] = link.limits;

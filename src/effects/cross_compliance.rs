@@ -1,6 +1,7 @@
 //! `cross_compliance:J:K`: the torque of joint K turns joint J, `theta_J += c tau_K`, for instance if two gears share a
 //! housing.
 
+use super::family::turning;
 use super::reference_torque::reference_torque;
 use super::shape::{Shape, theta};
 use super::{
@@ -24,7 +25,7 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning { physics: "two gears share a housing: the torque of one turns the other", look: "" },
     stray: Stray::None,
     members: |subject| {
-        let joints = 1..=subject.robot.joints();
+        let joints = turning(subject);
         let pairs = joints.clone().flat_map(|j| joints.clone().map(move |k| (j, k)));
         pairs.filter(|(j, k)| j != k).map(|(j, k)| format!(":{j}:{k}")).collect()
     },

@@ -1,6 +1,7 @@
 //! The catalogue: families of effects, their origins, and their members for a robot and an artifact.
 
 use super::*;
+use crate::robot::JointKind;
 
 /// Builds an effect from its id, for a robot and an artifact.
 pub type Build = fn(&EffectId<'_>, &Subject<'_>) -> Result<Box<dyn Effect>, EffectError>;
@@ -119,9 +120,20 @@ pub(super) fn by_name(_: &Subject<'_>) -> Vec<String> {
     Vec::new()
 }
 
-/// Members: one per joint.
+/// Members: one per joint that turns.
 pub(super) fn each_joint(subject: &Subject<'_>) -> Vec<String> {
+    turning(subject).map(|j| format!(":{j}")).collect()
+}
+
+/// Members: one per joint, prismatic ones included.
+pub(super) fn any_joint(subject: &Subject<'_>) -> Vec<String> {
     (1..=subject.robot.joints()).map(|j| format!(":{j}")).collect()
+}
+
+/// The joints that turn, counted from 1.
+pub(super) fn turning<'a>(subject: &Subject<'a>) -> impl Iterator<Item = usize> + Clone + use<'a> {
+    let robot = subject.robot;
+    (1..=robot.joints()).filter(|j| robot.kind(j - 1) == JointKind::Revolute)
 }
 
 /// Members: one per indicator.

@@ -4,12 +4,12 @@
 //! repeatability of an IRB 1600 leaves no room for more (Slamani, Nubiola, Bonev, Robotics and Computer-Integrated
 //! Manufacturing 28 (2012)).
 
-use super::family::each_joint;
-use super::shape::{per_joint, theta};
+use super::family::any_joint;
+use super::shape::{by_kind, per_joint};
 use super::{
     Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
 };
-use crate::units::{URAD, Unit};
+use crate::units::{UM, URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
     id: "hysteresis",
@@ -29,15 +29,17 @@ pub(super) const FAMILY: Family = Family {
         look: "approach every pose from the same side",
     },
     stray: Stray::None,
-    members: each_joint,
+    members: any_joint,
     build: |id, subject| {
+        // The play of a rail's rack and pinion is some hundredths of a millimetre.
+        let lost = |j| by_kind(subject.robot, j, [(Unit::URAD, 30.0 * URAD), (Unit::UM, 30.0 * UM)]);
         per_joint(
             id,
-            id.joints(subject)?,
-            |_, name| vec![ParameterSpec::new(format!("{name}.h"), Unit::URAD, 30.0 * URAD)],
+            id.any_joints(subject)?,
+            |j, name| vec![ParameterSpec::new(format!("{name}.h"), lost(j).0, lost(j).1)],
             |at, j, emit| {
                 if let Some(&side) = at.approach.and_then(|signs| signs.get(j)) {
-                    emit(0, theta(j), f64::from(side));
+                    emit(0, at.robot.joint_site(j), f64::from(side));
                 }
             },
         )

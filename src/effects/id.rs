@@ -1,6 +1,7 @@
 //! Effect ids, parsed in one place into the family's name and its arguments.
 
 use super::{EffectError, Subject};
+use crate::robot::JointKind;
 
 /// An effect id, `FAMILY`, `FAMILY:ARGUMENT` or `FAMILY:ARGUMENT:...`, split at its colons.
 ///
@@ -67,20 +68,44 @@ impl<'a> EffectId<'a> {
         Ok(())
     }
 
-    /// The joints named: the one of the only argument, or all of them if there is none. Counted from 0.
+    /// The revolute joints named: the one of the only argument, or all of them if there is none. Counted from 0.
+    ///
+    /// # Errors
+    /// If the robot has no such joint, if it is prismatic, or if there is more than one argument.
+    pub fn joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
+        self.at_most(1)?;
+        let turning = || (0..subject.robot.joints()).filter(|&j| subject.robot.kind(j) == JointKind::Revolute);
+        if self.rest.is_none() { Ok(turning().collect()) } else { Ok(vec![self.joint(0, subject)?]) }
+    }
+
+    /// The revolute joint named by argument `k`. Counted from 0.
+    ///
+    /// # Errors
+    /// If the robot has no such joint, or if it is prismatic.
+    pub fn joint(&self, k: usize, subject: &Subject<'_>) -> Result<usize, EffectError> {
+        let j = self.any_joint(k, subject)?;
+        match subject.robot.kind(j) {
+            JointKind::Revolute => Ok(j),
+            JointKind::Prismatic => {
+                Err(self.wrong(format!("joint {} is prismatic, and {} is of joints that turn", j + 1, self.family)))
+            }
+        }
+    }
+
+    /// The joints named, prismatic ones included: the one of the only argument, or all of them if there is none. Counted from 0.
     ///
     /// # Errors
     /// If the robot has no such joint, or if there is more than one argument.
-    pub fn joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
+    pub fn any_joints(&self, subject: &Subject<'_>) -> Result<Vec<usize>, EffectError> {
         self.at_most(1)?;
-        if self.rest.is_none() { Ok((0..subject.robot.joints()).collect()) } else { Ok(vec![self.joint(0, subject)?]) }
+        if self.rest.is_none() { Ok((0..subject.robot.joints()).collect()) } else { Ok(vec![self.any_joint(0, subject)?]) }
     }
 
-    /// The joint named by argument `k`. Counted from 0.
+    /// The joint named by argument `k`, which may be prismatic. Counted from 0.
     ///
     /// # Errors
     /// If the robot has no such joint.
-    pub fn joint(&self, k: usize, subject: &Subject<'_>) -> Result<usize, EffectError> {
+    pub fn any_joint(&self, k: usize, subject: &Subject<'_>) -> Result<usize, EffectError> {
         let n = subject.robot.joints();
         match self.number(k) {
             Some(j) if j <= n => Ok(j - 1),

@@ -1,8 +1,8 @@
-//! `joint_scale:J`: the encoder or the gear ratio is off by a factor, `theta_J += s q_J`. The stiffness of cables and hoses
-//! looks the same.
+//! `joint_scale:J`: the encoder or the gear ratio is off by a factor, `theta_J += s q_J`, or `d_J` of a
+//! prismatic joint. The stiffness of cables and hoses looks the same.
 
-use super::family::each_joint;
-use super::shape::{per_joint, theta};
+use super::family::any_joint;
+use super::shape::{by_kind, per_joint};
 use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
@@ -24,14 +24,14 @@ pub(super) const FAMILY: Family = Family {
         look: "check the ratio entered in the controller",
     },
     stray: Stray::None,
-    members: each_joint,
+    members: any_joint,
     build: |id, subject| {
-        let unit = Unit::URAD_PER_RAD;
+        let unit = |j| by_kind(subject.robot, j, [Unit::URAD_PER_RAD, Unit::UM_PER_M]);
         per_joint(
             id,
-            id.joints(subject)?,
-            |_, name| vec![ParameterSpec::new(format!("{name}.s"), unit, unit.to_si(100.0))],
-            |at, j, emit| emit(0, theta(j), at.q[j]),
+            id.any_joints(subject)?,
+            |j, name| vec![ParameterSpec::new(format!("{name}.s"), unit(j), unit(j).to_si(100.0))],
+            |at, j, emit| emit(0, at.robot.joint_site(j), at.q[j]),
         )
         .built()
     },

@@ -1,8 +1,8 @@
 //! `joint_source:J`: the arm is at the commanded, not the reported, angle, `theta_J += s (q_commanded - q)`. s is 1 if the
 //! command is correct and 0 if the reading is.
 
-use super::family::each_joint;
-use super::shape::{per_joint, theta};
+use super::family::any_joint;
+use super::shape::per_joint;
 use super::{
     Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
 };
@@ -26,15 +26,15 @@ pub(super) const FAMILY: Family = Family {
         look: "log the joints as the encoders read them",
     },
     stray: Stray::None,
-    members: each_joint,
+    members: any_joint,
     build: |id, subject| {
         per_joint(
             id,
-            id.joints(subject)?,
+            id.any_joints(subject)?,
             |_, name| vec![ParameterSpec::new(format!("{name}.s"), Unit::RATIO, 1.0)],
             |at, j, emit| {
                 if let Some(commanded) = at.q_commanded.and_then(|q| q.get(j)) {
-                    emit(0, theta(j), commanded - at.q[j]);
+                    emit(0, at.robot.joint_site(j), commanded - at.q[j]);
                 }
             },
         )

@@ -1,11 +1,11 @@
 //! `joint_step:J:T`: a joint slipped once, T seconds into the session: `theta_J += s` after T.
 
-use super::family::each_joint;
-use super::shape::{Shape, theta};
+use super::family::any_joint;
+use super::shape::{Shape, by_kind};
 use super::{
     Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
 };
-use crate::units::{URAD, Unit};
+use crate::units::{UM, URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
     id: "joint_step",
@@ -25,13 +25,14 @@ pub(super) const FAMILY: Family = Family {
         look: "look at the robot's log at that moment, and check its mastering",
     },
     stray: Stray::Moment,
-    members: each_joint,
+    members: any_joint,
     build: |id, subject| {
-        let (j, time) = (id.joint(0, subject)?, id.time(1)?);
-        let parameters = vec![ParameterSpec::new(format!("{}.s", id.whole()), Unit::URAD, 80.0 * URAD)];
+        let (j, time) = (id.any_joint(0, subject)?, id.time(1)?);
+        let (unit, size) = by_kind(subject.robot, j, [(Unit::URAD, 80.0 * URAD), (Unit::UM, 80.0 * UM)]);
+        let parameters = vec![ParameterSpec::new(format!("{}.s", id.whole()), unit, size)];
         Shape::new(id, parameters, move |at, emit| {
             if at.is_after(time) {
-                emit(0, theta(j), 1.0);
+                emit(0, at.robot.joint_site(j), 1.0);
             }
         })
         .owner(Owner::Session)

@@ -11,7 +11,7 @@ use super::{
     Emit, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
     Subject, Unphysical,
 };
-use crate::robot::{Axis6, Frame, Site};
+use crate::robot::{Axis6, Frame, JointKind, Site};
 use crate::units::{MM, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -31,13 +31,13 @@ pub(super) const FAMILY: Family = Family {
     stray: Stray::None,
     members: |subject| {
         let links = 1..subject.robot.joints();
-        links.filter(|&j| length(subject, j) > SHORTEST).map(|j| format!(":{j}")).collect()
+        links.filter(|&j| is_beam(subject, j)).map(|j| format!(":{j}")).collect()
     },
     build: |id, subject| {
         id.at_most(1)?;
         let frame = id.joint(0, subject)? + 1;
-        if frame == subject.robot.joints() || length(subject, frame) <= SHORTEST {
-            return Err(id.wrong("names a joint whose axis is some way from the next"));
+        if frame == subject.robot.joints() || !is_beam(subject, frame) {
+            return Err(id.wrong("names a joint whose axis is some way from the next, both of which turn"));
         }
         // Aluminium castings of a small arm: EI of 1.2 to 2.5e5 N·m² (assumed), the thicker one after joint 2.
         let plausible = Unit::PER_MN_M2.to_si(if frame == 2 { 4.0 } else { 8.0 });
@@ -74,6 +74,12 @@ const SHORTEST: f64 = 10.0 * MM;
 /// Two-point Gauss quadrature on 0..1: exact up to third order; the integrand is of second order.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
 const GAUSS_WEIGHT: f64 = 0.5;
+
+/// True if the link of frame `j` (counted from 1) reaches from one axis of rotation to another some way off.
+fn is_beam(subject: &Subject<'_>, j: usize) -> bool {
+    let turns = |j: usize| subject.robot.kind(j) == JointKind::Revolute;
+    turns(j - 1) && turns(j) && length(subject, j) > SHORTEST
+}
 
 /// Distance from frame `j` (counted from 1) to the next, m.
 fn length(subject: &Subject<'_>, j: usize) -> f64 {

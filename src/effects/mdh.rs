@@ -6,7 +6,7 @@
 use super::family::alone;
 use super::shape::constant;
 use super::{Family, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
-use crate::robot::{MdhEntry, NEARLY_PARALLEL, Robot, Site};
+use crate::robot::{JointKind, MdhEntry, NEARLY_PARALLEL, Robot, Site};
 use crate::units::{DEG, MM, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -47,10 +47,15 @@ fn describe(robot: &Robot, i: usize, entry: MdhEntry) -> ParameterSpec {
     ParameterSpec { name, unit, nominal, prior }
 }
 
-/// The proposed entries, in the order of Table 8: twists, lengths, offsets, joint offsets, skews.
+/// The proposed entries, in the order of Table 8: twists, lengths, offsets, joint offsets, skews. Where a prismatic axis stands is
+/// known from the next rows, its direction aside: its length comes last, and is only left to those data that need it.
 fn sites(robot: &Robot) -> Vec<(usize, MdhEntry)> {
     let parallel = |i: usize| i > 0 && robot.links[i].mdh.alpha.sin().abs() < NEARLY_PARALLEL.sin();
     let entries = [MdhEntry::Alpha, MdhEntry::A, MdhEntry::D, MdhEntry::Theta, MdhEntry::Beta];
     let all = entries.into_iter().flat_map(|entry| (0..robot.joints()).map(move |i| (i, entry)));
-    all.filter(|&(i, entry)| entry != MdhEntry::Beta || parallel(i)).collect()
+    let of_slide = |&(i, entry): &(usize, MdhEntry)| entry == MdhEntry::A && robot.kind(i) == JointKind::Prismatic;
+    let (last, mut first): (Vec<_>, Vec<_>) =
+        all.filter(|&(i, entry)| entry != MdhEntry::Beta || parallel(i)).partition(of_slide);
+    first.extend(last);
+    first
 }

@@ -5,6 +5,7 @@
 
 use super::shape::{Shape, theta};
 use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use crate::robot::JointKind;
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -23,7 +24,11 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning { physics: "the error of a joint depends on how two joints stand at once", look: "" },
     stray: Stray::None,
     // Pairs with the next joint: they share a housing or a bearing.
-    members: |subject| (1..subject.robot.joints()).map(|j| format!(":{j}:{j}:{}", j + 1)).collect(),
+    members: |subject| {
+        let turns = |j: usize| subject.robot.kind(j) == JointKind::Revolute;
+        let pairs = (1..subject.robot.joints()).filter(|&j| turns(j - 1) && turns(j));
+        pairs.map(|j| format!(":{j}:{j}:{}", j + 1)).collect()
+    },
     build: |id, subject| {
         id.at_most(3)?;
         let (j, a, b) = (id.joint(0, subject)?, id.joint(1, subject)?, id.joint(2, subject)?);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Effect, EffectError, EffectId, Emit, Needs, Owner, ParameterSpec, Situation};
-use crate::robot::{MdhEntry, Site};
+use crate::robot::{JointKind, MdhEntry, Robot, Site};
 
 /// An effect defined by a closure.
 pub(super) struct Shape<F> {
@@ -99,6 +99,14 @@ where
 /// Shifts the TCP by a vector of the last frame, m, for an error of a ball or an indicator.
 pub(super) fn shift_tool(parameter: usize, by: &Vector3<f64>, emit: &mut Emit<'_>) {
     (0..3).for_each(|k| emit(parameter, Site::tool(k), by[k]));
+}
+
+/// The first of two for a joint that turns, the second for a prismatic one; `j` is counted from 0.
+pub(super) fn by_kind<T>(robot: &Robot, j: usize, [turning, sliding]: [T; 2]) -> T {
+    match robot.kind(j) {
+        JointKind::Revolute => turning,
+        JointKind::Prismatic => sliding,
+    }
 }
 
 /// The angle of joint `j`, counted from 0.

@@ -1,11 +1,11 @@
 //! `thermal_joint:J`: a joint's zero drifts, `theta_J += b t`, t being time as a share of the session.
 
-use super::family::each_joint;
-use super::shape::{per_joint, theta};
+use super::family::any_joint;
+use super::shape::{by_kind, per_joint};
 use super::{
     Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
 };
-use crate::units::{URAD, Unit};
+use crate::units::{UM, URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
     id: "thermal_joint",
@@ -22,15 +22,16 @@ pub(super) const FAMILY: Family = Family {
     period: Period::None,
     meaning: Meaning { physics: "the zero of a joint drifts as its gear warms up", look: "warm the robot up, or log temp_c" },
     stray: Stray::None,
-    members: each_joint,
+    members: any_joint,
     build: |id, subject| {
+        let drift = |j| by_kind(subject.robot, j, [(Unit::URAD, 60.0 * URAD), (Unit::UM, 60.0 * UM)]);
         per_joint(
             id,
-            id.joints(subject)?,
-            |_, name| vec![ParameterSpec::new(format!("{name}.b"), Unit::URAD, 60.0 * URAD)],
+            id.any_joints(subject)?,
+            |j, name| vec![ParameterSpec::new(format!("{name}.b"), drift(j).0, drift(j).1)],
             |at, j, emit| {
                 if let Some(t) = at.share_of_session() {
-                    emit(0, theta(j), t);
+                    emit(0, at.robot.joint_site(j), t);
                 }
             },
         )

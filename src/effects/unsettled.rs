@@ -1,8 +1,8 @@
 //! `unsettled:J`: joint J was read before it had settled, `theta_J += s (q_J - q_J before)`: the error is a fraction of the
 //! last move, from the posture of the previous sample in the order of measurement within the session.
 
-use super::family::each_joint;
-use super::shape::{per_joint, theta};
+use super::family::any_joint;
+use super::shape::{by_kind, per_joint};
 use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
 use crate::units::Unit;
 
@@ -24,16 +24,16 @@ pub(super) const FAMILY: Family = Family {
         look: "wait longer before the joints are read",
     },
     stray: Stray::None,
-    members: each_joint,
+    members: any_joint,
     build: |id, subject| {
-        let unit = Unit::URAD_PER_RAD;
+        let unit = |j| by_kind(subject.robot, j, [Unit::URAD_PER_RAD, Unit::UM_PER_M]);
         per_joint(
             id,
-            id.joints(subject)?,
-            |_, name| vec![ParameterSpec::new(format!("{name}.s"), unit, unit.to_si(200.0))],
+            id.any_joints(subject)?,
+            |j, name| vec![ParameterSpec::new(format!("{name}.s"), unit(j), unit(j).to_si(200.0))],
             |at, j, emit| {
                 if let Some(before) = at.q_before.and_then(|q| q.get(j)) {
-                    emit(0, theta(j), at.q[j] - before);
+                    emit(0, at.robot.joint_site(j), at.q[j] - before);
                 }
             },
         )

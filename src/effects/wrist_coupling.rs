@@ -4,6 +4,7 @@
 use super::family::alone;
 use super::shape::{Shape, theta};
 use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use crate::robot::{JointKind, Robot};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -24,12 +25,12 @@ pub(super) const FAMILY: Family = Family {
         look: "check the coupling entered in the controller",
     },
     stray: Stray::None,
-    members: |subject| if subject.robot.joints() < WRIST { Vec::new() } else { alone(subject) },
+    members: |subject| if turning_wrist(subject.robot) { alone(subject) } else { Vec::new() },
     build: |id, subject| {
         id.at_most(0)?;
         let n = subject.robot.joints();
-        if n < WRIST {
-            return Err(id.wrong("needs an arm of three joints or more"));
+        if !turning_wrist(subject.robot) {
+            return Err(id.wrong("needs an arm whose last three joints turn"));
         }
         let pairs = [(n - 3, n - 2), (n - 3, n - 1), (n - 2, n - 1)];
         let unit = Unit::URAD_PER_RAD;
@@ -43,6 +44,12 @@ pub(super) const FAMILY: Family = Family {
         .built()
     },
 };
+
+/// True if the last joints are a wrist.
+fn turning_wrist(robot: &Robot) -> bool {
+    let n = robot.joints();
+    n >= WRIST && (n - WRIST..n).all(|j| robot.kind(j) == JointKind::Revolute)
+}
 
 /// Joints of a wrist.
 const WRIST: usize = 3;

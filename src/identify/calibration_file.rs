@@ -9,7 +9,6 @@ use super::Calibration;
 use super::own_effects::tables as own_effect_tables;
 use crate::files::{FileError, write_whole};
 use crate::robot::{built_in, to_toml};
-use crate::units::DEG;
 
 pub use reader::read_calibration;
 use tables::{File, FitTable, JointRange, ParameterTable, SetupTable};
@@ -33,12 +32,7 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
         absolute_accuracy: c.absolute_accuracy,
         unresolved: c.unresolved.clone(),
         fit: FitTable::of(c),
-        joint_range: c
-            .joint_ranges
-            .iter()
-            .enumerate()
-            .map(|(i, r)| JointRange { joint: i + 1, min_deg: r[0] / DEG, max_deg: r[1] / DEG })
-            .collect(),
+        joint_range: c.joint_ranges.iter().enumerate().map(|(i, range)| JointRange::of(i, *range, c.robot.kind(i))).collect(),
         setup: c.setups.iter().map(SetupTable::of).collect(),
         effect: own_effect_tables(&c.model.own, &c.model.effects),
         parameter: c.estimates.iter().map(ParameterTable::of).collect(),

@@ -11,6 +11,7 @@ use super::{Parameter, Prior, Problem};
 use crate::effects::{EffectId, Owner};
 use crate::math::Observability;
 use crate::math::linalg::{self, OrderedRank};
+use crate::robot::JointKind;
 
 /// A column whose part outside the span of earlier columns is shorter than this fraction of it is treated as dependent: far
 /// above rounding (1e-13 after column scaling), far below the resolution of any measurement.
@@ -68,7 +69,8 @@ pub fn independent_parameters(problem: &Problem) -> Result<Vec<usize>, FitError>
 }
 
 /// The flat parameters that the data can separate, preferring earlier effects, and among links those nearer to the tool:
-/// the base takes what it shares with link 1, and of two parallel axes the farther one keeps its offset, as in the paper.
+/// the base takes what it shares with link 1, and of two parallel axes the farther one keeps its offset, as in the paper. The zero
+/// of a prismatic joint comes before all links: a controller can correct it.
 fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) -> Result<Determined, FitError> {
     let parameters = problem.parameters();
     let mut order: Vec<usize> = free.iter().copied().filter(|&p| parameters[p].knowledge == Prior::Uninformative).collect();
@@ -79,7 +81,12 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
         }
     }
     let rank_of_effect = |p: &usize| effects.iter().position(|e| *e == parameters[*p].effect);
-    order.sort_by_key(|p| (rank_of_effect(p), std::cmp::Reverse(parameters[*p].link)));
+    let is_zero_of_slide = |p: &usize| {
+        let Parameter { effect, link, spec, .. } = &parameters[*p];
+        let slides = |i: &usize| problem.robot().kind(*i) == JointKind::Prismatic && spec.name == format!("d{}", i + 1);
+        effect == "mdh" && link.as_ref().is_some_and(slides)
+    };
+    order.sort_by_key(|p| (rank_of_effect(p), !is_zero_of_slide(p), std::cmp::Reverse(parameters[*p].link)));
     let mut near = Linearised::new(problem, &order);
     problem.linearise(start, &problem.load_state(start), &mut Workspace::new(problem.robot()), &mut near);
     if !near.transposed.iter().all(|v| v.is_finite()) {

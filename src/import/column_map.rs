@@ -196,7 +196,7 @@ impl ColumnMap {
         }
         let has_base = file.dataset.has_base();
         let mut dataset = Reading { path, text, within: "dataset." }.dataset(file.dataset, folder)?;
-        let known = Column::all(dataset.robot.joints());
+        let known = Column::all(&dataset.robot);
         let names: Vec<String> = known.iter().map(|c| c.quantity()).collect();
         let mut map = ColumnMap {
             delimiter,
@@ -389,6 +389,7 @@ fn units_like(unit: &str) -> &'static [(&'static str, Measure)] {
             ("yyyymmddhhmmss", Measure::Timestamp),
         ],
         "c" => &[("c", Measure::Si(1.0))],
+        "n" => &[("n", Measure::Si(1.0))],
         _ => &[("nm", Measure::Si(1.0))],
     }
 }

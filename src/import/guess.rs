@@ -10,7 +10,7 @@ use super::unknown_table::{Table, TableColumn};
 use super::{ImportError, ImportOptions};
 use crate::files::FileError;
 use crate::measure::{Dataset, Measured};
-use crate::robot::{FramePose, Robot, world_from_tool};
+use crate::robot::{FramePose, JointKind, Robot, world_from_tool};
 use crate::units::MM;
 
 /// Rows that are shown.
@@ -53,6 +53,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
     for triple in triples {
         let plain = Proposal {
             table: &table,
+            robot,
             reference,
             joints: &joints,
             joint_unit: "deg",
@@ -117,6 +118,7 @@ fn units(table: &Table, columns: &[usize], known: &[&'static str]) -> Vec<&'stat
 #[derive(Clone)]
 struct Proposal<'a> {
     table: &'a Table,
+    robot: &'a Robot,
     reference: &'a str,
     joints: &'a [usize],
     joint_unit: &'static str,
@@ -148,7 +150,7 @@ impl<'a> Proposal<'a> {
             "format = \"calibench-import/1\"\ndelimiter = \"{delimiter}\"\ndecimal = \"{decimal}\"\nheader = {header}\n\n[columns]\n"
         );
         for (i, &k) in self.joints.iter().enumerate() {
-            _ = writeln!(map, "q{} = {{ column = {}, unit = \"{}\" }}", i + 1, self.table.named(k), self.joint_unit);
+            _ = writeln!(map, "q{} = {{ column = {}, unit = \"{}\" }}", i + 1, self.table.named(k), self.unit_of_joint(i, k));
         }
         for (i, axis) in ["x", "y", "z"].iter().enumerate() {
             let minus = self.minus.map_or(String::new(), |minus| format!(", minus = {}", self.table.named(minus[i])));
@@ -165,6 +167,15 @@ impl<'a> Proposal<'a> {
             self.reference
         );
         map
+    }
+
+    /// Unit of joint `i` in column `k`: that of a prismatic joint is in its title, or else that of the positions.
+    fn unit_of_joint(&self, i: usize, k: usize) -> &'static str {
+        let stated = self.table.columns[k].unit.filter(|unit| ["mm", "m", "um"].contains(unit));
+        match self.robot.kind(i) {
+            JointKind::Revolute => self.joint_unit,
+            JointKind::Prismatic => stated.unwrap_or(self.point_unit),
+        }
     }
 
     /// Residual of the nominal arm with base and tool fitted, rms, m, and the dataset; `None` if the rows cannot be read so.
@@ -206,7 +217,11 @@ impl<'a> Proposal<'a> {
 /// The first rows in the units of a dataset.
 fn shown(dataset: &Dataset) -> Vec<String> {
     let row = |s: &crate::measure::Sample| {
-        let q: Vec<String> = s.q.iter().map(|q| format!("{:.3}", q.to_degrees())).collect();
+        let joint = |(q, kind): (&f64, JointKind)| match kind {
+            JointKind::Revolute => format!("{:.3}", q.to_degrees()),
+            JointKind::Prismatic => format!("{:.3} mm", q / MM),
+        };
+        let q: Vec<String> = s.q.iter().zip(dataset.robot.kinds()).map(joint).collect();
         let Measured::Point(p) = s.measured else { return String::new() };
         format!("{}: joints {} deg; position {:.3}, {:.3}, {:.3} mm", s.id, q.join(", "), p.x / MM, p.y / MM, p.z / MM)
     };

@@ -66,6 +66,10 @@ fn cell<R: RobotKeys>(reading: &CellReading<'_>) -> Result<Cell, FileError> {
         return Err(reading.wrong("dataset", problem, "name a dataset.toml, relative to this file"));
     }
     let dataset = read_description(&named)?;
+    if let Some(joint) = dataset.robot.first_prismatic() {
+        let problem = format!("its robot's joint {} is prismatic, and cells drive arms whose joints turn", joint + 1);
+        return Err(reading.wrong("dataset", problem, "measure the arm by other means, and give its samples"));
+    }
     let robot = file.robot.settings(reading, dataset.robot.joints())?;
     let guards = file.guards.guards(reading, (&dataset.robot, dataset.base, dataset.tool))?;
     let trical = file.trical.trical(reading)?;

@@ -1,11 +1,15 @@
 //! The columns of `samples.csv`: one list, used for reading, writing and correcting the file.
 
+use crate::robot::{JointKind, Robot};
+
 /// A column known to this version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Column {
     Id,
     Kind,
     Joint(usize),
+    /// A prismatic joint.
+    Slide(usize),
     Ball,
     Target,
     Reading(usize),
@@ -23,39 +27,56 @@ pub(crate) enum Column {
     Repeat,
     Session,
     Commanded(usize),
+    CommandedSlide(usize),
     Torque(usize),
+    /// Force on a prismatic joint.
+    Force(usize),
     Sigma,
     SigmaOrientation,
 }
 
-/// Columns that form one quantity: all of them are present, or none.
-pub(crate) struct Quantity {
-    pub component: fn(usize) -> Column,
-    pub count: usize,
-}
-
 impl Column {
-    /// The quantities of several columns, for an arm of `joints` joints.
-    pub fn quantities(joints: usize) -> [Quantity; 8] {
+    /// The position of joint `i`.
+    pub fn joint(robot: &Robot, i: usize) -> Column {
+        if slides(robot, i) { Column::Slide(i) } else { Column::Joint(i) }
+    }
+
+    /// The commanded position of joint `i`.
+    pub fn commanded(robot: &Robot, i: usize) -> Column {
+        if slides(robot, i) { Column::CommandedSlide(i) } else { Column::Commanded(i) }
+    }
+
+    /// The torque of joint `i`, or its force.
+    pub fn load(robot: &Robot, i: usize) -> Column {
+        if slides(robot, i) { Column::Force(i) } else { Column::Torque(i) }
+    }
+
+    /// The quantities of several columns, the joints first: all columns of one are present, or none.
+    pub fn quantities(robot: &Robot) -> [Vec<Column>; 8] {
+        let n = robot.joints();
+        let of_joints = |component: fn(&Robot, usize) -> Column| (0..n).map(|i| component(robot, i)).collect();
+        let each = |component: fn(usize) -> Column, count: usize| (0..count).map(component).collect();
         [
-            Quantity { component: Column::Joint, count: joints },
-            Quantity { component: Column::Reading, count: 3 },
-            Quantity { component: Column::World, count: 3 },
-            Quantity { component: Column::Rotation, count: 3 },
-            Quantity { component: Column::Approach, count: joints },
-            Quantity { component: Column::Plunger, count: 3 },
-            Quantity { component: Column::Commanded, count: joints },
-            Quantity { component: Column::Torque, count: joints },
+            of_joints(Column::joint),
+            each(Column::Reading, 3),
+            each(Column::World, 3),
+            each(Column::Rotation, 3),
+            each(Column::Approach, n),
+            each(Column::Plunger, 3),
+            of_joints(Column::commanded),
+            of_joints(Column::load),
         ]
     }
 
-    /// Every column for an arm of `joints` joints, in the order in which they are written.
-    pub fn all(joints: usize) -> Vec<Column> {
+    /// Every column for an arm, in the order in which they are written.
+    pub fn all(robot: &Robot) -> Vec<Column> {
         use Column::*;
+        let joints = robot.joints();
+        let of_joints = |component: fn(&Robot, usize) -> Column| (0..joints).map(|i| component(robot, i)).collect::<Vec<_>>();
         let each = |component: fn(usize) -> Column, count: usize| (0..count).map(component).collect::<Vec<_>>();
         [
             vec![Id, Kind, Set, Session],
-            each(Joint, joints),
+            of_joints(Column::joint),
             vec![Ball, Target],
             each(Reading, 3),
             each(World, 3),
@@ -64,8 +85,8 @@ impl Column {
             each(Approach, joints),
             each(Plunger, 3),
             vec![Posture, Repeat],
-            each(Commanded, joints),
-            each(Torque, joints),
+            of_joints(Column::commanded),
+            of_joints(Column::load),
             vec![Sigma, SigmaOrientation],
         ]
         .concat()
@@ -77,6 +98,7 @@ impl Column {
             Column::Id => "id".into(),
             Column::Kind => "kind".into(),
             Column::Joint(i) => format!("q{}_deg", i + 1),
+            Column::Slide(i) => format!("q{}_mm", i + 1),
             Column::Ball => "ball".into(),
             Column::Target => "target".into(),
             Column::Reading(i) => format!("r{}_um", i + 1),
@@ -94,6 +116,8 @@ impl Column {
             Column::Repeat => "repeat".into(),
             Column::Session => "session".into(),
             Column::Commanded(i) => format!("qcmd{}_deg", i + 1),
+            Column::CommandedSlide(i) => format!("qcmd{}_mm", i + 1),
+            Column::Force(i) => format!("tau{}_n", i + 1),
             Column::Torque(i) => format!("tau{}_nm", i + 1),
             Column::Sigma => "sigma_um".into(),
             Column::SigmaOrientation => "sigma_deg".into(),
@@ -108,7 +132,7 @@ impl Column {
         self.name().split('_').next().unwrap_or_default().to_owned()
     }
 
-    /// Unit at the end of the name: `deg`, `mm`, `um`, `nm`, `s`, `c`; `None` for text and signs.
+    /// Unit at the end of the name: `deg`, `mm`, `um`, `nm`, `n`, `s`, `c`; `None` for text and signs.
     pub fn unit(self) -> Option<String> {
         self.name().split_once('_').map(|(_, unit)| unit.to_owned())
     }
@@ -117,4 +141,21 @@ impl Column {
     pub fn is_number(self) -> bool {
         self.unit().is_some() || matches!(self, Column::Approach(_) | Column::Plunger(_))
     }
+}
+
+fn slides(robot: &Robot, i: usize) -> bool {
+    robot.kind(i) == JointKind::Prismatic
+}
+
+/// What is wrong with a title that is the column of a joint of the other kind, and the right title.
+pub(crate) fn of_other_kind(title: &str, robot: &Robot) -> Option<(String, String)> {
+    let (quantity, _) = title.split_once('_')?;
+    let is_it = |column: &Column| column.quantity() == quantity;
+    let (i, right) = (0..robot.joints()).find_map(|i| {
+        let columns = [Column::joint, Column::commanded, Column::load].map(|component| component(robot, i));
+        columns.into_iter().find(is_it).map(|column| (i, column.name()))
+    })?;
+    let other = ["deg", "mm", "nm", "n"].into_iter().any(|unit| title == format!("{quantity}_{unit}"));
+    let does = if slides(robot, i) { "slides" } else { "turns" };
+    (other && title != right).then(|| (format!("joint {} {does}, so it has no such column", i + 1), format!("name it {right}")))
 }

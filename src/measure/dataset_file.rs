@@ -15,7 +15,7 @@ use super::samples_file::read_samples;
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise, Shared, ToolTarget};
 use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
-use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, Payload, Robot, RobotReference, robot, to_toml};
+use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, JointKind, Payload, Robot, RobotReference, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
 
 /// File with the description of the measurements.
@@ -312,21 +312,46 @@ impl Reading<'_> {
     fn noise(&self, table: &NoiseToml, robot: &Robot) -> Result<Noise, FileError> {
         let given =
             |key: &str, value: Option<f64>, unit: f64| value.map(|v| self.positive(key, v).map(|v| v * unit)).transpose();
-        let (count, joints) = (table.joint_arcsec.len(), robot.joints());
-        if count != 0 && count != joints {
-            return Err(self.wrong(
-                "noise.joint_arcsec",
-                format!("{count} numbers, and the robot has {joints} joints"),
-                "give one a joint",
-            ));
-        }
-        let joint = |(k, &v): (usize, &f64)| self.not_negative(&format!("noise.joint_arcsec[{k}]"), v).map(|v| v * ARCSEC);
+        let angles = self.joint_noise(("noise.joint_arcsec", JointKind::Revolute, ARCSEC), &table.joint_arcsec, robot)?;
+        let lengths = self.joint_noise(("noise.joint_um", JointKind::Prismatic, UM), &table.joint_um, robot)?;
+        let joint = if lengths.is_empty() {
+            angles
+        } else {
+            (0..lengths.len()).map(|k| lengths[k] + angles.get(k).copied().unwrap_or_default()).collect()
+        };
         Ok(Noise {
             ball: given("noise.ball_um", table.ball_um, UM)?,
             point: given("noise.point_um", table.point_um, UM)?,
             orientation: given("noise.orientation_deg", table.orientation_deg, DEG)?,
-            joint: table.joint_arcsec.iter().enumerate().map(joint).collect::<Result<_, _>>()?,
+            joint,
         })
+    }
+
+    /// The noise of all joints, of which only those of one kind have any.
+    fn joint_noise(
+        &self,
+        (key, kind, unit): (&str, JointKind, f64),
+        given: &[f64],
+        robot: &Robot,
+    ) -> Result<Vec<f64>, FileError> {
+        let joints = robot.joints();
+        if !given.is_empty() && given.len() != joints {
+            let problem = format!("{} numbers, and the robot has {joints} joints", given.len());
+            return Err(self.wrong(key, problem, "give one a joint"));
+        }
+        let of_joint = |(k, &v): (usize, &f64)| {
+            let key = format!("{key}[{k}]");
+            if v != 0.0 && robot.kind(k) != kind {
+                let problem = format!("joint {} is {}", k + 1, robot.kind(k).name());
+                return Err(self.wrong(
+                    &key,
+                    problem,
+                    "write 0 here: joint_arcsec is of joints that turn, joint_um of the others",
+                ));
+            }
+            self.not_negative(&key, v).map(|v| v * unit)
+        };
+        given.iter().enumerate().map(of_joint).collect()
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{Anchor, Ball, Dataset, ToolTarget};
-use crate::robot::{FramePose, Payload};
+use crate::robot::{FramePose, JointKind, Payload};
 use crate::units::{ARCSEC, DEG, MM, UM, readable};
 
 /// The format this version reads and writes.
@@ -143,6 +143,18 @@ pub(super) struct NoiseToml {
     pub orientation_deg: Option<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_arcsec: Vec<f64>,
+    /// Of prismatic joints; 0 for those that turn.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_um: Vec<f64>,
+}
+
+/// The noise of the joints of one kind, 0 for others; empty if it is not known of any.
+fn joint_noise(dataset: &Dataset, kind: JointKind, unit: f64) -> Vec<f64> {
+    let joints = dataset.noise.joint.iter().zip(dataset.robot.kinds());
+    if joints.clone().all(|(_, of)| of != kind) {
+        return Vec::new();
+    }
+    joints.map(|(v, of)| if of == kind { readable(*v, unit) } else { 0.0 }).collect()
 }
 
 /// The content of `dataset.toml`. A ball that is not in the dataset is named by its index.
@@ -209,7 +221,8 @@ pub(super) fn describe(dataset: &Dataset) -> DatasetToml {
             ball_um: dataset.noise.ball.map(um),
             point_um: dataset.noise.point.map(um),
             orientation_deg: dataset.noise.orientation.map(|v| readable(v, DEG)),
-            joint_arcsec: dataset.noise.joint.iter().map(|v| readable(*v, ARCSEC)).collect(),
+            joint_arcsec: joint_noise(dataset, JointKind::Revolute, ARCSEC),
+            joint_um: joint_noise(dataset, JointKind::Prismatic, UM),
         },
         provenance: dataset.provenance.clone(),
     }

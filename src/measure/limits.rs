@@ -26,6 +26,7 @@ const KEYS: &[(&str, [f64; 2], &str)] = &[
     ("ball_um", [0.0, 1e6], UM),
     ("point_um", [0.0, 1e6], UM),
     ("joint_arcsec", [0.0, 1e5], "give the angle in seconds of arc"),
+    ("joint_um", [0.0, 1e6], UM),
 ];
 const MM: &str = "give the length in millimetres";
 const UM: &str = "give the length in micrometres";

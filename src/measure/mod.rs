@@ -48,7 +48,7 @@ pub use cell_file::{CELL_FORMAT, Cell, read_cell};
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
 pub use centring_failure::{CentringFailure, Suspicion};
 pub use clock_jump::{ClockJump, LongSession};
-pub(crate) use columns::Column;
+pub(crate) use columns::{Column, of_other_kind};
 pub use conditions::Conditions;
 pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientation, Sample, SampleSet, Shared, ToolTarget};
 pub(crate) use dataset_file::Reading;

@@ -80,6 +80,9 @@ struct PoseToml {
 /// # Errors
 /// When the file cannot be written.
 pub fn write_plan(path: &Path, plan: &ProbingPlan, cell: &Dataset) -> Result<(), FileError> {
+    if let Some(problem) = slides(cell) {
+        return Err(FileError::whole(path, problem, ONLY_TURNING));
+    }
     let degrees = |q: &[f64]| -> Vec<f64> { q.iter().map(|v| v / DEG).collect() };
     let all = |via: &[Vec<f64>]| via.iter().map(|q| degrees(q)).collect();
     let pose = plan
@@ -130,6 +133,9 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<ProbingPlan, FileError> 
         let problem = format!("is '{}', but the cell's robot is '{}'", plan.robot, cell.robot_reference);
         return Err(reading.wrong("robot", problem, "use a plan made for this cell"));
     }
+    if let Some(problem) = slides(cell) {
+        return Err(reading.wrong("robot", problem, ONLY_TURNING));
+    }
     if plan.pose.is_empty() {
         return Err(reading.wrong("pose", "there is none", "give at least one [[pose]]"));
     }
@@ -140,6 +146,14 @@ pub fn read_plan(path: &Path, cell: &Dataset) -> Result<ProbingPlan, FileError> 
     }
     let ways = reading.ways(&plan, &poses)?;
     Ok(ProbingPlan { poses, ways })
+}
+
+const ONLY_TURNING: &str = "measure the arm by other means, and give its samples";
+
+/// What is wrong with the robot, if a plan cannot hold its joints.
+fn slides(cell: &Dataset) -> Option<String> {
+    let joint = cell.robot.first_prismatic()?;
+    Some(format!("joint {} of the robot is prismatic, and plans are of arms whose joints turn", joint + 1))
 }
 
 struct Reading<'a> {

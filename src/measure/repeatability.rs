@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::{CenteringController, Centred, CentringFailure, Iteration, Phase, PlannedPose, ProbingFailure};
 use crate::cell::{Indicator, Manipulator};
-use crate::robot::{FramePose, MdhEntry, Posture, Robot, Site, SiteIndex};
+use crate::robot::{FramePose, Posture, Robot, SiteIndex};
 use crate::units::{DEG, MM};
 
 /// Numbers of returns and arrivals, and size of the excursions.
@@ -39,7 +39,7 @@ impl Default for RepeatabilitySettings {
 pub struct Station {
     /// The pose and its approach.
     pub pose: PlannedPose,
-    /// Motion of the TCP per radian of each joint (N), tool axes, m, of the nominal arm.
+    /// Motion of the TCP per radian, or metre, of each joint (N), tool axes, m, of the nominal arm.
     pub levers: Vec<Vector3<f64>>,
 }
 
@@ -49,7 +49,7 @@ impl Station {
         let mut posture = Posture::new(robot);
         posture.set(robot, base, tool, &pose.contact, &vec![0.0; SiteIndex::new(robot.joints()).len()]);
         let tool_from_world = posture.world_from_tool(tool).rotation.inverse();
-        let lever = |i: usize| tool_from_world * posture.column(Site::mdh(i, MdhEntry::Theta));
+        let lever = |i: usize| tool_from_world * posture.motion(i);
         Station { levers: (0..robot.joints()).map(lever).collect(), pose }
     }
 

@@ -12,7 +12,7 @@ use super::limits::{POINT_MM, READING_UM, ROTATION_DEG, TEMPERATURE_C, TIME_S, T
 use super::samples_header::Header;
 use super::{Dataset, Measured, Orientation, Sample, SampleSet};
 use crate::files::{FileError, Record, Rows, name_remedy, open_file};
-use crate::robot::Robot;
+use crate::robot::{JointKind, Link, Robot};
 use crate::units::{DEG, MM, UM, readable};
 
 /// The columns of a pose, its position first.
@@ -30,6 +30,8 @@ const POSE: &[Column] = &[
 const MOST_ROWS: usize = 10_000_000;
 /// Largest distance of a reported joint outside its limits, rad: controllers round, and limits are given to the degree.
 const LIMIT_MARGIN: f64 = 1.0 * DEG;
+/// The same of a prismatic joint, m.
+const SLIDE_MARGIN: f64 = 10.0 * MM;
 
 /// Reads the rows into `dataset` (samples and names of the free columns), and every byte into `hash`.
 pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256) -> Result<(), FileError> {
@@ -119,7 +121,7 @@ impl<'a> Row<'a> {
     }
 
     /// All numbers of a quantity in SI, or none.
-    fn numbers(&self, component: fn(usize) -> Column, count: usize, unit: f64) -> Result<Option<Vec<f64>>, FileError> {
+    fn numbers(&self, component: impl Fn(usize) -> Column, count: usize, unit: f64) -> Result<Option<Vec<f64>>, FileError> {
         let mut values = Vec::with_capacity(count);
         let mut gap = None;
         for k in 0..count {
@@ -280,14 +282,10 @@ impl<'a> Row<'a> {
             }
         }
         for k in 0..joints {
-            self.required(Column::Joint(k))?;
+            self.required(Column::joint(robot, k))?;
         }
-        let q = self.numbers(Column::Joint, joints, DEG)?.unwrap_or_default();
-        if let Some(k) = robot.outside_limits(&q, LIMIT_MARGIN) {
-            let [low, high] = robot.links[k].limits.map(|l| readable(l, DEG));
-            let problem = format!("{} deg is outside the joint's limits {low} to {high}", readable(q[k], DEG));
-            return Err(self.error(Column::Joint(k), problem, "give the angle in degrees as the controller reports it"));
-        }
+        let q = self.positions(robot, Column::joint)?.unwrap_or_default();
+        self.within_limits(robot, &q)?;
         let set = match self.text(Column::Set) {
             None | Some("fit") => SampleSet::Fit,
             Some("validation") => SampleSet::Validation,
@@ -309,8 +307,8 @@ impl<'a> Row<'a> {
             posture: self.text(Column::Posture).map(str::to_owned),
             repeat: self.text(Column::Repeat).map(str::to_owned),
             session: self.text(Column::Session).map(str::to_owned),
-            q_commanded: self.numbers(Column::Commanded, joints, DEG)?,
-            tau: self.torques(joints)?,
+            q_commanded: self.positions(robot, Column::commanded)?,
+            tau: self.torques(robot)?,
             sigma: self.positive(Column::Sigma, UM, READING_UM)?,
             extra: self
                 .header
@@ -332,12 +330,38 @@ impl<'a> Row<'a> {
         }
     }
 
-    fn torques(&self, joints: usize) -> Result<Option<Vec<f64>>, FileError> {
-        let torques = self.numbers(Column::Torque, joints, 1.0)?;
+    fn torques(&self, robot: &Robot) -> Result<Option<Vec<f64>>, FileError> {
+        let torques = self.numbers(|k| Column::load(robot, k), robot.joints(), 1.0)?;
         for (k, tau) in torques.iter().flatten().enumerate() {
-            self.possible(Column::Torque(k), TORQUE_NM, Some(*tau))?;
+            self.possible(Column::load(robot, k), TORQUE_NM, Some(*tau))?;
         }
         Ok(torques)
+    }
+
+    /// Positions of all joints, SI, or none.
+    fn positions(&self, robot: &Robot, column: fn(&Robot, usize) -> Column) -> Result<Option<Vec<f64>>, FileError> {
+        let plain = self.numbers(|k| column(robot, k), robot.joints(), 1.0)?;
+        let si = |(value, kind): (f64, JointKind)| value * kind.unit().si;
+        Ok(plain.map(|plain| plain.into_iter().zip(robot.kinds()).map(si).collect()))
+    }
+
+    fn within_limits(&self, robot: &Robot, q: &[f64]) -> Result<(), FileError> {
+        let inside = |(link, q): (&Link, &f64)| {
+            let margin = match link.mdh.kind {
+                JointKind::Revolute => LIMIT_MARGIN,
+                JointKind::Prismatic => SLIDE_MARGIN,
+            };
+            (link.limits[0] - margin..=link.limits[1] + margin).contains(q)
+        };
+        let Some(k) = robot.links.iter().zip(q).position(|joint| !inside(joint)) else { return Ok(()) };
+        let unit = robot.kind(k).unit();
+        let [low, high] = robot.links[k].limits.map(|l| readable(l, unit.si));
+        let problem = format!("{} {} is outside the joint's limits {low} to {high}", readable(q[k], unit.si), unit.symbol);
+        let remedy = match robot.kind(k) {
+            JointKind::Revolute => "give the angle in degrees as the controller reports it",
+            JointKind::Prismatic => "give the position in millimetres as the controller reports it",
+        };
+        Err(self.error(Column::joint(robot, k), problem, remedy))
     }
 
     fn count_fields(&self) -> Result<(), FileError> {

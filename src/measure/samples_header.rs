@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::Dataset;
-use super::columns::Column;
+use super::columns::{Column, of_other_kind};
 use crate::files::{FileError, Record, name_remedy, nearest_name};
 
 /// Prefix of a free column.
@@ -28,11 +28,12 @@ impl Header {
 
     /// Parses the first line of a file.
     pub(super) fn parse(path: &Path, titles: &Record, dataset: &Dataset) -> Result<Header, FileError> {
-        let joints = dataset.robot.joints();
+        let robot = &dataset.robot;
+        let joints = robot.joints();
         let error = |field: &str, problem: String, remedy: String| titles.wrong(path, field, problem, remedy);
         let otherwise = "separate them by commas and write decimal points, or import the file by a column map";
         let names = titles.titles(path, otherwise)?;
-        let known = Column::all(joints);
+        let known = Column::all(robot);
         let known_names: Vec<String> = known.iter().map(|c| c.name()).collect();
         let known_texts: Vec<&str> = known_names.iter().map(String::as_str).collect();
         let mut seen = HashSet::new();
@@ -48,6 +49,8 @@ impl Header {
                 header.place.insert(known[k], place);
             } else if name.starts_with(EXTRA) && name.len() > EXTRA.len() {
                 header.extra.push((name.clone(), place));
+            } else if let Some((problem, remedy)) = of_other_kind(name, robot) {
+                return Err(error(name, problem, remedy));
             } else {
                 let remedy = match nearest_name(name, known_texts.iter().copied()) {
                     Some(_) => name_remedy(name, &known_texts),
@@ -61,10 +64,10 @@ impl Header {
                 return Err(error(&column.name(), "this required column is missing".into(), "add it".into()));
             }
         }
-        for quantity in Column::quantities(joints) {
-            let (there, missing): (Vec<Column>, Vec<Column>) =
-                (0..quantity.count).map(quantity.component).partition(|c| header.place.contains_key(c));
-            let required = (quantity.component)(0) == Column::Joint(0);
+        for (k, quantity) in Column::quantities(robot).into_iter().enumerate() {
+            let count = quantity.len();
+            let (there, missing): (Vec<Column>, Vec<Column>) = quantity.into_iter().partition(|c| header.place.contains_key(c));
+            let required = k == 0;
             if let Some(first) = missing.first()
                 && (required || !there.is_empty())
             {
@@ -73,7 +76,7 @@ impl Header {
                 } else {
                     "this column is missing while its fellows are there"
                 };
-                return Err(error(&first.name(), problem.into(), format!("the robot needs all {} of them", quantity.count)));
+                return Err(error(&first.name(), problem.into(), format!("the robot needs all {count} of them")));
             }
         }
         Ok(header)

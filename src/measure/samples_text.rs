@@ -6,7 +6,7 @@ use crate::units::{DEG, MM, UM, readable};
 
 /// The content of the file with a dataset's samples.
 pub(super) fn samples_text(dataset: &Dataset) -> Result<Vec<u8>, csv::Error> {
-    let used: Vec<Column> = Column::all(dataset.robot.joints())
+    let used: Vec<Column> = Column::all(&dataset.robot)
         .into_iter()
         .filter(|column| match column {
             Column::Id | Column::Kind => true,
@@ -39,6 +39,7 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         (Column::Kind, Measured::Point(_)) => "point".into(),
         (Column::Kind, Measured::Distance { .. }) => "distance".into(),
         (Column::Joint(k), _) => numbers(Some(&sample.q), k, DEG),
+        (Column::Slide(k), _) => numbers(Some(&sample.q), k, MM),
         (Column::Ball, Measured::Ball { ball, .. }) => name(dataset.balls.iter().map(|b| b.id.as_str()), *ball),
         (Column::Target, _) => {
             sample.tool_target.map_or_else(String::new, |r| name(dataset.tool_targets.iter().map(|r| r.id.as_str()), r))
@@ -58,7 +59,8 @@ fn cell(dataset: &Dataset, sample: &Sample, column: Column) -> String {
         (Column::Repeat, _) => sample.repeat.clone().unwrap_or_default(),
         (Column::Session, _) => sample.session.clone().unwrap_or_default(),
         (Column::Commanded(k), _) => numbers(sample.q_commanded.as_deref(), k, DEG),
-        (Column::Torque(k), _) => numbers(sample.tau.as_deref(), k, 1.0),
+        (Column::CommandedSlide(k), _) => numbers(sample.q_commanded.as_deref(), k, MM),
+        (Column::Torque(k) | Column::Force(k), _) => numbers(sample.tau.as_deref(), k, 1.0),
         (Column::Sigma, _) => sample.sigma.map(|s| number(s, UM)).unwrap_or_default(),
         (Column::SigmaOrientation, _) => sample.orientation.and_then(|o| o.sigma).map_or_else(String::new, |s| number(s, DEG)),
         (Column::Ball | Column::Reading(_) | Column::World(_) | Column::Anchor | Column::Distance, _) => String::new(),

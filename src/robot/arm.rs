@@ -1,6 +1,7 @@
 //! The nominal robot.
 
-use super::link::{FramePose, Link, MdhLink};
+use super::link::{FramePose, JointKind, Link, MdhLink};
+use super::sites::{MdhEntry, Site};
 use super::solids::Solid;
 
 /// Robot files are written with nine decimals, in mm, deg and kg: two copies of one arm may differ by this, in SI.
@@ -39,14 +40,54 @@ impl Robot {
     /// True if `other` is the same arm by its data (joints, geometry, limits, masses), whatever the names.
     pub fn is_same_arm(&self, other: &Robot) -> bool {
         let numbers = |l: &Link| {
-            let MdhLink { alpha, a, beta, theta, d } = l.mdh;
+            let MdhLink { alpha, a, beta, theta, d, .. } = l.mdh;
             [alpha, a, beta, theta, d, l.limits[0], l.limits[1], l.mass, l.com.x, l.com.y, l.com.z]
         };
-        let same = |a: &Link, b: &Link| numbers(a).iter().zip(numbers(b)).all(|(a, b)| (a - b).abs() <= ROUNDING_OF_FILES);
+        let same = |a: &Link, b: &Link| {
+            let near = numbers(a).iter().zip(numbers(b)).all(|(a, b)| (a - b).abs() <= ROUNDING_OF_FILES);
+            near && a.mdh.kind == b.mdh.kind
+        };
         self.joints() == other.joints() && self.links.iter().zip(&other.links).all(|(a, b)| same(a, b))
     }
 
-    /// The first joint (counted from 0) outside its limits by more than `margin` (rad), if any.
+    /// What joint `i` (counted from 0) does.
+    pub fn kind(&self, i: usize) -> JointKind {
+        self.links.get(i).map_or(JointKind::Revolute, |link| link.mdh.kind)
+    }
+
+    /// What the joints do.
+    pub fn kinds(&self) -> impl ExactSizeIterator<Item = JointKind> + Clone + '_ {
+        self.links.iter().map(|link| link.mdh.kind)
+    }
+
+    /// The columns of the joints' positions in files and tables: `q1_deg`, or `q1_mm` of a prismatic joint.
+    pub fn joint_columns(&self) -> Vec<String> {
+        self.kinds().enumerate().map(|(i, kind)| format!("q{}_{}", i + 1, kind.unit().suffix)).collect()
+    }
+
+    /// Positions of all joints in the units of their columns.
+    pub fn in_columns(&self, q: &[f64]) -> Vec<f64> {
+        q.iter().zip(self.kinds()).map(|(q, kind)| q / kind.unit().si).collect()
+    }
+
+    /// The first prismatic joint, counted from 0, if there is one.
+    pub fn first_prismatic(&self) -> Option<usize> {
+        self.kinds().position(|kind| kind == JointKind::Prismatic)
+    }
+
+    /// The site that joint `i` (counted from 0) moves: its angle, or the length of a prismatic joint.
+    #[inline]
+    pub fn joint_site(&self, i: usize) -> Site {
+        Site::mdh(
+            i,
+            match self.kind(i) {
+                JointKind::Revolute => MdhEntry::Theta,
+                JointKind::Prismatic => MdhEntry::D,
+            },
+        )
+    }
+
+    /// The first joint (counted from 0) outside its limits by more than `margin` (rad and m), if any.
     pub fn outside_limits(&self, q: &[f64], margin: f64) -> Option<usize> {
         self.links.iter().zip(q).position(|(l, &q)| !(l.limits[0] - margin..=l.limits[1] + margin).contains(&q))
     }

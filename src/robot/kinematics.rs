@@ -1,7 +1,7 @@
 //! Forward kinematics of a deviating arm, and the exact columns of its position Jacobian, for one posture or batched.
 //!
 //! `T_world_tool = T(base) * prod_i [ flex_{i-1} Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d) ] * flex_n * tool`
-//! (paper Eq. 1, 2, 5, 6).
+//! (paper Eq. 1, 2, 5, 6); where joint i is prismatic, q is added to d instead of theta.
 //!
 //! The code here works on [`Postures`], with one number per posture in each lane; the [`Posture`] is the instance with one
 //! lane, and gives the same bytes as in a batch.
@@ -16,7 +16,7 @@ use pulp::{Arch, Scalar, Simd, WithSimd};
 use self::mdh_rows::{CachedSinCos, MdhRows};
 pub use self::posture::Posture;
 use super::frame::Frames;
-use super::{Frame, FramePose, Pose, Robot, SiteIndex, Vectors};
+use super::{Frame, FramePose, JointKind, Pose, Robot, SiteIndex, Vectors};
 use crate::math::simd::{Axes, Group, Vector, fill_registers};
 use crate::math::sincos;
 
@@ -49,7 +49,7 @@ pub struct BatchInput<'a, const L: usize> {
     pub base: &'a [[f64; L]; 6],
     /// TCP in the last frame, m.
     pub tool: &'a [[f64; L]; 3],
-    /// Joint angles, rad (N).
+    /// Joint positions, rad, or m of prismatic joints (N).
     pub q: &'a [[f64; L]],
     /// Deviation of every site, SI (see [`SiteIndex`]).
     pub deviations: &'a [[f64; L]],
@@ -85,7 +85,7 @@ impl<const L: usize> Postures<L> {
         self.turn_all(robot, q, deviations);
     }
 
-    /// Turns the joints to `q` (rad, N) with base, tool and links as last set: only the deviations of the joints' angles
+    /// Moves the joints to `q` (rad or m, N) with base, tool and links as last set: only the deviations of the joints' angles
     /// may differ from those given then.
     #[inline]
     pub fn turn_all(&mut self, robot: &Robot, q: &[[f64; L]], deviations: &[[f64; L]]) {
@@ -106,6 +106,7 @@ impl<const L: usize> Postures<L> {
             lines.beta.turn(&sum(mdh.beta, &dev[2]));
             lines.skewed = (0..L).fold(0, |bits, l| bits | lines.beta.angle[l].to_bits()) << 1 != 0;
             lines.d = sum(mdh.d, &dev[4]);
+            lines.slides = mdh.kind == JointKind::Prismatic;
         }
         self.flexible = (0..=n).fold(false, |any, k| any | flexes(&deviations[self.sites.flex(k)..][..6]));
         let tip = self.sites.tool();
@@ -120,6 +121,10 @@ impl<const L: usize> Postures<L> {
         let n = robot.joints();
         assert!(deviations.len() == self.sites.len() && q.len() == n && self.lines.len() == n);
         for (i, lines) in self.lines.iter_mut().enumerate() {
+            if lines.slides {
+                lines.slide(&robot.links[i].mdh, &q[i], &deviations[self.sites.link(i)..][..5]);
+                continue;
+            }
             for first in (0..L).step_by(S::F64_LANES) {
                 let group = Group::new(simd, first);
                 let nominal = group.splat(robot.links[i].mdh.theta);

@@ -2,7 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
-use crate::units::DEG;
+use crate::units::{DEG, Unit};
 
 /// A rigid transform; `world_from_tool` maps tool coordinates to world coordinates.
 pub type Pose = IsometryMatrix3<f64>;
@@ -11,9 +11,40 @@ pub type Pose = IsometryMatrix3<f64>;
 /// direction. Their rows have a beta.
 pub const NEARLY_PARALLEL: f64 = 1.0 * DEG;
 
-/// Modified DH row with Hayati's beta, `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)` (paper Eq. 1).
+/// What a joint does along or about its z axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum JointKind {
+    /// It turns about it; its variable is an angle, rad.
+    #[default]
+    Revolute,
+    /// It slides along it; its variable is a length, m.
+    Prismatic,
+}
+
+impl JointKind {
+    /// The unit of the joint's variable in files and tables.
+    pub fn unit(self) -> Unit {
+        match self {
+            JointKind::Revolute => Unit::DEG,
+            JointKind::Prismatic => Unit::MM,
+        }
+    }
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            JointKind::Revolute => "revolute",
+            JointKind::Prismatic => "prismatic",
+        }
+    }
+}
+
+/// Modified DH row with Hayati's beta, `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)` (paper Eq. 1); of a prismatic joint
+/// `T = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d + q)`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MdhLink {
+    /// What the joint does with its z axis.
+    pub kind: JointKind,
     /// Twist about the previous x axis, rad. Written alpha_{i-1}.
     pub alpha: f64,
     /// Length along the previous x axis, m. Written a_{i-1}.
@@ -27,23 +58,27 @@ pub struct MdhLink {
 }
 
 impl MdhLink {
-    /// The transform of this row at joint angle `q` (rad).
+    /// The transform of this row at joint position `q` (rad, or m of a prismatic joint).
     pub fn transform(&self, q: f64) -> Pose {
+        let (turned, slid) = match self.kind {
+            JointKind::Revolute => (q, 0.0),
+            JointKind::Prismatic => (0.0, q),
+        };
         let rx = Rotation3::from_axis_angle(&Vector3::x_axis(), self.alpha);
         let ry = Rotation3::from_axis_angle(&Vector3::y_axis(), self.beta);
-        let rz = Rotation3::from_axis_angle(&Vector3::z_axis(), self.theta + q);
+        let rz = Rotation3::from_axis_angle(&Vector3::z_axis(), self.theta + turned);
         let rotation = rx * ry * rz;
-        let translation = rx * Vector3::new(self.a, 0.0, 0.0) + rotation * Vector3::new(0.0, 0.0, self.d);
+        let translation = rx * Vector3::new(self.a, 0.0, 0.0) + rotation * Vector3::new(0.0, 0.0, self.d + slid);
         Pose::from_parts(Translation3::from(translation), rotation)
     }
 }
 
-/// A link: geometry, joint limits (rad), and mass with its centre in the link's own frame (kg, m).
+/// A link: geometry, joint limits, and mass with its centre in the link's own frame (kg, m).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// Geometry.
     pub mdh: MdhLink,
-    /// Smallest and largest joint angle, rad.
+    /// Smallest and largest joint position, rad, or m of a prismatic joint.
     pub limits: [f64; 2],
     /// Mass, kg; zero if unknown.
     pub mass: f64,

@@ -1,4 +1,4 @@
-//! The arm: a chain of revolute joints in modified DH with Hayati's beta, its masses, limits and solids.
+//! The arm: a chain of revolute and prismatic joints in modified DH with Hayati's beta, its masses, limits and solids.
 
 mod arm;
 mod builtin;
@@ -25,7 +25,7 @@ pub use dexterity::dexterity;
 pub use frame::{Frame, Vectors, rotation_vector};
 pub use inverse::{Chain, InverseKinematics, Kinematics, Outcome, Solution};
 pub use kinematics::{BatchInput, Posture, Postures, world_from_tool};
-pub use link::{FramePose, Link, MdhLink, NEARLY_PARALLEL, Pose};
+pub use link::{FramePose, JointKind, Link, MdhLink, NEARLY_PARALLEL, Pose};
 pub use posture_view::{LanePosture, PostureView};
 pub(crate) use rel_tool::screw;
 pub use rel_tool::{RelTool, RelToolError, rel_tool};
@@ -37,4 +37,6 @@ pub use solids::{Clearance, ClearanceCheck, Narrowest, Shape, Solid, Surrounding
 pub use spherical_wrist::{Branch, NotSphericalWrist, SphericalWrist};
 pub use statics::{DEFAULT_GRAVITY, Loads, LoadsBatch, Payload, Weights};
 pub use status_turn::StatusTurn;
-pub use urdf::{ChainEnds, JointOrigin, UrdfRobot, calibrated_urdf, joint_origins, robot_from_urdf};
+pub use urdf::{
+    ChainEnds, JointOrigin, MissingMesh, UrdfRobot, calibrated_urdf, joint_origins, missing_meshes, robot_from_urdf,
+};

@@ -41,6 +41,12 @@ impl<const L: usize> LanePosture<'_, L> {
     pub fn turning(&self, site: Site) -> Vector3<f64> {
         self.postures.turning_at(self.lane, site)
     }
+
+    /// d(TCP)/d(q) of joint `i` (counted from 0), as for a single [`Posture`](super::Posture).
+    #[inline]
+    pub fn motion(&self, i: usize) -> Vector3<f64> {
+        self.postures.motion_at(self.lane, i)
+    }
 }
 
 impl<const L: usize> PostureView for LanePosture<'_, L> {

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix6, Matrix6xX, Rotation3, Vector3, Vector6};
 use thiserror::Error;
 
-use super::{FramePose, MdhEntry, Posture, Robot, Site, SiteIndex};
+use super::{FramePose, Posture, Robot, SiteIndex};
 
 /// After a Newton step this small (rad) the next would be its square, below the rounding of the pose.
 const LAST_STEP: f64 = 1e-7;
@@ -62,7 +62,7 @@ impl RelTool {
         RelTool { stop_after: Some(steps), ..RelTool::new(robot) }
     }
 
-    /// Turns joints `q` (rad, N) of the solver's arm so that its TCP moves by `offset` (m) along the axes of `tool` and
+    /// Moves joints `q` (rad or m, N) of the solver's arm so that its TCP moves by `offset` (m) along the axes of `tool` and
     /// keeps its orientation to 1e-12. On an error `q` is unchanged.
     ///
     /// Newton iteration on the pose: `J dq = (p* - p, 1/2 vee(E - E^T))` with `E = R* R^T`; the smallest dq if the arm is
@@ -136,11 +136,11 @@ impl RelTool {
     }
 }
 
-/// Velocity of the TCP (m/rad) over angular velocity of the tool (rad/rad), world axes, for a motion of joint `i` (counted
-/// from 0).
+/// Velocity of the TCP (m) over angular velocity of the tool (rad), world axes, per rad of joint `i` (counted from 0), or per m
+/// of a prismatic one.
 pub(crate) fn screw(posture: &Posture, i: usize) -> Vector6<f64> {
-    let v = posture.column(Site::mdh(i, MdhEntry::Theta));
-    let (axis, _) = posture.joint_axis(i);
+    let v = posture.motion(i);
+    let axis = if posture.slides(i) { Vector3::zeros() } else { posture.joint_axis(i).0 };
     Vector6::new(v.x, v.y, v.z, axis.x, axis.y, axis.z)
 }
 

@@ -1,20 +1,22 @@
-//! The robot file: any chain of revolute joints as TOML, format `calibench-robot/1`, in mm, deg and kg.
+//! The robot file: any chain of revolute and prismatic joints as TOML, format `calibench-robot/1`, in mm, deg and kg.
+
+mod link_entry;
+mod numbers;
+mod turned_round;
 
 use std::path::Path;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{BUILT_IN, ChainEnds, FramePose, Link, MOST_JOINTS, MdhLink, Robot, Shape, Solid, built_in, robot_from_urdf};
+use self::link_entry::LinkEntry;
+use self::numbers::{Fault, metres, mm, written};
+use self::turned_round::turn_round;
+use super::{BUILT_IN, ChainEnds, FramePose, MOST_JOINTS, Robot, Shape, Solid, built_in, robot_from_urdf};
 use crate::files::{FileError, field_error, parse_toml, read_text};
 use crate::units::{DEG, MM};
 
 /// The value of the key `format`.
 pub const ROBOT_FORMAT: &str = "calibench-robot/1";
-
-/// The widest joint limit, deg. Every full revolution of every joint is a further posture for the same pose: with six
-/// joints there are 4,096.
-const WIDEST: f64 = 720.0;
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -32,23 +34,6 @@ struct Document {
     link: Vec<LinkEntry>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     solid: Vec<SolidEntry>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LinkEntry {
-    alpha_deg: f64,
-    a_mm: f64,
-    #[serde(default)]
-    beta_deg: f64,
-    #[serde(default)]
-    theta_deg: f64,
-    d_mm: f64,
-    min_deg: f64,
-    max_deg: f64,
-    #[serde(default)]
-    mass_kg: f64,
-    com_mm: Option<[f64; 3]>,
 }
 
 /// A constant frame.
@@ -87,11 +72,6 @@ impl FrameEntry {
         let all = [("x_mm", x_mm), ("y_mm", y_mm), ("z_mm", z_mm), ("a_deg", a_deg), ("b_deg", b_deg), ("c_deg", c_deg)];
         all.into_iter().find(|(_, v)| !v.is_finite()).map(|(name, _)| name)
     }
-}
-
-/// Numbers in files are rounded to 1e-9 mm and deg: below any significance, above conversion noise.
-fn written(value: f64) -> f64 {
-    (value * 1e9).round() / 1e9
 }
 
 /// A capsule (`from_mm`, `to_mm`, `radius_mm`) or a box (`centre_mm`, `half_size_mm`).
@@ -186,7 +166,7 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
         return Err(wrong("link", &format!("has {joints} entries"), &remedy));
     }
     for (i, link) in document.link.iter().enumerate() {
-        check_link(i, link).map_err(|(key, problem, remedy)| wrong(&key, problem, remedy))?;
+        link.check(i).map_err(|(key, problem, remedy)| wrong(&key, problem, remedy))?;
     }
     if !document.gear_ratios.is_empty() && document.gear_ratios.len() != joints {
         let problem = format!("has {} entries for {joints} joints", document.gear_ratios.len());
@@ -205,68 +185,19 @@ fn robot_from_toml(path: &Path, text: &str) -> Result<Robot, FileError> {
         let solid = solid_of(k, entry, joints).map_err(|(key, problem, remedy)| wrong(&key, problem, remedy))?;
         solids.push(solid);
     }
-    Ok(Robot {
+    let mut robot = Robot {
         name: document.name,
         source: document.source,
-        links: document.link.iter().map(link_of).collect(),
+        links: document.link.iter().map(LinkEntry::link).collect(),
         gear_ratios: document.gear_ratios,
         solids,
         root: document.root.frame(),
         flange: document.flange.frame(),
-    })
-}
-
-/// Key, problem and remedy.
-type Fault = (String, &'static str, &'static str);
-
-fn check_link(i: usize, link: &LinkEntry) -> Result<(), Fault> {
-    let key = |name: &str| format!("link[{i}].{name}");
-    let numbers = [
-        ("alpha_deg", link.alpha_deg),
-        ("a_mm", link.a_mm),
-        ("beta_deg", link.beta_deg),
-        ("theta_deg", link.theta_deg),
-        ("d_mm", link.d_mm),
-        ("min_deg", link.min_deg),
-        ("max_deg", link.max_deg),
-        ("mass_kg", link.mass_kg),
-    ];
-    if let Some((name, _)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
-        return Err((key(name), "is not a finite number", "give a number"));
+    };
+    for (i, _) in document.link.iter().enumerate().filter(|(_, link)| link.counts_backwards()) {
+        turn_round(&mut robot, i);
     }
-    if link.min_deg >= link.max_deg {
-        return Err((key("min_deg"), "is not below max_deg", "give the smallest angle first"));
-    }
-    if let Some((name, _)) = numbers[5..7].iter().find(|(_, limit)| limit.abs() > WIDEST) {
-        return Err((key(name), "is more than two turns", "give at most 720 deg: more whole turns reach nothing new"));
-    }
-    if link.mass_kg < 0.0 {
-        return Err((key("mass_kg"), "is negative", "give the mass, or 0 where it is unknown"));
-    }
-    match link.com_mm {
-        None if link.mass_kg > 0.0 => Err((key("com_mm"), "is missing", "a mass needs its centre, in the link's MDH frame")),
-        Some(com) if com.iter().any(|c| !c.is_finite()) => Err((key("com_mm"), "is not finite", "give three numbers")),
-        _ => Ok(()),
-    }
-}
-
-fn link_of(entry: &LinkEntry) -> Link {
-    Link {
-        mdh: MdhLink {
-            alpha: entry.alpha_deg * DEG,
-            a: entry.a_mm * MM,
-            beta: entry.beta_deg * DEG,
-            theta: entry.theta_deg * DEG,
-            d: entry.d_mm * MM,
-        },
-        limits: [entry.min_deg * DEG, entry.max_deg * DEG],
-        mass: entry.mass_kg,
-        com: metres(&entry.com_mm.unwrap_or_default()),
-    }
-}
-
-fn metres(mm: &[f64; 3]) -> Vector3<f64> {
-    Vector3::from(*mm).map(|c| c * MM)
+    Ok(robot)
 }
 
 fn solid_of(k: usize, entry: &SolidEntry, joints: usize) -> Result<Solid, Fault> {
@@ -301,19 +232,6 @@ fn solid_of(k: usize, entry: &SolidEntry, joints: usize) -> Result<Solid, Fault>
 
 /// The robot as the text of a robot file.
 pub fn to_toml(robot: &Robot) -> String {
-    let mm = |v: &Vector3<f64>| [v.x, v.y, v.z].map(|c| written(c / MM));
-    let deg = |angle: f64| written(angle / DEG);
-    let link = |l: &Link| LinkEntry {
-        alpha_deg: deg(l.mdh.alpha),
-        a_mm: written(l.mdh.a / MM),
-        beta_deg: deg(l.mdh.beta),
-        theta_deg: deg(l.mdh.theta),
-        d_mm: written(l.mdh.d / MM),
-        min_deg: deg(l.limits[0]),
-        max_deg: deg(l.limits[1]),
-        mass_kg: written(l.mass),
-        com_mm: Some(mm(&l.com)),
-    };
     let solid = |s: &Solid| {
         let entry = SolidEntry { name: s.name.clone(), frame: s.frame, ..SolidEntry::default() };
         match &s.shape {
@@ -335,7 +253,7 @@ pub fn to_toml(robot: &Robot) -> String {
         gear_ratios: robot.gear_ratios.clone(),
         root: FrameEntry::of(&robot.root),
         flange: FrameEntry::of(&robot.flange),
-        link: robot.links.iter().map(link).collect(),
+        link: robot.links.iter().map(LinkEntry::of).collect(),
         solid: robot.solids.iter().map(solid).collect(),
     };
     toml::to_string(&document).expect("a document of strings, numbers and tables after them is always TOML")
@@ -343,7 +261,10 @@ pub fn to_toml(robot: &Robot) -> String {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
+    use crate::robot::{JointKind, MdhLink};
 
     const GOOD: &str = "format = 'calibench-robot/1'
 name = 'two'
@@ -437,6 +358,29 @@ radius_mm = 80.0
             assert!(!error.problem.is_empty() && !error.remedy.is_empty());
         }
         assert_eq!(read("format = 'calibench-robot/1'\nname = 'x'\nlink = []\n").unwrap_err().field, "link");
+    }
+
+    #[test]
+    fn a_prismatic_joint_has_its_limits_in_millimetres() {
+        let rail = GOOD.replacen("min_deg = -170.0\nmax_deg = 170.0", "kind = 'prismatic'\nmin_mm = 0\nmax_mm = 2500.0", 1);
+        let robot = read(&rail).unwrap();
+        assert_eq!((robot.kind(0), robot.kind(1)), (JointKind::Prismatic, JointKind::Revolute));
+        assert_eq!(robot.links[0].limits, [0.0, 2.5]);
+        assert_eq!(read(&to_toml(&robot)).unwrap().links[0], robot.links[0]);
+        for (good, bad, line, field) in [
+            ("kind = 'prismatic'", "kind = 'sliding'", 9, "link[0].kind"),
+            ("kind = 'prismatic'", "kind = 'revolute'", 10, "link[0].min_mm"),
+            ("min_mm = 0\n", "min_deg = 0\n", 10, "link[0].min_deg"),
+            ("min_mm = 0\n", "", 5, "link[0].min_mm"),
+            ("min_mm = 0\n", "min_mm = 2500.0\n", 10, "link[0].min_mm"),
+            ("max_mm = 2500.0", "max_mm = 2500000.0", 11, "link[0].max_mm"),
+            ("max_mm = 2500.0", "max_mm = nan", 11, "link[0].max_mm"),
+            ("kind = 'prismatic'", "kind = 'prismatic'\nsign = 2", 10, "link[0].sign"),
+        ] {
+            assert!(rail.contains(good), "{good}");
+            let error = read(&rail.replacen(good, bad, 1)).expect_err(bad);
+            assert_eq!((error.line, error.field.as_str()), (Some(line), field), "{bad}: {error}");
+        }
     }
 
     #[test]

@@ -25,6 +25,9 @@ pub enum NotSphericalWrist {
     /// Another number of joints.
     #[error("the arm has {0} joints, not six")]
     Joints(usize),
+    /// A joint that slides, counted from 0.
+    #[error("joint {} is prismatic", .0 + 1)]
+    Prismatic(usize),
     /// A Hayati skew.
     #[error("beta_{0} is not zero")]
     Skew(usize),
@@ -91,6 +94,9 @@ impl SphericalWrist {
             return Err(NotSphericalWrist::Joints(n));
         }
         let m: [_; 6] = std::array::from_fn(|i| robot.links[i].mdh);
+        if let Some(i) = robot.first_prismatic() {
+            return Err(NotSphericalWrist::Prismatic(i));
+        }
         if let Some(i) = m.iter().position(|l| l.beta.abs() > EXACT) {
             return Err(NotSphericalWrist::Skew(i));
         }

@@ -1,7 +1,8 @@
 //! Static gravity loads: the moment of the weight about every joint (Newton-Euler without motion).
 //!
 //! `M_j = sum_{k >= j} (c_k - o_j) x m_k g` and `tau_j = z_j . M_j`: the moment that the load exerts about +z_j, so a
-//! compliant gearbox deflects in the direction of tau_j. It is minus the holding torque dU/dq_j.
+//! compliant gearbox deflects in the direction of tau_j. It is minus the holding torque dU/dq_j. Of a prismatic joint tau_j is
+//! the force of the load along +z_j.
 
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
@@ -33,7 +34,7 @@ impl Payload {
 /// Static loads in one posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loads {
-    /// Moment of the load about +z of each joint, N·m (N).
+    /// Moment of the load about +z of each joint, N·m, or force along +z of a prismatic one, N (N).
     pub tau: Vec<f64>,
     /// Moment vector about the origin of frame k, world axes, N·m (N + 1; 0 is the base, which carries link 1 and all after
     /// it).
@@ -104,7 +105,7 @@ pub struct LoadsBatch<const L: usize> {
 struct BatchLoad<const L: usize> {
     /// Moment vector about its origin, world axes, N·m.
     moment: Vectors<L>,
-    /// Its component about +z of the joint, N·m.
+    /// Its component about +z of the joint, N·m, or the force along +z of a prismatic one, N.
     tau: [f64; L],
     /// Mass, kg.
     mass: [f64; L],
@@ -144,7 +145,7 @@ impl<const L: usize> LoadsBatch<L> {
         LoadsBatch { on: vec![BatchLoad { moment: Vectors::ZERO, tau: [0.0; L], mass: [0.0; L] }; joints + 1] }
     }
 
-    /// Moments of the loads about +z of joint `i` (counted from 0), N·m.
+    /// Moments of the loads about +z of joint `i` (counted from 0), N·m; of a prismatic one forces along it, N.
     #[inline]
     pub fn tau(&self, i: usize) -> &[f64; L] {
         &self.on[i + 1].tau
@@ -226,7 +227,7 @@ impl<'a, S: Simd, const L: usize> OutboardMass<'a, S, L> {
     }
 
     /// Adds link `k`, with all after it already included, and computes the moment about the origin of its frame, world
-    /// axes, N·m, and about +z of its joint. Frame 0 is the base, which has no link and no joint.
+    /// axes, N·m, and the joint's component of it, or of the force. Frame 0 is the base, which has no link and no joint.
     #[inline(always)]
     fn on(&mut self, k: usize) -> (Vector<S>, F64s<S>) {
         let group = self.group;
@@ -241,6 +242,13 @@ impl<'a, S: Simd, const L: usize> OutboardMass<'a, S, L> {
         let mut moment = self.first_moment.sub_mul(origin, self.mass).cross_fused(self.gravity);
         if let Some(force) = self.at_tcp {
             moment += (self.postures.tcps().of(group) - origin).cross_fused(group.vector(force));
+        }
+        if k > 0 && self.postures.slides(k - 1) {
+            let mut force = self.gravity * self.mass;
+            if let Some(at_tcp) = self.at_tcp {
+                force += group.vector(at_tcp);
+            }
+            return (moment, axis.dot(force));
         }
         (moment, axis.dot(moment))
     }

@@ -1,11 +1,12 @@
-//! Robots from URDF files: a serial chain of revolute, continuous and fixed joints, as MDH rows between constant frames; and
+//! Robots from URDF files: a serial chain of revolute, continuous, prismatic and fixed joints, as MDH rows between constant frames; and
 //! the same files with calibrated joint origins.
 //!
 //! A row of the MDH table is `Rx(alpha) Tx(a) Ry(beta) Rz(q + theta) Tz(d)`, and rotation and translation along one axis
-//! commute, so every revolute joint can be a row: frame and URDF link differ by a constant (paper Eq. 1).
+//! commute, so every joint can be a row: frame and URDF link differ by a constant (paper Eq. 1).
 
 mod chain;
 mod document;
+mod meshes;
 mod rewrite;
 mod rows;
 
@@ -16,13 +17,20 @@ use nalgebra::Point3;
 pub use self::chain::ChainEnds;
 use self::chain::UrdfChain;
 use self::document::UrdfDocument;
+pub use self::meshes::{MissingMesh, missing_meshes};
 pub use self::rewrite::{JointOrigin, calibrated_urdf, joint_origins};
 use self::rows::ChainRows;
-use super::{FramePose, Link, Robot};
+use super::{FramePose, JointKind, Link, Robot};
 use crate::files::{FileError, read_text};
 
-/// Limits of a joint without any, rad: one turn either way.
-const WITHOUT_LIMITS: [f64; 2] = [-std::f64::consts::TAU, std::f64::consts::TAU];
+/// Limits of a joint without any: one turn either way, rad, or some metres, m.
+fn without_limits(kind: JointKind) -> [f64; 2] {
+    let most = match kind {
+        JointKind::Revolute => std::f64::consts::TAU,
+        JointKind::Prismatic => 10.0,
+    };
+    [-most, most]
+}
 
 /// The robot of a URDF file.
 #[derive(Debug, Clone)]
@@ -38,7 +46,7 @@ pub struct UrdfRobot {
 }
 
 /// Reads the robot of a URDF file. Inertias, geometry and transmissions are not used; a joint without limits has one turn
-/// either way.
+/// either way, a prismatic one ten metres.
 ///
 /// # Errors
 /// With the line, if the file is no URDF, or has no such chain.
@@ -51,7 +59,10 @@ pub fn robot_from_urdf(path: &Path, ends: &ChainEnds) -> Result<UrdfRobot, FileE
     let links = chain.actuated().zip(&rows).zip(frames.iter().zip(chain.masses()));
     let link = |((joint, mdh), (frame, (mass, com))): ((&document::UrdfJoint, &_), (&super::Pose, _))| Link {
         mdh: *mdh,
-        limits: joint.limits.filter(|_| joint.kind == document::JointType::Revolute).unwrap_or(WITHOUT_LIMITS),
+        limits: joint
+            .limits
+            .filter(|_| joint.kind != document::JointType::Continuous)
+            .unwrap_or_else(|| without_limits(joint.kind.moves())),
         mass,
         com: (frame.inverse() * Point3::from(com)).coords,
     };

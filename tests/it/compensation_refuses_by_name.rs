@@ -42,7 +42,7 @@ fn every_refusal_has_its_row() {
     ];
     let targets: Vec<_> = cases.iter().map(|(id, desired, _)| target(*id, desired.clone())).collect();
     let results: Vec<_> = targets.iter().map(|t| compensator.compensate(t)).collect();
-    let file = fake_csv(6, &targets, &results);
+    let file = fake_csv(&calibration.robot, &targets, &results);
     let rows: Vec<Vec<&str>> = file.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), 1 + cases.len(), "nothing is dropped");
     for (row, (id, _, status)) in rows[1..].iter().zip(&cases) {

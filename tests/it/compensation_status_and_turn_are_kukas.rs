@@ -41,7 +41,7 @@ fn exported_joints_come_back_from_pose_status_and_turn() {
             results.push(result);
         }
     }
-    let file = fake_csv(6, &targets, &results);
+    let file = fake_csv(&calibration.robot, &targets, &results);
     let mut table = csv::Reader::from_reader(file.as_bytes());
     let header = table.headers().unwrap().clone();
     let opw = OPWKinematics::new(Parameters::kuka_kr6_r700_sixx());

@@ -119,6 +119,7 @@ pub fn golden_model() -> GoldenModel {
                 beta: number(&line["beta_prev_deg"]) * DEG,
                 theta: number(&line["theta_offs_deg"]) * DEG,
                 d: number(&line["d_mm"]) * MM,
+                ..MdhLink::default()
             },
             limits: [limits[0] * DEG, limits[1] * DEG],
             mass: 0.0,

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use calibench::files::FileError;
 use calibench::robot::{
-    ChainEnds, Pose, Robot, UrdfRobot, calibrated_urdf, joint_origins, robot, robot_from_urdf, world_from_tool,
+    ChainEnds, JointKind, Pose, Robot, UrdfRobot, calibrated_urdf, joint_origins, missing_meshes, robot, robot_from_urdf,
+    world_from_tool,
 };
 use nalgebra::{Isometry3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -30,12 +31,16 @@ fn by_urdf_rs(text: &str, base: &str, link: &str, q: &HashMap<String, f64>) -> P
         let [roll, pitch, yaw] = joint.origin.rpy.0;
         let turned = UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(roll, pitch, yaw));
         let origin = Isometry3::from_parts(Translation3::from(Vector3::from(joint.origin.xyz.0)), turned);
-        let angle = match joint.joint_type {
-            urdf_rs::JointType::Revolute | urdf_rs::JointType::Continuous => q[&joint.name],
-            _ => 0.0,
-        };
         let axis = Unit::new_normalize(Vector3::from(joint.axis.xyz.0));
-        pose = origin * UnitQuaternion::from_axis_angle(&axis, angle) * pose;
+        let moved = match joint.joint_type {
+            urdf_rs::JointType::Revolute | urdf_rs::JointType::Continuous => {
+                let turned = UnitQuaternion::from_axis_angle(&axis, q[&joint.name]);
+                Isometry3::from_parts(Translation3::identity(), turned)
+            }
+            urdf_rs::JointType::Prismatic => Translation3::from(axis.into_inner() * q[&joint.name]).into(),
+            _ => Isometry3::identity(),
+        };
+        pose = origin * moved * pose;
         at = joint.parent.link.clone();
     }
     Pose::from_parts(pose.translation, pose.rotation.to_rotation_matrix())
@@ -78,6 +83,16 @@ fn read(text: &str) -> Result<UrdfRobot, FileError> {
 
 /// A URDF of joints given by origin (xyz, rpy) and axis, fixed links between them, and a branch that is no part of the arm.
 fn urdf(joints: &[([f64; 3], [f64; 3], [f64; 3])], tip: ([f64; 3], [f64; 3]), with_mounts: bool) -> String {
+    urdf_of(joints, tip, with_mounts, &[])
+}
+
+/// The same, the joints counted from 0 in `slides` being prismatic.
+fn urdf_of(
+    joints: &[([f64; 3], [f64; 3], [f64; 3])],
+    tip: ([f64; 3], [f64; 3]),
+    with_mounts: bool,
+    slides: &[usize],
+) -> String {
     let mut text =
         String::from("<?xml version=\"1.0\"?>\n<!-- made by hand -->\n<robot name=\"arm\">\n  <link name=\"world\"/>\n");
     let numbers = |v: &[f64; 3]| format!("{:?} {:?} {:?}", v[0], v[1], v[2]);
@@ -101,7 +116,12 @@ fn urdf(joints: &[([f64; 3], [f64; 3], [f64; 3])], tip: ([f64; 3], [f64; 3]), wi
             "\n    <axis xyz=\"{}\"/>\n    <limit lower=\"-3.1\" upper=\"3.2\" effort=\"1\" velocity=\"1\"/>",
             numbers(axis)
         );
-        joint(&format!("joint {}", k + 1), if k == 2 { "continuous" } else { "revolute" }, &parent, &child, (xyz, rpy), &limit);
+        let kind = match k {
+            _ if slides.contains(&k) => "prismatic",
+            2 => "continuous",
+            _ => "revolute",
+        };
+        joint(&format!("joint {}", k + 1), kind, &parent, &child, (xyz, rpy), &limit);
         parent = child;
         if with_mounts && k % 2 == 1 {
             let mount = format!("mount_{}", k + 1);
@@ -116,8 +136,8 @@ fn urdf(joints: &[([f64; 3], [f64; 3], [f64; 3])], tip: ([f64; 3], [f64; 3]), wi
 #[test]
 fn any_chain_is_the_same_arm_and_never_metres() {
     let mut random = ChaCha8Rng::seed_from_u64(18);
-    let (mut worst, mut longest) = (0.0f64, 0.0f64);
-    for _ in 0..300 {
+    let (mut worst, mut longest, mut longest_with_slides) = (0.0f64, 0.0f64, 0.0f64);
+    for round in 0..600 {
         let joints = random.random_range(2..=8);
         let mut three = |size: f64| std::array::from_fn::<f64, 3, _>(|_| random.random_range(-size..size));
         let mut made: Vec<_> = (0..joints).map(|_| (three(0.6), three(PI), three(1.0))).collect();
@@ -133,18 +153,26 @@ fn any_chain_is_the_same_arm_and_never_metres() {
                 _ => {}
             }
         }
-        let text = urdf(&made, tip, true);
-        let read = read(&text).unwrap();
+        // Rails, gantries and linear axes in the arm; the tool is named, because the last may look like a gripper's finger.
+        let slides: Vec<usize> = (0..joints).filter(|_| round >= 300 && random.random_bool(0.4)).collect();
+        let text = urdf_of(&made, tip, true, &slides);
+        let to_tool = ChainEnds { base: None, tool: Some("tool0".into()) };
+        let read = robot_from_urdf(&written(&text).path, &to_tool).unwrap();
         assert_eq!(read.robot.joints(), joints);
+        let found: Vec<usize> = (0..joints).filter(|&k| read.robot.kind(k) == JointKind::Prismatic).collect();
+        assert_eq!(found, slides);
         worst = worst.max(check(&text, &read, &mut random));
+        let longest = if slides.is_empty() { &mut longest } else { &mut longest_with_slides };
         for link in &read.robot.links {
-            longest = longest.max(link.mdh.a.abs());
+            *longest = longest.max(link.mdh.a.abs());
         }
         assert_eq!((read.base_link.as_str(), read.tool_link.as_str()), ("world", "tool0"));
         assert_eq!(read.robot.links[0].limits, [-3.1, 3.2]);
     }
     assert!(worst < SAME, "{worst:e}");
     assert!(longest < 2.0, "{longest} m");
+    // Where several slide in parallel, the next row spans the offsets of them all.
+    assert!(longest_with_slides < 5.0, "{longest_with_slides} m");
 }
 
 /// A chain of recorded joints as a URDF file.
@@ -216,13 +244,19 @@ fn parallel_axes_of_a_calibrated_arm_stay_in_the_arm() {
 #[test]
 fn a_calibrated_file_is_the_identified_arm_and_every_other_byte() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
+    for slides in [vec![], vec![0], vec![0, 3], vec![1, 2, 5]] {
+        check_calibrated(&slides, &mut random);
+    }
+}
+
+fn check_calibrated(slides: &[usize], random: &mut ChaCha8Rng) {
     let joints: Vec<_> = (0..6)
         .map(|_| {
             let mut three = |size: f64| std::array::from_fn::<f64, 3, _>(|_| random.random_range(-size..size));
             (three(0.6), three(PI), three(1.0))
         })
         .collect();
-    let mut text = urdf(&joints, ([0.1, 0.0, 0.05], [0.0, 1.0, 0.0]), true);
+    let mut text = urdf_of(&joints, ([0.1, 0.0, 0.05], [0.0, 1.0, 0.0]), true, slides);
     // An origin without rpy, one without xyz, and none at all.
     let drop = |text: &mut String, nth: usize, attribute: &str, quote: char| {
         let at = text.match_indices("<joint name=\"joint ").nth(nth).unwrap().0;
@@ -238,7 +272,8 @@ fn a_calibrated_file_is_the_identified_arm_and_every_other_byte() {
     text.replace_range(from..to, "");
 
     let file = written(&text);
-    let nominal = robot_from_urdf(&file.path, &ChainEnds::default()).unwrap();
+    let ends = ChainEnds { base: None, tool: Some("tool0".into()) };
+    let nominal = robot_from_urdf(&file.path, &ends).unwrap();
     let mut identified = nominal.robot.clone();
     for link in &mut identified.links {
         let mdh = &mut link.mdh;
@@ -246,14 +281,13 @@ fn a_calibrated_file_is_the_identified_arm_and_every_other_byte() {
             *entry += random.random_range(-2e-3..2e-3);
         }
     }
-    let ends = ChainEnds::default();
     let calibrated = calibrated_urdf(&file.path, &ends, &nominal.robot, &identified).unwrap();
     for _ in 0..50 {
         let q: Vec<f64> = (0..6).map(|_| random.random_range(-PI..PI)).collect();
         let named = nominal.joint_names.iter().cloned().zip(q.iter().copied()).collect();
         assert!(apart(&forward(&identified, &q), &by_urdf_rs(&calibrated, "world", "tool0", &named)) < SAME);
     }
-    let again = read(&calibrated).unwrap();
+    let again = robot_from_urdf(&written(&calibrated).path, &ends).unwrap();
     assert_eq!(again.joint_names, nominal.joint_names);
     // All but the origins of the joints that turn.
     let rest = |text: &str| -> String {
@@ -313,7 +347,7 @@ fn what_is_no_arm_is_named_with_its_line() {
         ),
         (robot(arm.clone() + &joint("2", "fixed", "b", "c", "<origin xyz='0 612 0'/>")), Some(6), "is 612 m away"),
         (robot(arm.clone() + "<link name='d'><inertial><mass value='-1'/></inertial></link>"), Some(6), "is -1 kg"),
-        (robot(link(&["a", "b"]) + &joint("1", "fixed", "a", "b", "")), None, "no joint turns"),
+        (robot(link(&["a", "b"]) + &joint("1", "fixed", "a", "b", "")), None, "no joint moves"),
         (robot(arm.clone() + &link(&["d"]) + &joint("2", "fixed", "b", "c", "")), None, "several links hang on no joint: a, d"),
         (
             robot(arm.clone() + &joint("2", "fixed", "b", "c", "") + &link(&["d"]) + &joint("3", "fixed", "b", "d", "")),
@@ -329,7 +363,7 @@ fn what_is_no_arm_is_named_with_its_line() {
     let file = written(&robot(
         link(&["a", "b", "c", "d"])
             + &joint("1", "revolute", "a", "b", limits)
-            + &joint("2", "prismatic", "b", "c", limits)
+            + &joint("2", "floating", "b", "c", limits)
             + &joint("3", "revolute", "b", "d", &format!("<mimic joint=\"1\"/>{limits}")),
     ));
     let named = |base: &str, tool: &str| {
@@ -340,12 +374,85 @@ fn what_is_no_arm_is_named_with_its_line() {
     for (base, tool, said) in [
         ("", "x", "there is no link 'x'"),
         ("b", "a", "link 'a' does not hang on link 'b'"),
-        ("", "c", "'2' is a prismatic joint"),
+        ("", "c", "'2' is a floating joint"),
         ("", "d", "'3' follows joint '1'"),
     ] {
         let error = named(base, tool).unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
     }
+    // A joint of another kind on the chain.
+    for (kind, more, said) in [
+        ("planar", "<axis xyz='0 0 1'/>", "'2' is a planar joint"),
+        ("floating", "", "'2' is a floating joint"),
+        ("prismatic", "<axis xyz='0 0 1'/><mimic joint='1'/>", "'2' follows joint '1'"),
+        ("continuous", "<axis xyz='0 0 1'/><mimic joint='1'/>", "'2' follows joint '1'"),
+    ] {
+        let file = written(&robot(arm.clone() + &joint("2", kind, "b", "c", more)));
+        let to_c = ChainEnds { base: None, tool: Some("c".into()) };
+        let error = robot_from_urdf(&file.path, &to_c).expect_err(kind);
+        assert!(error.line == Some(6) && error.to_string().contains(said), "{error}");
+    }
+    // A loop beside the arm, and one that the chain would enter.
+    let ring = link(&["d", "e"]) + &joint("2", "revolute", "d", "e", limits) + &joint("3", "revolute", "e", "d", limits);
+    let file = written(&robot(link(&["a", "b"]) + &joint("1", "revolute", "a", "b", limits) + &ring));
+    let ends = |tool: &str| ChainEnds { base: Some("a".into()), tool: Some(tool.into()) };
+    assert_eq!(robot_from_urdf(&file.path, &ends("b")).unwrap().robot.joints(), 1);
+    let error = robot_from_urdf(&file.path, &ends("d")).unwrap_err().to_string();
+    assert!(error.contains("link 'd' does not hang on link 'a'"), "{error}");
+}
+
+#[test]
+fn meshes_that_are_not_there_are_named_and_not_needed() {
+    let mesh = |file: &str| format!("<visual><geometry><mesh filename='{file}'/></geometry></visual>");
+    let text = format!(
+        "<robot name='r'>\n<link name='a'>{}{}</link>\n<link name='b'>\n{}\n{}\n</link>\n\
+         <joint name='1' type='continuous'><parent link='a'/><child link='b'/></joint>\n</robot>",
+        mesh("package://x/a.stl"),
+        mesh("there.stl"),
+        mesh("meshes/b.stl"),
+        mesh("file:///nowhere/c.dae"),
+    );
+    let file = written(&text);
+    std::fs::write(file.path.with_file_name("there.stl"), "").unwrap();
+    assert_eq!(robot_from_urdf(&file.path, &ChainEnds::default()).unwrap().robot.joints(), 1);
+    let missing = missing_meshes(&file.path).unwrap();
+    let missing: Vec<(usize, &str)> = missing.iter().map(|m| (m.line, m.file.as_str())).collect();
+    assert_eq!(missing, [(4, "meshes/b.stl"), (5, "file:///nowhere/c.dae")]);
+}
+
+#[test]
+fn a_rail_belongs_to_the_arm_and_a_finger_does_not() {
+    let arm = |joints: &[&str]| {
+        let mut text = String::from("<robot name='r'>\n<link name='0'/>\n");
+        for (k, kind) in joints.iter().enumerate() {
+            let (next, axis) = (k + 1, ["1 0 0", "0 1 0", "0 0 1"][k % 3]);
+            _ = writeln!(
+                text,
+                "<link name='{next}'/><joint name='j{next}' type='{kind}'><parent link='{k}'/><child link='{next}'/>\
+                 <origin xyz='0.1 0.2 0.3'/><axis xyz='{axis}'/><limit lower='-0.5' upper='2.5' effort='1' velocity='1'/></joint>"
+            );
+        }
+        text + "</robot>"
+    };
+    let (turn, slide) = ("revolute", "prismatic");
+    for (joints, moving) in [
+        (vec![slide, turn, turn], 3),
+        (vec![turn, slide, turn], 3),
+        (vec![slide, slide, slide], 3),
+        (vec![slide, slide, slide, turn], 4),
+        (vec![turn, turn, slide], 2),
+        (vec![slide, turn, slide, slide], 2),
+    ] {
+        let text = arm(&joints);
+        let read = read(&text).unwrap();
+        assert_eq!(read.robot.joints(), moving, "{joints:?}");
+        assert!(read.robot.links.iter().all(|link| link.limits == [-0.5, 2.5]), "{joints:?}");
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        assert!(check(&text, &read, &mut random) < SAME);
+    }
+    let unlimited = arm(&[slide, turn]).replace("<limit lower='-0.5' upper='2.5' effort='1' velocity='1'/>", "");
+    let limits: Vec<[f64; 2]> = read(&unlimited).unwrap().robot.links.iter().map(|l| l.limits).collect();
+    assert_eq!(limits, [[-10.0, 10.0], [-2.0 * PI, 2.0 * PI]]);
 }
 
 #[test]

@@ -55,6 +55,7 @@ impl Arm {
                 beta: number(mdh, "beta_prev_deg") * DEG,
                 theta: number(mdh, "theta_offs_deg") * DEG,
                 d: number(mdh, "d_mm") * MM,
+                ..MdhLink::default()
             };
             links.push(Link { mdh, limits: [-7.0, 7.0], mass: 0.0, com: Vector3::zeros() });
         }

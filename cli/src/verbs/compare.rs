@@ -57,7 +57,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let comparison = Comparison::of(&calibration, &named(&datasets), which)
         .map_err(|e| locate_in_data(&arguments.datasets, &datasets, None, &e))?;
     let beyond =
-        Extrapolation::of_samples(&calibration.joint_ranges, &calibration.model, &named(&datasets), |s| which.takes(s));
+        Extrapolation::of_samples(&calibration.robot, &calibration.joint_ranges, &calibration.model, &named(&datasets), |s| {
+            which.takes(s)
+        });
     if let Some(warning) = extrapolation_sentence(&beyond) {
         waiting.say(&warning);
     }

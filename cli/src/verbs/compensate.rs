@@ -15,8 +15,10 @@ use calibench::compensate::{
 use calibench::effects::Needs;
 use calibench::files::{FileError, write_whole};
 use calibench::identify::{Calibration, read_calibration};
-use calibench::robot::{FramePose, JointOrigin, Payload, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml};
-use calibench::units::{DEG, MM};
+use calibench::robot::{
+    FramePose, JointKind, JointOrigin, Payload, Robot, RobotReference, calibrated_urdf, joint_origins, to_toml,
+};
+use calibench::units::MM;
 use calibench_report::documents::{
     self, CompensatedTarget, CompensatedTargets, Compensation, OutsideRange, RigidPart, TargetOutcome,
 };
@@ -101,14 +103,14 @@ fn write_fakes(
 ) -> Result<Extrapolation, Failure> {
     let calibration = compensator.calibration();
     let krl = arguments.krl.as_deref().map(|name| program(name, arguments.lin, compensator, targets, results)).transpose()?;
-    write_whole(out, fake_csv(calibration.robot.joints(), targets, results).as_bytes())?;
+    write_whole(out, fake_csv(&calibration.robot, targets, results).as_bytes())?;
     if let (Some(name), Some(Some([src, dat]))) = (&arguments.krl, &krl) {
         for (extension, text) in [("src", src), ("dat", dat)] {
             write_whole(&out.with_file_name(format!("{name}.{extension}")), text.as_bytes())?;
         }
     }
     let reached = results.iter().filter_map(|r| r.outcome.as_ref().ok()).map(|fake| fake.q.as_slice());
-    let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, reached);
+    let beyond = Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, reached);
     if let Some(warning) = extrapolation_sentence(&beyond) {
         eprintln!("{warning}");
     }
@@ -255,9 +257,14 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
 }
 
 fn compensated(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> CompensatedTargets {
+    let robot = &compensator.calibration().robot;
+    let of_kind = |q: &[f64], kind: JointKind| -> Vec<Option<f64>> {
+        q.iter().zip(robot.kinds()).map(|(q, of)| (of == kind).then(|| q / kind.unit().si)).collect()
+    };
     let fake = |fake: &Fake| documents::Fake {
         fake: (&fake.pose).into(),
-        q_deg: fake.q.iter().map(|q| q / DEG).collect(),
+        q_deg: of_kind(&fake.q, JointKind::Revolute),
+        q_mm: robot.first_prismatic().map(|_| of_kind(&fake.q, JointKind::Prismatic)),
         s: fake.status_turn.map(|s| s.status),
         t: fake.status_turn.map(|s| s.turn),
         sigma_worst_mm: fake.uncertainty.worst_axis / MM,

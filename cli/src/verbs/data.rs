@@ -106,7 +106,8 @@ pub fn forecast(
         return Ok(Err(NoForecast::of(&undetermined(examination))));
     };
     let ranges = examination.problem().joint_ranges();
-    let extrapolation = Extrapolation::of(&ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
+    let extrapolation =
+        Extrapolation::of(examination.problem().robot(), &ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
     Ok(Ok(Forecast { error, source: poses.source, extrapolation }))
 }
 
@@ -121,7 +122,8 @@ pub fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
 
 /// Warns on standard error of poses of a prediction beyond the joint ranges of a calibration.
 pub fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) {
-    let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+    let beyond =
+        Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
     if let Some(warning) = extrapolation_sentence(&beyond) {
         eprintln!("{warning}");
     }

@@ -71,7 +71,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
         let calibration = &chosen.calibration;
-        let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
+        let beyond = Extrapolation::of(
+            &calibration.robot,
+            &calibration.joint_ranges,
+            &calibration.model,
+            poses.q.iter().map(Vec::as_slice),
+        );
         let outside_range = documents::OutsideRange::of(&beyond);
         print_json(&documents::Ladder { outside_range, misfit: gate.misfit, ..documents::Ladder::of(&climbed) })?;
         return Ok(Outcome::Done);

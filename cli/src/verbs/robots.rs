@@ -7,7 +7,10 @@ use calibench::assess::data_fit;
 use calibench::files::write_whole;
 use calibench::identify::Use;
 use calibench::measure::Dataset;
-use calibench::robot::{BUILT_IN, ChainEnds, FramePose, Robot, UrdfRobot, built_in, robot, robot_from_urdf, to_toml};
+use calibench::robot::{
+    BUILT_IN, ChainEnds, FramePose, JointKind, MissingMesh, Robot, UrdfRobot, built_in, missing_meshes, robot, robot_from_urdf,
+    to_toml,
+};
 use calibench::units::{DEG, MM};
 use calibench_report::{documents, misfit_sentence, nominal_fit_lines, plain_rows};
 use clap::Subcommand;
@@ -76,7 +79,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             check_outputs([output])?;
             let read = robot_from_urdf(file, &ChainEnds { base: base.clone(), tool: tool.clone() })?;
             write_whole(output, to_toml(&read.robot).as_bytes())?;
-            if *json { print_json(&document_of(&read)) } else { print(&converted(&read, output)) }?;
+            let missing: Vec<String> = missing_meshes(file)?.iter().map(missing_sentence).collect();
+            if *json {
+                print_json(&document_of(&read, &missing))?;
+            } else {
+                missing.iter().try_for_each(|line| print(line))?;
+                print(&converted(&read, output))?;
+            }
             Ok(Outcome::Done)
         }
         Some(Errand::Check { robot, datasets, json }) => check(&named_robot(robot)?, datasets, *json),
@@ -158,11 +167,18 @@ fn document(robots: Vec<Value>) -> Value {
     json!({"format": "calibench-robots/1", "robots": robots})
 }
 
-fn document_of(read: &UrdfRobot) -> Value {
+fn missing_sentence(mesh: &MissingMesh) -> String {
+    format!("line {}: mesh {} does not exist; solids are not taken from meshes", mesh.line, mesh.file)
+}
+
+fn document_of(read: &UrdfRobot, missing: &[String]) -> Value {
     let mut entry = entry(&read.robot);
     entry["joint_names"] = json!(read.joint_names);
     entry["base_link"] = json!(read.base_link);
     entry["tool_link"] = json!(read.tool_link);
+    if !missing.is_empty() {
+        entry["missing_meshes"] = json!(missing);
+    }
     document(vec![entry])
 }
 
@@ -175,9 +191,17 @@ fn entry(robot: &Robot) -> Value {
         .links
         .iter()
         .map(|l| {
-            json!({"alpha_deg": l.mdh.alpha / DEG, "a_mm": l.mdh.a / MM, "beta_deg": l.mdh.beta / DEG,
-                "theta_deg": l.mdh.theta / DEG, "d_mm": l.mdh.d / MM, "min_deg": l.limits[0] / DEG, "max_deg": l.limits[1] / DEG,
-                "mass_kg": l.mass, "com_mm": [l.com.x / MM, l.com.y / MM, l.com.z / MM]})
+            let mut link = json!({"alpha_deg": l.mdh.alpha / DEG, "a_mm": l.mdh.a / MM, "beta_deg": l.mdh.beta / DEG,
+                "theta_deg": l.mdh.theta / DEG, "d_mm": l.mdh.d / MM,
+                "mass_kg": l.mass, "com_mm": [l.com.x / MM, l.com.y / MM, l.com.z / MM]});
+            let unit = l.mdh.kind.unit();
+            for (end, limit) in ["min", "max"].into_iter().zip(l.limits) {
+                link[format!("{end}_{}", unit.suffix)] = json!(limit / unit.si);
+            }
+            if l.mdh.kind == JointKind::Prismatic {
+                link["kind"] = json!(l.mdh.kind.name());
+            }
+            link
         })
         .collect();
     json!({"name": robot.name, "source": robot.source, "joints": robot.joints(), "links": links,
@@ -186,17 +210,20 @@ fn entry(robot: &Robot) -> Value {
 
 fn table(robot: &Robot) -> String {
     let g = |v: f64| format!("{v:.3}");
+    let slides = robot.first_prismatic().is_some();
     let skewed = robot.links.iter().any(|l| l.mdh.beta != 0.0);
     let row = |(i, l): (usize, &calibench::robot::Link)| {
         let mut row = vec![(i + 1).to_string(), g(l.mdh.alpha / DEG), g(l.mdh.a / MM)];
         row.extend(skewed.then(|| g(l.mdh.beta / DEG)));
         row.extend([g(l.mdh.theta / DEG), g(l.mdh.d / MM)]);
-        row.extend([format!("{:.0} .. {:.0}", l.limits[0] / DEG, l.limits[1] / DEG), g(l.mass)]);
+        let unit = l.mdh.kind.unit();
+        let limits = format!("{:.0} .. {:.0}", l.limits[0] / unit.si, l.limits[1] / unit.si);
+        row.extend([if slides { format!("{limits} {}", unit.symbol) } else { limits }, g(l.mass)]);
         row
     };
     let mut header = vec!["i", "alpha_{i-1} deg", "a_{i-1} mm"];
     header.extend(skewed.then_some("beta_{i-1} deg"));
-    header.extend(["theta_i deg", "d_i mm", "limits deg", "mass kg"]);
+    header.extend(["theta_i deg", "d_i mm", if slides { "limits" } else { "limits deg" }, "mass kg"]);
     let header: Vec<String> = header.into_iter().map(str::to_owned).collect();
     let rows: Vec<Vec<String>> = robot.links.iter().enumerate().map(row).collect();
     plain_rows(&header, &rows)

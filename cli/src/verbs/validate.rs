@@ -40,7 +40,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         calibration.predict(&named(&datasets), which).map_err(|e| locate_in_data(&arguments.datasets, &datasets, None, &e))?;
     let validation = Validation::of(&prediction).ok_or("there are no samples to judge")?;
     let beyond =
-        Extrapolation::of_samples(&calibration.joint_ranges, &calibration.model, &named(&datasets), |s| which.takes(s));
+        Extrapolation::of_samples(&calibration.robot, &calibration.joint_ranges, &calibration.model, &named(&datasets), |s| {
+            which.takes(s)
+        });
     if let Some(warning) = extrapolation_sentence(&beyond) {
         eprintln!("{warning}");
     }

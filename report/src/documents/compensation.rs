@@ -39,8 +39,11 @@ impl From<&Pose> for Frame {
 pub struct Fake {
     /// The pose.
     pub fake: Frame,
-    /// Joint angles at the pose, deg.
-    pub q_deg: Vec<f64>,
+    /// Joint angles at the pose, deg; null for prismatic joints.
+    pub q_deg: Vec<Option<f64>>,
+    /// Positions of prismatic joints at the pose, mm, null for those that turn; only of an arm that has such joints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub q_mm: Option<Vec<Option<f64>>>,
     /// KUKA's status; null for other arms.
     pub s: Option<u8>,
     /// KUKA's turn; null for other arms.

@@ -1,6 +1,7 @@
 //! The error expected over the workspace, and the extrapolation beyond the identified joint ranges.
 
 use calibench::assess::{self, Banded, Extrapolation, PoseSource, WorkspaceError};
+use calibench::robot::JointKind;
 use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -68,11 +69,19 @@ pub struct JointOutside {
     /// Joint, counted from 1.
     pub joint: usize,
     /// Identified range, deg.
-    pub identified_deg: [f64; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identified_deg: Option<[f64; 2]>,
+    /// Identified range of a prismatic joint, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identified_mm: Option<[f64; 2]>,
     /// Number of poses outside of it.
     pub samples: usize,
     /// Largest distance from the range, deg.
-    pub farthest_deg: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub farthest_deg: Option<f64>,
+    /// Largest distance from the range of a prismatic joint, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub farthest_mm: Option<f64>,
 }
 
 /// Poses outside the joint ranges of a calibration.
@@ -145,11 +154,14 @@ impl OutsideRange {
     /// The poses beyond the ranges, or `None` if there are none.
     #[must_use]
     pub fn of(e: &Extrapolation) -> Option<Self> {
+        let turns = |j: &assess::OutsideRange| j.kind == JointKind::Revolute;
         let joint = |j: &assess::OutsideRange| JointOutside {
             joint: j.joint,
-            identified_deg: j.identified.map(|x| x / DEG),
+            identified_deg: turns(j).then(|| j.identified.map(|x| x / DEG)),
+            identified_mm: (!turns(j)).then(|| j.identified.map(|x| x / MM)),
             samples: j.poses,
-            farthest_deg: j.farthest / DEG,
+            farthest_deg: turns(j).then_some(j.farthest / DEG),
+            farthest_mm: (!turns(j)).then_some(j.farthest / MM),
         };
         (e.outside > 0).then(|| OutsideRange {
             samples: e.outside,

@@ -13,6 +13,7 @@ use crate::{Forecast, NoForecast, symptom_sentence, unconverged_sentence, unreso
 use calibench::assess::{Extrapolation, HoldOut, LadderStep, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step};
 use calibench::identify::{Calibration, IdentifyError, Use};
 use calibench::measure::{Dataset, SampleSet};
+use calibench::robot::JointKind;
 use calibench::units::{DEG, MM};
 
 /// A fitted model of a page's data, and the poses on which it is judged.
@@ -57,7 +58,7 @@ impl PageModel {
         self.ladder_step.workspace.clone().map(|error| {
             let of_poses = self.poses.q.iter().map(Vec::as_slice);
             let calibration = &self.ladder_step.calibration;
-            let extrapolation = Extrapolation::of(&calibration.joint_ranges, &calibration.model, of_poses);
+            let extrapolation = Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, of_poses);
             Forecast { error, source: self.poses.source, extrapolation }
         })
     }
@@ -199,6 +200,7 @@ fn fitted(c: &Calibration) -> Value {
     let ranges = c.joint_ranges.iter().zip(&c.robot.links);
     value["joint_ranges"] = ranges
         .enumerate()
+        .filter(|(_, (_, link))| link.mdh.kind == JointKind::Revolute)
         .map(|(k, (range, link))| {
             let limits = link.limits.map(|x| x / DEG);
             json!({"joint": k + 1, "identified_deg": range.map(|x| x / DEG), "limits_deg": limits})

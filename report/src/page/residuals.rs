@@ -10,6 +10,7 @@ use super::{short, shorts};
 use calibench::assess::{Comparison, JointVariable, SeenSample, Variable, ViewTest};
 use calibench::identify::{IdentifyError, Model, Problem, Use, fit};
 use calibench::measure::{Dataset, Sample};
+use calibench::robot::JointKind;
 use calibench::units::{MM, UM, URAD};
 
 /// Shortest usable lever, as a share of the joint's longest in these data: with a shorter one, TCP noise would look like a
@@ -51,7 +52,7 @@ impl Point {
     /// Value of a variable of the heat map, SI.
     pub fn value(&self, variable: Variable) -> Option<f64> {
         match variable {
-            Variable::Angle(j) => self.q.get(j).copied(),
+            Variable::Angle(j) | Variable::Slide(j) => self.q.get(j).copied(),
             Variable::Forearm => Some(self.q.get(1)? + self.q.get(2)?),
             Variable::Torque(j) => self.tau.get(j).copied(),
             Variable::Time => self.time_s,
@@ -77,7 +78,13 @@ impl Residuals {
         let joints = problem.robot().joints();
         let seen = SeenSample::all(&problem, &fitted.values, &rows, datasets);
         let longest = |j: usize| seen.iter().map(|s| s.joint_columns[j].norm()).fold(0.0, f64::max);
-        let shortest: Arc<[f64]> = (0..joints).map(|j| (SHORTEST_LEVER * longest(j)).max(LEAST_LEVER)).collect();
+        let shortest: Arc<[f64]> = (0..joints)
+            .map(|j| match problem.robot().kind(j) {
+                JointKind::Revolute => (SHORTEST_LEVER * longest(j)).max(LEAST_LEVER),
+                // It has no error of an angle.
+                JointKind::Prismatic => f64::INFINITY,
+            })
+            .collect();
         let point = |s: &SeenSample<'_>| Point {
             id: s.sample.id.clone(),
             setup: s.setup,

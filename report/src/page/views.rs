@@ -33,7 +33,9 @@ impl Views {
         Ok(Views {
             comparison: Comparison::of(calibration, datasets, Use::Fit)?,
             residuals: Residuals::new(datasets, model, spoken_of)?,
-            beyond: Extrapolation::of_samples(&calibration.joint_ranges, model, datasets, |s| Use::Fit.takes(s)),
+            beyond: Extrapolation::of_samples(&calibration.robot, &calibration.joint_ranges, model, datasets, |s| {
+                Use::Fit.takes(s)
+            }),
             candidates: Vec::new(),
         })
     }

@@ -44,6 +44,10 @@ impl Document {
         }
         let robot = robot(&toml.robot, &sources.folder())
             .map_err(|e| if e.path.is_file() { e } else { sources.wrong("robot", e.problem, e.remedy) })?;
+        if let Some(joint) = robot.first_prismatic() {
+            let problem = format!("joint {} is prismatic, and simulated arms are those whose joints turn", joint + 1);
+            return Err(sources.wrong("robot", problem, "name another robot"));
+        }
         check::numbers(keys, sources)?;
         check::keys(&toml, robot.joints(), sources)?;
         if let Some(design) = &toml.design {

@@ -83,6 +83,7 @@ fn described(path: &Path) -> Robot {
             beta: number("beta_deg") * DEG,
             theta: number("theta_offset_deg") * DEG,
             d: number("d_mm") * MM,
+            ..MdhLink::default()
         };
         Link { mdh, limits: [-2.0 * PI, 2.0 * PI], mass: 0.0, com: Vector3::zeros() }
     };

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::standout::Subject;
 use crate::assess::residual_views::{Bins, JointVariable, MOST_WORST, Patterns, SeenSample};
 use crate::measure::Dataset;
+use crate::robot::JointKind;
 
 /// A joint that moves the TCP by no more than this at every sample, m/rad, has no apparent error.
 const NO_LEVER: f64 = 1e-6;
@@ -49,8 +50,9 @@ pub(super) struct Layout {
 impl Layout {
     pub fn new(seen: &[SeenSample<'_>], setups: usize, datasets: &[(&str, &Dataset)], normalised: &[(f64, usize)]) -> Self {
         let count = seen.first().map_or(0, |s| s.joint_columns.len());
+        let turns = |j: &usize| datasets.first().is_none_or(|(_, d)| d.robot.kind(*j) == JointKind::Revolute);
         let lever = |j: &usize| seen.iter().any(|s| (s.whitener * s.joint_columns[*j]).norm() * s.variance.sqrt() > NO_LEVER);
-        let joints: Vec<usize> = (0..count).filter(lever).collect();
+        let joints: Vec<usize> = (0..count).filter(turns).filter(lever).collect();
         let mut probed: Vec<Vec<bool>> = datasets.iter().map(|(_, d)| vec![false; d.balls.len()]).collect();
         for s in seen {
             if let Some(flag) = s.ball().and_then(|b| probed[s.dataset].get_mut(b)) {
@@ -72,7 +74,7 @@ impl Layout {
             let [low, high] = seen.iter().filter_map(|s| v.of(s)).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
             high - low
         };
-        let largest = (1..=count).map(|j| spread(JointVariable::Torque(j))).fold(0.0, f64::max);
+        let largest = (1..=count).filter(|j| turns(&(j - 1))).map(|j| spread(JointVariable::Torque(j))).fold(0.0, f64::max);
         let mut shared: Vec<(JointVariable, Option<Bins>)> = Vec::new();
         for &j in &layout.joints {
             for against in JointVariable::of_joint(j + 1) {

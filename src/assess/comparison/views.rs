@@ -10,9 +10,11 @@ use crate::assess::residual_views::{
 };
 use crate::identify::Setup;
 use crate::measure::Dataset;
+use crate::robot::Robot;
 
 /// Input of the views.
 pub(super) struct Views<'a> {
+    pub robot: &'a Robot,
     pub layout: &'a Layout,
     pub seen: &'a [SeenSample<'a>],
     pub scores: &'a Scores,
@@ -176,7 +178,7 @@ impl Views<'_> {
                 residual: s.residual,
                 normalised: (squares / dof.max(1) as f64).sqrt() / unit,
                 test: self.judge.test(self.scores, &self.scores.taken(&self.layout.worst(w)), self.seen.len() as f64),
-                remarks: remarks(self.seen, place),
+                remarks: remarks(self.robot, self.seen, place),
             }
         };
         self.layout.worst.iter().enumerate().map(one).collect()

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::campaign::Campaign;
 use super::frames::{FrameFit, Frames, flanges};
 use crate::effects::{self, Subject};
-use crate::robot::{FramePose, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
+use crate::robot::{FramePose, JointKind, Loads, MdhEntry, Payload, Posture, Robot, Site, SiteIndex};
 use crate::units::DEG;
 
 /// One-sigma of the geometry of a real arm about its drawing, in plausible sizes of the catalogue, which are those of a
@@ -41,7 +41,7 @@ pub(super) fn expected(campaign: &Campaign, frames: &Frames) -> [f64; 2] {
 }
 
 /// Largest distance of the flange from the second joint, m, by coordinate search in steps of 5 deg; joint limits are
-/// ignored.
+/// ignored, except those of prismatic joints.
 pub(in crate::assess) fn reach(robot: &Robot) -> f64 {
     let distance = |q: &[f64]| {
         let mut pose = crate::robot::Pose::identity();
@@ -57,8 +57,12 @@ pub(in crate::assess) fn reach(robot: &Robot) -> f64 {
     let mut q = vec![0.0; robot.joints()];
     for _ in 0..3 {
         for j in 1..q.len() {
-            let best = (-36..36)
-                .map(|k| f64::from(k) * 5.0 * DEG)
+            let places: Vec<f64> = match robot.kind(j) {
+                JointKind::Revolute => (-36..36).map(|k| f64::from(k) * 5.0 * DEG).collect(),
+                JointKind::Prismatic => robot.links[j].limits.into(),
+            };
+            let best = places
+                .into_iter()
                 .map(|angle| {
                     let mut q = q.clone();
                     q[j] = angle;
@@ -103,7 +107,7 @@ fn columns(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
         links.iter().enumerate().for_each(|(c, (site, size))| put(c, posture.column(*site) * *size));
         let mut c = links.len();
         for j in 0..n {
-            let turn = posture.column(Site::mdh(j, MdhEntry::Theta));
+            let turn = posture.motion(j);
             for (h, size) in harmonics.iter().enumerate() {
                 let (sin, cos) = ((h + 1) as f64 * shot.q[j]).sin_cos();
                 put(c, turn * (sin * size));
@@ -131,7 +135,8 @@ fn deflections(campaign: &Campaign, frames: &Frames) -> DMatrix<f64> {
         let place = &campaign.places[shot.setup];
         posture.set(robot, &FramePose::from_pose(&frames.bases[shot.setup]), &place.tool, &shot.q, &none);
         loads.compute(robot, &posture, &Payload::none(), &place.gravity, &Vector3::zeros());
-        loads.tau.iter().enumerate().for_each(|(j, tau)| torques[(k, j)] = *tau);
+        let turning = (0..n).filter(|&j| robot.kind(j) == JointKind::Revolute);
+        turning.for_each(|j| torques[(k, j)] = loads.tau[j]);
     }
     let largest = torques.amax();
     if largest > 0.0 { torques * (DEFLECTION / largest) } else { torques }

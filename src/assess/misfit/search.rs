@@ -9,7 +9,7 @@ use super::expected::expected;
 use super::frames::{Fitted, Frames, fit, flanges, misses};
 use super::slip::{LENGTHS, Slip, scaled};
 use crate::measure::Dataset;
-use crate::robot::Pose;
+use crate::robot::{JointKind, Pose};
 use crate::units::DEG;
 
 /// Number of rows on which slips are screened, singly and in pairs.
@@ -275,7 +275,8 @@ fn odd_zeros(campaign: &Campaign) -> Vec<Vec<Slip>> {
         let (_, at) = best(j, (near - 4..=near + 4).collect())?;
         Some(vec![Slip::JointZero(j, f64::from(at) * 0.1 * DEG)])
     };
-    (0..campaign.robot.joints()).into_par_iter().filter_map(zero).collect()
+    let turning: Vec<usize> = (0..campaign.robot.joints()).filter(|&j| campaign.robot.kind(j) == JointKind::Revolute).collect();
+    turning.into_par_iter().filter_map(zero).collect()
 }
 
 /// Motion of the flange while one target is measured: rms about the mean over the rows of each ball, or over all other

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::campaign::{Campaign, Seen, Shot};
-use crate::robot::{BUILT_IN, built_in};
+use crate::robot::{BUILT_IN, JointKind, built_in};
 use crate::units::DEG;
 
 /// One slip. Joints, axes and balls are counted from 0; numbers are those of the correction.
@@ -18,6 +18,8 @@ pub(super) enum Slip {
     PointUnit(f64),
     /// Wrong unit of the residual readings; factor.
     ReadingUnit(f64),
+    /// Wrong unit of the positions of prismatic joints; factor.
+    SlideUnit(f64),
     /// Wrong unit of the stated tool; factor.
     ToolUnit(f64),
     /// A tool other than the stated one.
@@ -52,8 +54,13 @@ pub(super) const LENGTHS: [f64; 4] = [1000.0, 1e-3, 25.4, 1.0 / 25.4];
 impl Slip {
     /// Every slip that may have occurred in these data.
     pub fn all(campaign: &Campaign) -> Vec<Slip> {
-        let n = campaign.robot.joints();
+        let robot = &campaign.robot;
+        let n = robot.joints();
+        let turns = |j: &usize| robot.kind(*j) == JointKind::Revolute;
         let mut all = vec![Slip::JointUnit(1.0 / DEG), Slip::JointUnit(DEG)];
+        if robot.first_prismatic().is_some() {
+            all.extend(LENGTHS.map(Slip::SlideUnit));
+        }
         if campaign.has_known_places() || !campaign.ties.is_empty() {
             all.extend(LENGTHS.map(Slip::PointUnit));
         }
@@ -62,8 +69,9 @@ impl Slip {
             all.extend([1000.0, 1e-3].map(Slip::ReadingUnit));
         }
         all.extend((0..n).map(Slip::JointSign));
-        all.extend((0..n).flat_map(|j| [FRAC_PI_2, -FRAC_PI_2, PI].map(|zero| Slip::JointZero(j, zero))));
-        all.extend((0..n).flat_map(|j| (j + 1..n).map(move |k| Slip::JointsSwapped(j, k))));
+        all.extend((0..n).filter(turns).flat_map(|j| [FRAC_PI_2, -FRAC_PI_2, PI].map(|zero| Slip::JointZero(j, zero))));
+        let pairs = (0..n).flat_map(|j| (j + 1..n).map(move |k| (j, k)));
+        all.extend(pairs.filter(|(j, k)| robot.kind(*j) == robot.kind(*k)).map(|(j, k)| Slip::JointsSwapped(j, k)));
         if campaign.has_known_places() {
             all.extend([(0, 1), (0, 2), (1, 2)].map(|(a, b)| Slip::AxesSwapped(a, b)));
             all.extend([2, 1, 0].map(Slip::AxisSign));
@@ -110,7 +118,7 @@ impl Slip {
                 _ => false,
             };
         }
-        let unit = |s: &Slip| matches!(s, JointUnit(_) | PointUnit(_));
+        let unit = |s: &Slip| matches!(s, JointUnit(_) | PointUnit(_) | Slip::SlideUnit(_));
         let joint = |s: &Slip| matches!(s, JointSign(_) | JointZero(..) | JointsSwapped(..) | Robot(_));
         let mirror = |s: &Slip| matches!(s, AxesSwapped(0, 1) | AxisSign(2));
         (unit(self) && !frees(other))
@@ -126,7 +134,7 @@ impl Slip {
 
     /// True if the slip changes how far the arm moves, so that residuals must be compared relative to the motion.
     pub fn rescales_motion(&self) -> bool {
-        matches!(self, Slip::JointUnit(_))
+        matches!(self, Slip::JointUnit(_) | Slip::SlideUnit(_))
     }
 
     /// The campaign with the slip corrected.
@@ -134,7 +142,8 @@ impl Slip {
         let mut c = campaign.clone();
         let each_q = |c: &mut Campaign, change: &dyn Fn(&mut Vec<f64>)| c.shots.iter_mut().for_each(|s| change(&mut s.q));
         match *self {
-            Slip::JointUnit(by) => each_q(&mut c, &|q| q.iter_mut().for_each(|x| *x *= by)),
+            Slip::JointUnit(by) => scale(&mut c, JointKind::Revolute, by),
+            Slip::SlideUnit(by) => scale(&mut c, JointKind::Prismatic, by),
             Slip::JointSign(j) => each_q(&mut c, &|q| q[j] = -q[j]),
             Slip::JointZero(j, zero) => each_q(&mut c, &|q| q[j] += zero),
             Slip::JointsSwapped(j, k) => each_q(&mut c, &|q| q.swap(j, k)),
@@ -184,6 +193,7 @@ impl Slip {
             Slip::JointUnit(_) => "unit:joints".into(),
             Slip::PointUnit(_) => "unit:points".into(),
             Slip::ReadingUnit(_) => "unit:readings".into(),
+            Slip::SlideUnit(_) => "unit:slides".into(),
             Slip::ToolUnit(_) => "tool_unit".into(),
             Slip::Tool => "tool".into(),
             Slip::JointSign(j) => format!("joint_sign:{}", j + 1),
@@ -207,6 +217,7 @@ impl Slip {
             Slip::JointUnit(_) => "joint angles taken as degrees where radians are stated".into(),
             Slip::PointUnit(by) => format!("measured places and distances {}", scaled(by)),
             Slip::ReadingUnit(by) => format!("the left-over readings {}", scaled(by)),
+            Slip::SlideUnit(by) => format!("the positions of prismatic joints {}", scaled(by)),
             Slip::ToolUnit(by) => format!("the tool {}", scaled(by)),
             Slip::Tool => "a tool other than the stated one, found from the data,".into(),
             Slip::JointSign(j) => format!("joint {} counted the other way", j + 1),
@@ -233,6 +244,14 @@ pub(super) fn scaled(by: f64) -> &'static str {
         b if b > 1.0 => "25.4 times as large (inches written where millimetres are stated)",
         b if b < 0.01 => "1000 times smaller (micrometres or millimetres written where a larger unit is stated)",
         _ => "25.4 times smaller (millimetres written where inches are stated)",
+    }
+}
+
+/// Changes the unit of all joints of one kind.
+fn scale(c: &mut Campaign, kind: JointKind, by: f64) {
+    let robot = Arc::clone(&c.robot);
+    for shot in &mut c.shots {
+        shot.q.iter_mut().zip(robot.kinds()).filter(|(_, of)| *of == kind).for_each(|(q, _)| *q *= by);
     }
 }
 

@@ -1,8 +1,8 @@
 //! Joint angles rounded by the controller: a read-out in hundredths of a degree is a measurement with noise of its own.
 
 use crate::identify::{Problem, Use};
-use crate::measure::Dataset;
-use crate::robot::{MdhEntry, Site};
+use crate::measure::{Dataset, Sample};
+use crate::robot::{JointKind, Robot};
 use crate::units::DEG;
 
 /// Rounding steps of controllers, deg, coarse to fine. Coarser steps are those of commanded poses, which are exact.
@@ -24,14 +24,19 @@ pub struct JointSteps {
     pub per_axis: f64,
 }
 
+/// The joints that turn, counted from 0.
+fn turning(robot: &Robot) -> impl Iterator<Item = usize> + '_ {
+    (0..robot.joints()).filter(|&j| robot.kind(j) == JointKind::Revolute)
+}
+
 impl JointSteps {
     /// Finds the step of the rows of set `fit`, with the arm at `values` of its parameters; `None` if the angles are
     /// not rounded.
     pub(in crate::assess) fn of(datasets: &[(&str, &Dataset)], problem: &Problem, values: &[f64]) -> Option<Self> {
         let (mut levers, mut samples) = (0.0, 0.0);
         problem.for_each_sample(values, &mut |posed| {
-            let lever = |j| posed.posture.column(Site::mdh(j, MdhEntry::Theta)).norm_squared();
-            levers += (0..problem.robot().joints()).map(lever).sum::<f64>();
+            let lever = |j| posed.posture.motion(j).norm_squared();
+            levers += turning(problem.robot()).map(lever).sum::<f64>();
             samples += 1.0;
         });
         JointSteps::with_levers(datasets, levers / f64::max(samples, 1.0))
@@ -40,6 +45,12 @@ impl JointSteps {
     /// Finds the largest step of which all angles of the rows of set `fit` are multiples. `levers` is the sum over the
     /// joints of the squared TCP displacement per angle, m²/rad², averaged over the samples.
     fn with_levers(datasets: &[(&str, &Dataset)], levers: f64) -> Option<Self> {
+        let (_, first) = datasets.first()?;
+        let robot = &first.robot;
+        let angles = |s: &Sample| -> Vec<f64> {
+            let of_joints = s.q.iter().enumerate();
+            of_joints.filter(|(j, _)| robot.kind(*j) == JointKind::Revolute).map(|(_, q)| *q).collect()
+        };
         let taken = || datasets.iter().flat_map(|(_, d)| d.samples.iter()).filter(|s| Use::Fit.takes(s));
         if taken().count() < FEWEST {
             return None;
@@ -48,10 +59,10 @@ impl JointSteps {
             let x = q / (step * DEG);
             (x - x.round()).abs() < EXACT
         };
-        let step = STEPS.into_iter().find(|&step| taken().all(|s| s.q.iter().all(|&q| multiple(q, step))))?;
+        let step = STEPS.into_iter().find(|&step| taken().all(|s| angles(s).into_iter().all(|q| multiple(q, step))))?;
         // Multiples of a coarse step are multiples of finer ones too; angles on a step coarser than the list were
         // commanded.
-        if taken().all(|s| s.q.iter().all(|&q| multiple(q, 10.0 * STEPS[0]))) {
+        if taken().all(|s| angles(s).into_iter().all(|q| multiple(q, 10.0 * STEPS[0]))) {
             return None;
         }
         let step = step * DEG;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::identify::Problem;
 use crate::measure::{Dataset, Measured, Sample};
-use crate::robot::{FramePose, Loads, MdhEntry, Payload, Site};
+use crate::robot::{FramePose, Loads, Payload};
 
 /// A moment smaller than this, N·m, is a rounding error and set to zero.
 const NO_MOMENT: f64 = 1e-6;
@@ -70,7 +70,7 @@ impl<'a> SeenSample<'a> {
                 variance: posed.variance,
                 from_base: posed.posture.tcp() - posed.posture.frame(0).o,
                 world_from_tool: turn * turns[posed.dataset],
-                joint_columns: (0..n).map(|j| posed.posture.column(Site::mdh(j, MdhEntry::Theta))).collect(),
+                joint_columns: (0..n).map(|j| posed.posture.motion(j)).collect(),
                 tau,
                 payload: payload.mass,
             });

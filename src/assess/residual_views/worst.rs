@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 
 use super::{SeenSample, ViewTest};
 use crate::measure::Measured;
-use crate::units::{DEG, MM, UM};
+use crate::robot::{JointKind, Robot};
+use crate::units::{MM, UM};
 
 /// Number of samples shown.
 pub(crate) const MOST_WORST: usize = 5;
@@ -33,7 +34,7 @@ pub struct WorstSample {
 }
 
 /// Describes what is special about a sample among all.
-pub(crate) fn remarks(all: &[SeenSample<'_>], place: usize) -> Vec<String> {
+pub(crate) fn remarks(robot: &Robot, all: &[SeenSample<'_>], place: usize) -> Vec<String> {
     let own = &all[place];
     let joints = own.joint_columns.len();
     let mut found: Vec<(f64, String)> = Vec::new();
@@ -58,10 +59,12 @@ pub(crate) fn remarks(all: &[SeenSample<'_>], place: usize) -> Vec<String> {
         }
     };
     for j in 0..joints {
-        look(&format!("q{}", j + 1), "deg", DEG, Some("lowest"), "highest", &|s| Some(s.sample.q[j]));
+        let unit = robot.kind(j).unit();
+        look(&format!("q{}", j + 1), unit.symbol, unit.si, Some("lowest"), "highest", &|s| Some(s.sample.q[j]));
     }
     for j in 0..joints {
-        look(&format!("tau{}", j + 1), "N·m", 1.0, None, "largest", &|s| s.tau.get(j).map(|t| t.abs()));
+        let unit = if robot.kind(j) == JointKind::Prismatic { "N" } else { "N·m" };
+        look(&format!("tau{}", j + 1), unit, 1.0, None, "largest", &|s| s.tau.get(j).map(|t| t.abs()));
     }
     look("reach", "mm", MM, Some("shortest"), "longest", &|s| Some(s.from_base.norm()));
     look("reading left", "µm", UM, None, "largest", &|s| match &s.sample.measured {

@@ -7,11 +7,11 @@ use nalgebra::DMatrix;
 
 use super::super::{Calibration, EffectList, Estimate, Model, Outcome, check_effects};
 use super::FORMAT;
-use super::tables::{File, ParameterTable, SetupTable};
+use super::tables::{File, JointRange, ParameterTable, SetupTable};
 use crate::effects::{self, EffectId, Subject};
 use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text};
 use crate::math::Observability;
-use crate::robot::{Robot, robot};
+use crate::robot::{JointKind, Robot, robot};
 use crate::units::{DEG, MM, Unit};
 
 /// Upper limit of any parameter in the unit of its file: a kilometre, thousands of revolutions.
@@ -107,10 +107,17 @@ impl Reader<'_> {
             let problem = format!("has {} entries for {} joints", ranges.len(), robot.joints());
             return Err(self.wrong("joint_range", problem, AGAIN));
         }
-        if let Some(k) = ranges.iter().position(|r| r.min_deg > r.max_deg) {
-            return Err(self.wrong(&format!("joint_range[{k}]"), "has its minimum above its maximum", AGAIN));
-        }
-        Ok(ranges.iter().map(|r| [r.min_deg * DEG, r.max_deg * DEG]).collect())
+        let range = |(k, (range, kind)): (usize, (&JointRange, JointKind))| match range.si(kind) {
+            Some([low, high]) if low > high => {
+                Err(self.wrong(&format!("joint_range[{k}]"), "has its minimum above its maximum", AGAIN))
+            }
+            Some(range) => Ok(range),
+            None => {
+                let problem = format!("is not in the unit of joint {}, which is {}", k + 1, kind.name());
+                Err(self.wrong(&format!("joint_range[{k}]"), problem, AGAIN))
+            }
+        };
+        ranges.iter().zip(robot.kinds()).enumerate().map(range).collect()
     }
 
     fn estimates(&self, effects: &[String], subject: &Subject<'_>) -> Result<Vec<Estimate>, FileError> {

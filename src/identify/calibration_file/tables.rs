@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::own_effects::OwnEffectTable;
 use super::super::{Calibration, Estimate, MeasuredSetup};
-use crate::robot::{FramePose, Payload};
+use crate::robot::{FramePose, JointKind, Payload};
 use crate::units::{DEG, MM};
 
 #[derive(Serialize, Deserialize)]
@@ -89,11 +89,38 @@ impl FitTable {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct JointRange {
     pub(super) joint: usize,
-    pub(super) min_deg: f64,
-    pub(super) max_deg: f64,
+    #[serde(flatten)]
+    pub(super) range: RangeOfJoint,
+}
+
+/// A range in the unit of its joint.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+pub(super) enum RangeOfJoint {
+    Turning { min_deg: f64, max_deg: f64 },
+    Sliding { min_mm: f64, max_mm: f64 },
+}
+
+impl JointRange {
+    /// The range of joint `i`, counted from 0.
+    pub(super) fn of(i: usize, [low, high]: [f64; 2], kind: JointKind) -> Self {
+        let range = match kind {
+            JointKind::Revolute => RangeOfJoint::Turning { min_deg: low / DEG, max_deg: high / DEG },
+            JointKind::Prismatic => RangeOfJoint::Sliding { min_mm: low / MM, max_mm: high / MM },
+        };
+        JointRange { joint: i + 1, range }
+    }
+
+    /// The range, SI, if it is one of a joint of this kind.
+    pub(super) fn si(&self, kind: JointKind) -> Option<[f64; 2]> {
+        match (&self.range, kind) {
+            (RangeOfJoint::Turning { min_deg, max_deg }, JointKind::Revolute) => Some([min_deg * DEG, max_deg * DEG]),
+            (RangeOfJoint::Sliding { min_mm, max_mm }, JointKind::Prismatic) => Some([min_mm * MM, max_mm * MM]),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use super::assembly::Assembly;
 use super::{Parameter, Prior, Problem, ProblemError, Use, Workspace};
 use crate::identify::Model;
 use crate::measure::Dataset;
-use crate::robot::{Loads, MdhEntry, Site};
+use crate::robot::{Loads, Site};
 
 /// The circumstances of a sample, and the columns of its whitened residual for the sites that a scan varies.
 #[derive(Clone)]
@@ -100,7 +100,7 @@ impl Problem {
                 q: row.q().to_vec(),
                 tau: loads.tau.clone(),
                 time_s: row.time_s(),
-                joints: (0..n).map(|j| column(Site::mdh(j, MdhEntry::Theta))).collect(),
+                joints: (0..n).map(|j| column(self.robot.joint_site(j))).collect(),
                 base: [0, 1, 2].map(|k| column(Site::Base(crate::robot::Axis6::ALL[k]))),
                 tool: [0, 1, 2].map(|k| column(Site::tool(k))),
             }

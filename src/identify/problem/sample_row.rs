@@ -8,7 +8,7 @@ use super::jacobian_pattern::{JacobianPattern, Term};
 use super::orientation::{OrientationPart, SeenOrientation, stated};
 use crate::effects::{Kind, Situation};
 use crate::measure::{Measured, Sample};
-use crate::robot::{Frame, FramePose, LanePosture, Loads, MdhEntry, Payload, Posture, PostureView, Robot, Site, SiteIndex};
+use crate::robot::{Frame, FramePose, LanePosture, Loads, Payload, Posture, PostureView, Robot, SiteIndex};
 use crate::units::MM;
 
 /// Standard uncertainty assumed to weight samples whose noise is not stated; their common scale is then estimated from the
@@ -318,9 +318,8 @@ impl SampleRow {
         let sigma = self.sigma.unwrap_or(UNSTATED_SIGMA);
         let joint_sigmas = &cell.noise.joint;
         if let Some(orientation) = &mut self.orientation {
-            let theta = |i: usize| Site::mdh(i, MdhEntry::Theta);
             let moved = |(i, sigma_q): (usize, &f64)| {
-                let (shift, turn) = (posture.column(theta(i)) * *sigma_q, posture.turning(theta(i)) * *sigma_q);
+                let (shift, turn) = (posture.motion(i) * *sigma_q, posture.turning(posture.postures.joint_site(i)) * *sigma_q);
                 Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
             };
             orientation.state_noise(sigma, joint_sigmas.iter().enumerate().take(self.q.len()).map(moved));
@@ -331,7 +330,7 @@ impl SampleRow {
         }
         let mut covariance = Matrix3::identity() * (sigma * sigma);
         for (i, &sigma_q) in joint_sigmas.iter().enumerate().take(self.q.len()) {
-            let column = posture.column(Site::mdh(i, MdhEntry::Theta)) * sigma_q;
+            let column = posture.motion(i) * sigma_q;
             covariance += column * column.transpose();
         }
         self.whitener = match self.target {

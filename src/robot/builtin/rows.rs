@@ -26,7 +26,13 @@ pub(super) struct Row {
 /// The links of a table.
 pub(super) fn links(rows: &[Row]) -> Vec<Link> {
     let link = |row: &Row| Link {
-        mdh: MdhLink { alpha: row.alpha_deg * DEG, a: row.a_mm * MM, beta: 0.0, theta: row.theta_deg * DEG, d: row.d_mm * MM },
+        mdh: MdhLink {
+            alpha: row.alpha_deg * DEG,
+            a: row.a_mm * MM,
+            theta: row.theta_deg * DEG,
+            d: row.d_mm * MM,
+            ..MdhLink::default()
+        },
         limits: row.limits_deg.map(|limit| limit * DEG),
         mass: row.mass_kg,
         com: Vector3::from(row.com_mm.map(|c| c * MM)),

@@ -48,6 +48,24 @@ impl<const L: usize> Postures<L> {
         self.column_of(Group::lane(lane), site).into()
     }
 
+    /// True if joint `i` (counted from 0) is prismatic.
+    #[inline(always)]
+    pub fn slides(&self, i: usize) -> bool {
+        self.lines[i].slides
+    }
+
+    /// d(TCP)/d(q) of joint `i` (counted from 0) in one posture, m per rad, or per m of a prismatic joint.
+    #[inline(always)]
+    pub fn motion_at(&self, lane: usize, i: usize) -> Vector3<f64> {
+        self.column_at(lane, self.joint_site(i))
+    }
+
+    /// The site at which the variable of joint `i` (counted from 0) acts.
+    #[inline(always)]
+    pub fn joint_site(&self, i: usize) -> Site {
+        Site::mdh(i, if self.slides(i) { MdhEntry::D } else { MdhEntry::Theta })
+    }
+
     /// The [column](super::Posture::column) of a site in a group of postures.
     // Always inlined: returned through memory, each of a Jacobian's columns would wait for the stores of its parts.
     #[inline(always)]

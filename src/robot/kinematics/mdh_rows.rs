@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use crate::math::simd::{Axes, F64s, Group};
+use crate::robot::MdhLink;
 
 /// Sine and cosine of an angle in each lane.
 #[derive(Clone, Copy)]
@@ -54,7 +55,7 @@ impl<const L: usize> CachedSinCos<L> {
     }
 }
 
-/// An MDH row in each posture, `theta` being the joint's angle plus its offsets.
+/// An MDH row in each posture, `theta` being the joint's angle plus its offsets, or `d` a prismatic joint's length.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))] // So that a register of eight numbers does not straddle two cache lines.
 pub(super) struct MdhRows<const L: usize> {
@@ -64,13 +65,23 @@ pub(super) struct MdhRows<const L: usize> {
     pub skewed: bool,
     pub theta: CachedSinCos<L>,
     pub d: [f64; L],
+    /// True if the joint is prismatic: its position is in `d`.
+    pub slides: bool,
 }
 
 impl<const L: usize> MdhRows<L> {
     pub const ZERO: Self = {
         let (alpha, beta, theta) = (CachedSinCos::ZERO, CachedSinCos::ZERO, CachedSinCos::ZERO);
-        MdhRows { alpha, a: [0.0; L], beta, skewed: false, theta, d: [0.0; L] }
+        MdhRows { alpha, a: [0.0; L], beta, skewed: false, theta, d: [0.0; L], slides: false }
     };
+
+    /// Moves a prismatic joint to `q` (m); `deviations` are those of the row.
+    pub fn slide(&mut self, mdh: &MdhLink, q: &[f64; L], deviations: &[[f64; L]]) {
+        for l in 0..L {
+            self.theta.angle[l] = mdh.theta + deviations[3][l];
+            self.d[l] = mdh.d + deviations[4][l] + q[l];
+        }
+    }
 
     /// The frames at the end of this row, from those at its beginning.
     #[inline(always)]

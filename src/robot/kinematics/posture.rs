@@ -9,7 +9,7 @@ use crate::robot::{Frame, FramePose, Pose, Robot, Site};
 pub type Posture = Postures<1>;
 
 impl Posture {
-    /// Moves the arm to joints `q` (N, rad) on `base` with TCP `tool`, deviating by `deviations` (one SI value per site,
+    /// Moves the arm to joints `q` (N, rad or m) on `base` with TCP `tool`, deviating by `deviations` (one SI value per site,
     /// see [`SiteIndex`](crate::robot::SiteIndex)).
     #[inline]
     pub fn set(&mut self, robot: &Robot, base: &FramePose, tool: &FramePose, q: &[f64], deviations: &[f64]) {
@@ -18,7 +18,7 @@ impl Posture {
         self.set_all(robot, &BatchInput { base: &base, tool: &tool, q, deviations });
     }
 
-    /// Turns the joints to `q` (rad, N) with base, tool and links as last set: only the deviations of the joints' angles
+    /// Turns the joints to `q` (rad or m, N) with base, tool and links as last set: only the deviations of the joints' angles
     /// may differ from those given then.
     #[inline]
     pub fn turn_to(&mut self, robot: &Robot, q: &[f64], deviations: &[f64]) {
@@ -70,5 +70,11 @@ impl Posture {
     /// Axis in the world about which a site turns the flange, rad per SI unit of the site; zero if it only shifts it.
     pub fn turning(&self, site: Site) -> Vector3<f64> {
         self.turning_at(0, site)
+    }
+
+    /// d(TCP)/d(q) of joint `i` (counted from 0), m per rad, or per m of a prismatic joint.
+    #[inline(always)]
+    pub fn motion(&self, i: usize) -> Vector3<f64> {
+        self.motion_at(0, i)
     }
 }

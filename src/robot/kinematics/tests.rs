@@ -14,6 +14,7 @@ fn arm(joints: usize, random: &mut ChaCha8Rng) -> Robot {
     let links = (0..joints)
         .map(|_| Link {
             mdh: MdhLink {
+                kind: if between(0.0, 1.0) < 0.3 { JointKind::Prismatic } else { JointKind::Revolute },
                 alpha: between(-3.0, 3.0),
                 a: between(-0.5, 0.5),
                 beta: between(-0.4, 0.4),
@@ -73,6 +74,39 @@ fn every_column_is_the_derivative_of_its_site() {
             assert_eq!(together[index.of(site)].at(0), posture.column(site), "{site}");
         }
     }
+}
+
+#[test]
+fn a_joint_moves_the_tcp_as_its_derivative_says() {
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    let mut slides = 0;
+    for _ in 0..10 {
+        let robot = arm(7, &mut random);
+        let mut posture = Posture::new(&robot);
+        let mut q: Vec<f64> = (0..7).map(|_| random.random_range(-3.0..3.0)).collect();
+        let (base, tool) = (FramePose::default(), FramePose { xyz: [0.1, 0.02, -0.2], rz_ry_rx: [0.3, 0.1, -0.2] });
+        let none = vec![0.0; SiteIndex::new(7).len()];
+        for i in 0..7 {
+            slides += usize::from(robot.kind(i) == JointKind::Prismatic);
+            let mut at = |by: f64| {
+                q[i] += by;
+                posture.set(&robot, &base, &tool, &q, &none);
+                assert!(
+                    (posture.world_from_tool(&tool).to_homogeneous()
+                        - world_from_tool(&robot, &base, &tool, &q).to_homogeneous())
+                    .amax()
+                        < 1e-13
+                );
+                q[i] -= by;
+                posture.tcp()
+            };
+            let difference = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+            at(0.0);
+            assert!((posture.motion(i) - difference).norm() < TOLERANCE);
+            assert_eq!(posture.motion(i), posture.column(robot.joint_site(i)));
+        }
+    }
+    assert!(slides > 10, "{slides}");
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub(super) struct UrdfChain<'a> {
 
 impl<'a> UrdfChain<'a> {
     /// # Errors
-    /// With the line, if there is no such chain or one of its joints is neither fixed nor a rotation of its own.
+    /// With the line, if there is no such chain or one of its joints is neither fixed nor of one axis of its own.
     pub fn find(document: &'a UrdfDocument, ends: &ChainEnds, path: &Path) -> Result<Self, FileError> {
         let names: Vec<&str> = document.links.iter().map(|link| link.name.as_str()).collect();
         let link = |name: &str| {
@@ -58,7 +58,7 @@ impl<'a> UrdfChain<'a> {
             chain.check(&document.joints[j], path)?;
         }
         if chain.actuated().next().is_none() {
-            let problem = format!("no joint turns between the links '{}' and '{}'", names[base], names[tool]);
+            let problem = format!("no joint moves between the links '{}' and '{}'", names[base], names[tool]);
             return Err(FileError::whole(path, problem, "name the base link and the tool link of an arm"));
         }
         Ok(chain)
@@ -75,20 +75,20 @@ impl<'a> UrdfChain<'a> {
             return Err(wrong(problem, "end the chain before it: its joints must move on their own"));
         }
         match joint.kind {
-            JointType::Fixed | JointType::Revolute | JointType::Continuous => Ok(()),
+            JointType::Fixed | JointType::Revolute | JointType::Continuous | JointType::Prismatic => Ok(()),
             kind => {
                 let problem = format!("'{}' is a {} joint", joint.name, kind.name());
-                Err(wrong(problem, "name a chain of revolute, continuous and fixed joints"))
+                Err(wrong(problem, "name a chain of revolute, continuous, prismatic and fixed joints"))
             }
         }
     }
 
-    /// The joints that turn.
+    /// The joints that turn or slide.
     pub fn actuated(&self) -> impl Iterator<Item = &'a UrdfJoint> + '_ {
         self.joints.iter().map(|&j| &self.document.joints[j]).filter(|joint| joint.kind != JointType::Fixed)
     }
 
-    /// Poses of the links after the joints that turn, at joint position zero, in the base link; then that of the tool link.
+    /// Poses of the links after the joints that move, at joint position zero, in the base link; then that of the tool link.
     pub fn poses(&self) -> (Vec<Pose>, Pose) {
         let mut at = Pose::identity();
         let mut after = Vec::new();
@@ -102,17 +102,18 @@ impl<'a> UrdfChain<'a> {
         (after, at)
     }
 
-    /// The axes of the joints that turn.
+    /// The axes of the joints that move.
     pub fn axes(&self) -> Vec<AxisLine> {
         let (after, _) = self.poses();
         let axis = |(pose, joint): (&Pose, &UrdfJoint)| AxisLine {
             point: pose.translation.vector,
             direction: nalgebra::Unit::new_unchecked(pose.rotation * joint.axis.into_inner()),
+            kind: joint.kind.moves(),
         };
         after.iter().zip(self.actuated()).map(axis).collect()
     }
 
-    /// Mass (kg) and its centre (m, base link) of everything that moves with each joint that turns and not with the next one,
+    /// Mass (kg) and its centre (m, base link) of everything that moves with each joint that moves and not with the next one,
     /// at joint position zero.
     pub fn masses(&self) -> Vec<(f64, Vector3<f64>)> {
         let mut bodies = vec![(0.0, Vector3::zeros()); self.actuated().count()];
@@ -125,7 +126,7 @@ impl<'a> UrdfChain<'a> {
         bodies.into_iter().map(centred).collect()
     }
 
-    /// The joint that turns with which a link moves, and the link's pose in the base link; `None` for what stands still.
+    /// The moving joint with which a link moves, and the link's pose in the base link; `None` for what stands still.
     fn body(&self, link: usize) -> Option<(usize, Pose)> {
         let way = path_between(self.document, self.base, link)?;
         let on_chain = way.iter().zip(&self.joints).take_while(|(a, b)| a == b).map(|(&j, _)| &self.document.joints[j]);
@@ -151,20 +152,31 @@ fn root(document: &UrdfDocument, path: &Path) -> Result<usize, FileError> {
 
 /// The far end of the arm that has more joints than any other before the first joint that is not one of an arm; of several
 /// ends with the same joints, the frame `tool0` of the ROS-Industrial convention.
+///
+/// A prismatic joint after the last that turns is taken for a finger of a gripper, unless nothing before it turns.
 fn far_end(document: &UrdfDocument, base: usize, path: &Path) -> Result<usize, FileError> {
-    let is_of_arm = |joint: &UrdfJoint| {
-        matches!(joint.kind, JointType::Fixed | JointType::Revolute | JointType::Continuous) && joint.mimics.is_none()
+    let turns = |joint: &UrdfJoint| matches!(joint.kind, JointType::Revolute | JointType::Continuous) && joint.mimics.is_none();
+    let is_finger = |joint: &UrdfJoint| {
+        let way = path_between(document, base, joint.parent).unwrap_or_default();
+        let goes_on = || document.joints.iter().any(|j| turns(j) && path_between(document, joint.child, j.parent).is_some());
+        way.iter().any(|&j| turns(&document.joints[j])) && !goes_on()
     };
+    let is_of_arm = |joint: &UrdfJoint| match joint.kind {
+        JointType::Fixed | JointType::Revolute | JointType::Continuous => joint.mimics.is_none(),
+        JointType::Prismatic => joint.mimics.is_none() && !is_finger(joint),
+        JointType::Planar | JointType::Floating => false,
+    };
+    let of_arm: Vec<bool> = document.joints.iter().map(is_of_arm).collect();
     let mut ends: Vec<(Vec<usize>, usize)> = Vec::new();
     for link in 0..document.links.len() {
         let Some(way) = path_between(document, base, link) else { continue };
-        if way.iter().any(|&j| !is_of_arm(&document.joints[j])) {
+        if way.iter().any(|&j| !of_arm[j]) {
             continue;
         }
-        let goes_on = document.joints.iter().any(|joint| joint.parent == link && is_of_arm(joint));
+        let goes_on = document.joints.iter().zip(&of_arm).any(|(joint, of_arm)| joint.parent == link && *of_arm);
         if !goes_on {
-            let turning = way.into_iter().filter(|&j| document.joints[j].kind != JointType::Fixed).collect();
-            ends.push((turning, link));
+            let moving = way.into_iter().filter(|&j| document.joints[j].kind != JointType::Fixed).collect();
+            ends.push((moving, link));
         }
     }
     let most = ends.iter().map(|(joints, _)| joints.len()).max().unwrap_or(0);

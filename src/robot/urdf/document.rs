@@ -7,7 +7,7 @@ use nalgebra::{Unit, Vector3};
 use roxmltree::{Document, Node};
 
 use crate::files::FileError;
-use crate::robot::{FramePose, Pose};
+use crate::robot::{FramePose, JointKind, Pose};
 
 /// A link.
 pub(super) struct UrdfLink {
@@ -45,6 +45,11 @@ impl JointType {
         (JointType::Floating, "floating"),
     ];
 
+    /// What a joint of an arm does; a continuous one turns.
+    pub fn moves(self) -> JointKind {
+        if self == JointType::Prismatic { JointKind::Prismatic } else { JointKind::Revolute }
+    }
+
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
@@ -65,7 +70,7 @@ pub(super) struct UrdfJoint {
     pub origin_place: OriginPlace,
     /// Axis in the child.
     pub axis: Unit<Vector3<f64>>,
-    /// Limits, rad; `None` if it has none.
+    /// Limits, rad, or m of a prismatic joint; `None` if it has none.
     pub limits: Option<[f64; 2]>,
     /// Name of the joint that it follows.
     pub mimics: Option<String>,
@@ -198,9 +203,9 @@ impl Reader<'_> {
             Some(limit) => {
                 let end = |name: &str| Ok::<_, FileError>(self.numbers::<1>(limit, name)?.map_or(0.0, |[v]| v));
                 let range = [end("lower")?, end("upper")?];
-                if kind == JointType::Revolute && range[0] > range[1] {
+                if matches!(kind, JointType::Revolute | JointType::Prismatic) && range[0] > range[1] {
                     let problem = format!("the lower limit of joint '{name}' is above the upper one");
-                    return Err(self.wrong(limit, "limit", problem, "give the range of the joint, in rad"));
+                    return Err(self.wrong(limit, "limit", problem, "give the range of the joint, in rad or m"));
                 }
                 // Both are zero in files that do not know them.
                 (range[0] < range[1]).then_some(range)

@@ -11,7 +11,7 @@ use crate::robot::{FramePose, Pose, Robot};
 /// Largest difference between the calibration's nominal robot and that of the file, m and rad.
 const SAME_ROBOT: f64 = 1e-8;
 
-/// Origin of a joint that turns, calibrated.
+/// Origin of a moving joint, calibrated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointOrigin {
     /// Name of the joint.
@@ -79,7 +79,7 @@ pub fn calibrated_urdf(path: &Path, ends: &ChainEnds, nominal: &Robot, calibrate
 /// Calibrated origins, each with the index of its joint in the document.
 ///
 /// With `U_i` the URDF's link after joint i, `D_i` the frame of row i and `M_i` the row at zero, `U_i = D_i K_i` for constant
-/// `K_i` that commute with the rotation about the axis. The calibrated arm keeps these: `U'_{i-1}^-1 U'_i = K_{i-1}^-1 M'_i K_i`.
+/// `K_i` that turn the joint's axis into z, and of a joint that turns leave it where it is. The calibrated arm keeps these: `U'_{i-1}^-1 U'_i = K_{i-1}^-1 M'_i K_i`.
 fn origins(
     chain: &UrdfChain<'_>,
     nominal: &Robot,
@@ -118,7 +118,7 @@ fn check_same(rows: &[crate::robot::MdhLink], nominal: &Robot, path: &Path) -> R
     }
     let numbers = |l: &crate::robot::MdhLink| [l.alpha, l.a, l.beta, l.theta, l.d];
     let differs = |(row, link): (&crate::robot::MdhLink, &crate::robot::Link)| {
-        numbers(row).iter().zip(numbers(&link.mdh)).any(|(a, b)| (a - b).abs() > SAME_ROBOT)
+        row.kind != link.mdh.kind || numbers(row).iter().zip(numbers(&link.mdh)).any(|(a, b)| (a - b).abs() > SAME_ROBOT)
     };
     match rows.iter().zip(&nominal.links).position(differs) {
         Some(i) => {

@@ -2,10 +2,13 @@
 
 use nalgebra::{Rotation3, Translation3, Unit, Vector3};
 
-use crate::robot::{MdhLink, NEARLY_PARALLEL, Pose};
+use crate::robot::{JointKind, MdhLink, NEARLY_PARALLEL, Pose};
 
 /// Numbers below this are the rounding of a conversion, m and rad.
 const ROUNDING: f64 = 1e-14;
+
+/// Sine of the angle between axes above which the foot of their common normal is near, within twice their distance.
+const SQUARE: f64 = 0.5;
 
 /// An axis at joint position zero, in the base link.
 #[derive(Debug, Clone, Copy)]
@@ -13,6 +16,19 @@ pub(super) struct AxisLine {
     /// A point on it, m.
     pub point: Vector3<f64>,
     pub direction: Unit<Vector3<f64>>,
+    pub kind: JointKind,
+}
+
+impl AxisLine {
+    /// The axis of the joint after `frame`. Where a prismatic one slides along does not matter, so one that is far from square to
+    /// the axis of the frame, and whose common normal may be far away, passes through its origin.
+    fn after(self, frame: &Pose) -> Self {
+        let is_square = z(frame).cross(&self.direction).norm() > SQUARE;
+        match self.kind {
+            JointKind::Prismatic if !is_square => AxisLine { point: frame.translation.vector, ..self },
+            _ => self,
+        }
+    }
 }
 
 /// The rows of a chain of axes.
@@ -35,18 +51,19 @@ impl ChainRows {
             return ChainRows { root: Pose::identity(), rows: Vec::new(), frames: Vec::new() };
         };
         let root = root(first);
-        let mut rows = vec![MdhLink::default(); axes.len()];
+        let mut rows: Vec<MdhLink> = axes.iter().map(|axis| MdhLink { kind: axis.kind, ..MdhLink::default() }).collect();
         let mut frames = Vec::with_capacity(axes.len());
         // The frame of row i before its theta and d, which depend on the next axis.
         let mut before = root;
         for i in 0..axes.len() {
-            let (theta, d) = match axes.get(i + 1) {
+            let next = axes.get(i + 1).map(|next| next.after(&before));
+            let (theta, d) = match &next {
                 Some(next) => toward(&before, next),
                 None => onto(&before, tip),
             };
             (rows[i].theta, rows[i].d) = (theta, d);
             let frame = before * MdhLink { theta, d, ..MdhLink::default() }.transform(0.0);
-            if let Some(next) = axes.get(i + 1) {
+            if let Some(next) = &next {
                 let MdhLink { alpha, a, beta, .. } = across(&frame, next);
                 (rows[i + 1].alpha, rows[i + 1].a, rows[i + 1].beta) = (alpha, a, beta);
                 before = frame * MdhLink { alpha, a, beta, ..MdhLink::default() }.transform(0.0);

@@ -56,6 +56,11 @@ impl Programs {
         arguments: &Arguments,
         compensator: &mut Compensator<'_>,
     ) -> Result<(Option<CompensatedPrograms>, Outcome), Failure> {
+        if let Some(joint) = compensator.calibration().robot.first_prismatic() {
+            let problem =
+                format!("cannot be rewritten: joint {} is prismatic, and programs are read for arms that turn", joint + 1);
+            return Err(FileError::whole(&self.programs[0].path, problem, "compensate a table of targets").into());
+        }
         let permissions = Permissions { joints_as_in_robot_file: arguments.joints_as_in_robot_file };
         let results = rewrite_programs(&self.programs, compensator, &permissions);
         if results.iter().all(|r| r.positions == 0 && r.is_whole()) {
@@ -72,7 +77,7 @@ impl Programs {
         }
         let calibration = compensator.calibration();
         let reached = results.iter().flat_map(|r| r.rewritten.iter().map(|one| one.fake.q.as_slice()));
-        let beyond = Extrapolation::of(&calibration.joint_ranges, &calibration.model, reached);
+        let beyond = Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, reached);
         if let Some(warning) = extrapolation_sentence(&beyond) {
             eprintln!("{warning}");
         }

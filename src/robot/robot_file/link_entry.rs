@@ -1,0 +1,174 @@
+//! A `[[link]]` of a robot file.
+
+use serde::{Deserialize, Serialize};
+
+use super::numbers::{Fault, metres, mm, written};
+use crate::robot::{JointKind, Link, MdhLink};
+use crate::units::{DEG, MM};
+
+/// The widest limit of a joint that turns, deg. Every full revolution of every joint is a further posture for the same pose: with
+/// six joints there are 4,096.
+const WIDEST_DEG: f64 = 720.0;
+
+/// The widest limit of a prismatic joint, mm: no rail is as long.
+const WIDEST_MM: f64 = 100_000.0;
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LinkEntry {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kind: Option<String>,
+    /// Never written: a row whose joint counts backwards is turned round when it is read.
+    #[serde(skip_serializing)]
+    sign: Option<f64>,
+    alpha_deg: f64,
+    a_mm: f64,
+    #[serde(default)]
+    beta_deg: f64,
+    #[serde(default)]
+    theta_deg: f64,
+    d_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_mm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_mm: Option<f64>,
+    #[serde(default)]
+    mass_kg: f64,
+    com_mm: Option<[f64; 3]>,
+}
+
+impl LinkEntry {
+    pub fn of(link: &Link) -> Self {
+        let MdhLink { kind, alpha, a, beta, theta, d } = link.mdh;
+        let entry = LinkEntry {
+            alpha_deg: written(alpha / DEG),
+            a_mm: written(a / MM),
+            beta_deg: written(beta / DEG),
+            theta_deg: written(theta / DEG),
+            d_mm: written(d / MM),
+            mass_kg: written(link.mass),
+            com_mm: Some(mm(&link.com)),
+            ..LinkEntry::default()
+        };
+        let [min, max] = link.limits.map(|limit| Some(written(limit / kind.unit().si)));
+        match kind {
+            JointKind::Revolute => LinkEntry { min_deg: min, max_deg: max, ..entry },
+            JointKind::Prismatic => LinkEntry { kind: Some(kind.name().into()), min_mm: min, max_mm: max, ..entry },
+        }
+    }
+
+    /// The link, after a successful [check](Self::check).
+    pub fn link(&self) -> Link {
+        let kind = self.kind().unwrap_or_default();
+        let [(_, min), (_, max)] = self.limits(kind);
+        Link {
+            mdh: MdhLink {
+                kind,
+                alpha: self.alpha_deg * DEG,
+                a: self.a_mm * MM,
+                beta: self.beta_deg * DEG,
+                theta: self.theta_deg * DEG,
+                d: self.d_mm * MM,
+            },
+            limits: [min, max].map(|limit| limit.unwrap_or_default() * kind.unit().si),
+            mass: self.mass_kg,
+            com: metres(&self.com_mm.unwrap_or_default()),
+        }
+    }
+
+    /// True if the joint counts against the right-hand rule about its z axis.
+    pub fn counts_backwards(&self) -> bool {
+        self.sign == Some(-1.0)
+    }
+
+    /// Checks link `i`, counted from 0.
+    pub fn check(&self, i: usize) -> Result<(), Fault> {
+        let key = |name: &str| format!("link[{i}].{name}");
+        let Some(kind) = self.kind() else {
+            return Err((key("kind"), "is no kind of joint", "write 'revolute' or 'prismatic'"));
+        };
+        if self.sign.is_some_and(|sign| sign.abs() != 1.0) {
+            return Err((key("sign"), "is no sign", "write 1, or -1 for a joint that counts the other way"));
+        }
+        let numbers = [
+            ("alpha_deg", self.alpha_deg),
+            ("a_mm", self.a_mm),
+            ("beta_deg", self.beta_deg),
+            ("theta_deg", self.theta_deg),
+            ("d_mm", self.d_mm),
+            ("mass_kg", self.mass_kg),
+        ];
+        if let Some((name, _)) = numbers.iter().find(|(_, value)| !value.is_finite()) {
+            return Err((key(name), "is not a finite number", "give a number"));
+        }
+        self.check_limits(kind).map_err(|(name, problem, remedy)| (key(&name), problem, remedy))?;
+        if self.mass_kg < 0.0 {
+            return Err((key("mass_kg"), "is negative", "give the mass, or 0 where it is unknown"));
+        }
+        match self.com_mm {
+            None if self.mass_kg > 0.0 => {
+                Err((key("com_mm"), "is missing", "a mass needs its centre, in the link's MDH frame"))
+            }
+            Some(com) if com.iter().any(|c| !c.is_finite()) => Err((key("com_mm"), "is not finite", "give three numbers")),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_limits(&self, kind: JointKind) -> Result<(), Fault> {
+        let wrong = |name: &str, problem, remedy| Err((name.to_owned(), problem, remedy));
+        let (others, remedy) = match kind {
+            JointKind::Revolute => (self.limits(JointKind::Prismatic), "give min_deg and max_deg, or kind = 'prismatic'"),
+            JointKind::Prismatic => (self.limits(JointKind::Revolute), "give min_mm and max_mm"),
+        };
+        if let Some((name, _)) = others.iter().find(|(_, value)| value.is_some()) {
+            let problem = match kind {
+                JointKind::Revolute => "is a limit of a prismatic joint, and this one turns",
+                JointKind::Prismatic => "is a limit of a joint that turns, and this one is prismatic",
+            };
+            return wrong(name, problem, remedy);
+        }
+        let limits = self.limits(kind);
+        if let Some((name, _)) = limits.iter().find(|(_, value)| value.is_none()) {
+            return wrong(name, "is missing", "give both limits of the joint");
+        }
+        let limits = limits.map(|(name, value)| (name, value.unwrap_or(f64::NAN)));
+        if let Some((name, _)) = limits.iter().find(|(_, value)| !value.is_finite()) {
+            return wrong(name, "is not a finite number", "give a number");
+        }
+        let [(min, least), (_, most)] = limits;
+        if least >= most {
+            return match kind {
+                JointKind::Revolute => wrong(min, "is not below max_deg", "give the smallest angle first"),
+                JointKind::Prismatic => wrong(min, "is not below max_mm", "give the smallest position first"),
+            };
+        }
+        let beyond = |widest: f64| limits.iter().find(|(_, limit)| limit.abs() > widest);
+        match (kind, beyond(WIDEST_DEG), beyond(WIDEST_MM)) {
+            (JointKind::Revolute, Some((name, _)), _) => {
+                wrong(name, "is more than two turns", "give at most 720 deg: more whole turns reach nothing new")
+            }
+            (JointKind::Prismatic, _, Some((name, _))) => wrong(name, "is more than 100 m", "give it in millimetres"),
+            _ => Ok(()),
+        }
+    }
+
+    /// The kind of the joint, if it is one.
+    fn kind(&self) -> Option<JointKind> {
+        match self.kind.as_deref() {
+            None => Some(JointKind::Revolute),
+            Some(name) => [JointKind::Revolute, JointKind::Prismatic].into_iter().find(|kind| kind.name() == name),
+        }
+    }
+
+    /// The limits of a joint of this kind, by their keys.
+    fn limits(&self, kind: JointKind) -> [(&'static str, Option<f64>); 2] {
+        match kind {
+            JointKind::Revolute => [("min_deg", self.min_deg), ("max_deg", self.max_deg)],
+            JointKind::Prismatic => [("min_mm", self.min_mm), ("max_mm", self.max_mm)],
+        }
+    }
+}
