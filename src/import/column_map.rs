@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::rotation::RotationForm;
+use super::row_order::RowOrder;
 use super::source::{Join, Layout};
 use crate::files::{FileError, field_error, name_remedy, parse_toml};
 use crate::measure::{Column, Dataset, DatasetToml, Reading, ToolTarget};
@@ -36,6 +37,7 @@ struct MapToml {
     #[serde(default)]
     targets: BTreeMap<String, PointSource>,
     rotation: Option<RotationSource>,
+    rows: Option<RowOrder>,
     dataset: DatasetToml,
 }
 
@@ -150,6 +152,8 @@ pub(super) struct ColumnMap {
     pub tool_targets: Vec<(String, [MappedColumn; 3])>,
     /// The orientation, in rows of kind `pose`.
     pub rotation: Option<MappedRotation>,
+    /// What the order of the rows says.
+    pub rows: Option<RowOrder>,
     /// Free columns, copied as they are.
     pub extra: Vec<(String, Source)>,
     /// True if the map gives the base.
@@ -209,6 +213,7 @@ impl ColumnMap {
             columns: Vec::new(),
             tool_targets: Vec::new(),
             rotation: None,
+            rows: file.rows,
             extra: Vec::new(),
             has_base,
         };
@@ -231,6 +236,7 @@ impl ColumnMap {
         for (name, PointSource { x, y, z }) in file.targets {
             map.tool_targets.push(origin.tool_target(name, [x, y, z], &map)?);
         }
+        origin.check_rows(&map)?;
         map.rotation = file.rotation.map(|source| origin.rotation(source, &map)).transpose()?;
         map.declare_targets(&mut dataset);
         Ok((map, dataset))
@@ -318,6 +324,23 @@ impl Origin<'_> {
         };
         let [x, y, z] = sources;
         Ok((name, [mapped(0, x)?, mapped(1, y)?, mapped(2, z)?]))
+    }
+
+    /// Checks that the order of the rows says nothing that a column says too.
+    fn check_rows(&self, map: &ColumnMap) -> Result<(), FileError> {
+        let Some(rows) = map.rows else { return Ok(()) };
+        if rows.approach && map.columns.iter().any(|m| matches!(m.column, Column::Approach(_))) {
+            return Err(self.wrong("rows.approach", "columns state the sides of approach too", "keep one of them"));
+        }
+        match rows.interval_s {
+            Some(_) if map.fills(Column::Time) => {
+                Err(self.wrong("rows.interval_s", "a column states the time too", "keep one of them"))
+            }
+            Some(interval) if !(interval > 0.0 && interval <= 1e6) => {
+                Err(self.wrong("rows.interval_s", format!("{interval} s is no interval"), "give the seconds from row to row"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The orientation in a row of kind `pose`.

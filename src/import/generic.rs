@@ -43,6 +43,9 @@ pub(super) fn by_map(
         let table = TableFile { path: file, label: &label, constants: &constants, joined: joined.as_deref() };
         read_table(&table, map, &mut dataset, &mut report)?;
     }
+    if let Some(rows) = map.rows {
+        rows.apply(&mut dataset.samples, &mut report);
+    }
     if !map.has_base {
         fit_base_and_tool(&mut dataset);
     }

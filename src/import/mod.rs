@@ -12,6 +12,7 @@ mod mukca;
 mod options;
 mod report;
 mod rotation;
+mod row_order;
 mod source;
 mod table;
 mod unknown_table;

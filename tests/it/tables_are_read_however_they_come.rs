@@ -226,3 +226,36 @@ fn a_map_is_proposed_whatever_the_dialect() {
         assert!(error.contains(said), "{}: {error}", path.display());
     }
 }
+
+#[test]
+fn the_order_of_rows_states_sides_and_times_where_the_map_says_so() {
+    let scratch = Scratch::new();
+    let header = "point,q_0,q_1,q_2,q_3,q_4,q_5,x [mm],y [mm],z [mm],run";
+    let rows = [
+        "a,0.1,-1.5,1.3,-0.2,1.2,0,400,-208,310,1",
+        "b,0.2,-1.6,1.3,-0.2,1.2,0,402,-207,312,1",
+        "c,0.2,-1.4,1.3,-0.3,1.2,0,405,-206,313,1",
+        "d,0.1,-1.4,1.3,-0.3,1.2,0,401,-203,311,2",
+        "e,0.3,-1.5,1.3,-0.3,1.2,0,404,-202,310,2",
+    ];
+    let table = scratch.file("table.csv", &format!("{header}\n{}\n", rows.join("\n")));
+    let head = "[rows]\napproach = true\ninterval_s = 20.0\n";
+    let (dataset, notes) = scratch.read(std::slice::from_ref(&table), head).unwrap();
+    let sides: Vec<Vec<i8>> = dataset.samples.iter().map(|s| s.approach.clone().unwrap()).collect();
+    assert_eq!(sides[0], [0; 6]);
+    assert_eq!(sides[1], [1, -1, 0, 0, 0, 0]);
+    assert_eq!(sides[2], [1, 1, 0, -1, 0, 0], "joint 1 keeps the side of its last move");
+    assert_eq!(sides[3], [-1, 1, 0, -1, 0, 0]);
+    assert_eq!(dataset.samples.iter().map(|s| s.time_s.unwrap()).collect::<Vec<_>>(), [0.0, 20.0, 40.0, 60.0, 80.0]);
+    assert!(notes.iter().any(|n| n.contains("last move from row to row")) && notes.iter().any(|n| n.contains("every 20 s")));
+    // A session begins anew.
+    let columns = COLUMNS.replace("[dataset]\n", "session = { column = 'run' }\n[dataset]\n");
+    let map = scratch.file("by-run.toml", &format!("format = 'calibench-import/1'\n{head}{columns}"));
+    let options = ImportOptions { map: Some(map), ..ImportOptions::default() };
+    let (dataset, _) = import("generic", std::slice::from_ref(&table), &options).unwrap();
+    assert_eq!((dataset.samples[3].approach.clone().unwrap(), dataset.samples[3].time_s), (vec![0; 6], Some(0.0)));
+    let (plain, _) = scratch.read(std::slice::from_ref(&table), "").unwrap();
+    assert!(plain.samples.iter().all(|s| s.approach.is_none() && s.time_s.is_none()));
+    let error = scratch.read(&[table], "[rows]\ninterval_s = 0.0\n").unwrap_err().to_string();
+    assert!(error.contains("rows.interval_s: 0 s is no interval"), "{error}");
+}
