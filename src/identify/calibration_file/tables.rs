@@ -88,36 +88,40 @@ impl FitTable {
     }
 }
 
+/// The range of a joint, in the unit of its kind.
 #[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct JointRange {
     pub(super) joint: usize,
-    #[serde(flatten)]
-    pub(super) range: RangeOfJoint,
-}
-
-/// A range in the unit of its joint.
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-pub(super) enum RangeOfJoint {
-    Turning { min_deg: f64, max_deg: f64 },
-    Sliding { min_mm: f64, max_mm: f64 },
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min_mm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_mm: Option<f64>,
 }
 
 impl JointRange {
     /// The range of joint `i`, counted from 0.
     pub(super) fn of(i: usize, [low, high]: [f64; 2], kind: JointKind) -> Self {
-        let range = match kind {
-            JointKind::Revolute => RangeOfJoint::Turning { min_deg: low / DEG, max_deg: high / DEG },
-            JointKind::Prismatic => RangeOfJoint::Sliding { min_mm: low / MM, max_mm: high / MM },
-        };
-        JointRange { joint: i + 1, range }
+        let none = JointRange { joint: i + 1, min_deg: None, max_deg: None, min_mm: None, max_mm: None };
+        match kind {
+            JointKind::Revolute => JointRange { min_deg: Some(low / DEG), max_deg: Some(high / DEG), ..none },
+            JointKind::Prismatic => JointRange { min_mm: Some(low / MM), max_mm: Some(high / MM), ..none },
+        }
     }
 
     /// The range, SI, if it is one of a joint of this kind.
     pub(super) fn si(&self, kind: JointKind) -> Option<[f64; 2]> {
-        match (&self.range, kind) {
-            (RangeOfJoint::Turning { min_deg, max_deg }, JointKind::Revolute) => Some([min_deg * DEG, max_deg * DEG]),
-            (RangeOfJoint::Sliding { min_mm, max_mm }, JointKind::Prismatic) => Some([min_mm * MM, max_mm * MM]),
+        match (self, kind) {
+            (Self { min_deg: Some(low), max_deg: Some(high), min_mm: None, max_mm: None, .. }, JointKind::Revolute) => {
+                Some([low * DEG, high * DEG])
+            }
+            (Self { min_mm: Some(low), max_mm: Some(high), min_deg: None, max_deg: None, .. }, JointKind::Prismatic) => {
+                Some([low * MM, high * MM])
+            }
             _ => None,
         }
     }

@@ -118,9 +118,9 @@ mod tests {
             for k in 0..3 {
                 let step = Vector3::ith(k, 1e-6);
                 let (before, after) = (Rotation3::new(w - step), Rotation3::new(w + step));
-                let turned = (before.inverse() * after).scaled_axis() / 2e-6;
+                let turned = rotation_vector(&(before.inverse() * after)) / 2e-6;
                 assert!((right_jacobian(&w).column(k) - turned).norm() < 1e-8, "{w:?}");
-                let added = |d: Vector3<f64>| (Rotation3::new(w) * Rotation3::new(d)).scaled_axis();
+                let added = |d: Vector3<f64>| rotation_vector(&(Rotation3::new(w) * Rotation3::new(d)));
                 let moved = (added(step) - added(-step)) / 2e-6;
                 assert!((inverse_right_jacobian(&w).column(k) - moved).norm() < 1e-7, "{w:?}");
             }

@@ -3,7 +3,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::robot::{Axis6, Link, MdhEntry, MdhLink, Site};
+use crate::robot::{Axis6, Link, MdhEntry, MdhLink, Site, rotation_vector};
 
 /// Step of the central difference; its truncation (1e-10 relative) and rounding (1e-11) are both below the tolerance.
 const STEP: f64 = 1e-5;
@@ -63,7 +63,7 @@ fn every_column_is_the_derivative_of_its_site() {
             let difference = (after.translation.vector - before.translation.vector) / (2.0 * STEP);
             let column = posture.column(site);
             assert!((column - difference).norm() < TOLERANCE, "{site}: {column:?} against {difference:?}");
-            let turned = (after.rotation * before.rotation.inverse()).scaled_axis() / (2.0 * STEP);
+            let turned = rotation_vector(&(after.rotation * before.rotation.inverse())) / (2.0 * STEP);
             let axis = posture.turning(site);
             assert!((axis - turned).norm() < TOLERANCE, "{site}: turns about {axis:?}, not {turned:?}");
         }

@@ -9,9 +9,9 @@ use calibench::cell::Recording;
 use calibench::cell::gauge::{DigimaticWord, GaugeReply, LineReader};
 use calibench::cell::kuka::{FrameReader, Value};
 use calibench::cell::scripted::{Script, ScriptedCell};
-use calibench::compensate::{Expected, read_targets};
+use calibench::compensate::{Compensator, Expected, Permissions, Program, Task, read_program, read_targets, rewrite_programs};
 use calibench::effects::Subject;
-use calibench::identify::{Model, Use, identify, read_calibration, read_model};
+use calibench::identify::{Calibration, Model, Use, identify, read_calibration, read_model};
 use calibench::import::{ImportOptions, guess, import};
 use calibench::measure::{Conditions, Dataset, Journal, read_cell, read_dataset, read_plan};
 use calibench::robot::{ChainEnds, UrdfRobot, built_in, calibrated_urdf, load_robot, robot_from_urdf};
@@ -45,6 +45,7 @@ pub const READERS: &[Reader] = &[
     Reader { name: "journal", feed: journal },
     Reader { name: "cell_toml", feed: cell_toml },
     Reader { name: "targets_csv", feed: targets_csv },
+    Reader { name: "program", feed: program },
     Reader { name: "gauge_line", feed: gauge_line },
     Reader { name: "gauge_word", feed: gauge_word },
     Reader { name: "gauge_command", feed: gauge_command },
@@ -186,6 +187,27 @@ fn cell_toml(bytes: &[u8]) {
 fn targets_csv(bytes: &[u8]) {
     let expected = Expected { robot: &PAPER.robot, payloads: &PAPER.payloads, by_temperature: None };
     black_box(read_targets(&file("targets.csv", bytes), &expected).is_ok());
+}
+
+/// The first byte says in which language the rest is. Rewritten, it has the same lines, and as many positions.
+fn program(bytes: &[u8]) {
+    static CALIBRATION: LazyLock<Calibration> = LazyLock::new(|| {
+        read_calibration(&file("of-programs.toml", include_bytes!("../corpus/calibration_toml/paper.toml")))
+            .expect("it is right")
+    });
+    let Some((dialect, text)) = bytes.split_first() else { return };
+    let extension = ["src", "script", "mod", "ls"][usize::from(*dialect) % 4];
+    let Ok(program) = read_program(&file(&format!("program.{extension}"), text)) else { return };
+    let mut compensator = Compensator::new(&CALIBRATION, &Task::default()).expect("the calibration has one set-up");
+    let permissions = Permissions { joints_as_in_robot_file: true };
+    let rewrite = |program: &Program, compensator: &mut Compensator<'_>| {
+        rewrite_programs(std::slice::from_ref(program), compensator, &permissions).remove(0)
+    };
+    let first = rewrite(&program, &mut compensator);
+    let lines = |bytes: &[u8]| bytes.iter().filter(|b| **b == b'\n').count();
+    assert_eq!(lines(&first.bytes), lines(text));
+    let again = rewrite(&Program { bytes: first.bytes, ..program }, &mut compensator);
+    assert_eq!(again.positions, first.positions);
 }
 
 /// What an indicator sends, in pieces: the first byte says how long they are.
