@@ -13,6 +13,7 @@ use crate::units::{DEG, MM};
 /// Upper limit of any step, m: the paper's safe range of the gauge (section 2.1).
 const LONGEST_STEP: f64 = TriCal::PAPER.safe_range;
 
+/// Limits on the motions of the arm.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -64,6 +65,7 @@ impl GuardsKeys {
     }
 }
 
+/// The gauge, its plungers and its balls.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

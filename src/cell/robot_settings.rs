@@ -40,7 +40,7 @@ impl RobotSettings {
 
 /// The kinds of robots that a cell file can name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum RobotKind {
     /// A KUKA robot behind a variable server.

@@ -27,6 +27,7 @@ pub struct OwnEffectTable {
     terms: Vec<OwnTermTable>,
 }
 
+/// A term of a user-defined effect: coefficient times basis, at a site.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

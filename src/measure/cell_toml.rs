@@ -57,6 +57,7 @@ pub(super) struct KindOfRobot {
     pub kind: RobotKind,
 }
 
+/// Settings of the centring.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -77,6 +78,7 @@ impl Default for CentringToml {
     }
 }
 
+/// Settings of the mastering.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

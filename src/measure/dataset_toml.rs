@@ -78,6 +78,7 @@ impl DatasetToml {
     }
 }
 
+/// A frame, `Tr Rz Ry Rx`.
 #[derive(Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -99,6 +100,7 @@ pub(super) struct FrameToml {
     pub c_deg: f64,
 }
 
+/// The TCP, `Tr Rz Ry Rx`, and how well it is known.
 #[derive(Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -130,6 +132,7 @@ pub(super) struct ToolToml {
     pub contact_force_n: Option<[f64; 3]>,
 }
 
+/// A load on the flange.
 #[derive(Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -165,6 +168,7 @@ pub(super) struct PlaceToml {
     pub free: bool,
 }
 
+/// A known distance between two balls.
 #[derive(Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -179,6 +183,7 @@ pub(super) struct BallDistanceToml {
     pub sigma_um: f64,
 }
 
+/// A point from which distances are measured.
 #[derive(Deserialize, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -193,6 +198,7 @@ pub(super) struct AnchorToml {
     pub z_mm: f64,
 }
 
+/// Noise of the measurement; what is not stated is estimated from the residuals.
 #[derive(Deserialize, Serialize, Default)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

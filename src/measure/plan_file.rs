@@ -71,6 +71,7 @@ struct WayToml {
     via_deg: Vec<Vec<f64>>,
 }
 
+/// A pose to probe.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -42,36 +42,50 @@ pub fn keys(root: &Value) -> String {
     let mut page = String::new();
     for table in &tables {
         if !table.headings.is_empty() {
-            let what = table.schema["description"].as_str().unwrap_or_default();
-            write!(page, "\n### {}\n\n{what}\n", table.headings.join(", ")).unwrap();
+            write!(page, "\n### {}\n", table.headings.join(", ")).unwrap();
+        }
+        if let (false, Some(what)) = (table.headings.is_empty(), table.schema["description"].as_str()) {
+            write!(page, "\n{what}\n").unwrap();
         }
         page += "\n| key | value | default | meaning |\n|---|---|---|---|\n";
-        let required = |key: &str| table.schema["required"].as_array().is_some_and(|all| all.iter().any(|name| name == key));
-        let patterns = table.schema["patternProperties"].as_object().into_iter().flatten();
-        let patterns = patterns.map(|(pattern, schema)| (as_written(pattern), schema));
-        let named =
-            table.schema["properties"].as_object().into_iter().flatten().map(|(key, schema)| (format!("`{key}`"), schema));
-        for (key, schema) in named.chain(patterns) {
-            let default = match schema.get("default") {
-                _ if required(key.trim_matches('`')) || key == "`q1_deg` ..." => "required".into(),
-                Some(Value::Object(_)) | None => String::new(),
-                Some(Value::Array(all)) if all.is_empty() => "none".into(),
-                Some(Value::String(text)) if text.is_empty() => "none".into(),
-                Some(value) => format!("`{value}`"),
-            };
-            let meaning = schema["description"].as_str().unwrap_or_default().replace('\n', " ").replace('|', "\\|");
-            writeln!(page, "| {key} | {} | {default} | {meaning} |", value_of(schema, root)).unwrap();
+        let mut rows = rows(table.schema, root);
+        rows.sort_by_key(|[_, _, default, _]| default != REQUIRED);
+        for row in rows {
+            writeln!(page, "| {} |", row.join(" | ")).unwrap();
         }
     }
     page
 }
 
-/// A pattern of keys by its first one.
-fn as_written(pattern: &str) -> String {
-    match pattern.trim_matches(['^', '$']) {
-        free if free.ends_with("_.") => format!("`{}...`", free.trim_end_matches('.')),
-        numbered => format!("`{}` ...", numbered.replace("[1-9][0-9]*", "1")),
-    }
+/// What stands in place of a default.
+const REQUIRED: &str = "required";
+
+/// The keys of a table: how they are written, their values, their defaults, their meanings.
+fn rows(table: &Value, root: &Value) -> Vec<[String; 4]> {
+    // Of numbered keys the first one may be required: it is named in full.
+    let required = |key: &str| table["required"].as_array().is_some_and(|all| all.iter().any(|name| name == key));
+    let named = table["properties"].as_object().into_iter().flatten();
+    let named = named.map(|(key, schema)| (format!("`{key}`"), required(key), schema));
+    let patterns = table["patternProperties"].as_object().into_iter().flatten().map(|(pattern, schema)| {
+        let first = pattern.trim_matches(['^', '$']).replace("[1-9][0-9]*", "1");
+        let written = match first.strip_suffix("_.") {
+            Some(free) => format!("`{free}_...`"),
+            None => format!("`{first}` ..."),
+        };
+        (written, required(&first), schema)
+    });
+    let row = |(key, required, schema): (String, bool, &Value)| {
+        let default = match schema.get("default") {
+            _ if required => REQUIRED.into(),
+            Some(Value::Object(_)) | None => String::new(),
+            Some(Value::Array(all)) if all.is_empty() => "none".into(),
+            Some(Value::String(text)) if text.is_empty() => "none".into(),
+            Some(value) => format!("`{value}`"),
+        };
+        let meaning = schema["description"].as_str().unwrap_or_default().replace('\n', " ").replace('|', "\\|");
+        [key, value_of(schema, root), default, meaning]
+    };
+    named.chain(patterns).map(row).collect()
 }
 
 /// What stands behind a key.

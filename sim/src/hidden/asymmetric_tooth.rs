@@ -16,7 +16,6 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct AsymmetricTooth {
     /// Size, urad.
     pub rms_urad: f64,

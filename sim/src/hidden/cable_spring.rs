@@ -24,7 +24,6 @@ const SLACK: f64 = 0.21;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct CableSpring {
     /// Size, urad.
     pub rms_urad: f64,

@@ -14,7 +14,6 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta, torques_at};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct CrossCoupledWrist {
     /// Size at joint 4, urad.
     pub rms_urad: f64,

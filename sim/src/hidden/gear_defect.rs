@@ -14,7 +14,6 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct GearDefect {
     /// Size; the bump itself is several times higher, urad.
     pub rms_urad: f64,

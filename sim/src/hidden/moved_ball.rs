@@ -14,7 +14,6 @@ use super::{Flaw, Hidden, HiddenFlaw, Misfit};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct MovedBall {
     /// Its name.
     pub ball: String,

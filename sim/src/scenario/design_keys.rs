@@ -6,7 +6,6 @@ use serde::Deserialize;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct DesignToml {
     /// Balls of the artifact, 3 to 8, fixed ones included.
     pub balls: usize,

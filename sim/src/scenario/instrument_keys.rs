@@ -12,7 +12,7 @@ const MOST_ANCHORS: usize = 20;
 
 /// An instrument for calibrating a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum InstrumentKind {
     /// Three plungers that the robot centres on the balls.
@@ -50,7 +50,6 @@ impl InstrumentKind {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct InstrumentToml {
     /// `"trical"`, `"offset"`, `"ballbar"`, `"wire_sensor"` or `"seat"`.
     pub kind: InstrumentKind,

@@ -20,7 +20,6 @@ use crate::random::Streams;
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // the keys of the file, described in docs/scenarios.md
 pub struct ScenarioToml {
     /// Name and version of this format.
     #[cfg_attr(feature = "schema", schemars(extend("const" = super::FORMAT)))]
@@ -94,7 +93,6 @@ pub struct ScenarioToml {
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct BaseToml {
     /// Nominal base in the world; initial value of the identification, mm.
     pub x_mm: f64,
@@ -117,7 +115,6 @@ pub struct BaseToml {
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ToolToml {
     /// TCP in the flange frame, mm.
     pub x_mm: f64,
@@ -143,7 +140,6 @@ pub struct ToolToml {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)]
 pub struct IndicatorsToml {
     /// Stated force of the extended plunger, N.
     pub preload_n: f64,
@@ -167,10 +163,10 @@ impl IndicatorsToml {
     }
 }
 
+/// A load on the flange.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct PayloadToml {
     /// Its name in datasets.
     pub name: String,
@@ -180,10 +176,10 @@ pub struct PayloadToml {
     pub com_mm: [f64; 3],
 }
 
+/// A ball of the artifact, as certified.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct BallToml {
     /// Unique name.
     pub id: String,
@@ -205,10 +201,10 @@ fn up() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
+/// The noise stated to the identification.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct NoiseToml {
     /// One-sigma per axis of one centring, um.
     pub ball_um: f64,
@@ -222,7 +218,6 @@ pub struct NoiseToml {
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct SolidToml {
     /// Name of the body.
     pub name: String,
@@ -245,7 +240,6 @@ pub struct SolidToml {
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct CarriedToml {
     /// Name of the body.
     pub name: String,
@@ -274,10 +268,10 @@ pub enum Order {
     BallByBall,
 }
 
+/// How poses are found and chosen.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct PlanToml {
     /// Probings of each ball.
     pub poses_per_ball: usize,
@@ -308,19 +302,19 @@ pub struct PlanToml {
     pub order: Order,
 }
 
+/// When a ball is centred.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct CentringToml {
     /// A ball is centred when all three readings are smaller, um.
     pub tolerance_um: f64,
 }
 
+/// The laser tracker.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct TrackerToml {
     /// Position of the tracker, world frame, mm.
     pub position_mm: [f64; 3],
@@ -335,10 +329,10 @@ pub struct TrackerToml {
     pub nests_mm: [[f64; 3]; 3],
 }
 
+/// The effects that the identification may use.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ModelToml {
     /// Ids of effects (`calibench effects`) whose parameters are identified, in order of preference where the data cannot
     /// tell them apart.
@@ -352,7 +346,6 @@ pub struct ModelToml {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct SuiteToml {
     /// Sizes of a single hidden effect, in units of its plausible size.
     pub sizes: Vec<f64>,
@@ -434,7 +427,7 @@ fn thirty() -> usize {
 
 /// Plants that simulate the mechanics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {
     /// Closed forms: screws of the arm, geometry of the contact.

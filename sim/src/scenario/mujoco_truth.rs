@@ -7,7 +7,6 @@ use serde::Deserialize;
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct MujocoToml {
     /// A compliant pedestal.
     pub pedestal: Option<Pedestal>,
@@ -29,7 +28,6 @@ pub struct MujocoToml {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Pedestal {
     /// Compliance about the base's x axis, urad/(N·m).
     pub x_urad_per_nm: f64,
@@ -41,7 +39,6 @@ pub struct Pedestal {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Bearing {
     /// Joint, from 1.
     pub joint: usize,
@@ -53,7 +50,6 @@ pub struct Bearing {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Friction {
     /// Joint, from 1.
     pub joint: usize,
@@ -67,7 +63,6 @@ pub struct Friction {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Stiffening {
     /// Joint, from 1.
     pub joint: usize,
@@ -81,7 +76,6 @@ pub struct Stiffening {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Backlash {
     /// Joint, from 1.
     pub joint: usize,

@@ -6,7 +6,6 @@ use serde::Deserialize;
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct PrecisionToml {
     /// Number of times that the datum ball is centred and measured; `--repetitions` overrides it.
     pub repetitions: usize,

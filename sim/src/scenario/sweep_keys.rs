@@ -7,7 +7,6 @@ use toml::{Table, Value};
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct SweepToml {
     /// `"factorial"`: all combinations of the values of all axes; `"sobol"`: points of a Sobol sequence (Owen-scrambled), the
     /// same for every seed.
@@ -22,7 +21,7 @@ pub struct SweepToml {
 
 /// Distribution of the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "lowercase")]
 pub enum Design {
     /// All combinations of the values of all axes.
@@ -36,7 +35,6 @@ pub enum Design {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct AxisToml {
     /// The key that changes.
     pub key: Option<String>,
@@ -61,7 +59,7 @@ pub struct AxisToml {
 
 /// Division of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
     /// By equal differences.
@@ -75,7 +73,6 @@ pub enum Scale {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct CaseToml {
     /// Name of the case in the table.
     pub label: String,

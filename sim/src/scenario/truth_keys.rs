@@ -16,7 +16,6 @@ use crate::tracker::TrackerSpec;
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct TruthToml {
     /// Sizes by effect id and parameter (`a1_mm`), or `draw = s`: normal with s times the plausible size.
     #[serde(default)]
@@ -52,18 +51,19 @@ pub struct TruthToml {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct PayloadTruth {
+    /// True mass minus that entered, kg.
     #[serde(default)]
     pub mass_error_kg: f64,
+    /// True centre of mass minus that entered, mm.
     #[serde(default)]
     pub com_error_mm: [f64; 3],
 }
 
+/// Flaws of the three indicators, and of the balls.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct IndicatorTruth {
     /// Step of the display; 0 for none, um.
     pub resolution_um: f64,
@@ -118,28 +118,28 @@ impl IndicatorTruth {
     }
 }
 
+/// Errors of the certificate of the balls.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ArtifactTruth {
     /// One-sigma of each coordinate of a ball relative to its certificate, um.
     pub ball_sigma_um: f64,
 }
 
+/// Errors of the certificate of the TCP.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ToolTruth {
     /// One-sigma of each coordinate of the TCP relative to its certificate, um.
     pub sigma_um: f64,
 }
 
+/// Noise of the tracker.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct TrackerTruth {
     /// One-sigma per axis of one reading, um.
     pub sigma_um: f64,

@@ -6,6 +6,7 @@ use super::{CellIndicator, Dialect, IndicatorSettings, LineSettings, Place};
 use crate::cell::CellReading;
 use crate::files::{FileError, name_remedy};
 
+/// An indicator, and where it is found.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -7,6 +7,7 @@ use crate::cell::robot_settings::{FlangeKeys, RobotKeys, slow};
 use crate::cell::{CellReading, RobotKind, RobotSettings};
 use crate::files::FileError;
 
+/// A KUKA robot behind a variable server.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -41,6 +42,7 @@ pub(crate) struct KukaKeys {
     patience: PatienceKeys,
 }
 
+/// Timeouts and intervals.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

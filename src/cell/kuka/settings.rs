@@ -36,11 +36,11 @@ pub struct Variables {
     pub line_target: String,
     /// A frame to be set.
     pub frame: String,
-    /// Number of the order given; as all below, only used by the program of this library.
+    /// Number of the order given; only used by the program of this library, as `done`, `result` and `cancel`.
     pub order: String,
     /// Number of the last order carried out.
     pub done: String,
-    /// Its outcome: see [`super::Verdict`].
+    /// Outcome of that order; 0 if it was carried out.
     pub result: String,
     /// TRUE interrupts the motion under way.
     pub cancel: String,
@@ -137,7 +137,7 @@ impl Default for Fitness {
 
 /// Program that runs on the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum RobotProgram {
     /// The program of this library: it numbers orders, acknowledges them, reports why it refuses, and can be interrupted.

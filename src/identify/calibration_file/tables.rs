@@ -56,6 +56,7 @@ pub(super) struct File {
     pub(super) correlation: Vec<Vec<f64>>,
 }
 
+/// Statistics of the fit.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -120,6 +121,7 @@ impl FitTable {
     }
 }
 
+/// Angles of a joint that the data cover.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -133,6 +135,7 @@ pub(super) struct JointRange {
     pub(super) max_deg: f64,
 }
 
+/// A session of a dataset.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -157,6 +160,7 @@ pub(super) struct SetupTable {
     pub(super) payload: Vec<PayloadTable>,
 }
 
+/// A load on the flange.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -169,6 +173,7 @@ pub(super) struct PayloadTable {
     pub(super) com_mm: [f64; 3],
 }
 
+/// A frame, `Tr Rz Ry Rx`.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -231,6 +236,7 @@ impl SetupTable {
     }
 }
 
+/// An identified parameter.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
