@@ -30,6 +30,13 @@ pub fn of_file<T: JsonSchema>(title: &str, required: &[&str]) -> Schema {
     if let Value::Array(keys) = schema.ensure_object().entry("required").or_insert_with(|| Value::Array(Vec::new())) {
         keys.extend(required.iter().map(|key| Value::from(*key)));
     }
+    if let Some(Value::Object(keys)) = schema.get_mut("properties") {
+        for key in
+            keys.iter_mut().filter(|(name, _)| required.contains(&name.as_str())).filter_map(|(_, key)| key.as_object_mut())
+        {
+            key.remove("default");
+        }
+    }
     schema
 }
 
