@@ -52,6 +52,8 @@ pub mod import;
 pub mod math;
 pub mod measure;
 pub mod robot;
+#[cfg(feature = "schema")]
+pub mod schema;
 pub mod units;
 
 /// The linear algebra of this library's interfaces, in the version that they speak.

@@ -38,6 +38,6 @@ pub use recommended::Recommended;
 pub use shifts::shifts_text;
 pub use tables::{
     histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,
-    unresolved_sentences, validation_row, validation_table, wider_sentence,
+    unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence,
 };
 pub use workspace::{Forecast, NoForecast, extrapolation_sentence};

@@ -4,6 +4,7 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets::UTF8_FULL_C
 
 use calibench::assess::{OrientationErrors, Validation};
 use calibench::identify::Calibration;
+use calibench::measure::Dataset;
 use calibench::units::{DEG, MM};
 
 /// A table with text in the first column and numbers in the others.
@@ -123,6 +124,29 @@ pub fn validation_row(method: &str, v: &Validation) -> [String; 7] {
 /// The residual of measured orientations, to follow that of the positions; empty if none were measured.
 pub fn orientation_words(rms: Option<f64>) -> String {
     rms.map_or_else(String::new, |rms| format!(", orientations {:.4}° rms", rms / DEG))
+}
+
+/// Ratio of the errors of orientations and positions to that in which they were weighted, beyond which it is reported.
+const UNBALANCED: f64 = 1.5;
+
+/// Weight of positions whose noise is not stated, m.
+const ASSUMED: f64 = 0.1 * MM;
+
+/// States that positions and orientations were weighted in another ratio than that in which they err, where only the orientations
+/// have a stated noise; otherwise empty.
+pub fn weighing_sentence(c: &Calibration, datasets: &[(&str, &Dataset)]) -> String {
+    let stated = datasets.iter().find(|(_, d)| d.noise.point.is_none()).and_then(|(_, d)| d.noise.orientation);
+    let (Some(turned), Some(stated), false) = (c.rms_orientation, stated, c.noise_stated) else { return String::new() };
+    let balanced = turned / c.rms * ASSUMED;
+    if (balanced / stated).max(stated / balanced) < UNBALANCED {
+        return String::new();
+    }
+    format!(
+        "The noise of the positions is not stated, so they were weighted as if it were 0.1 mm, beside {:.3}° of the orientations; their errors are as 0.1 mm to {:.3}°. State `point_um`, or `orientation_deg = {:.3}`.\n",
+        stated / DEG,
+        balanced / DEG,
+        balanced / DEG
+    )
 }
 
 /// A table of orientation errors.

@@ -10,6 +10,7 @@ use crate::dahl_friction::DahlFriction;
 
 /// Joint angles that a controller reports when asked for its joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Reports {
     /// The encoder readings.
@@ -21,6 +22,7 @@ pub enum Reports {
 
 /// Accuracy with which the joints reach their commanded angles. All sizes are one-sigma, per joint where a list is given.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ControllerSpec {
     /// Resolution of the joint angles reported by the encoders.

@@ -44,6 +44,7 @@ pub const UNKNOWN: [&str; 7] =
 
 /// The keys under `[truth.hidden]`.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // described in docs/scenarios.md
 pub struct HiddenToml {

@@ -6,6 +6,8 @@ mod design_check;
 mod design_keys;
 mod document;
 mod expect;
+#[cfg(feature = "schema")]
+mod file_schema;
 mod instrument_keys;
 mod key;
 mod keys;
@@ -31,6 +33,8 @@ pub use bodies::ball_body;
 pub use design_keys::DesignToml;
 pub use document::Document;
 pub use expect::{Expectation, Quantity};
+#[cfg(feature = "schema")]
+pub use file_schema::file_schema;
 pub use instrument_keys::{InstrumentKind, InstrumentToml};
 pub use key::{Key, KeyError};
 pub use keys::{CentringToml, IndicatorsToml, Order, PlanToml, PlantKind, ScenarioToml, SuiteToml, TRACKER_POOL, TrackerToml};

@@ -13,11 +13,19 @@ use crate::units::{DEG, MM};
 /// Upper limit of any step, m: the paper's safe range of the gauge (section 2.1).
 const LONGEST_STEP: f64 = TriCal::PAPER.safe_range;
 
+/// Limits on the motions of the arm.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct GuardsKeys {
+    /// Longest step along an axis of the tool, mm; at most 5.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     max_step_mm: f64,
+    /// Margin that the joints keep from their limits, deg; `calibench plan cell.toml` keeps it too.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     joint_margin_deg: f64,
+    /// Lower and upper corner, world frame, mm, of the box that the TCP must not leave, including during motions; balls and
+    /// their approaches must lie inside it. No box if not given.
     workspace_mm: Option<[[f64; 3]; 2]>,
 }
 
@@ -57,12 +65,22 @@ impl GuardsKeys {
     }
 }
 
+/// The gauge, its plungers and its balls.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct TriCalKeys {
+    /// Diameter of the balls that are centred, mm.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     datum_diameter_mm: f64,
+    /// Diameter of the master ball, mm; larger than the others.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     master_diameter_mm: f64,
+    /// Travel of the plungers, mm.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     travel_mm: f64,
+    /// Diameter of the flat tips of the plungers, mm.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     tip_diameter_mm: f64,
 }
 

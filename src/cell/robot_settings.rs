@@ -40,6 +40,7 @@ impl RobotSettings {
 
 /// The kinds of robots that a cell file can name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum RobotKind {
     /// A KUKA robot behind a variable server.
@@ -67,13 +68,20 @@ pub(crate) fn slow() -> u8 {
 
 /// `flange`: the controller's flange in the last frame of the robot's model.
 #[derive(Deserialize, Default)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct FlangeKeys {
+    /// Position along x, mm.
     x_mm: f64,
+    /// Position along y, mm.
     y_mm: f64,
+    /// Position along z, mm.
     z_mm: f64,
+    /// Rotation about z, the first of three, deg.
     a_deg: f64,
+    /// Rotation about the new y, deg.
     b_deg: f64,
+    /// Rotation about the newest x, deg.
     c_deg: f64,
 }
 

@@ -45,6 +45,12 @@ pub fn write_calibration(c: &Calibration, path: &Path) -> Result<(), FileError> 
     write_whole(path, text.as_bytes())
 }
 
+/// The schema of this file.
+#[cfg(feature = "schema")]
+pub(crate) fn calibration_schema() -> schemars::Schema {
+    crate::schema::of_file::<File>("Calibration", &["joint_range"])
+}
+
 /// File name of a robot that is not built in, for the calibration at `path`.
 fn own_robot_name(path: &Path) -> String {
     // The name is stored in the calibration, which is text, so it must be UTF-8.

@@ -16,6 +16,8 @@ mod problem;
 
 pub use adjustment::Adjustment;
 pub use calibration::{Calibration, Estimate, IdentifyError, MeasuredSetup};
+#[cfg(feature = "schema")]
+pub(crate) use calibration_file::calibration_schema;
 pub use calibration_file::{read_calibration, write_calibration};
 pub use determined::{independent_parameters, observability_of};
 pub use fit::{check_nested, fit, fit_from, fit_larger, fit_some};
@@ -23,6 +25,8 @@ pub use fit_result::{Fit, FitError, Outcome, Unresolved};
 pub use identified::identify;
 pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
 pub use model_error::covariance_with_model_error;
+#[cfg(feature = "schema")]
+pub(crate) use model_file::model_schema;
 pub use model_file::{EffectList, check_effects, read_model, write_model, write_model_like};
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
 pub use prediction::{Application, Prediction};

@@ -11,19 +11,29 @@ use super::own_effects::{OwnEffectTable, own_effects, tables};
 use crate::effects::{self, EffectError, EffectId, OwnEffect, Subject};
 use crate::files::{FileError, field_error, parse_toml, read_text, write_whole};
 
+/// The effects that an identification may use.
 #[derive(Deserialize, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ModelToml {
+    /// Ids of effects, in order of preference where the data cannot tell them apart.
+    #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     effects: Vec<String>,
-    /// Take joint torques from the dataset's `tau1_nm` ... columns, not from link masses.
+    /// True if joint torques are taken from the columns `tau1_nm` ..., not computed from the masses of the links.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     measured_torques: bool,
-    /// Prior width (1 sigma) of an effect, in plausible sizes.
+    /// One-sigma of an effect before the data, in plausible sizes, by its id; `inf` leaves it free.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     width: BTreeMap<String, f64>,
-    /// The user-defined effects.
+    /// User-defined effects.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effect: Vec<OwnEffectTable>,
+}
+
+/// The schema of this file.
+#[cfg(feature = "schema")]
+pub(crate) fn model_schema() -> schemars::Schema {
+    crate::schema::of_file::<ModelToml>("Model", &[])
 }
 
 /// Reads `model.toml`, and checks that every effect can be built for the given robot and artifact.

@@ -8,25 +8,36 @@ use crate::units::{Unit, readable};
 
 /// A user-defined effect as written in a file; linear in its coefficients.
 #[derive(Debug, Clone, Deserialize, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct OwnEffectTable {
+    /// Its id: letters, digits, `_`, `-`.
     name: String,
-    /// Unit of the coefficients.
+    /// Unit of the coefficients: `mm`, `um`, `deg`, `mrad`, `urad`, `mdeg/(N*m)`, `urad/(N*m)`, `um/m`, `um/(m*K)`,
+    /// `urad/rad`, `kg`, `kg*m`, `1/(MN*m²)`, `1`.
     unit: String,
-    /// Plausible size (1 sigma) of a coefficient, in that unit.
+    /// A size (1 sigma) of the coefficients that would not be surprising, in that unit; 0.005 deg or 0.03 mm if not given (in
+    /// any unit of angle or length), else 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     plausible: Option<f64>,
     /// Defined, but not fitted: offered to the diagnosis.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     candidate: bool,
+    /// What moves: coefficient times basis, at each site.
     terms: Vec<OwnTermTable>,
 }
 
+/// A term of a user-defined effect: coefficient times basis, at a site.
 #[derive(Debug, Clone, Deserialize, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct OwnTermTable {
+    /// What moves: `kind:index` or `kind:index:axis`.
     site: String,
+    /// Expression in `q1` ..., `tau1` ..., `approach1` ..., `payload_kg`, `time_s`, `temp_c`; its value times the coefficient
+    /// is in m or rad, depending on the site.
     basis: String,
+    /// Terms of one group share one coefficient, `NAME.GROUP`.
     #[serde(skip_serializing_if = "Option::is_none")]
     group: Option<String>,
 }

@@ -52,6 +52,12 @@ pub fn read_cell(path: &Path) -> Result<Cell, FileError> {
     }
 }
 
+/// The schema of this file.
+#[cfg(feature = "schema")]
+pub(crate) fn cell_schema() -> schemars::Schema {
+    crate::schema::of_file::<CellToml<KukaKeys>>("Cell", &[])
+}
+
 /// Reads the cell of a file that names a robot of this kind.
 fn cell<R: RobotKeys>(reading: &CellReading<'_>) -> Result<Cell, FileError> {
     let file: CellToml<R> = parse_toml(reading.path, reading.text)?;

@@ -35,6 +35,42 @@ pub(crate) enum Column {
     SigmaOrientation,
 }
 
+/// A kind of row, by the columns of its measurement. In a row of another kind these are empty.
+pub(crate) struct RowKind {
+    /// Value of the column `kind`.
+    pub name: &'static str,
+    /// Columns that it must fill.
+    pub required: &'static [Column],
+    /// Columns that it may fill.
+    pub optional: &'static [Column],
+}
+
+impl RowKind {
+    /// The columns of its measurement.
+    pub fn columns(&self) -> impl Iterator<Item = Column> {
+        self.required.iter().chain(self.optional).copied()
+    }
+}
+
+/// The kinds of rows.
+pub(crate) const KINDS: [RowKind; 4] = {
+    use Column::*;
+    let gauge = &[Reading(0), Reading(1), Reading(2), Plunger(0), Plunger(1), Plunger(2)];
+    [
+        RowKind { name: "ball", required: &[Ball], optional: gauge },
+        RowKind { name: "point", required: &[World(0), World(1), World(2)], optional: &[] },
+        RowKind {
+            name: "pose",
+            required: &[World(0), World(1), World(2), Rotation(0), Rotation(1), Rotation(2)],
+            optional: &[SigmaOrientation],
+        },
+        RowKind { name: "distance", required: &[Anchor, Distance], optional: &[] },
+    ]
+};
+
+/// The values of the column `set`.
+pub(crate) const SETS: [&str; 2] = ["fit", "validation"];
+
 impl Column {
     /// The position of joint `i`.
     pub fn joint(robot: &Robot, i: usize) -> Column {
@@ -121,6 +157,41 @@ impl Column {
             Column::Torque(i) => format!("tau{}_nm", i + 1),
             Column::Sigma => "sigma_um".into(),
             Column::SigmaOrientation => "sigma_deg".into(),
+        }
+    }
+
+    /// What it holds.
+    #[cfg(feature = "schema")]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Column::Id => "Unique name of the sample.",
+            Column::Kind => {
+                "What was measured: the TCP centred on a `ball`, a `point` of the tool, its `pose`, or a `distance` from an anchor."
+            }
+            Column::Joint(_) => "Joint angle as the controller reports it, actual and not commanded, deg.",
+            Column::Slide(_) => "Position of a prismatic joint as the controller reports it, mm.",
+            Column::Ball => "Id of a ball of dataset.toml.",
+            Column::Target => "Id of a target of dataset.toml, if it is not the TCP that was measured.",
+            Column::Reading(_) => "Reading of a plunger when the centring stopped, um.",
+            Column::World(_) => "Measured position of the point, world frame, mm.",
+            Column::Rotation(_) => "Measured orientation of the tool, a rotation vector in the world frame, deg.",
+            Column::Anchor => "Id of an anchor of dataset.toml.",
+            Column::Distance => "Measured distance from the anchor, mm.",
+            Column::Set => "`fit`, unless another is given; a row of `validation` is never fitted, nor used to select.",
+            Column::Payload => "Name of a payload of dataset.toml; the first one if none is given.",
+            Column::Time => "Time since the session began, s.",
+            Column::Temperature => "Temperature of the robot, °C.",
+            Column::Approach(_) => "Sign of the joint's last motion before the sample.",
+            Column::Plunger(_) => "Sign of the plunger's last motion.",
+            Column::Posture => "Rows of a session with the same value were taken in one posture.",
+            Column::Repeat => "Rows with the same value are replicates of one target.",
+            Column::Session => "Rows of one session share one base and one tool; another session has its own.",
+            Column::Commanded(_) => "Commanded joint angle, where `q1_deg` ... are those read back, deg.",
+            Column::CommandedSlide(_) => "Commanded position of a prismatic joint, mm.",
+            Column::Force(_) => "Measured force on a prismatic joint, N.",
+            Column::Torque(_) => "Measured joint torque, N·m; used instead of the masses if the model says so.",
+            Column::Sigma => "One-sigma of this row in place of that of dataset.toml, um.",
+            Column::SigmaOrientation => "One-sigma of its orientation about each axis, in place of that of dataset.toml, deg.",
         }
     }
 

@@ -38,12 +38,16 @@ mod repeatability;
 mod response;
 mod samples_file;
 mod samples_header;
+#[cfg(feature = "schema")]
+mod samples_schema;
 mod samples_text;
 pub mod selection;
 mod ways;
 
 pub use campaign::{Campaign, CampaignObserver, CampaignSettings, Progress};
 pub use campaign_record::{Abort, CampaignRecord, ProbingRecord};
+#[cfg(feature = "schema")]
+pub(crate) use cell_file::cell_schema;
 pub use cell_file::{CELL_FORMAT, Cell, read_cell};
 pub use centring::{CenteringController, Centred, CentringSettings, Iteration, Phase};
 pub use centring_failure::{CentringFailure, Suspicion};
@@ -54,6 +58,8 @@ pub use dataset::{Anchor, Ball, BallDistance, Dataset, Measured, Noise, Orientat
 pub(crate) use dataset_file::Reading;
 pub use dataset_file::{DATASET_TOML, check_description, read_dataset, read_description, write_dataset};
 pub(crate) use dataset_toml::DatasetToml;
+#[cfg(feature = "schema")]
+pub(crate) use dataset_toml::dataset_schema;
 pub use draws::{Margins, PoolError, Refusals};
 pub use free_poses::{Facing, FreePosesRequest, free_poses};
 pub use journal::{Journal, OpenedJournal, journal_path};
@@ -63,6 +69,8 @@ pub(crate) use limits::{TEMPERATURE_C, TIME_S, out_of_range};
 pub use mastering::{Attendant, CalledOff, Mastering, MasteringError, MasteringSettings, master, still_mastered};
 pub use order::{interleave, interleave_short};
 pub use parts::{Part, parts_by_payload};
+#[cfg(feature = "schema")]
+pub(crate) use plan_file::plan_schema;
 pub use plan_file::{PLAN_FORMAT, ProbingPlan, read_plan, write_plan};
 pub use pool::{Candidate, PoolRequest, ProbedBall, feasible_pool};
 pub use postures::{Postures, SAME_POSTURE};
@@ -70,6 +78,8 @@ pub use probing::{PlannedPose, Probing, ProbingFailure};
 pub use repeatability::{RepeatabilitySettings, Return, Reversal, Station, StationRecord};
 pub(crate) use samples_file::Row;
 pub(crate) use samples_header::Header;
+#[cfg(feature = "schema")]
+pub(crate) use samples_schema::samples_schema;
 pub(crate) use samples_text::number;
 pub use ways::{
     ArmAt, Blocked, BlockedPose, HomeWays, WAY_MARGIN, Way, WayFinder, WayRequest, WaysError, Whereabouts, plan_ways, turn,

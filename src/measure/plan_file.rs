@@ -21,21 +21,35 @@ pub struct ProbingPlan {
     pub ways: Option<HomeWays>,
 }
 
+/// Poses to probe, in their order, and the ways between them.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct PlanToml {
+    /// Name and version of this format.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = PLAN_FORMAT)))]
     format: String,
+    /// The robot, as the dataset or cell names it.
     robot: String,
-    /// Start of all ways.
+    /// Joints at which all ways start, deg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     home_deg: Option<Vec<f64>>,
-    /// Posture in which the gauge is mastered.
+    /// Joints at which the gauge is mastered, deg.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mastering_deg: Option<Vec<f64>>,
+    /// The poses, in their order; reserves after them.
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     pose: Vec<PoseToml>,
+    /// The ways from home: one to each pose, and one to `mastering` if there is such a place.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     way: Vec<WayToml>,
+}
+
+/// The schema of this file.
+#[cfg(feature = "schema")]
+pub(crate) fn plan_schema() -> schemars::Schema {
+    crate::schema::of_file::<PlanToml>("Plan", &["pose"])
 }
 
 /// Names of the ends of ways that are not poses.
@@ -44,21 +58,33 @@ const MASTERING: &str = "mastering";
 
 /// A way from home.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct WayToml {
+    /// `home`: ways serve in both directions.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = HOME)))]
     from: String,
+    /// Id of a pose, or `mastering`.
     to: String,
+    /// Joints on the way, deg.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     via_deg: Vec<Vec<f64>>,
 }
 
+/// A pose to probe.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct PoseToml {
+    /// Name of the pose.
     id: String,
+    /// Id of the ball.
     ball: String,
+    /// Name of the payload.
     payload: String,
+    /// Joints with the ball centred, deg.
     contact_deg: Vec<f64>,
+    /// Joints from which the ball is approached, and to which the arm retreats, deg.
     approach_deg: Vec<f64>,
     /// Probed only in place of a pose on the same ball that failed.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -66,11 +92,11 @@ struct PoseToml {
     /// Arrives in the direction opposite to that of this earlier pose.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reverses: Option<String>,
-    /// Joints through which the arm moves from the approach of the pose before; for the first pose of a payload and a reserve,
-    /// from home.
+    /// Joints through which the arm moves from the approach of the pose before, deg; for the first pose of a payload and a
+    /// reserve, from home.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     via_deg: Vec<Vec<f64>>,
-    /// The least gap on that path and on the approach.
+    /// The least gap on that path and on the approach, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     clearance_mm: Option<f64>,
 }

@@ -7,24 +7,13 @@ use std::path::Path;
 use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
-use super::columns::Column;
+use super::columns::{Column, KINDS, RowKind, SETS};
 use super::limits::{POINT_MM, READING_UM, ROTATION_DEG, TEMPERATURE_C, TIME_S, TORQUE_NM, out_of_range};
 use super::samples_header::Header;
 use super::{Dataset, Measured, Orientation, Sample, SampleSet};
 use crate::files::{FileError, Record, Rows, name_remedy, open_file};
 use crate::robot::{JointKind, Link, Robot};
 use crate::units::{DEG, MM, UM, readable};
-
-/// The columns of a pose, its position first.
-const POSE: &[Column] = &[
-    Column::World(0),
-    Column::World(1),
-    Column::World(2),
-    Column::Rotation(0),
-    Column::Rotation(1),
-    Column::Rotation(2),
-    Column::SigmaOrientation,
-];
 
 /// Maximum number of rows: a measurement takes seconds, so this is years of them.
 const MOST_ROWS: usize = 10_000_000;
@@ -193,51 +182,35 @@ impl<'a> Row<'a> {
 
     fn measured(&self, dataset: &Dataset) -> Result<Measured, FileError> {
         let kind = self.required(Column::Kind)?;
-        let (measured, own): (Measured, &[Column]) = match kind {
+        let measured = match kind {
             "ball" => {
                 let ids = dataset.balls.iter().map(|b| b.id.as_str());
                 let ball = self.named(Column::Ball, self.required(Column::Ball)?, "ball", ids)?;
-                let own = &[
-                    Column::Ball,
-                    Column::Reading(0),
-                    Column::Reading(1),
-                    Column::Reading(2),
-                    Column::Plunger(0),
-                    Column::Plunger(1),
-                    Column::Plunger(2),
-                ];
-                (Measured::Ball { ball, reading: self.vector(Column::Reading, UM, READING_UM)? }, own)
+                Measured::Ball { ball, reading: self.vector(Column::Reading, UM, READING_UM)? }
             }
             "point" | "pose" => {
                 let remedy = format!("a row of kind `{kind}` has x_mm, y_mm, z_mm");
                 let empty = || self.error(Column::World(0), "is empty", remedy.as_str());
-                let own = if kind == "pose" { POSE } else { &POSE[..3] };
-                (Measured::Point(self.vector(Column::World, MM, POINT_MM)?.ok_or_else(empty)?), own)
+                Measured::Point(self.vector(Column::World, MM, POINT_MM)?.ok_or_else(empty)?)
             }
             "distance" => {
                 let ids = dataset.anchors.iter().map(|a| a.id.as_str());
                 let anchor = self.named(Column::Anchor, self.required(Column::Anchor)?, "anchor", ids)?;
                 self.required(Column::Distance)?;
                 let empty = || self.error(Column::Distance, "is empty", "fill it");
-                (
-                    Measured::Distance { anchor, distance: self.positive(Column::Distance, MM, POINT_MM)?.ok_or_else(empty)? },
-                    &[Column::Anchor, Column::Distance],
-                )
+                Measured::Distance { anchor, distance: self.positive(Column::Distance, MM, POINT_MM)?.ok_or_else(empty)? }
             }
             other => {
                 return Err(self.error(
                     Column::Kind,
                     format!("`{other}` is not a kind"),
-                    name_remedy(other, &["ball", "point", "pose", "distance"]),
+                    name_remedy(other, &KINDS.map(|known| known.name)),
                 ));
             }
         };
-        let bound = [
-            vec![Column::Ball, Column::Anchor, Column::Distance, Column::SigmaOrientation],
-            (0..3).flat_map(|k| [Column::Reading(k), Column::World(k), Column::Rotation(k), Column::Plunger(k)]).collect(),
-        ]
-        .concat();
-        if let Some(stray) = bound.into_iter().find(|c| !own.contains(c) && self.text(*c).is_some()) {
+        let own = |column: &Column| KINDS.iter().any(|known| known.name == kind && known.columns().any(|c| c == *column));
+        let mut bound = KINDS.iter().flat_map(RowKind::columns);
+        if let Some(stray) = bound.find(|c| !own(c) && self.text(*c).is_some()) {
             return Err(self.error(
                 stray,
                 format!("has no meaning in a row of kind `{kind}`"),
@@ -287,8 +260,9 @@ impl<'a> Row<'a> {
         let q = self.positions(robot, Column::joint)?.unwrap_or_default();
         self.within_limits(robot, &q)?;
         let set = match self.text(Column::Set) {
-            None | Some("fit") => SampleSet::Fit,
-            Some("validation") => SampleSet::Validation,
+            None => SampleSet::Fit,
+            Some(name) if name == SETS[0] => SampleSet::Fit,
+            Some(name) if name == SETS[1] => SampleSet::Validation,
             Some(other) => {
                 return Err(self.error(Column::Set, format!("`{other}` is not a set"), "write `fit` or `validation`"));
             }

@@ -8,7 +8,7 @@ use super::columns::{Column, of_other_kind};
 use crate::files::{FileError, Record, name_remedy, nearest_name};
 
 /// Prefix of a free column.
-const EXTRA: &str = "extra_";
+pub(super) const EXTRA: &str = "extra_";
 
 /// Positions of the columns.
 pub(crate) struct Header {

@@ -31,6 +31,8 @@ pub(crate) use rel_tool::screw;
 pub use rel_tool::{RelTool, RelToolError, rel_tool};
 pub(crate) use rigid_fit::nearest_rotation;
 pub use rigid_fit::rigid_fit;
+#[cfg(feature = "schema")]
+pub(crate) use robot_file::robot_schema;
 pub use robot_file::{ROBOT_FORMAT, RobotReference, load_robot, robot, to_toml};
 pub use sites::{Axis6, MOST_JOINTS, MdhEntry, Site, SiteIndex};
 pub use solids::{Clearance, ClearanceCheck, Narrowest, Shape, Solid, Surroundings, SweptCheck, clearance};

@@ -18,33 +18,59 @@ use crate::units::{DEG, MM};
 /// The value of the key `format`.
 pub const ROBOT_FORMAT: &str = "calibench-robot/1";
 
+/// A chain of joints, with masses and bodies where they are known.
 #[derive(Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct Document {
+    /// Name and version of this format.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = ROBOT_FORMAT)))]
     format: String,
+    /// Short name of the robot.
+    #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     name: String,
+    /// Where the numbers come from.
     #[serde(default)]
     source: String,
+    /// Turns of the motor per turn of the joint, one for every joint.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     gear_ratios: Vec<f64>,
+    /// The first frame in the base link, `Tr Rz Ry Rx`.
     #[serde(default, skip_serializing_if = "FrameEntry::is_identity")]
     root: FrameEntry,
+    /// The tool link in the last frame, `Tr Rz Ry Rx`.
     #[serde(default, skip_serializing_if = "FrameEntry::is_identity")]
     flange: FrameEntry,
+    /// The links, from the base on, one for every joint: row `Rx(alpha) Tx(a) Ry(beta) Rz(theta + q) Tz(d)`, or `Rz(theta) Tz(d + q)` of a prismatic joint.
+    #[cfg_attr(feature = "schema", schemars(length(min = 1, max = MOST_JOINTS)))]
     link: Vec<LinkEntry>,
+    /// Bodies of the arm, for clearance.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     solid: Vec<SolidEntry>,
 }
 
+/// The schema of this file.
+#[cfg(feature = "schema")]
+pub(crate) fn robot_schema() -> schemars::Schema {
+    crate::schema::of_file::<Document>("Robot", &[])
+}
+
 /// A constant frame.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct FrameEntry {
+    /// Position along x, mm.
     x_mm: f64,
+    /// Position along y, mm.
     y_mm: f64,
+    /// Position along z, mm.
     z_mm: f64,
+    /// Rotation about z, the first of three, deg.
     a_deg: f64,
+    /// Rotation about the new y, deg.
     b_deg: f64,
+    /// Rotation about the newest x, deg.
     c_deg: f64,
 }
 
@@ -76,14 +102,22 @@ impl FrameEntry {
 
 /// A capsule (`from_mm`, `to_mm`, `radius_mm`) or a box (`centre_mm`, `half_size_mm`).
 #[derive(Debug, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct SolidEntry {
+    /// Name of the body.
     name: String,
+    /// Frame that carries it: 0 is the base, k the frame of link k.
     frame: usize,
+    /// One end of the axis of a capsule, mm.
     from_mm: Option<[f64; 3]>,
+    /// The other end, mm.
     to_mm: Option<[f64; 3]>,
+    /// Radius of the capsule, mm.
     radius_mm: Option<f64>,
+    /// Centre of a box, mm.
     centre_mm: Option<[f64; 3]>,
+    /// Half the size of the box along each axis, mm.
     half_size_mm: Option<[f64; 3]>,
 }
 

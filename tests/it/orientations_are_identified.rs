@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use calibench::assess::suspects;
 use calibench::effects::PROBE_ROTATION;
 use calibench::identify::{Calibration, Model, Problem, Use, fit, identify};
 use calibench::import::{ImportOptions, import};
@@ -156,6 +157,29 @@ fn a_pose_identifies_the_last_joint_and_states_its_uncertainty() {
     assert!((10.0..76.0).contains(&squares), "{squares} for {numbers}");
     let reduced = chi2 / dof as f64;
     assert!((reduced - 1.0).abs() < 5.0 * (2.0 / dof as f64).sqrt(), "chi-square per degree of freedom {reduced}");
+}
+
+#[test]
+fn an_orientation_that_slipped_is_a_suspect_and_no_other_is() {
+    for seed in 30..36 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut dataset = measured(&twin(&mut random), 100, &mut random);
+        // Where the noise of the positions is not stated, that of the orientations need not be in proportion to it.
+        if seed % 2 == 1 {
+            dataset.noise = Noise { orientation: Some([0.1, 10.0][seed as usize / 2 % 2] * ANGLE), ..Noise::default() };
+        }
+        assert_eq!(suspects(&[("", &dataset)], &geometry()).unwrap(), [], "seed {seed}");
+        // The probe was read while it was settling; its position is right.
+        let slipped = dataset.samples[40].orientation.as_mut().unwrap();
+        slipped.rotation = (Rotation3::new(Vector3::new(0.0, 30.0 * ANGLE, 0.0)) * slipped.world_from_tool()).scaled_axis();
+        let found = suspects(&[("", &dataset)], &geometry()).unwrap();
+        assert_eq!(found.iter().map(|s| s.sample.as_str()).collect::<Vec<_>>(), ["p40"], "seed {seed}");
+        // Set aside, it says nothing of the orientation either.
+        let aside = Model::of(&["base_frame", "mdh", "harmonic1:6", "outlier:p40"]);
+        let problem = Problem::new(&[("", &dataset)], &aside, Use::Fit).unwrap();
+        let all = Problem::new(&[("", &dataset)], &geometry(), Use::Fit).unwrap();
+        assert_eq!(problem.row_count() + 3, all.row_count());
+    }
 }
 
 #[test]

@@ -8,7 +8,8 @@ use calibench::identify::{
 };
 use calibench::units::MM;
 use calibench_report::{
-    documents, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences, wider_sentence,
+    documents, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences, weighing_sentence,
+    wider_sentence,
 };
 
 use super::data::{locate_in_data, model_for, named, read_datasets};
@@ -78,6 +79,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         gate.tell()?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;
         print(&story(&calibration))?;
+        let weighing = weighing_sentence(&calibration, &named(&datasets));
+        if !weighing.is_empty() {
+            print(&weighing)?;
+        }
         shifts.iter().try_for_each(|shifts| print(&shifts_text(shifts)))?;
     }
     match calibration.unconverged() {

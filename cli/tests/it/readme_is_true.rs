@@ -310,7 +310,7 @@ fn its_tree_is_the_repository() {
 #[test]
 fn links_of_every_page_lead_somewhere() {
     let mut pages = vec![PathBuf::from("README.md"), "CHANGELOG.md".into(), "benches/README.md".into()];
-    for folder in ["docs", "docs/decisions", "docs/robots", "docs/studies"] {
+    for folder in ["docs", "docs/formats", "docs/decisions", "docs/robots", "docs/studies"] {
         let entries = std::fs::read_dir(root().join(folder)).expect("the folder is there").filter_map(Result::ok);
         pages.extend(
             entries.map(|e| Path::new(folder).join(e.file_name())).filter(|p| p.extension().is_some_and(|e| e == "md")),

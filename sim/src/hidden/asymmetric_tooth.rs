@@ -14,14 +14,18 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta};
 /// A sawtooth with `teeth` periods per turn that climbs from -1 to 1 over a share `climb` of each pitch and falls over the
 /// rest. Its first harmonic holds some 60 % of its mean square, the rest is spread over the others.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct AsymmetricTooth {
+    /// Size, urad.
     pub rms_urad: f64,
+    /// Joint with the error.
     #[serde(default = "three")]
     pub joint: usize,
+    /// Pitches per turn.
     #[serde(default = "nine")]
     pub teeth: u32,
+    /// Share of a pitch over which the error rises, 0.01 to 0.99.
     #[serde(default = "mostly")]
     pub climb: f64,
 }

@@ -13,12 +13,15 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
 /// `theta_J += a (sin(n1 q_J) + sin(n2 q_J))`, with n1 and n2 periods per turn.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct Beat {
+    /// Size, urad.
     pub rms_urad: f64,
+    /// Joint with the error.
     #[serde(default = "two")]
     pub joint: usize,
+    /// Periods per turn of the two waves.
     #[serde(default = "pitches")]
     pub per_turn: [f64; 2],
 }

@@ -13,12 +13,15 @@ use super::{Flaw, Hidden, Misfit, middle, scale_to, theta};
 /// `theta_J += k (q_A - middle of A) (q_B - middle of B)`, the middles being those of the joint limits: not a wave, but a
 /// saddle over two angles, which no function of one angle resembles.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct BilinearCoupling {
+    /// Size, urad.
     pub rms_urad: f64,
+    /// Joint with the error.
     #[serde(default = "three")]
     pub joint: usize,
+    /// The two joints.
     #[serde(default = "two_and_five")]
     pub of: [usize; 2],
 }

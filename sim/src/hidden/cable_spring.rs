@@ -22,10 +22,12 @@ const SLACK: f64 = 0.21;
 /// `theta_J -= c k (L - L0) dL/dq_J` while the hose is longer than its slack length, `L(q4, q5)` being the distance
 /// between its clamps.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct CableSpring {
+    /// Size, urad.
     pub rms_urad: f64,
+    /// Joint on which it acts, 4 or 5.
     #[serde(default = "five")]
     pub joint: usize,
 }

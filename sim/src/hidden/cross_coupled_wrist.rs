@@ -12,9 +12,10 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta, torques_at};
 
 /// `theta_4 += k tau_5`, `theta_3 += k tau_5 / 2`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct CrossCoupledWrist {
+    /// Size at joint 4, urad.
     pub rms_urad: f64,
 }
 

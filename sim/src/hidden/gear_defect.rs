@@ -12,14 +12,18 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
 /// `theta_J += a exp(-((q_J - centre) / width)² / 2)`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct GearDefect {
+    /// Size; the bump itself is several times higher, urad.
     pub rms_urad: f64,
+    /// Joint with the error.
     #[serde(default = "three")]
     pub joint: usize,
+    /// Joint angle of the bump, deg.
     #[serde(default = "sixty")]
     pub centre_deg: f64,
+    /// Standard deviation of the bump, deg.
     #[serde(default = "ten")]
     pub width_deg: f64,
 }

@@ -12,16 +12,21 @@ use super::{Flaw, Hidden, HiddenFlaw, Misfit};
 
 /// `ball += (x, y, z)` after a share of the session.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct MovedBall {
+    /// Its name.
     pub ball: String,
+    /// Time of the knock, as a share of the session, 0 to 1.
     #[serde(default = "half")]
     pub at_share: f64,
+    /// Displacement, world frame, mm.
     #[serde(default)]
     pub x_mm: f64,
+    /// The same along y, mm.
     #[serde(default)]
     pub y_mm: f64,
+    /// The same along z, mm.
     #[serde(default)]
     pub z_mm: f64,
 }

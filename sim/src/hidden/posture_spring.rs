@@ -13,15 +13,18 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta, torques_at};
 
 /// `theta_J += k tau_J sin(2 q_A + phase)`: a function of an angle and a torque.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct PostureSpring {
+    /// Size, urad.
     pub rms_urad: f64,
+    /// Joint with the error, from 2.
     #[serde(default = "three")]
     pub joint: usize,
     /// The joint whose angle sets the stiffness.
     #[serde(default = "three")]
     pub of: usize,
+    /// Phase at angle zero, deg.
     #[serde(default)]
     pub phase_deg: f64,
 }

@@ -18,14 +18,18 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta};
 /// `theta_J += f(q2, q3)`, a sum of plane waves of random direction, length and phase: a draw from a Gaussian process with a
 /// squared exponential covariance (Rahimi, Recht, Random features for large-scale kernel machines, 2007).
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct SmoothField {
+    /// Size, urad.
     pub rms_urad: f64,
+    /// Joint with the error.
     #[serde(default = "two")]
     pub joint: usize,
+    /// Range of joint angle over which the error changes, deg.
     #[serde(default = "fifty")]
     pub length_deg: f64,
+    /// Whole number: selects the random field.
     #[serde(default)]
     pub seed: u64,
 }

@@ -12,12 +12,15 @@ use super::{Flaw, Hidden, Misfit, scale_to, theta};
 
 /// `theta_J += a sin(3 q_J + phase)`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct ThirdHarmonic {
+    /// Size, urad.
     pub rms_urad: f64,
+    /// Joint with the error.
     #[serde(default = "two")]
     pub joint: usize,
+    /// Phase at joint angle zero, deg.
     #[serde(default)]
     pub phase_deg: f64,
 }

@@ -12,6 +12,7 @@ const MOST_ANCHORS: usize = 20;
 
 /// An instrument for calibrating a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum InstrumentKind {
     /// Three plungers that the robot centres on the balls.
@@ -47,20 +48,35 @@ impl InstrumentKind {
 
 /// The keys under `[instrument]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct InstrumentToml {
+    /// `"trical"`, `"offset"`, `"ballbar"`, `"wire_sensor"` or `"seat"`.
     pub kind: InstrumentKind,
+    /// Postures at which distances are measured, 1 to 2000, chosen by observability; balls are probed according to `[plan]`.
     pub poses: usize,
+    /// Largest distance from the centre at which a ball may be read; for a ballbar, the largest deviation from its length,
+    /// mm.
     pub range_mm: f64,
+    /// Length of the ballbar between its two balls, mm.
     pub length_mm: f64,
+    /// List of positions (world) from which distances are measured, up to 20; with fewer than three the base cannot be
+    /// determined, mm.
     pub anchors_mm: Vec<[f64; 3]>,
+    /// One-sigma per axis of the true positions of the anchors relative to `anchors_mm`, um.
     pub anchor_sigma_um: f64,
+    /// One-sigma of a distance; for a seat, one-sigma per axis of the position of the ball, um.
     pub noise_um: f64,
+    /// Amplitude of a periodic error of the distance, with a phase drawn for each anchor, um.
     pub linearity_um: f64,
+    /// Period of that error, such as the circumference of a drum, mm.
     pub period_mm: f64,
+    /// Residual force of a closed seat, in a direction drawn at each pose; it bends the arm through the compliances of the
+    /// ground truth, which the encoders do not see, N.
     pub force_n: f64,
+    /// Time that the operator needs at each posture in addition to the robot's motion, s.
     pub pose_s: f64,
+    /// Set-up time, once; for a ballbar, at each anchor, s.
     pub set_up_s: f64,
 }
 

@@ -18,89 +18,132 @@ use crate::random::Streams;
 
 /// A scenario as in its file.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // the keys of the file, described in docs/scenarios.md
 pub struct ScenarioToml {
+    /// Name and version of this format.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = super::FORMAT)))]
     pub format: String,
+    /// Short name, printed and written to the results.
     pub name: String,
+    /// The question that this scenario answers, in one sentence.
     pub question: String,
+    /// Whole number; the same seed gives the same results to the last bit, on any number of threads.
     pub seed: u64,
+    /// Simulation of the mechanics: `"analytic"` (closed forms) or `"mujoco"` (needs a program built with MuJoCo); `--plant`
+    /// overrides it.
     #[serde(default)]
     pub plant: PlantKind,
+    /// A built-in robot (`calibench robots`), a robot file or a URDF, relative to the scenario.
     pub robot: String,
+    /// Gravity in the world frame, m/s².
     pub gravity_m_s2: [f64; 3],
+    /// Nominal position of the robot.
     pub base: BaseToml,
+    /// TCP frame in the flange frame, as certified.
     pub tool: ToolToml,
+    /// Data sheet values of the indicators.
     #[serde(default)]
     pub indicators: IndicatorsToml,
+    /// Loads on the flange; the first is used by default, the second for light poses.
     #[serde(rename = "payload")]
     pub payloads: Vec<PayloadToml>,
+    /// The balls of the artifact, as certified.
     #[serde(rename = "ball")]
     pub balls: Vec<BallToml>,
+    /// The noise stated to the identification.
     pub noise: NoiseToml,
+    /// Bodies in the cell, world frame.
     #[serde(rename = "solid", default)]
     pub solids: Vec<SolidToml>,
+    /// Bodies on the flange, flange frame.
     #[serde(default)]
     pub carried: Vec<CarriedToml>,
+    /// How poses are found and chosen.
     pub plan: PlanToml,
+    /// Tolerance of a centred ball.
     pub centring: CentringToml,
+    /// The laser tracker.
     pub tracker: TrackerToml,
+    /// Effects that the identification may use.
     pub model: ModelToml,
     /// The user's own effects; the same as `[[model.effect]]`.
     #[serde(rename = "effect", default)]
     pub effects: Vec<OwnEffectTable>,
+    /// The ground truth.
     pub truth: TruthToml,
+    /// The expected results.
     #[serde(default)]
     pub expect: BTreeMap<String, [f64; 2]>,
+    /// The precision test of the gauge, for `calibench precision`.
     #[serde(default)]
     pub precision: PrecisionToml,
+    /// The instrument that measures the robot, for `calibench study`.
     #[serde(default)]
     pub instrument: InstrumentToml,
+    /// Blind trials of the diagnosis, for `calibench suite`.
     pub suite: Option<SuiteToml>,
+    /// The points at which `calibench study` makes its trials.
     pub sweep: Option<SweepToml>,
+    /// The parts from which `calibench design` may build an artifact.
     pub design: Option<DesignToml>,
 }
 
 /// The base: position, then rotations about z, y, x.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct BaseToml {
+    /// Nominal base in the world; initial value of the identification, mm.
     pub x_mm: f64,
+    /// The same along y, mm.
     pub y_mm: f64,
+    /// The same along z, mm.
     pub z_mm: f64,
+    /// Turn about z, deg.
     #[serde(default)]
     pub a_deg: f64,
+    /// Then about y, deg.
     #[serde(default)]
     pub b_deg: f64,
+    /// Then about x, deg.
     #[serde(default)]
     pub c_deg: f64,
 }
 
 /// The TCP frame: position, then rotations about z, y, x; and the uncertainty of the position.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ToolToml {
+    /// TCP in the flange frame, mm.
     pub x_mm: f64,
+    /// The same along y, mm.
     pub y_mm: f64,
+    /// The same along z, mm.
     pub z_mm: f64,
+    /// Turn about z, deg.
     #[serde(default)]
     pub a_deg: f64,
+    /// Then about y, deg.
     #[serde(default)]
     pub b_deg: f64,
+    /// Then about x, deg.
     #[serde(default)]
     pub c_deg: f64,
+    /// One-sigma of each coordinate of the TCP; enters the fit as a stated parameter; 0 means exact, um.
     #[serde(default)]
     pub sigma_um: f64,
 }
 
 /// Data sheet of the gauge's indicators: the force of their springs.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)]
 pub struct IndicatorsToml {
+    /// Stated force of the extended plunger, N.
     pub preload_n: f64,
+    /// Stated force at the end of the travel; linear in between, N.
     pub full_force_n: f64,
 }
 
@@ -120,25 +163,36 @@ impl IndicatorsToml {
     }
 }
 
+/// A load on the flange.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct PayloadToml {
+    /// Its name in datasets.
     pub name: String,
+    /// Total mass carried by the flange, kg.
     pub mass_kg: f64,
+    /// Its centre of mass, flange frame, mm.
     pub com_mm: [f64; 3],
 }
 
+/// A ball of the artifact, as certified.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct BallToml {
+    /// Unique name.
     pub id: String,
+    /// Centre in the world, as certified, mm.
     pub x_mm: f64,
+    /// The same along y, mm.
     pub y_mm: f64,
+    /// The same along z, mm.
     pub z_mm: f64,
+    /// One-sigma of each coordinate; enters the fit as a stated parameter; 0 means exact, um.
     #[serde(default)]
     pub sigma_um: f64,
+    /// Direction away from the stem, world frame; the axis of the cone of approaches.
     #[serde(default = "up")]
     pub outward: [f64; 3],
 }
@@ -147,45 +201,63 @@ fn up() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
+/// The noise stated to the identification.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct NoiseToml {
+    /// One-sigma per axis of one centring, um.
     pub ball_um: f64,
+    /// One-sigma per axis of one tracker point, um.
     pub point_um: f64,
+    /// One-sigma of the joint errors that the encoders do not see, one number per joint, arc s.
     pub joint_arcsec: Vec<f64>,
 }
 
 /// A body fixed in the cell: a box (`min_mm`, `max_mm`) or a capsule (`from_mm`, `to_mm`, `radius_mm`).
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct SolidToml {
+    /// Name of the body.
     pub name: String,
+    /// Whether it is removed, with the balls, before the tracker measures.
     #[serde(default)]
     pub on_artifact: bool,
+    /// Box: lower corner, world frame, mm.
     pub min_mm: Option<[f64; 3]>,
+    /// Box: upper corner, mm.
     pub max_mm: Option<[f64; 3]>,
+    /// Capsule: one end of its axis, mm.
     pub from_mm: Option<[f64; 3]>,
+    /// Capsule: the other end, mm.
     pub to_mm: Option<[f64; 3]>,
+    /// Capsule: radius, mm.
     pub radius_mm: Option<f64>,
 }
 
 /// A body on the flange, specified like a [`SolidToml`].
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct CarriedToml {
+    /// Name of the body.
     pub name: String,
+    /// Box: lower corner, flange frame, mm.
     pub min_mm: Option<[f64; 3]>,
+    /// Box: upper corner, mm.
     pub max_mm: Option<[f64; 3]>,
+    /// Capsule: one end of its axis, mm.
     pub from_mm: Option<[f64; 3]>,
+    /// Capsule: the other end, mm.
     pub to_mm: Option<[f64; 3]>,
+    /// Capsule: radius, mm.
     pub radius_mm: Option<f64>,
 }
 
 /// Order in which the balls are probed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
     /// Balls in rotation: drift cannot be mistaken for an error of a ball.
@@ -196,48 +268,74 @@ pub enum Order {
     BallByBall,
 }
 
+/// How poses are found and chosen.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct PlanToml {
+    /// Probings of each ball.
     pub poses_per_ball: usize,
+    /// Additional poses of each ball, chosen with the others, that replace those that cannot be centred.
     pub reserves_per_ball: usize,
+    /// Probings repeated, alternating between the balls, with every joint finally arriving from the other side.
     #[serde(default)]
     pub reversed_poses: usize,
+    /// Additional probings, distributed over the balls, with the second payload.
     #[serde(default)]
     pub light_poses: usize,
+    /// Points by tracker, chosen by O1 through the whole workspace, that are fitted together with the probings.
     #[serde(default)]
     pub point_poses: usize,
+    /// Feasible poses of each ball to choose from.
     pub pool_per_ball: usize,
+    /// Random starts of the search for the largest O1; the best is kept.
     pub starts: usize,
+    /// Largest tilt of the approach from the ball's `outward`, deg.
     pub cone_deg: f64,
+    /// Length of the straight approach and retreat, mm.
     pub retreat_mm: f64,
+    /// Least distance between any two bodies while a ball is probed; free postures keep 8 mm, since a robot that is not
+    /// calibrated yet deviates from its nominal position, mm.
     pub clearance_mm: f64,
+    /// `"interleaved"` (alternating between the balls, so that drift cannot appear as the error of a ball), `"interleaved-short"`
+    /// (the same in a tour that is 6 % shorter, at a price) or `"ball-by-ball"` (as in the paper).
     pub order: Order,
 }
 
+/// When a ball is centred.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct CentringToml {
+    /// A ball is centred when all three readings are smaller, um.
     pub tolerance_um: f64,
 }
 
+/// The laser tracker.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct TrackerToml {
+    /// Position of the tracker, world frame, mm.
     pub position_mm: [f64; 3],
+    /// Largest angle between the viewing direction of the reflector and the tracker, whose line of sight must not be
+    /// obstructed by the arm or the cell; the reflector is not turned from pose to pose, deg.
     pub facing_deg: f64,
+    /// Poses of the calibration by tracker, chosen by O1 through the whole workspace.
     pub identification_poses: usize,
+    /// Random poses on which both calibrations are judged.
     pub validation_poses: usize,
+    /// Three nests that define the world frame, world frame, mm.
     pub nests_mm: [[f64; 3]; 3],
 }
 
+/// The effects that the identification may use.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ModelToml {
+    /// Ids of effects (`calibench effects`) whose parameters are identified, in order of preference where the data cannot
+    /// tell them apart.
     pub effects: Vec<String>,
     /// The user's own effects.
     #[serde(default)]
@@ -246,8 +344,8 @@ pub struct ModelToml {
 
 /// The keys under `[suite]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct SuiteToml {
     /// Sizes of a single hidden effect, in units of its plausible size.
     pub sizes: Vec<f64>,
@@ -259,6 +357,7 @@ pub struct SuiteToml {
     pub noise_wrong: f64,
     /// Sizes of clutter, in units of the plausible size, and trials of each.
     pub clutter: Vec<f64>,
+    /// Trials of each size.
     pub trials_of_clutter: usize,
     /// Trials with all effects at once, at sizes of every order of magnitude.
     pub trials_of_dense: usize,
@@ -266,35 +365,42 @@ pub struct SuiteToml {
     pub trials_of_two: usize,
     /// Sizes of the flaws that no catalogue contains, in units of the plausible size, and trials of each.
     pub unknown_sizes: Vec<f64>,
+    /// Trials of each flaw and size.
     pub trials_of_unknown: usize,
     /// Trials with two samples in error by `outlier_mm`.
     #[serde(default)]
     pub trials_of_outliers: usize,
+    /// Size of the outliers, mm.
     #[serde(default = "five")]
     pub outlier_mm: f64,
     /// Trials in which a ball is knocked by `moved_ball_mm` during the campaign.
     #[serde(default)]
     pub trials_of_moved_ball: usize,
+    /// Its displacement, mm.
     #[serde(default = "a_fifth")]
     pub moved_ball_mm: f64,
     /// Trials with one effect or none, and the noise understated by the factor `noise_understated`.
     #[serde(default)]
     pub trials_of_understated: usize,
+    /// Factor by which the noise is then stated too small.
     #[serde(default = "two")]
     pub noise_understated: f64,
     /// Trials with one effect or none, and joint angles quantised to `quantised_deg`.
     #[serde(default)]
     pub trials_of_quantised: usize,
+    /// Step of the quantisation, deg.
     #[serde(default = "a_hundredth")]
     pub quantised_deg: f64,
     /// Trials with one effect or none, and `few_samples` samples.
     #[serde(default)]
     pub trials_of_few: usize,
+    /// Number of samples; at least one for each ball.
     #[serde(default = "thirty")]
     pub few_samples: usize,
     /// Scenarios of other robots, relative to this one, and trials of each with one effect or none.
     #[serde(default)]
     pub robots: Vec<String>,
+    /// Trials of each robot.
     #[serde(default)]
     pub trials_of_robot: usize,
 }
@@ -321,6 +427,7 @@ fn thirty() -> usize {
 
 /// Plants that simulate the mechanics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantKind {
     /// Closed forms: screws of the arm, geometry of the contact.

@@ -5,44 +5,55 @@ use serde::Deserialize;
 
 /// Parts of the mechanism that deviate from nominal.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct MujocoToml {
+    /// A compliant pedestal.
     pub pedestal: Option<Pedestal>,
+    /// Compliant bearings.
     #[serde(default)]
     pub bearing: Vec<Bearing>,
+    /// Joints with friction.
     #[serde(default)]
     pub friction: Vec<Friction>,
+    /// Gears that stiffen with their twist.
     #[serde(default)]
     pub stiffening: Vec<Stiffening>,
+    /// Gears with backlash.
     #[serde(default)]
     pub backlash: Vec<Backlash>,
 }
 
 /// A compliant pedestal: two hinges with springs at the base's origin.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Pedestal {
+    /// Compliance about the base's x axis, urad/(N·m).
     pub x_urad_per_nm: f64,
+    /// Compliance about its y axis, urad/(N·m).
     pub y_urad_per_nm: f64,
 }
 
 /// A compliant bearing: two hinges with springs across the axis of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Bearing {
+    /// Joint, from 1.
     pub joint: usize,
+    /// Compliance of each hinge, urad/(N·m).
     pub urad_per_nm: f64,
 }
 
 /// Dry friction of a joint: wheels that slip one after the other, each tied to the joint by a spring.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Friction {
+    /// Joint, from 1.
     pub joint: usize,
+    /// Friction of all three together, N·m.
     pub torque_nm: f64,
     /// Rotation of the joint until the last wheel slips.
     pub presliding_urad: f64,
@@ -50,9 +61,10 @@ pub struct Friction {
 
 /// A gear that stiffens as it twists: a cubic spring in addition to its linear one.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Stiffening {
+    /// Joint, from 1.
     pub joint: usize,
     /// Share of the linear twist that is missing at the torque `at_nm`.
     pub share: f64,
@@ -62,10 +74,12 @@ pub struct Stiffening {
 
 /// Play in a gear: its spring is inactive over this width.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct Backlash {
+    /// Joint, from 1.
     pub joint: usize,
+    /// Width of the backlash, urad.
     pub width_urad: f64,
 }
 

@@ -4,19 +4,30 @@ use serde::Deserialize;
 
 /// The keys under `[precision]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
-#[allow(missing_docs)] // described in docs/scenarios.md
 pub struct PrecisionToml {
+    /// Number of times that the datum ball is centred and measured; `--repetitions` overrides it.
     pub repetitions: usize,
+    /// The small arm brings the datum ball to within this distance of the gauge's centre along each axis, at most 4, mm.
     pub start_mm: f64,
+    /// One-sigma per axis of the end position of a large motion of the small arm; the centring removes it, um.
     pub arm_repeatability_um: f64,
+    /// Resolution of the small arm's position; 0 for none, um.
     pub arm_step_um: f64,
+    /// One-sigma per axis of the additional error of a small motion, um.
     pub arm_small_move_um: f64,
+    /// One-sigma of the rotation of the arm's axes relative to the gauge's, about each axis, mrad.
     pub arm_misalignment_mrad: f64,
+    /// One-sigma per axis of the arm's creep at rest, um/min.
     pub arm_drift_um_per_min: f64,
+    /// One-sigma per axis of the centre of a ball as measured by the measuring machine, um.
     pub cmm_um: f64,
+    /// Time that the machine needs for a ball, s.
     pub cmm_s: f64,
+    /// One-sigma of the rate of temperature change of the room, K/h.
     pub room_drift_c_per_h: f64,
+    /// Displacement of the gauge's centre relative to the machine, along each axis, um/K.
     pub gauge_growth_um_per_c: f64,
 }
 

@@ -14,8 +14,8 @@ use crate::tracker::TrackerSpec;
 
 /// The truth as in the file.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct TruthToml {
     /// Sizes by effect id and parameter (`a1_mm`), or `draw = s`: normal with s times the plausible size.
     #[serde(default)]
@@ -35,40 +35,61 @@ pub struct TruthToml {
     /// True deviation of each payload, by its name.
     #[serde(default)]
     pub payload: BTreeMap<String, PayloadTruth>,
+    /// Flaws of the three indicators.
     pub indicators: IndicatorTruth,
+    /// Flaws of the robot's controller and gears.
     pub controller: ControllerSpec,
+    /// Errors of the certificate of the balls.
     pub artifact: ArtifactTruth,
+    /// Errors of the certificate of the TCP.
     pub tool: ToolTruth,
+    /// Noise of the tracker.
     pub tracker: TrackerTruth,
 }
 
 /// Deviation of a payload from the values entered.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct PayloadTruth {
+    /// True mass minus that entered, kg.
     #[serde(default)]
     pub mass_error_kg: f64,
+    /// True centre of mass minus that entered, mm.
     #[serde(default)]
     pub com_error_mm: [f64; 3],
 }
 
+/// Flaws of the three indicators, and of the balls.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct IndicatorTruth {
+    /// Step of the display; 0 for none, um.
     pub resolution_um: f64,
+    /// One-sigma of a reading, um.
     pub noise_um: f64,
+    /// Bound of the amplitude of a periodic error of the scale, um.
     pub scale_error_um: f64,
+    /// Difference between the readings at the same position reached by pushing in and by coming out, um.
     pub hysteresis_um: f64,
+    /// Bound of the deviation of an indicator from its ideal clamping position, mm.
     pub placement_mm: f64,
+    /// One-sigma of the disk's tilt about each of two axes, mrad.
     pub tilt_mrad: f64,
+    /// One-sigma of the channel's direction about each of two axes, mrad.
     pub squareness_mrad: f64,
+    /// One-sigma of the distance at which the channel passes the TCP, along each of two axes, um.
     pub concurrency_um: f64,
+    /// Spring force of the extended plunger, N.
     pub preload_n: f64,
+    /// Spring force at the end of the travel; linear in between, N.
     pub full_force_n: f64,
+    /// Probability that a request gets no answer.
     pub drop_out: f64,
+    /// One-sigma of a ball's diameter, um.
     pub ball_diameter_um: f64,
+    /// One-sigma per axis of the form error of the ball at each contact, um.
     pub ball_form_um: f64,
 }
 
@@ -97,26 +118,34 @@ impl IndicatorTruth {
     }
 }
 
+/// Errors of the certificate of the balls.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ArtifactTruth {
+    /// One-sigma of each coordinate of a ball relative to its certificate, um.
     pub ball_sigma_um: f64,
 }
 
+/// Errors of the certificate of the TCP.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct ToolTruth {
+    /// One-sigma of each coordinate of the TCP relative to its certificate, um.
     pub sigma_um: f64,
 }
 
+/// Noise of the tracker.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
 pub struct TrackerTruth {
+    /// One-sigma per axis of one reading, um.
     pub sigma_um: f64,
+    /// Readings averaged into one point.
     pub point_shots: NonZeroU32,
+    /// Readings averaged into each nest.
     pub nest_shots: NonZeroU32,
 }
 

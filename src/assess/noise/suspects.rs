@@ -73,8 +73,7 @@ pub(crate) fn suspects_of(datasets: &[(&str, &Dataset)], problem: &Problem, fit:
     let all_of = |members: &[usize]| -> Unit {
         Unit {
             samples: members.to_vec(),
-            rows: members.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].rows).collect(),
-            most_numbers: members.iter().map(|&i| rows[i].rows).max().unwrap_or(0).max(3),
+            rows: members.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].height).collect(),
         }
     };
     let members = postures.members();
@@ -100,6 +99,21 @@ pub(crate) fn suspects_of(datasets: &[(&str, &Dataset)], problem: &Problem, fit:
             found.extend(more.into_iter().filter(|(i, ..)| !aside.contains(i)));
         }
     }
+    // Orientations apart from positions: the errors of both need not be of the size in which they were stated.
+    let aside: Vec<usize> = found.iter().map(|f| f.0).collect();
+    let turned: Vec<Unit> = (0..rows.len())
+        .filter(|&i| rows[i].rows > rows[i].height && !aside.contains(&i))
+        .map(|i| Unit {
+            samples: vec![i],
+            rows: (rows[i].first_row + rows[i].height..rows[i].first_row + rows[i].rows).collect(),
+        })
+        .collect();
+    let aside_rows: Vec<usize> = aside.iter().flat_map(|&i| rows[i].first_row..rows[i].first_row + rows[i].rows).collect();
+    let bad = near.far_off(&turned, &aside_rows, stated);
+    if bad.len() <= most {
+        let units: Vec<Unit> = bad.iter().map(|&u| turned[u].clone()).collect();
+        found.extend(near.confirmed(&units, turned.len(), stated));
+    }
     named(datasets, &rows, found)
 }
 
@@ -120,14 +134,12 @@ fn named(datasets: &[(&str, &Dataset)], rows: &[Row], mut found: Vec<(usize, f64
 struct Unit {
     samples: Vec<usize>,
     rows: Vec<usize>,
-    /// Number of components that the error of a posture has: three, or six if an orientation shows it.
-    most_numbers: usize,
 }
 
 impl Unit {
-    /// Number of independent components: all targets and repeats of a posture share its error.
+    /// Number of independent components: at most three, as all targets and repeats of a posture share its error.
     fn numbers(&self) -> usize {
-        self.rows.len().clamp(1, self.most_numbers)
+        self.rows.len().clamp(1, 3)
     }
 }
 
@@ -138,6 +150,8 @@ const MEDIAN: [f64; 3] = [0.4549, 1.3863, 2.3660];
 struct Near {
     rows: DMatrix<f64>,
     parameters: usize,
+    /// For each row, whether it is of an orientation.
+    of_orientation: Vec<bool>,
     /// Prior information of each parameter, and its contribution to the gradient.
     information: Vec<(f64, f64)>,
 }
@@ -160,7 +174,11 @@ impl Near {
             let information = problem.parameters()[p].knowledge.information();
             (information * s * s, -information * fit.values[p] * s)
         });
-        Near { information: known.collect(), rows, parameters }
+        let mut of_orientation = vec![false; rows.ncols()];
+        problem.for_each_sample(&fit.values, &mut |s| {
+            of_orientation[s.first_row + s.height..s.first_row + s.rows].fill(true);
+        });
+        Near { information: known.collect(), rows, parameters, of_orientation }
     }
 
     /// Fits with weights. Returns the residual of every row and its leverage at unit weight; `None` if the fit is
@@ -239,8 +257,12 @@ impl Near {
         let mut weights = vec![1.0; self.rows.ncols()];
         units.iter().flat_map(|u| &u.rows).for_each(|&r| weights[r] = 0.0);
         let Some(Fitted { residuals, leverages }) = self.fitted(&weights) else { return Vec::new() };
-        let squares: f64 = residuals.iter().zip(&weights).map(|(r, w)| w * r * r).sum();
-        let dof = weights.iter().sum::<f64>() - self.parameters as f64;
+        // By rows of the same kind.
+        let is_turn = units.iter().flat_map(|u| &u.rows).any(|&r| self.of_orientation[r]);
+        let kin = || weights.iter().zip(&self.of_orientation).map(|(w, turn)| if *turn == is_turn { *w } else { 0.0 });
+        let squares: f64 = residuals.iter().zip(kin()).map(|(r, w)| w * r * r).sum();
+        let all = weights.iter().sum::<f64>();
+        let dof = (all - self.parameters as f64) * (kin().sum::<f64>() / all);
         if dof < 3.0 {
             return Vec::new();
         }

@@ -6,18 +6,30 @@ use super::{CellIndicator, Dialect, IndicatorSettings, LineSettings, Place};
 use crate::cell::CellReading;
 use crate::files::{FileError, name_remedy};
 
+/// An indicator, and where it is found.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct IndicatorKeys {
+    /// The axis of the tool that it measures.
     axis: Axis,
+    /// A serial port, `/dev/ttyUSB0` or `COM3`; either this or `address`.
     port: Option<String>,
+    /// `HOST:PORT`; either this or `port`.
     address: Option<String>,
+    /// The language of the instrument: `sylvac`, `mahr`, `mahr-c1202`, `mitutoyo`.
     #[serde(default = "sylvac")]
     dialect: String,
+    /// Settings of the serial line, such as `4800 7E2`; those of the dialect's cable if not given. `9600 8N1` for virtual
+    /// ports and pseudo-terminals.
     line: Option<String>,
+    /// True if the reading decreases when the plunger is pushed in.
     #[serde(default)]
     counts_down: bool,
+    /// Longest wait for an answer, s; 2.5 if not given.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     timeout_s: Option<f64>,
+    /// Longest wait for an echo, s; 0.3 if not given.
     echo_s: Option<f64>,
 }
 
@@ -26,6 +38,7 @@ fn sylvac() -> String {
 }
 
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 enum Axis {
     X,

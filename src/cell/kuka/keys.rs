@@ -7,36 +7,60 @@ use crate::cell::robot_settings::{FlangeKeys, RobotKeys, slow};
 use crate::cell::{CellReading, RobotKind, RobotSettings};
 use crate::files::FileError;
 
+/// A KUKA robot behind a variable server.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct KukaKeys {
+    /// The kind of controller; the other keys are those of this kind.
     #[serde(default, rename = "kind")]
     _kind: RobotKind,
+    /// `HOST:PORT` of the variable server, usually port 7000.
     address: String,
+    /// The program that runs on the controller.
     #[serde(default)]
     program: RobotProgram,
+    /// Speed override during the measurement, %.
     #[serde(default = "slow")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 100)))]
     speed_percent: u8,
+    /// The controller's flange in the last frame of the robot's model. For `kr6_r700` set `b_deg = 180`: the z axis of its
+    /// last frame points back into the wrist.
     #[serde(default)]
     flange: FlangeKeys,
+    /// Names of the variables of the controller.
     #[serde(default)]
     variables: Variables,
+    /// Numbers of the actions of the program.
     #[serde(default)]
     actions: Actions,
+    /// Conditions for a motion.
     #[serde(default)]
     fitness: Fitness,
+    /// Timeouts and intervals.
     #[serde(default)]
     patience: PatienceKeys,
 }
 
+/// Timeouts and intervals.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 struct PatienceKeys {
+    /// Timeout of connecting, s.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     connect_s: f64,
+    /// Timeout of one answer, s.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     answer_s: f64,
+    /// Timeout of one motion, s.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0)))]
     motion_s: f64,
+    /// Interval between two checks of a motion, ms.
     poll_ms: f64,
+    /// Wait after a motion, for the arm to stop oscillating, s.
     settle_s: f64,
+    /// Attempts to re-establish a lost connection.
     reconnects: usize,
 }
 

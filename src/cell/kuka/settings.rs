@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 /// Names of the variables that the driver reads and writes.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Variables {
     /// Joint angles at rest as read by the resolvers: `$AXIS_ACT_MEAS`. A controller without this variable reports the
@@ -35,11 +36,11 @@ pub struct Variables {
     pub line_target: String,
     /// A frame to be set.
     pub frame: String,
-    /// Number of the order given; as all below, only used by the program of this library.
+    /// Number of the order given; only used by the program of this library, as `done`, `result` and `cancel`.
     pub order: String,
     /// Number of the last order carried out.
     pub done: String,
-    /// Its outcome: see [`super::Verdict`].
+    /// Outcome of that order; 0 if it was carried out.
     pub result: String,
     /// TRUE interrupts the motion under way.
     pub cancel: String,
@@ -94,6 +95,7 @@ impl Variables {
 
 /// Numbers of the actions of the robot-side program.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Actions {
     /// PTP to the joint target.
@@ -115,6 +117,7 @@ impl Default for Actions {
 
 /// Values that allow the robot to move.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Fitness {
     /// Operating modes, without `#`.
@@ -134,6 +137,7 @@ impl Default for Fitness {
 
 /// Program that runs on the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "kebab-case")]
 pub enum RobotProgram {
     /// The program of this library: it numbers orders, acknowledges them, reports why it refuses, and can be interrupted.

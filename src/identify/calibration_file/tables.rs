@@ -5,62 +5,99 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "schema")]
+use super::super::Outcome;
 use super::super::own_effects::OwnEffectTable;
 use super::super::{Calibration, Estimate, MeasuredSetup};
 use crate::robot::{FramePose, JointKind, Payload};
 use crate::units::{DEG, MM};
 
+/// An identified robot: every parameter with its uncertainty, and the data that it comes from.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
+    /// Name and version of this format.
+    #[cfg_attr(feature = "schema", schemars(extend("const" = super::FORMAT)))]
     pub(super) format: String,
+    /// A built-in robot, or a robot file relative to this file.
     pub(super) robot: String,
+    /// Ids of the effects that were fitted.
     pub(super) effects: Vec<String>,
+    /// True if joint torques were taken from the dataset, not from the masses of the links.
     #[serde(default)]
     pub(super) measured_torques: bool,
+    /// One-sigma of an effect before the data, in plausible sizes, by its id.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) width: BTreeMap<String, f64>,
+    /// SHA-256 of each dataset: of `dataset.toml` followed by `samples.csv`.
     pub(super) dataset_sha256: Vec<String>,
+    /// True if the controller's own absolute-accuracy option was on; not there if nobody said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) absolute_accuracy: Option<bool>,
+    /// Groups of parameters that the data cannot tell apart.
     pub(super) unresolved: Vec<Vec<String>>,
+    /// How well the model fits.
     pub(super) fit: FitTable,
+    /// Joint angles that the data cover, one for every joint; compensation outside them warns.
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(length(min = 1)))]
     pub(super) joint_range: Vec<JointRange>,
+    /// Each session of each dataset: its base, tool and payloads.
     #[serde(default)]
     pub(super) setup: Vec<SetupTable>,
+    /// The user-defined effects among them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) effect: Vec<OwnEffectTable>,
+    /// The parameters.
     #[serde(default)]
     pub(super) parameter: Vec<ParameterTable>,
     /// Correlations of the parameters, row k holding those with parameters 1 to k.
     pub(super) correlation: Vec<Vec<f64>>,
 }
 
+/// Statistics of the fit.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct FitTable {
-    /// See [`Outcome`]; older files do not state it.
+    /// How the iteration ended; older files do not say.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = Outcome::ALL.map(|(_, name)| name))))]
     pub(super) outcome: Option<String>,
+    /// Samples that were fitted.
     pub(super) samples: usize,
+    /// Root mean square of the residuals, mm.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub(super) rms_mm: f64,
+    /// Root mean square of the angles by which measured orientations deviate, deg; only if some were measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) rms_orientation_deg: Option<f64>,
+    /// Sum of squared residuals over the noise, per degree of freedom.
     pub(super) chi2_per_dof: f64,
+    /// Degrees of freedom.
     pub(super) dof: usize,
+    /// Rank of the Jacobian.
     pub(super) rank: usize,
+    /// Condition number of the scaled Jacobian.
     pub(super) condition: f64,
+    /// True if the noise was stated, false if it was estimated from the residuals.
     pub(super) noise_stated: bool,
+    /// Iterations.
     pub(super) iterations: usize,
+    /// Observability index O1: the geometric mean of the singular values.
     #[serde(rename = "O1")]
     pub(super) o1: f64,
+    /// O2: the inverse condition number.
     #[serde(rename = "O2")]
     pub(super) o2: f64,
+    /// O3: the smallest singular value.
     #[serde(rename = "O3")]
     pub(super) o3: f64,
+    /// O4: O2 times O3, the noise amplification.
     #[serde(rename = "O4")]
     pub(super) o4: f64,
+    /// O5: the harmonic mean of the singular values.
     #[serde(rename = "O5")]
     pub(super) o5: f64,
 }
@@ -88,17 +125,24 @@ impl FitTable {
     }
 }
 
-/// The range of a joint, in the unit of its kind.
+/// What the data cover of a joint, in the unit of its kind.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(extend("oneOf" = crate::schema::in_one_unit())))]
 #[serde(deny_unknown_fields)]
 pub(super) struct JointRange {
+    /// Number of the joint, from 1.
+    #[cfg_attr(feature = "schema", schemars(range(min = 1)))]
     pub(super) joint: usize,
+    /// Smallest angle, deg.
     #[serde(skip_serializing_if = "Option::is_none")]
     min_deg: Option<f64>,
+    /// Largest angle, deg.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_deg: Option<f64>,
+    /// Smallest position of a prismatic joint, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     min_mm: Option<f64>,
+    /// Largest position of a prismatic joint, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_mm: Option<f64>,
 }
@@ -127,39 +171,60 @@ impl JointRange {
     }
 }
 
+/// A session of a dataset.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct SetupTable {
+    /// Suffix of its parameter names after `@`; empty if it is the only one.
     pub(super) label: String,
+    /// The dataset.
     pub(super) dataset: String,
+    /// The session; empty if it has no name.
     pub(super) session: String,
+    /// Duration of the session, s, if times were recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) duration_s: Option<f64>,
+    /// Gravity in the world frame, m/s².
     pub(super) gravity_m_s2: [f64; 3],
     /// Starting base of the fit; components that could not be determined kept these values.
     pub(super) base_start: FrameTable,
     /// TCP in the last frame, as certified.
     pub(super) tool: FrameTable,
+    /// The payloads; the first is the default.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) payload: Vec<PayloadTable>,
 }
 
+/// A load on the flange.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct PayloadTable {
+    /// Name.
     pub(super) name: String,
+    /// Mass, kg.
     pub(super) mass_kg: f64,
+    /// Its centre in the last frame of the arm, mm.
     pub(super) com_mm: [f64; 3],
 }
 
+/// A frame, `Tr Rz Ry Rx`.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct FrameTable {
+    /// Position along x, mm.
     pub(super) x_mm: f64,
+    /// Position along y, mm.
     pub(super) y_mm: f64,
+    /// Position along z, mm.
     pub(super) z_mm: f64,
+    /// Rotation about z, the first of three, deg.
     pub(super) a_deg: f64,
+    /// Rotation about the new y, deg.
     pub(super) b_deg: f64,
+    /// Rotation about the newest x, deg.
     pub(super) c_deg: f64,
 }
 
@@ -207,18 +272,31 @@ impl SetupTable {
     }
 }
 
+/// An identified parameter.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct ParameterTable {
+    /// Name of the parameter.
     pub(super) name: String,
+    /// Id of the effect that it belongs to.
     pub(super) effect: String,
+    /// Its value, in `unit`.
     pub(super) value: f64,
+    /// One-sigma, by noise and by what the model lacks, in `unit`.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub(super) sigma: f64,
+    /// One-sigma by noise alone, in `unit`; older files do not say.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub(super) sigma_noise: Option<f64>,
+    /// Unit of all numbers of this parameter.
     pub(super) unit: String,
+    /// Value of the nominal robot, in `unit`.
     pub(super) nominal: f64,
+    /// One-sigma that was stated before the data, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub(super) stated_sigma: Option<f64>,
 }
 

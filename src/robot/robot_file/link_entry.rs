@@ -13,32 +13,71 @@ const WIDEST_DEG: f64 = 720.0;
 /// The widest limit of a prismatic joint, mm: no rail is as long.
 const WIDEST_MM: f64 = 100_000.0;
 
+/// A link and the joint that moves it.
 #[derive(Debug, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(extend("if" = is_prismatic(), "then" = of_slide(), "else" = of_turn())))]
 #[serde(deny_unknown_fields)]
 pub(super) struct LinkEntry {
+    /// Kind of the joint; one that turns unless given.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = ["revolute", "prismatic"])))]
     kind: Option<String>,
-    /// Never written: a row whose joint counts backwards is turned round when it is read.
+    /// -1 if the joint counts the other way; never written, since such a row is turned round when it is read.
     #[serde(skip_serializing)]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = [1, -1])))]
     sign: Option<f64>,
+    /// Angle from the axis before to this one, about x, deg.
     alpha_deg: f64,
+    /// Distance between these axes, along x, mm.
     a_mm: f64,
+    /// Angle about y, only for nearly parallel axes, deg.
     #[serde(default)]
     beta_deg: f64,
+    /// Angle of the row at joint position zero, deg.
     #[serde(default)]
     theta_deg: f64,
+    /// Distance along the axis of the joint, of a prismatic one at position zero, mm.
     d_mm: f64,
+    /// Lower limit of a joint that turns, as it counts, deg; at least -720.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -WIDEST_DEG, max = WIDEST_DEG)))]
     min_deg: Option<f64>,
+    /// Its upper limit, deg; above `min_deg`, at most 720.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -WIDEST_DEG, max = WIDEST_DEG)))]
     max_deg: Option<f64>,
+    /// Lower limit of a prismatic joint, as it counts, mm; at least -100,000.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -WIDEST_MM, max = WIDEST_MM)))]
     min_mm: Option<f64>,
+    /// Its upper limit, mm; above `min_mm`, at most 100,000.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -WIDEST_MM, max = WIDEST_MM)))]
     max_mm: Option<f64>,
+    /// Mass of the link, kg; 0 if unknown.
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     mass_kg: f64,
+    /// Centre of that mass in the frame of the link, mm; required with a mass.
     com_mm: Option<[f64; 3]>,
+}
+
+/// In the schema: what holds of a prismatic joint.
+#[cfg(feature = "schema")]
+fn is_prismatic() -> serde_json::Value {
+    serde_json::json!({"properties": {"kind": {"const": "prismatic"}}, "required": ["kind"]})
+}
+
+/// In the schema: the limits of a prismatic joint.
+#[cfg(feature = "schema")]
+fn of_slide() -> serde_json::Value {
+    crate::schema::of_unit("mm", "deg")
+}
+
+/// In the schema: the limits of a joint that turns.
+#[cfg(feature = "schema")]
+fn of_turn() -> serde_json::Value {
+    crate::schema::of_unit("deg", "mm")
 }
 
 impl LinkEntry {

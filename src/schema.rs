@@ -1,0 +1,76 @@
+//! The JSON Schemas of the files that this library reads, each derived from the type that reads the file.
+//!
+//! Only with the feature `schema`: `docs/formats` holds what it gives.
+
+use schemars::generate::SchemaSettings;
+use schemars::transform::{RecursiveTransform, Transform};
+use schemars::{JsonSchema, Schema};
+use serde_json::Value;
+
+/// Name and schema of each file.
+#[must_use]
+pub fn schemas() -> [(&'static str, Schema); 7] {
+    [
+        ("robot", crate::robot::robot_schema()),
+        ("dataset", crate::measure::dataset_schema()),
+        ("samples", crate::measure::samples_schema()),
+        ("model", crate::identify::model_schema()),
+        ("calibration", crate::identify::calibration_schema()),
+        ("plan", crate::measure::plan_schema()),
+        ("cell", crate::measure::cell_schema()),
+    ]
+}
+
+/// The schema of a TOML file that `T` reads. Keys that the type leaves out, but the reader then asks for, are also `required`.
+#[must_use]
+pub fn of_file<T: JsonSchema>(title: &str, required: &[&str]) -> Schema {
+    let mut schema = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<T>();
+    RecursiveTransform(without_null).transform(&mut schema);
+    schema.insert("title".into(), title.into());
+    if let Value::Array(keys) = schema.ensure_object().entry("required").or_insert_with(|| Value::Array(Vec::new())) {
+        keys.extend(required.iter().map(|key| Value::from(*key)));
+    }
+    if let Some(Value::Object(keys)) = schema.get_mut("properties") {
+        for key in
+            keys.iter_mut().filter(|(name, _)| required.contains(&name.as_str())).filter_map(|(_, key)| key.as_object_mut())
+        {
+            key.remove("default");
+        }
+    }
+    schema
+}
+
+/// A minimum and a maximum in one unit, and none in the other.
+pub(crate) fn of_unit(unit: &str, other: &str) -> Value {
+    let ends = |unit: &str| ["min", "max"].map(|end| format!("{end}_{unit}"));
+    let none: serde_json::Map<String, Value> = ends(other).into_iter().map(|key| (key, Value::Bool(false))).collect();
+    serde_json::json!({"required": ends(unit), "properties": none})
+}
+
+/// A minimum and a maximum, either of an angle or of a length.
+pub(crate) fn in_one_unit() -> [Value; 2] {
+    [of_unit("deg", "mm"), of_unit("mm", "deg")]
+}
+
+/// TOML has no null: what is optional is left out.
+fn without_null(schema: &mut Schema) {
+    let Some(keys) = schema.as_object_mut() else { return };
+    if let Some(Value::Array(types)) = keys.get_mut("type") {
+        types.retain(|name| name != "null");
+        if let [only] = types.as_slice() {
+            let only = only.clone();
+            keys.insert("type".into(), only);
+        }
+    }
+    if let Some(Value::Array(choices)) = keys.get_mut("anyOf") {
+        choices.retain(|choice| choice.get("type").is_none_or(|name| name != "null"));
+        if let [Value::Object(only)] = choices.as_mut_slice() {
+            let only = std::mem::take(only);
+            keys.remove("anyOf");
+            keys.extend(only);
+        }
+    }
+    if keys.get("default").is_some_and(Value::is_null) {
+        keys.remove("default");
+    }
+}
