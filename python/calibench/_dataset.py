@@ -107,7 +107,7 @@ class Dataset(Table, os.PathLike[str]):
         Args:
             frame: a pandas or polars data frame, a structured array, or a mapping of names to arrays.
             robot: a built-in robot, a robot file, or a URDF file (``arm.urdf#base_link:tool0`` between two links).
-            joints: names of the columns of the joint angles, in the order of the joints.
+            joints: names of the columns of the joint angles, in the order of the joints; those of prismatic joints end in ``_mm``, ``_m`` or ``_um``.
             points: names of the columns of the measured x, y, z in the frame of the instrument.
             orientations: names of the columns of the measured orientation in the frame of the instrument.
             rotation: what these hold: ``vector`` (a rotation vector), ``abc`` (KUKA), ``rpy`` (ROS), ``xyz`` (about X, then the new Y, then the new Z), ``quaternion_xyzw`` or ``quaternion_wxyz``.
@@ -119,28 +119,29 @@ class Dataset(Table, os.PathLike[str]):
             noise_deg: standard deviation of an orientation about each axis; needed with ``orientations``, unless a column is ``sigma_deg``.
             columns: further columns by what they are: ``session``, ``set``, ``posture``, ``repeat``, ``target``, ``payload``, ``id``, ``sigma_um``, ``sigma_deg``, ``time_s``, ``temperature_c``.
             commanded: columns of the commanded joint angles, if ``joints`` are read back.
-            torques: columns of the measured joint torques, N m.
+            torques: columns of the measured joint torques, N m; of prismatic joints, forces in columns that end in ``_n``.
             force: go on if the data do not fit the robot.
 
         Raises:
             InputError: a value that is no number, with its row and column; or data that do not fit the robot, with the mistake that would explain it.
         """
-        groups: list[tuple[str, Sequence[str], str | None]] = [
-            ("q", joints, _unit("angles", angles, joints, _ANGLES)),
-            ("xyz", points, _unit("lengths", lengths, points, _LENGTHS)),
+        groups: list[tuple[str, Sequence[str], Sequence[str | None]]] = [
+            ("q", joints, _joint_units(angles, joints)),
+            ("xyz", points, [_unit("lengths", lengths, points, _LENGTHS)] * 3),
         ]
         if len(points) != 3:
             raise InputError(f"points: {len(points)} columns; give those of x, y and z")
         if commanded is not None:
-            groups.append(("qcmd", commanded, _unit("angles", angles, commanded, _ANGLES)))
+            groups.append(("qcmd", commanded, _joint_units(angles, commanded)))
         if orientations is not None:
             angular = not rotation.startswith("quaternion")
-            groups.append(("rotation", orientations, _unit("angles", angles, orientations, _ANGLES) if angular else None))
+            unit = _unit("angles", angles, orientations, _ANGLES) if angular else None
+            groups.append(("rotation", orientations, [unit] * len(orientations)))
         if torques is not None:
-            groups.append(("tau", torques, "nm"))
+            groups.append(("tau", torques, ["n" if name.endswith("_n") else "nm" for name in torques]))
         sources: dict[str, tuple[str, str | None, bool]] = {}
-        for stem, names, unit in groups:
-            for k, name in enumerate(names):
+        for stem, names, units in groups:
+            for k, (name, unit) in enumerate(zip(names, units, strict=True)):
                 quantity = "xyz"[k] if stem == "xyz" else f"{stem}{k + 1}"
                 sources[quantity] = (name, unit, True)
         for what, name in (columns or {}).items():
@@ -215,6 +216,14 @@ def _unit(argument: str, given: str | None, names: Sequence[str], known: Mapping
     if len(ends) == 1 and (end := ends.pop()) in known:
         return known[end]
     raise InputError(f"{argument}: the unit of {', '.join(names)} is not known; give {argument}={' or '.join(map(repr, known))}")
+
+
+def _joint_units(angles: str | None, names: Sequence[str]) -> list[str | None]:
+    """Units of joints: a prismatic one has that of a length at the end of its name."""
+    ends = {name: name.rsplit("_", 1)[-1] if "_" in name else "" for name in names}
+    turning = [name for name in names if ends[name] not in _LENGTHS]
+    angle = _unit("angles", angles, turning, _ANGLES) if turning else None
+    return [_LENGTHS.get(ends[name], angle) for name in names]
 
 
 def _robot(robot: StrPath) -> str:

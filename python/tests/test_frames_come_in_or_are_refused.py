@@ -82,6 +82,23 @@ def test_poses(tmp_path: Path) -> None:
         cb.Dataset.from_frame(turned, **given, angles="deg", orientations=turns, rotation="euler", noise_deg=0.02)
 
 
+def test_an_arm_on_a_rail(tmp_path: Path) -> None:
+    """Columns of prismatic joints are in their own unit."""
+    turning = "alpha_deg = 90.0\na_mm = 300.0\nd_mm = 0.0\nmin_deg = -170.0\nmax_deg = 170.0\n"
+    rail = 'kind = "prismatic"\nalpha_deg = 0.0\na_mm = 0.0\nd_mm = 0.0\nmin_mm = 0.0\nmax_mm = 3000.0\n'
+    robot = tmp_path / "rail.toml"
+    robot.write_text('format = "calibench-robot/1"\nname = "rail"\n' + "".join(f"[[link]]\n{link}" for link in (rail, turning, turning)))
+    random = np.random.default_rng(1)
+    frame = {"rail_m": random.uniform(0, 3, 20), "a": random.uniform(-1, 1, 20), "b": random.uniform(-1, 1, 20)}
+    frame |= {axis: random.uniform(0, 1000, 20) for axis in "xyz"}
+    given = {"robot": robot, "joints": ["rail_m", "a", "b"], "points": list("xyz"), "lengths": "mm"}
+    columns = cb.Dataset.from_frame(frame, **given, angles="rad", force=True).columns()
+    np.testing.assert_allclose(columns["q1_mm"], 1000 * frame["rail_m"])
+    np.testing.assert_allclose(columns["q2_deg"], np.rad2deg(frame["a"]))
+    with pytest.raises(cb.InputError, match="q2|joint 2"):
+        cb.Dataset.from_frame({**frame, "a_mm": frame["a"]}, **{**given, "joints": ["rail_m", "a_mm", "b"]}, angles="rad", force=True)
+
+
 Damage = Callable[[pd.DataFrame], Frame]
 
 

@@ -552,9 +552,9 @@ fn kinds() -> Vec<Kind> {
         row(
             "range of unknown key",
             replace("min_deg = -100.0\nmax_deg = 0.0", "min_deg = -100.0\nmax_deg = 0.0\nmean_deg = -50.0"),
-            30,
+            31,
             "joint_range[1].mean_deg",
-            "max_deg",
+            "did you mean",
         ),
         row(
             "range in two units",
