@@ -25,7 +25,7 @@ pub fn schemas() -> [(&'static str, Schema); 7] {
 #[must_use]
 pub fn of_file<T: JsonSchema>(title: &str, required: &[&str]) -> Schema {
     let mut schema = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<T>();
-    RecursiveTransform(without_null).transform(&mut schema);
+    RecursiveTransform(as_in_toml).transform(&mut schema);
     schema.insert("title".into(), title.into());
     if let Value::Array(keys) = schema.ensure_object().entry("required").or_insert_with(|| Value::Array(Vec::new())) {
         keys.extend(required.iter().map(|key| Value::from(*key)));
@@ -52,9 +52,20 @@ pub(crate) fn in_one_unit() -> [Value; 2] {
     [of_unit("deg", "mm"), of_unit("mm", "deg")]
 }
 
-/// TOML has no null: what is optional is left out.
-fn without_null(schema: &mut Schema) {
+/// TOML has no null: what is optional is left out. And what a writer leaves out where it is empty is empty by default.
+fn as_in_toml(schema: &mut Schema) {
     let Some(keys) = schema.as_object_mut() else { return };
+    let required = keys.get("required").and_then(Value::as_array).cloned().unwrap_or_default();
+    for (name, key) in keys.get_mut("properties").and_then(Value::as_object_mut).into_iter().flatten() {
+        let empty = match key.get("type").and_then(Value::as_str) {
+            Some("boolean") => Value::from(false),
+            Some("array") => Value::Array(Vec::new()),
+            _ => continue,
+        };
+        if let (false, Some(key)) = (required.contains(&name.as_str().into()), key.as_object_mut()) {
+            key.entry("default").or_insert(empty);
+        }
+    }
     if let Some(Value::Array(types)) = keys.get_mut("type") {
         types.retain(|name| name != "null");
         if let [only] = types.as_slice() {

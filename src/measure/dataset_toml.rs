@@ -89,13 +89,13 @@ pub(super) struct FrameToml {
     pub y_mm: f64,
     /// Position along z, mm.
     pub z_mm: f64,
-    /// Rotation about z, the first of three, deg.
+    /// Rotation about z, deg.
     #[serde(default)]
     pub a_deg: f64,
-    /// Rotation about the new y, deg.
+    /// Then about the rotated y, deg.
     #[serde(default)]
     pub b_deg: f64,
-    /// Rotation about the newest x, deg.
+    /// Then about the rotated x, deg.
     #[serde(default)]
     pub c_deg: f64,
 }
@@ -111,13 +111,13 @@ pub(super) struct ToolToml {
     pub y_mm: f64,
     /// Position along z, mm.
     pub z_mm: f64,
-    /// Rotation about z, the first of three, deg.
+    /// Rotation about z, deg.
     #[serde(default)]
     pub a_deg: f64,
-    /// Rotation about the new y, deg.
+    /// Then about the rotated y, deg.
     #[serde(default)]
     pub b_deg: f64,
-    /// Rotation about the newest x, deg.
+    /// Then about the rotated x, deg.
     #[serde(default)]
     pub c_deg: f64,
     /// One-sigma of the position, each axis, um; 0 if not given.

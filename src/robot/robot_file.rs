@@ -66,11 +66,11 @@ struct FrameEntry {
     y_mm: f64,
     /// Position along z, mm.
     z_mm: f64,
-    /// Rotation about z, the first of three, deg.
+    /// Rotation about z, deg.
     a_deg: f64,
-    /// Rotation about the new y, deg.
+    /// Then about the rotated y, deg.
     b_deg: f64,
-    /// Rotation about the newest x, deg.
+    /// Then about the rotated x, deg.
     c_deg: f64,
 }
 

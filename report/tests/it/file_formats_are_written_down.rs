@@ -277,6 +277,7 @@ fn files_in_use_are_accepted_by_both() {
         ("dataset", "dataset_toml"),
         ("samples", "samples_csv"),
         ("model", "model_toml"),
+        ("calibration", "calibration_toml"),
         ("plan", "plan_toml"),
         ("cell", "cell_toml"),
     ] {

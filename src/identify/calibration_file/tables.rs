@@ -220,11 +220,11 @@ pub(super) struct FrameTable {
     pub(super) y_mm: f64,
     /// Position along z, mm.
     pub(super) z_mm: f64,
-    /// Rotation about z, the first of three, deg.
+    /// Rotation about z, deg.
     pub(super) a_deg: f64,
-    /// Rotation about the new y, deg.
+    /// Then about the rotated y, deg.
     pub(super) b_deg: f64,
-    /// Rotation about the newest x, deg.
+    /// Then about the rotated x, deg.
     pub(super) c_deg: f64,
 }
 
