@@ -27,6 +27,8 @@ ARMS = [
     ("baxter, left", "baxter_description/urdf/baxter.urdf", "torso", "left_gripper_base_link"),
     ("talos, left", "talos_data/robots/talos_left_arm.urdf", "arm_left_1_link", "gripper_left_base_link"),
     ("tiago", "tiago_description/robots/tiago_no_hand.urdf", "torso_lift_link", "arm_tool_link"),
+    ("tiago with its lift", "tiago_description/robots/tiago_no_hand.urdf", "base_footprint", "arm_tool_link"),
+    ("pr2 with its lift, right", "pr2_description/urdf/pr2.urdf", "base_link", "r_gripper_palm_link"),
     ("pr2, right", "pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_gripper_palm_link"),
     ("icub, left", "icub_description/robots/icub.urdf", "base_link", "l_hand"),
     ("pendulum", "double_pendulum_description/urdf/double_pendulum_continuous.urdf", "base_link", "link2"),
