@@ -163,6 +163,14 @@ impl Reader<'_> {
                     "a chain has no loops: let every link be the child of one joint",
                 ));
             }
+            let mut at = joint.parent;
+            while let Some(above) = joints.iter().find(|other| other.child == at && at != joint.child) {
+                at = above.parent;
+            }
+            if at == joint.child {
+                let problem = format!("closes a loop: '{}' hangs on '{}' already", links[joint.parent].name, links[at].name);
+                return Err(self.wrong(node, "joint", problem, "a chain has no loops: let no link hang on itself"));
+            }
             joints.push(joint);
         }
         Ok(UrdfDocument { name: root.attribute("name").unwrap_or("robot").to_owned(), links, joints })
