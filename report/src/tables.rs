@@ -129,15 +129,13 @@ pub fn orientation_words(rms: Option<f64>) -> String {
 /// Ratio of the errors of orientations and positions to that in which they were weighted, beyond which it is reported.
 const UNBALANCED: f64 = 1.5;
 
-/// Weight of positions whose noise is not stated, m.
-const ASSUMED: f64 = 0.1 * MM;
-
 /// States that positions and orientations were weighted in another ratio than that in which they err, where only the orientations
 /// have a stated noise; otherwise empty.
 pub fn weighing_sentence(c: &Calibration, datasets: &[(&str, &Dataset)]) -> String {
     let stated = datasets.iter().find(|(_, d)| d.noise.point.is_none()).and_then(|(_, d)| d.noise.orientation);
-    let (Some(turned), Some(stated), false) = (c.rms_orientation, stated, c.noise_stated) else { return String::new() };
-    let balanced = turned / c.rms * ASSUMED;
+    let (Some(balanced), Some(stated), false) = (c.balanced_orientation(), stated, c.noise_stated) else {
+        return String::new();
+    };
     if (balanced / stated).max(stated / balanced) < UNBALANCED {
         return String::new();
     }

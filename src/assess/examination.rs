@@ -54,12 +54,19 @@ pub struct Examination {
     pub(super) remainder: Remainder,
 }
 
+/// The model by which residuals are judged: in another ratio than that of their noise, those of orientations would seem to show
+/// effects beside those of positions, and the other way round.
+fn judging(model: &Model) -> Model {
+    Model { only_weighed_orientations: true, ..model.clone() }
+}
+
 impl Examination {
     /// Fits `model` to the rows of set `fit` and adds the columns of every candidate.
     ///
     /// # Errors
     /// When the data do not fit the model, or do not determine the unknowns.
     pub fn new(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Self, IdentifyError> {
+        let model = &judging(model);
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
         Examination::fitted(datasets, model, problem, fit)
@@ -74,6 +81,7 @@ impl Examination {
         model: &Model,
         most: usize,
     ) -> Result<Option<Self>, IdentifyError> {
+        let model = &judging(model);
         let problem = Problem::new(datasets, model, Use::Fit)?.within_steps(most);
         let fit = fit(&problem)?;
         if fit.outcome != Outcome::Converged || fit.iterations > most {
@@ -97,6 +105,7 @@ impl Examination {
         model: &Model,
         candidates: Vec<Candidate>,
     ) -> Result<Self, IdentifyError> {
+        let model = &judging(model);
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fit = fit(&problem)?;
         let yardstick = Yardstick::of(datasets, &problem, &fit);

@@ -125,7 +125,11 @@ fn is_offered(id: &str, model: &Model, datasets: &[(&str, &Dataset)]) -> bool {
             fitted(datasets).next().is_some()
                 && fitted(datasets).all(|s| s.time_s.is_some() || s.approach.is_some() || s.q_commanded.is_some())
         }
-        Offered::ToOrientations => fitted(datasets).any(|s| s.orientation.is_some()),
+        // Of a free tool, they are free in any case.
+        Offered::ToOrientations => datasets.iter().any(|(_, d)| {
+            let oriented = |s: &Sample| Use::Fit.takes(s) && s.orientation.is_some();
+            !d.tool_free && d.weighs_orientations() && d.samples.iter().any(oriented)
+        }),
         Offered::ByName => false,
     }
 }

@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::fit::fit_some;
 use super::fit_result::{Fit, FitError, Outcome};
 use super::prediction::{Application, Prediction};
+use super::problem::UNSTATED_SIGMA;
 use super::{Model, Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::effects::Owner;
 use crate::math::Observability;
@@ -137,6 +138,12 @@ pub enum IdentifyError {
 }
 
 impl Calibration {
+    /// The noise of orientations, rad, that is to the noise assumed of positions without a stated one as the residuals of both;
+    /// `None` if no orientation was measured.
+    pub fn balanced_orientation(&self) -> Option<f64> {
+        self.rms_orientation.map(|turned| turned / self.rms * UNSTATED_SIGMA)
+    }
+
     /// How the fit ended if it did not converge: none of its results is then valid.
     pub fn unconverged(&self) -> Option<Outcome> {
         self.outcome.filter(|outcome| *outcome != Outcome::Converged)

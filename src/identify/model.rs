@@ -26,6 +26,8 @@ pub struct Model {
     pub own: Vec<OwnEffect>,
     /// Use the dataset's `tau1_nm` ... columns instead of link masses. Their sign is that of the load about +z.
     pub measured_torques: bool,
+    /// Leave orientations out where the noise of the positions beside them is not stated: the ratio of the two is then a guess.
+    pub only_weighed_orientations: bool,
     /// The posture for evaluating torques.
     pub torque_posture: TorquePosture,
     /// Prior width (1 sigma) of an effect, in plausible sizes of the catalogue. Effects not named here get
@@ -96,6 +98,7 @@ impl Model {
             effects: effects.iter().map(|e| (*e).into()).collect(),
             own: Vec::new(),
             measured_torques: false,
+            only_weighed_orientations: false,
             torque_posture: TorquePosture::default(),
             width: BTreeMap::new(),
             registry: Registry::default(),

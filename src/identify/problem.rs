@@ -38,6 +38,7 @@ pub use self::missing::missing;
 use self::order::joints_before;
 pub use self::parameter::{Parameter, Prior, Setup, Use};
 use self::sample_row::SampleRow;
+pub(super) use self::sample_row::UNSTATED_SIGMA;
 pub use self::samples_view::PosedSample;
 use super::TorquePosture;
 use crate::measure::Sample;

@@ -3,6 +3,7 @@
 //! Every format is a column map from the columns of a table to those of a dataset; the built-in ones are embedded maps, and
 //! `generic` reads one from a file (see `docs/importing.md`).
 
+mod balance;
 mod column_map;
 mod error;
 mod generic;
@@ -25,6 +26,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
+use self::balance::balance;
 use crate::measure::{Dataset, SampleSet};
 
 pub use error::ImportError;
@@ -57,7 +59,7 @@ pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Resul
     if !options.sets.is_empty() && options.sets.len() != files.len() {
         return Err(ImportError::SetsAndFiles { sets: options.sets.len(), files: files.len() });
     }
-    let (mut dataset, report) = match format {
+    let (mut dataset, mut report) = match format {
         "ur10-ipa" => ur10_ipa::import(files, options)?,
         "ur5-jacobi" => ur5_jacobi::import(files, options)?,
         "mukca" => mukca::import(files, options)?,
@@ -66,6 +68,7 @@ pub fn import(format: &str, files: &[PathBuf], options: &ImportOptions) -> Resul
     if let Some(holdout) = options.holdout {
         hold_out(&mut dataset, holdout);
     }
+    balance(&mut dataset, &mut report);
     Ok((dataset, report))
 }
 

@@ -253,6 +253,11 @@ impl Dataset {
         }
     }
 
+    /// True if the noise of the position of every pose is stated, so that it is known how its orientation weighs beside it.
+    pub fn weighs_orientations(&self) -> bool {
+        self.noise.point.is_some() || self.samples.iter().all(|s| s.orientation.is_none() || s.sigma.is_some())
+    }
+
     /// One-sigma about each axis, rad, of the orientation measured by a sample; `None` if it measures none, or it is not stated.
     pub fn sigma_orientation(&self, sample: &Sample) -> Option<f64> {
         sample.orientation.and_then(|o| o.sigma.or(self.noise.orientation))

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use calibench::assess::suspects;
+use calibench::assess::{Verdict, diagnose, suspects};
 use calibench::effects::PROBE_ROTATION;
 use calibench::identify::{Calibration, Model, Problem, Use, fit, identify};
 use calibench::import::{ImportOptions, import};
@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
 
 const POSITION: f64 = 15.0 * UM;
 const ANGLE: f64 = 0.002 * DEG;
@@ -180,6 +181,39 @@ fn an_orientation_that_slipped_is_a_suspect_and_no_other_is() {
         let all = Problem::new(&[("", &dataset)], &geometry(), Use::Fit).unwrap();
         assert_eq!(problem.row_count() + 3, all.row_count());
     }
+}
+
+#[test]
+fn a_hidden_gear_of_joint_6_is_named_and_nothing_where_nothing_is() {
+    let verdicts = |model: &Model, noise: &(dyn Fn(u64) -> Noise + Sync)| -> Vec<(Verdict, Vec<String>)> {
+        let judged = |seed: u64| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let mut dataset = measured(&twin(&mut random), 80, &mut random);
+            dataset.noise = noise(seed);
+            let found = diagnose(&[("", &dataset)], model).unwrap();
+            (found.verdict, found.set95)
+        };
+        (100..120).into_par_iter().map(judged).collect()
+    };
+    let stated = |_: u64| Noise { point: Some(POSITION), orientation: Some(ANGLE), ..Noise::default() };
+    // Where the noise of the positions is unknown, orientations are stated three times too small or too large beside them.
+    let unknown = |seed: u64| {
+        let weight = [0.3, 3.0][seed as usize % 2] * ANGLE / POSITION * 0.1 * MM;
+        Noise { orientation: Some(weight), ..Noise::default() }
+    };
+    let nothing = |found: &(Verdict, Vec<String>)| found.0 == Verdict::NothingLeft;
+    let gear = |found: &(Verdict, Vec<String>)| found.0 == Verdict::Identified && found.1 == ["harmonic1:6"];
+    let without = Model::of(&["base_frame", "mdh"]);
+    let count =
+        |of: Vec<(Verdict, Vec<String>)>, is: &dyn Fn(&(Verdict, Vec<String>)) -> bool| of.iter().filter(|v| is(v)).count();
+    let counts = [
+        count(verdicts(&geometry(), &stated), &nothing),
+        count(verdicts(&without, &stated), &gear),
+        count(verdicts(&geometry(), &unknown), &nothing),
+        // Positions alone do not show it.
+        count(verdicts(&without, &unknown), &nothing),
+    ];
+    assert!(counts.iter().all(|c| *c >= 19), "{counts:?} of 20");
 }
 
 #[test]

@@ -218,7 +218,7 @@ impl<'a> Assembly<'a> {
         let known = datasets.iter().zip(&balls).zip(&effects);
         let distances = known.flat_map(|(((_, d), balls), effects)| known_distances(d, balls, effects)).collect();
         let shared = datasets.iter().zip(balls).zip(effects);
-        let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, model.measured_torques)).collect();
+        let cells = shared.map(|(((_, d), balls), effects)| Cell::of(d, balls, effects, model)).collect();
         let compliances = compliances(&parameters, robot.joints());
         let mut problem = Problem {
             robot,

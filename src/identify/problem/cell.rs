@@ -3,6 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use crate::effects::{ArtifactShape, Effect, set_aside_by};
+use crate::identify::Model;
 use crate::measure::{Dataset, Noise, Sample};
 use crate::robot::{FramePose, Payload, Site};
 
@@ -31,11 +32,18 @@ pub(super) struct Cell {
     /// Names of the samples that the model sets aside.
     pub aside: Vec<String>,
     pub measured_torques: bool,
+    /// False if orientations are left out.
+    pub takes_orientations: bool,
+}
+
+/// True if the orientations of a dataset count under a model.
+pub(super) fn takes_orientations(dataset: &Dataset, model: &Model) -> bool {
+    !model.only_weighed_orientations || dataset.weighs_orientations()
 }
 
 impl Cell {
     /// The cell of a dataset whose balls are initially assumed at `balls`.
-    pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, measured_torques: bool) -> Self {
+    pub fn of(dataset: &Dataset, balls: Vec<Vector3<f64>>, effects: Vec<Placed>, model: &Model) -> Self {
         let tool_turn = FramePose { xyz: [0.0; 3], ..dataset.tool }.pose().rotation;
         // A sample may name a payload that does not exist; it then carries nothing.
         let aside = effects.iter().filter_map(|p| set_aside_by(p.effect.id())).map(str::to_owned).collect();
@@ -52,7 +60,8 @@ impl Cell {
             tool_targets: dataset.tool_targets.iter().map(|r| (r.id.clone(), r.position)).collect(),
             anchors: dataset.anchors.iter().map(|a| a.position).collect(),
             noise: dataset.noise.clone(),
-            measured_torques,
+            measured_torques: model.measured_torques,
+            takes_orientations: takes_orientations(dataset, model),
         }
     }
 

@@ -13,7 +13,7 @@ use crate::units::MM;
 
 /// Standard uncertainty assumed to weight samples whose noise is not stated; their common scale is then estimated from the
 /// fit.
-const UNSTATED_SIGMA: f64 = 0.1 * MM;
+pub const UNSTATED_SIGMA: f64 = 0.1 * MM;
 
 /// A joint with a smaller gravity load than this, N·m, is treated as unloaded.
 const UNLOADED: f64 = 1e-6;
@@ -162,7 +162,7 @@ impl SampleRow {
             Measured::Ball { .. } => cell.noise.ball,
             Measured::Point(_) | Measured::Distance { .. } => cell.noise.point,
         });
-        let orientation = stated(sample, cell.noise.orientation).filter(|_| !cell.is_aside(sample));
+        let orientation = stated(sample, cell.noise.orientation).filter(|_| cell.takes_orientations && !cell.is_aside(sample));
         self.orientation = orientation.map(|(o, sigma)| Box::new(OrientationPart::of(o, sigma, cell.tool_turn)));
         self.payload = sample.payload.min(cell.payloads.len() - 1);
         self.tau.clone_from(&sample.tau);

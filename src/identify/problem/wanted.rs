@@ -1,5 +1,6 @@
 //! The effects of a problem: those of the model, and those that a dataset requires.
 
+use super::cell::takes_orientations;
 use super::{Prior, Use};
 use crate::effects::{self, ParameterSpec};
 use crate::identify::Model;
@@ -58,7 +59,8 @@ pub(super) fn wanted(dataset: &Dataset, model: &Model, which: Use) -> Vec<(Strin
     } else if dataset.tool_sigma > 0.0 {
         wanted.push(("tool_frame".into(), StatedPrior::Stated(dataset.tool_sigma)));
     }
-    let measures_orientation = dataset.samples.iter().any(|s| which.takes(s) && s.orientation.is_some());
+    let measures_orientation =
+        takes_orientations(dataset, model) && dataset.samples.iter().any(|s| which.takes(s) && s.orientation.is_some());
     if measures_orientation && dataset.tool_free {
         wanted.retain(|(id, _)| id != effects::PROBE_ROTATION);
         let tool = wanted.iter().position(|(id, _)| id == "tool_frame");
