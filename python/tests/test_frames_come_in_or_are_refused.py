@@ -162,7 +162,8 @@ def test_arguments_that_cannot_be(measured: pd.DataFrame) -> None:
 
 def test_an_interrupt_ends_the_program(tmp_path: Path) -> None:
     """Ctrl-C in Python leaves no program behind."""
-    code = f"import calibench as cb; print('begun', flush=True); cb.study({str(ROOT / 'scenarios/paper.toml')!r}, trials=100000)"
+    # Where these tests run in the background, interrupts are ignored.
+    code = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler); import calibench as cb; print('begun', flush=True); cb.study({str(ROOT / 'scenarios/paper.toml')!r}, trials=100000)"
     python = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
     assert python.stdout is not None and python.stdout.readline() == "begun\n"
     children = Path(f"/proc/{python.pid}/task/{python.pid}/children")

@@ -59,6 +59,9 @@ fn twin(random: &mut ChaCha8Rng) -> Twin {
     Twin { nominal: Arc::new(nominal), truth, base, tool }
 }
 
+/// A verdict, and the effects of the credible set.
+type Judged = (Verdict, Vec<String>);
+
 /// Eccentricity of the gear of joint 6, as amplitudes of sine and cosine, rad.
 const GEAR: [f64; 2] = [400.0 * URAD, -250.0 * URAD];
 
@@ -185,7 +188,7 @@ fn an_orientation_that_slipped_is_a_suspect_and_no_other_is() {
 
 #[test]
 fn a_hidden_gear_of_joint_6_is_named_and_nothing_where_nothing_is() {
-    let verdicts = |model: &Model, noise: &(dyn Fn(u64) -> Noise + Sync)| -> Vec<(Verdict, Vec<String>)> {
+    let verdicts = |model: &Model, noise: &(dyn Fn(u64) -> Noise + Sync)| -> Vec<Judged> {
         let judged = |seed: u64| {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             let mut dataset = measured(&twin(&mut random), 80, &mut random);
@@ -201,11 +204,10 @@ fn a_hidden_gear_of_joint_6_is_named_and_nothing_where_nothing_is() {
         let weight = [0.3, 3.0][seed as usize % 2] * ANGLE / POSITION * 0.1 * MM;
         Noise { orientation: Some(weight), ..Noise::default() }
     };
-    let nothing = |found: &(Verdict, Vec<String>)| found.0 == Verdict::NothingLeft;
-    let gear = |found: &(Verdict, Vec<String>)| found.0 == Verdict::Identified && found.1 == ["harmonic1:6"];
+    let nothing = |found: &Judged| found.0 == Verdict::NothingLeft;
+    let gear = |found: &Judged| found.0 == Verdict::Identified && found.1 == ["harmonic1:6"];
     let without = Model::of(&["base_frame", "mdh"]);
-    let count =
-        |of: Vec<(Verdict, Vec<String>)>, is: &dyn Fn(&(Verdict, Vec<String>)) -> bool| of.iter().filter(|v| is(v)).count();
+    let count = |of: Vec<Judged>, is: &dyn Fn(&Judged) -> bool| of.iter().filter(|v| is(v)).count();
     let counts = [
         count(verdicts(&geometry(), &stated), &nothing),
         count(verdicts(&without, &stated), &gear),
