@@ -46,6 +46,8 @@ pub mod assess;
 pub mod cell;
 pub mod compensate;
 pub mod effects;
+#[cfg(feature = "schema")]
+pub mod file_formats;
 pub mod files;
 pub mod identify;
 pub mod import;

@@ -1,25 +1,11 @@
-//! The JSON Schemas of the files that this library reads, each derived from the type that reads the file.
+//! JSON Schemas of TOML files, derived from the types that read them.
 //!
-//! Only with the feature `schema`: `docs/formats` holds what it gives.
+//! Only with the feature `schema`.
 
 use schemars::generate::SchemaSettings;
 use schemars::transform::{RecursiveTransform, Transform};
 use schemars::{JsonSchema, Schema};
 use serde_json::Value;
-
-/// Name and schema of each file.
-#[must_use]
-pub fn schemas() -> [(&'static str, Schema); 7] {
-    [
-        ("robot", crate::robot::robot_schema()),
-        ("dataset", crate::measure::dataset_schema()),
-        ("samples", crate::measure::samples_schema()),
-        ("model", crate::identify::model_schema()),
-        ("calibration", crate::identify::calibration_schema()),
-        ("plan", crate::measure::plan_schema()),
-        ("cell", crate::measure::cell_schema()),
-    ]
-}
 
 /// The schema of a TOML file that `T` reads. Keys that the type leaves out, but the reader then asks for, are also `required`.
 #[must_use]

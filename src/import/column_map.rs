@@ -1,110 +1,22 @@
 //! Maps from the columns and units of a source table to those of a dataset.
 
-use std::collections::BTreeMap;
+mod keys;
+
 use std::path::Path;
 
 use nalgebra::Vector3;
-use serde::Deserialize;
 
+pub(super) use self::keys::{ColumnName, Source};
+use self::keys::{MapToml, PointSource, RotationSource};
 use super::rotation::RotationForm;
 use super::row_order::RowOrder;
 use super::source::{Join, Layout};
 use crate::files::{FileError, field_error, name_remedy, parse_toml};
-use crate::measure::{Column, Dataset, DatasetToml, Reading, ToolTarget};
+use crate::measure::{Column, Dataset, Reading, ToolTarget};
 use crate::units::{DEG, MM, UM};
 
 /// The format this version reads.
 const FORMAT: &str = "calibench-import/1";
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MapToml {
-    format: String,
-    #[serde(default = "comma")]
-    delimiter: char,
-    #[serde(default = "point")]
-    decimal: char,
-    #[serde(default = "yes")]
-    header: bool,
-    #[serde(default)]
-    session_per_file: bool,
-    sheet: Option<String>,
-    join: Option<String>,
-    #[serde(default = "point_kind")]
-    kind: String,
-    columns: BTreeMap<String, Source>,
-    /// By name of the target.
-    #[serde(default)]
-    targets: BTreeMap<String, PointSource>,
-    rotation: Option<RotationSource>,
-    rows: Option<RowOrder>,
-    dataset: DatasetToml,
-}
-
-/// Source of the orientation of the tool.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RotationSource {
-    form: String,
-    /// True if the table states the world in the tool: a camera on the flange that sees a fixed board.
-    #[serde(default)]
-    inverse: bool,
-    /// One for each number of the form.
-    columns: Vec<Source>,
-}
-
-/// Source of the position of a further measured point of the tool, in the same row as the TCP's.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PointSource {
-    x: Source,
-    y: Source,
-    z: Source,
-}
-
-fn comma() -> char {
-    ','
-}
-
-fn point() -> char {
-    '.'
-}
-
-fn yes() -> bool {
-    true
-}
-
-fn point_kind() -> String {
-    "point".into()
-}
-
-/// Source of a quantity: `scale * column + offset - minus`, in `unit`.
-#[derive(Deserialize, Debug, Clone)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Source {
-    pub column: ColumnName,
-    unit: Option<String>,
-    #[serde(default = "one")]
-    pub scale: f64,
-    #[serde(default)]
-    pub offset: f64,
-    pub minus: Option<ColumnName>,
-    /// True if the column may be missing from a file.
-    #[serde(default)]
-    pub optional: bool,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-/// A column of the source: by its title, or by its position, counted from 1.
-#[derive(Deserialize, Debug, Clone, PartialEq)]
-#[serde(untagged)]
-pub(super) enum ColumnName {
-    Title(String),
-    Place(usize),
-}
 
 /// Meaning of a number in the source.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -78,9 +78,9 @@ const UR10: [(&str, &[Shown]); 5] = [
         "ur10: curves",
         &[
             ("identify A -o plain.toml", &[]),
-            ("validate plain.toml B", &["│ position error", "│ 1445"]),
+            ("validate plain.toml B", &["│ position error", "│ orientation error", "│ 1445"]),
             ("identify A --model curves.toml -o curved.toml", &[]),
-            ("validate curved.toml B", &["│ position error", "│ 1445"]),
+            ("validate curved.toml B", &["│ position error", "│ orientation error", "│ 1445"]),
         ],
     ),
     ("ur10: compare", &[("compare curved.toml B --validation", &["* Sample", "* With those"])]),

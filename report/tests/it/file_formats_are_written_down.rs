@@ -22,7 +22,7 @@ use crate::schemas_are_written_down::{is_text_of, is_written, repository};
 
 /// Name and schema of each file.
 fn formats() -> Vec<(&'static str, Schema)> {
-    let [rest @ .., last] = calibench::schema::schemas();
+    let [rest @ .., last] = calibench::file_formats::schemas();
     let scenario = ("scenario", calibench_sim::scenario::file_schema());
     rest.into_iter().chain([last, scenario]).collect()
 }
