@@ -29,6 +29,7 @@ pub use ladder::ladder_step_table;
 pub use ladder_sentences::{
     advice, ladder_step_sentence, objection_sentence, planned_sentence, symptom_sentence, top_sentences, unconverged_sentence,
 };
+pub use meaning::what;
 pub use misfit::{misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_sentence};
 pub use next::{detectability_text, next_sentences, next_table};
 pub use page::{

@@ -11,6 +11,6 @@ pub(super) fn meaning(effect: &str) -> Meaning {
 }
 
 /// The description of an effect in the catalogue.
-pub(super) fn what(effect: &str) -> &'static str {
+pub fn what(effect: &str) -> &'static str {
     family(effect).map_or(OWN, |f| f.what)
 }

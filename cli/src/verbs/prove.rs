@@ -1,52 +1,69 @@
-//! `prove DATASET...`: tests the advice on held-out postures.
+//! `prove DATASET...`: what the data can show; with a way of dividing them, whether the advice holds on postures left out.
 
-use std::path::{Path, PathBuf};
+mod divisions;
+mod injections;
+mod injections_text;
 
-use calibench::files::write_whole;
+use std::path::PathBuf;
+
+use calibench::identify::Use;
 use calibench::measure::Dataset;
-use serde_json::json;
+use calibench_lab::injection::NoiseChoice;
 
 use super::choices::seed;
-use super::data::{named, read_datasets};
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
-use super::progress::Waiting;
-use calibench_lab::prove::{Case, Proof, Summary, by_blocks, by_campaigns, by_places, by_postures, by_short_campaigns, csv};
+
+/// Number of random parts of the postures if other divisions are requested.
+const FOLDS: usize = 5;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Dataset folders; each is divided separately
+    /// Dataset folders; injections are into all of them as data of one robot, divisions are of each separately
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
-    /// Number of random parts of the postures, left out one after the other; 0 for none
-    #[arg(long, default_value_t = 5)]
-    folds: usize,
+    /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
+    #[arg(long, conflicts_with_all = DIVIDING)]
+    model: Option<PathBuf>,
+    /// Noise of the injected measurements: that of the instrument, stated or from repeats, shows what the data can show once
+    /// everything else is modelled; the residual of the fit, what they can show beside all that the model lacks today
+    #[arg(long, value_enum, default_value_t = Noise::Instrument, conflicts_with_all = DIVIDING)]
+    noise: Noise,
+    /// Number of trials in which nothing is injected
+    #[arg(long, value_name = "TRIALS", default_value_t = 20, conflicts_with_all = DIVIDING)]
+    nothing: usize,
+    /// Continue with data that do not fit the robot
+    #[arg(long, conflicts_with_all = DIVIDING)]
+    force: bool,
+    /// Divide the postures into this number of random parts, left out one after the other; 0 for none. With another division,
+    /// the default is 5
+    #[arg(long, help_heading = DIVISIONS)]
+    folds: Option<usize>,
     /// Number of parts of joint space, each of neighbouring postures, also left out one after the other; 0 for none
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, help_heading = DIVISIONS)]
     blocks: usize,
     /// Also leave out the places of an artifact: balls whose names agree before a slash
-    #[arg(long)]
+    #[arg(long, help_heading = DIVISIONS)]
     places: bool,
     /// Also predict each dataset by the robot of the others: they are campaigns of one robot
-    #[arg(long)]
+    #[arg(long, help_heading = DIVISIONS)]
     campaigns: bool,
     /// Also fit campaigns of only this number of postures
-    #[arg(long, value_name = "POSTURES")]
+    #[arg(long, value_name = "POSTURES", help_heading = DIVISIONS)]
     short: Option<usize>,
     /// Number of such short campaigns drawn from each dataset
-    #[arg(long, default_value_t = 5, requires = "short")]
+    #[arg(long, default_value_t = 5, requires = "short", help_heading = DIVISIONS)]
     draws: usize,
-    /// Largest number of rows used of each dataset, spread over it
+    /// Folder for the rows of every division, one CSV file each: joints, and the residual of the default model; existing files
+    /// are replaced
+    #[arg(long, value_name = "DIR", help_heading = DIVISIONS)]
+    rows: Option<PathBuf>,
+    /// Largest number of rows used of each dataset, spread over it; of injections, 2000 fitted rows unless stated
     #[arg(long, value_name = "ROWS")]
     at_most: Option<usize>,
     /// Seed of the random choices
     #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
-    /// Folder for the rows of every division, one CSV file each: joints, and the residual of the default model; existing files
-    /// are replaced
-    #[arg(long, value_name = "DIR")]
-    rows: Option<PathBuf>,
-    /// Output file for the table (Markdown); an existing file is replaced
+    /// Output file for the table: a page if its name ends in .html, otherwise Markdown; an existing file is replaced
     #[arg(short, long, visible_alias = "out")]
     output: Option<PathBuf>,
     /// Print one JSON document instead of tables
@@ -54,120 +71,44 @@ pub struct Arguments {
     json: bool,
 }
 
+const DIVISIONS: &str = "Divisions: test the advice on postures left out";
+
+/// The options that divide the data.
+const DIVIDING: [&str; 6] = ["folds", "blocks", "places", "campaigns", "short", "rows"];
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Noise {
+    Instrument,
+    Residual,
+}
+
+impl From<Noise> for NoiseChoice {
+    fn from(noise: Noise) -> Self {
+        match noise {
+            Noise::Instrument => NoiseChoice::Instrument,
+            Noise::Residual => NoiseChoice::Residual,
+        }
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let rows = arguments.rows.as_ref().map(|folder| folder.join("rows.csv"));
-    check_outputs(arguments.output.iter().chain(&rows))?;
-    let mut datasets = read_datasets(&arguments.datasets)?;
-    for (_, dataset) in &mut datasets {
-        thin(dataset, arguments.at_most.unwrap_or(usize::MAX));
-    }
-    let named = named(&datasets);
-    let cases = cases(arguments, &named);
-    if cases.is_empty() {
-        return Err(
-            "there is nothing to divide; give data of more postures, or other divisions (--folds, --blocks, --short)".into()
-        );
-    }
-    let waiting = Waiting::new("proving");
-    let mut proofs: Vec<Proof> = Vec::with_capacity(cases.len());
-    for case in &cases {
-        waiting.now(format!("proving {}, {}", case.robot, case.fold));
-        let (mut proof, default) = case.prove().map_err(|e| format!("{}, {}: {e}", case.robot, case.fold))?;
-        if let Some(folder) = &arguments.rows {
-            let path = free_name(folder, &case.file_name(), &proofs);
-            write_whole(&path, csv(&case.rows(&default)?).as_bytes())?;
-            proof.rows = Some(path);
-        }
-        proofs.push(proof);
-    }
-    drop(waiting);
-    let table = markdown(&proofs);
-    if let Some(path) = &arguments.output {
-        write_whole(path, table.as_bytes())?;
-    }
-    if arguments.json {
-        print_json(&json!({"format": "calibench-proof/1", "summary": Summary::of(&proofs), "proofs": proofs}))?;
+    let Arguments { folds, blocks, places, campaigns, short, rows, .. } = arguments;
+    if folds.is_some() || *blocks > 0 || *places || *campaigns || short.is_some() || rows.is_some() {
+        divisions::run(arguments)
     } else {
-        print(&table)?;
-    }
-    Ok(Outcome::Done)
-}
-
-/// All requested divisions.
-fn cases<'a>(arguments: &Arguments, named: &[(&'a str, &'a Dataset)]) -> Vec<Case<'a>> {
-    let Arguments { folds, blocks, places, campaigns, short, draws, seed, .. } = *arguments;
-    let mut cases = Vec::new();
-    for (name, dataset) in named {
-        if folds > 1 {
-            cases.extend(by_postures(name, dataset, folds, seed));
-        }
-        if blocks > 1 {
-            cases.extend(by_blocks(name, dataset, blocks, seed));
-        }
-        if places {
-            cases.extend(by_places(name, dataset));
-        }
-        if let Some(postures) = short {
-            cases.extend(by_short_campaigns(name, dataset, postures, draws, seed));
-        }
-    }
-    if campaigns {
-        cases.extend(by_campaigns(named, seed));
-    }
-    cases
-}
-
-/// A path for the file not yet used by another proof: names that differ only in non-alphanumeric characters coincide.
-fn free_name(folder: &Path, name: &str, proofs: &[Proof]) -> PathBuf {
-    let stem = name.trim_end_matches(".csv");
-    let numbered = (2..).map(|k| folder.join(format!("{stem}-{k}.csv")));
-    let is_free = |path: &PathBuf| proofs.iter().all(|p| p.rows.as_ref() != Some(path));
-    std::iter::once(folder.join(name)).chain(numbered).find(is_free).unwrap_or_else(|| folder.join(name))
-}
-
-/// Keeps at most `at_most` rows, spread over the whole.
-fn thin(dataset: &mut Dataset, at_most: usize) {
-    let count = dataset.samples.len();
-    if at_most < count {
-        let samples = std::mem::take(&mut dataset.samples).into_iter().enumerate();
-        let taken = samples.filter(|(k, _)| k * at_most / count != (k + 1) * at_most / count);
-        dataset.samples = taken.map(|(_, sample)| sample).collect();
+        injections::run(arguments)
     }
 }
 
-/// The proofs as a table, and their summary.
-fn markdown(proofs: &[Proof]) -> String {
-    let mut out = String::from(
-        "| data | left out | postures fitted, judged | geometry mm | default mm | recommended mm | which | ratio | predicted / measured, default | recommended | verdict | s |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-    );
-    let number = |x: Option<f64>, digits: usize| x.map_or("-".into(), |x| format!("{x:.digits$}"));
-    for p in proofs {
-        out.push_str(&format!(
-            "| {} | {} | {}, {} | {} | {:.4} | {:.4} | {} | {:.3} | {} | {} | {} | {:.1} |\n",
-            p.robot,
-            p.fold,
-            p.postures[0],
-            p.postures[1],
-            number(p.geometry_mm, 4),
-            p.default_mm,
-            p.recommended_mm,
-            p.kind,
-            p.ratio(),
-            number(p.predicted_over_measured[0], 2),
-            number(p.predicted_over_measured[1], 2),
-            p.verdict,
-            p.seconds
-        ));
-    }
-    let s = Summary::of(proofs);
-    out.push_str(&format!(
-        "\n{} divisions: recommended over default {:.3} on average, {:.3} at worst, at most 1.02 in {:.0} %; predicted over measured within 0.8 to 1.25 in {:.0} % (default model) and {:.0} % (recommended).\n",
-        s.proofs,
-        s.mean_ratio,
-        s.worst_ratio,
-        100.0 * s.harmless,
-        100.0 * s.predictions_fair[0],
-        100.0 * s.predictions_fair[1]
-    ));
-    out
+/// Keeps at most `at_most` of the rows that `which` takes, spread over the whole.
+fn thin(dataset: &mut Dataset, at_most: usize, which: Use) {
+    let count = dataset.samples.iter().filter(|s| which.takes(s)).count();
+    let mut place = 0;
+    dataset.samples.retain(|sample| {
+        if at_most >= count || !which.takes(sample) {
+            return true;
+        }
+        place += 1;
+        (place - 1) * at_most / count != place * at_most / count
+    });
 }

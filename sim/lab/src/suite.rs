@@ -20,6 +20,7 @@ pub use case::{Case, Condition, Kind};
 pub use classes::{ClassRow, class_rows};
 pub use designs::{DesignRow, designs};
 pub use outcome::Outcome;
+pub(crate) use tally::quantile;
 pub use tally::{Share, Tally, tally};
 pub use trial::TrialError;
 

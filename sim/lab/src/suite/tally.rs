@@ -18,8 +18,9 @@ pub struct Share {
 }
 
 impl Share {
-    pub(super) fn count<'a>(outcomes: impl Iterator<Item = &'a Outcome>, hit: impl Fn(&Outcome) -> bool) -> Self {
-        outcomes.fold(Share { hits: 0, of: 0 }, |s, o| Share { hits: s.hits + usize::from(hit(o)), of: s.of + 1 })
+    /// Counts trials.
+    pub(crate) fn count<T>(trials: impl Iterator<Item = T>, hit: impl Fn(T) -> bool) -> Self {
+        trials.fold(Share { hits: 0, of: 0 }, |s, o| Share { hits: s.hits + usize::from(hit(o)), of: s.of + 1 })
     }
 
     /// The share; NaN without trials.
@@ -73,7 +74,7 @@ const VISIBLE: [f64; 7] = [0.0, 0.15, 0.3, 0.5, 1.0, 2.0, f64::INFINITY];
 const ABOVE_NOISE_MM: f64 = 0.04;
 
 /// Quantile of the finite values; NaN if there are none.
-pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.retain(|v| v.is_finite());
     values.sort_by(f64::total_cmp);
     if values.is_empty() { f64::NAN } else { values[((values.len() - 1) as f64 * share).round() as usize] }

@@ -1,0 +1,54 @@
+//! What the data can show: every effect of the catalogue is injected and looked for.
+
+use calibench::files::write_whole;
+use calibench::identify::Use;
+use calibench_lab::injection::{InjectedNoise, Subject};
+use serde_json::{Value, json};
+
+use super::super::data::{locate_in_data, model_for, named, read_datasets};
+use super::super::data_gate::gate;
+use super::super::failure::{Failure, Outcome};
+use super::super::output::{check_outputs, print, print_json};
+use super::super::progress::{Trials, Waiting};
+use super::injections_text::{markdown, page, text};
+use super::{Arguments, thin};
+
+/// Fitted rows used of each dataset if not stated: a minute's work.
+const AT_MOST: usize = 2000;
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
+    let datasets = read_datasets(&arguments.datasets)?;
+    let model = model_for(arguments.model.as_deref(), &datasets)?;
+    let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
+    let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
+    let waiting = Waiting::new("fitting the model");
+    let noise = InjectedNoise::of(&named(&datasets), &model, arguments.noise.into()).map_err(locate)?;
+    let mut used = datasets.clone();
+    used.iter_mut().for_each(|(_, d)| thin(d, arguments.at_most.unwrap_or(AT_MOST), Use::Fit));
+    let rows = [&used, &datasets].map(|data| data.iter().flat_map(|(_, d)| &d.samples).filter(|s| Use::Fit.takes(s)).count());
+    let named = named(&used);
+    let subject = Subject::new(&named, &model, noise, arguments.seed).map_err(locate)?;
+    drop(waiting);
+    let bar = Trials::new(subject.effects().len() + arguments.nothing);
+    let found = subject.run(arguments.nothing, arguments.seed, &|| bar.done()).map_err(locate)?;
+    drop(bar);
+    let mut document = serde_json::to_value(&found)?;
+    if let Value::Object(keys) = &mut document {
+        keys.insert("format".into(), json!("calibench-injections/1"));
+        keys.insert("rows".into(), json!({"used": rows[0], "of": rows[1]}));
+        keys.insert("seed".into(), json!(arguments.seed));
+    }
+    if let Some(path) = &arguments.output {
+        let is_page = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html"));
+        let whole = if is_page { page(&found, rows) } else { markdown(&found, rows) };
+        write_whole(path, whole.as_bytes())?;
+    }
+    if arguments.json {
+        print_json(&document)?;
+    } else {
+        gate.tell()?;
+        print(&text(&found, rows))?;
+    }
+    Ok(Outcome::Done)
+}
