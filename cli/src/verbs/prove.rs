@@ -28,6 +28,9 @@ pub struct Arguments {
     /// everything else is modelled; the residual of the fit, what they can show beside all that the model lacks today
     #[arg(long, value_enum, default_value_t = Noise::Instrument, conflicts_with_all = DIVIDING)]
     noise: Noise,
+    /// Inject only this effect or family; repeat for several
+    #[arg(long = "effect", value_name = "ID", conflicts_with_all = DIVIDING)]
+    effects: Vec<String>,
     /// Number of trials in which nothing is injected
     #[arg(long, value_name = "TRIALS", default_value_t = 20, conflicts_with_all = DIVIDING)]
     nothing: usize,

@@ -13,6 +13,7 @@ mod advice_is_held_to_rows_left_out;
 mod bad_input_ends_in_one_clear_error;
 mod compare_tells_where_a_calibration_fails;
 mod compensate_goes_through_the_program;
+mod data_show_what_they_can;
 mod documents_come_back_as_written;
 mod every_fault_of_a_cell_is_survived_or_named;
 mod hunting_tells_the_truth;

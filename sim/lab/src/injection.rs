@@ -13,7 +13,7 @@ use calibench::identify::{Calibration, IdentifyError, Model, Use, missing};
 use calibench::measure::Dataset;
 use calibench::robot::JointKind;
 use calibench::units::MM;
-use calibench_sim::random::Streams;
+use calibench_sim::random::{Streams, fnv1a};
 use rand::RngExt;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -127,20 +127,34 @@ impl<'a> Subject<'a> {
         &self.effects
     }
 
+    /// Keeps only the effects that these names name: ids, or families. Returns the first name that names none.
+    ///
+    /// # Errors
+    /// The name.
+    pub fn only<'n>(&mut self, names: &'n [String]) -> Result<(), &'n str> {
+        let is = |id: &str, name: &String| id == name || EffectId::new(id).family() == name;
+        if let Some(name) = names.iter().find(|name| !self.effects.iter().any(|id| is(id, name))) {
+            return Err(name);
+        }
+        self.effects.retain(|id| names.is_empty() || names.iter().any(|name| is(id, name)));
+        Ok(())
+    }
+
     /// Injects every effect once, and nothing in `nothing` further trials; `done` is called after each.
     ///
     /// # Errors
     /// The first error of a trial, in their order.
     pub fn run(&self, nothing: usize, seed: u64, done: &(dyn Fn() + Sync)) -> Result<Injections, IdentifyError> {
-        let trials: Vec<Option<&str>> =
-            self.effects.iter().map(|e| Some(e.as_str())).chain(std::iter::repeat_n(None, nothing)).collect();
-        let one = |(k, effect): (usize, &Option<&str>)| {
-            let mut random = Streams { seed, trial: k as u64 }.stream("injection");
-            let trial = self.trial(*effect, &mut random);
+        // An effect has its own draws, whatever else is injected.
+        let effects = self.effects.iter().map(|e| (fnv1a(e.as_bytes()), Some(e.as_str())));
+        let trials: Vec<(u64, Option<&str>)> = effects.chain((0..nothing as u64).map(|k| (k, None))).collect();
+        let one = |(trial, effect): &(u64, Option<&str>)| {
+            let source = if effect.is_some() { "injection" } else { "no injection" };
+            let trial = self.trial(*effect, &mut Streams { seed, trial: *trial }.stream(source));
             done();
             trial
         };
-        let trials: Vec<Injected> = trials.par_iter().enumerate().map(one).collect::<Result<_, _>>()?;
+        let trials: Vec<Injected> = trials.par_iter().map(one).collect::<Result<_, _>>()?;
         Ok(Injections::of(self, trials))
     }
 }

@@ -28,7 +28,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     used.iter_mut().for_each(|(_, d)| thin(d, arguments.at_most.unwrap_or(AT_MOST), Use::Fit));
     let rows = [&used, &datasets].map(|data| data.iter().flat_map(|(_, d)| &d.samples).filter(|s| Use::Fit.takes(s)).count());
     let named = named(&used);
-    let subject = Subject::new(&named, &model, noise, arguments.seed).map_err(locate)?;
+    let mut subject = Subject::new(&named, &model, noise, arguments.seed).map_err(locate)?;
+    subject.only(&arguments.effects).map_err(|name| {
+        format!(
+            "--effect {name}: is no effect that these data can test beside the model; `calibench effects` lists the catalogue"
+        )
+    })?;
     drop(waiting);
     let bar = Trials::new(subject.effects().len() + arguments.nothing);
     let found = subject.run(arguments.nothing, arguments.seed, &|| bar.done()).map_err(locate)?;

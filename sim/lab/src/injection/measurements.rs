@@ -177,7 +177,7 @@ mod tests {
                 }
                 _ => Measured::Point(place),
             };
-            let rotation = rotation_vector(&at.rotation.to_rotation_matrix());
+            let rotation = rotation_vector(&at.rotation);
             let orientation = (k % 4 == 3).then_some(Orientation { rotation, sigma: Some(1e-4) });
             samples.push(Sample { orientation, ..Sample::new(format!("p{k}"), q, measured) });
         }
