@@ -13,7 +13,7 @@ pub fn text(found: &Injections, rows: [usize; 2]) -> String {
     let header: Vec<String> = HEADER.map(String::from).to_vec();
     let table: Vec<Vec<String>> = found.families.iter().map(|row| cells(row).to_vec()).collect();
     let mut out = format!("{}\n\n{}\n\n{}", sentences(found, rows), plain_rows(&header, &table), legend());
-    let missed: Vec<String> = found.effects.iter().filter(|t| !t.named).map(|t| missed(t)).collect();
+    let missed: Vec<String> = found.effects.iter().filter(|t| !t.named).map(missed).collect();
     if !missed.is_empty() {
         let _ = write!(out, "\n\nNot named:\n{}", missed.iter().map(|m| format!("  {m}\n")).collect::<String>());
     }
