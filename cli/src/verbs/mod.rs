@@ -13,6 +13,7 @@ mod design;
 mod design_tables;
 mod diagnose;
 mod failure;
+mod help;
 mod hidden_table;
 mod identify;
 mod import;
@@ -37,6 +38,7 @@ mod report;
 mod robots;
 mod run;
 mod serve;
+mod shell;
 mod start;
 mod study;
 mod study_tables;
@@ -53,7 +55,7 @@ use calibench::files::one_line;
 use calibench::files::with_reasons;
 use calibench::identify::IdentifyError;
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use self::failure::{BAD_INPUT, HARDWARE, Hardware, Interrupted, Outcome, hint, is_closed_pipe, is_of_disk};
 
@@ -98,7 +100,7 @@ enum Verb {
     Precision(precision::Arguments),
     /// Measure the robot's repeatability (RP after ISO 9283) and the lost motion of each joint on reversal, with the gauge
     Repeatability(repeatability::Arguments),
-    /// Test the advice on measured campaigns: divide them, and judge on one part what the other recommends
+    /// Tell what the data can show, by injecting every effect and looking for it; or test the advice on postures left out
     Prove(prove::Arguments),
     /// Run blind trials of the diagnosis against the ground truth
     Suite(suite::Arguments),
@@ -118,6 +120,15 @@ enum Verb {
     Effects(catalogue::Arguments),
     /// List the built-in robots, show one, convert a URDF file, or check whether data fit a robot
     Robots(robots::Arguments),
+    /// Print the script by which a shell completes verbs and options
+    Completions(shell::Completions),
+    /// Write the manual pages
+    Man(shell::Man),
+}
+
+/// The command line, with its help.
+fn command() -> clap::Command {
+    help::told(Arguments::command())
 }
 
 /// Runs the program with the arguments of the process.
@@ -129,7 +140,7 @@ pub fn main() -> ExitCode {
 pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
     #[cfg(feature = "mujoco")]
     calibench_mujoco::provide();
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let arguments = match command().try_get_matches_from(arguments).and_then(|m| Arguments::from_arg_matches(&m)) {
         Ok(arguments) => arguments,
         Err(e) => {
             // Help and version are not errors.
@@ -166,6 +177,8 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
         Verb::Robots(a) => robots::run(a),
+        Verb::Completions(a) => shell::completions(a),
+        Verb::Man(a) => shell::man(a),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -20,6 +20,12 @@ pub fn print(text: &str) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Writes bytes to standard output as they are.
+pub fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
+    std::io::stdout().lock().write_all(bytes)?;
+    Ok(())
+}
+
 /// Prints one JSON document, keys in alphabetical order.
 pub fn print_json(document: &impl serde::Serialize) -> Result<(), Failure> {
     print(&serde_json::to_string_pretty(&serde_json::to_value(document)?)?)

@@ -1,0 +1,49 @@
+//! `completions SHELL` and `man`: what a shell and a manual want to know of the program.
+
+use std::path::PathBuf;
+
+use calibench::files::write_whole;
+use clap_complete::Shell;
+
+use super::command;
+use super::failure::{Failure, Outcome};
+use super::output::{print, print_bytes};
+
+#[derive(clap::Args)]
+pub struct Completions {
+    /// The shell
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+#[derive(clap::Args)]
+pub struct Man {
+    /// Folder for the pages, one for the program and one for each verb; existing files are replaced
+    #[arg(short, long, visible_alias = "out", value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// Prints the script that completes verbs, options and values.
+pub fn completions(arguments: &Completions) -> Result<Outcome, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command(), "calibench", &mut script);
+    print_bytes(&script)?;
+    Ok(Outcome::Done)
+}
+
+/// Writes the manual pages.
+pub fn man(arguments: &Man) -> Result<Outcome, Failure> {
+    let mut whole = command();
+    whole.build();
+    let verbs = whole.get_subcommands().filter(|verb| verb.get_name() != "help");
+    let verbs = verbs.map(|verb| verb.clone().display_name(format!("calibench-{}", verb.get_name())));
+    let pages: Vec<clap::Command> = std::iter::once(whole.clone()).chain(verbs).collect();
+    for page in &pages {
+        let name = page.get_display_name().unwrap_or_else(|| page.get_name()).to_owned();
+        let mut text = Vec::new();
+        clap_mangen::Man::new(page.clone()).title(name.clone()).render(&mut text)?;
+        write_whole(&arguments.output.join(format!("{name}.1")), &text)?;
+    }
+    print(&format!("{} pages in {}", pages.len(), arguments.output.display()))?;
+    Ok(Outcome::Done)
+}
