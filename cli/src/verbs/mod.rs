@@ -44,6 +44,7 @@ mod study;
 mod study_tables;
 mod suite;
 mod suite_tables;
+mod terminal;
 mod validate;
 mod workbench;
 
@@ -65,6 +66,9 @@ use self::failure::{BAD_INPUT, HARDWARE, Hardware, Interrupted, Outcome, hint, i
 struct Arguments {
     #[command(subcommand)]
     verb: Verb,
+    /// Do not fit tables and sentences to the terminal (or to COLUMNS)
+    #[arg(long, global = true)]
+    wide: bool,
 }
 
 #[derive(Subcommand)]
@@ -151,6 +155,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             return refuse(&misuse(&e), BAD_INPUT);
         }
     };
+    output::fit_to(terminal::columns(arguments.wide));
     let result = match &arguments.verb {
         Verb::Run(a) => run::run(a),
         Verb::Plan(a) => plan::run(a),
