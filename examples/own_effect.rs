@@ -52,6 +52,7 @@ fn beyond(q: f64) -> f64 {
 static HOSE_PULL: Family = Family {
     id: "hose_pull",
     arguments: ":J",
+    name: "pull of the hoses",
     what: "hoses pull a joint back",
     equation: "theta_J -= s (q_J beyond 90 deg)",
     origin: Origin::Arm,

@@ -72,10 +72,10 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     let mut all = Vec::new();
     match beneath(d) {
         Verdict::NothingLeft | Verdict::SuspectSamples | Verdict::DataDoNotFit => all.push(format!(
-            "{word}: nothing_left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
+            "{word}: nothing left. What remains is noise; no effect of the catalogue sticks out. That is no proof of accuracy elsewhere: measure where the robot is to work."
         )),
         Verdict::NoiseLargerThanStated => all.push(format!(
-            "{word}: noise_larger_than_stated. What remains has no shape that any effect explains{}; state the noise as it is, or measure targets twice to know it.",
+            "{word}: noise larger than stated. What remains has no shape that any effect explains{}; state the noise as it is, or measure targets twice to know it.",
             d.scatter.larger_than_stated.map_or(String::new(), |f| format!(" and is {f:.2} times the stated noise"))
         )),
         Verdict::Identified => {
@@ -99,7 +99,7 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
             all.extend(unexplained(d, commands));
         }
         other => {
-            all.push(format!("{word}: {}.", other.name()));
+            all.push(format!("{word}: {}.", other.in_words()));
             named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
         }
     }
@@ -140,7 +140,7 @@ fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
     let first = d.scatter.suspects.first()?;
     let (is, it) = if d.scatter.suspects.len() == 1 { ("disagrees", "it") } else { ("disagree", "they") };
     Some(format!(
-        "Verdict: suspect_samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows; {} does so in the model.",
+        "Verdict: suspect samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows; {} does so in the model.",
         suspects_named(&d.scatter.suspects),
         commands.add(&effects::setting_aside(&first.sample))
     ))

@@ -37,6 +37,11 @@ impl Verdict {
         }
     }
 
+    /// The verdict for people, as the glossary has it.
+    pub fn in_words(self) -> String {
+        self.name().replace('_', " ")
+    }
+
     /// True if the verdict names effects of the catalogue.
     pub fn names_effects(self) -> bool {
         matches!(self, Verdict::Identified | Verdict::Partly | Verdict::Indistinguishable)

@@ -12,6 +12,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "artifact_sag",
     arguments: "",
+    name: "lean of the artifact with height",
     what: "the artifact leans with height",
     equation: "ball += (x, y) h^2",
     origin: Origin::Artifact,

@@ -12,6 +12,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "artifact_scale",
     arguments: "",
+    name: "scale of the artifact",
     what: "the artifact is warmer than on the CMM",
     equation: "ball += s (ball - centroid)",
     origin: Origin::Artifact,

@@ -15,6 +15,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "artifact_step",
     arguments: ":T",
+    name: "artifact bumped {time}",
     what: "the artifact was bumped once",
     equation: "every ball += (x, y, z) after T",
     origin: Origin::Artifact,

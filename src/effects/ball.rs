@@ -11,6 +11,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "ball",
     arguments: ":B",
+    name: "position of ball {name}",
     what: "a ball moved or was mis-measured",
     equation: "ball_B += (x, y, z)",
     origin: Origin::Artifact,

@@ -12,6 +12,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "ball_step",
     arguments: ":B:T",
+    name: "ball {name} knocked {time}",
     what: "a ball was knocked once",
     equation: "ball_B += (x, y, z) after T",
     origin: Origin::Artifact,

@@ -11,6 +11,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "base_drift",
     arguments: "",
+    name: "drift of the base against the artifact",
     what: "base and artifact drift apart",
     equation: "base += (x, y, z) t",
     origin: Origin::SetUp,

@@ -11,6 +11,7 @@ use crate::units::{DEG, MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "base_frame",
     arguments: "",
+    name: "pose of the base",
     what: "the base is displaced from its nominal pose",
     equation: "chi_B += (x, y, z, rz, ry, rx)",
     origin: Origin::SetUp,

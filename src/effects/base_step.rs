@@ -12,6 +12,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "base_step",
     arguments: ":T",
+    name: "base bumped {time}",
     what: "base or artifact was bumped once",
     equation: "base += (x, y, z) after T",
     origin: Origin::SetUp,

@@ -13,6 +13,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "bearing_tilt",
     arguments: ":J",
+    name: "bearing tilt of {joint}",
     what: "a joint's axis tips under the load",
     equation: "axis J tips by k M across z_J",
     origin: Origin::Arm,

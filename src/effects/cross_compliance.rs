@@ -12,6 +12,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "cross_compliance",
     arguments: ":J:K",
+    name: "compliance of {joint} to the torque of {joint 2}",
     what: "the torque of one joint turns another",
     equation: "theta_J += c tau_K",
     origin: Origin::Arm,

@@ -15,6 +15,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "error_curve",
     arguments: ":J",
+    name: "error curve of {joint}",
     what: "a joint errs by any smooth curve",
     equation: "the same, summed over k = 1..40",
     origin: Origin::Arm,

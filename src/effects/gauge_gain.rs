@@ -10,6 +10,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "gauge_gain",
     arguments: ":I",
+    name: "scale of {indicator}",
     what: "an indicator's scale is off",
     equation: "tool += g r_I e_I",
     origin: Origin::Gauge,

@@ -11,6 +11,7 @@ use crate::units::{MRAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "gauge_tilt",
     arguments: ":I",
+    name: "tilted flat of {indicator}",
     what: "a plunger's flat is tilted",
     equation: "tool += k (r_J + r_K) e_I",
     origin: Origin::Gauge,

@@ -10,6 +10,7 @@ use crate::units::{UM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "gauge_zero",
     arguments: ":I",
+    name: "zero of {indicator}",
     what: "an indicator's zero is off",
     equation: "tool += z e_I, on balls",
     origin: Origin::Gauge,

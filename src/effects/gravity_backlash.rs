@@ -12,6 +12,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "gravity_backlash",
     arguments: ":J",
+    name: "backlash of {joint} under gravity",
     what: "lost motion by the side of the load",
     equation: "theta_J += b tanh(tau_J / tau_0)",
     origin: Origin::Arm,

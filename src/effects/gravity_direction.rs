@@ -15,6 +15,7 @@ use crate::units::{MRAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "gravity_direction",
     arguments: "",
+    name: "cell out of level",
     what: "the cell is not level",
     equation: "theta_J += c_J dtau_J(turn about x, y)",
     origin: Origin::SetUp,

@@ -14,6 +14,7 @@ use crate::units::{URAD, Unit};
 pub(super) const ONCE: Family = Family {
     id: "harmonic1",
     arguments: ":J",
+    name: "eccentricity of {joint}, 1 per turn",
     what: "a joint errs once per turn (eccentric)",
     equation: "theta_J += s sin(q_J) + c cos(q_J)",
     origin: Origin::Arm,
@@ -32,6 +33,7 @@ pub(super) const ONCE: Family = Family {
 
 pub(super) const TWICE: Family = Family {
     id: "harmonic2",
+    name: "ovality of {joint}, 2 per turn",
     what: "a joint errs twice per turn (oval)",
     equation: "theta_J += s sin(2 q_J) + c cos(2 q_J)",
     period: Period::PerTurn(2),
@@ -46,6 +48,7 @@ pub(super) const TWICE: Family = Family {
 pub(super) const ANY: Family = Family {
     id: "harmonic",
     arguments: ":J:k",
+    name: "gear ripple of {joint}, {order} per turn",
     what: "a joint errs k times per turn (teeth)",
     equation: "theta_J += s sin(k q_J) + c cos(k q_J)",
     scan: Scan::Order,

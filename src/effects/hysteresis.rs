@@ -14,6 +14,7 @@ use crate::units::{UM, URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "hysteresis",
     arguments: ":J",
+    name: "hysteresis of {joint}",
     what: "lost motion by the side of the approach",
     equation: "theta_J += h approach_J",
     origin: Origin::Arm,

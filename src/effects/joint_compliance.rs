@@ -16,6 +16,7 @@ const PLAUSIBLE_MDEG_PER_NM: f64 = 10.0;
 pub(super) const FAMILY: Family = Family {
     id: "joint_compliance",
     arguments: ":J",
+    name: "compliance of {joint}",
     what: "gearboxes twist under gravity",
     equation: "theta_J += c_J tau_J",
     origin: Origin::Arm,

@@ -9,6 +9,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "joint_scale",
     arguments: ":J",
+    name: "scale of {joint}",
     what: "a joint turns a share too far",
     equation: "theta_J += s q_J",
     origin: Origin::Arm,

@@ -11,6 +11,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "joint_source",
     arguments: ":J",
+    name: "following error of {joint}",
     what: "following error: a joint is at the commanded, not the reported, angle",
     equation: "theta_J += s (q_commanded - q)",
     origin: Origin::Arm,

@@ -10,6 +10,7 @@ use crate::units::{UM, URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "joint_step",
     arguments: ":J:T",
+    name: "slip of {joint} {time}",
     what: "a joint slipped once",
     equation: "theta_J += s after T",
     origin: Origin::Arm,

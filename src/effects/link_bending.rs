@@ -17,6 +17,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "link_bending",
     arguments: ":J",
+    name: "bending of {link}",
     what: "link J bends and twists",
     equation: "beam to J+1: M_across/EI, M_along/GJ",
     origin: Origin::Arm,

@@ -15,6 +15,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "link_mass",
     arguments: "",
+    name: "masses of links 2, 3 and 4",
     what: "links 2, 3, 4 are heavier than entered",
     equation: "theta_J += c_J dtau_J(share of mass)",
     origin: Origin::Arm,

@@ -13,6 +13,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "lumped_gravity",
     arguments: ":J",
+    name: "deflection of {joint} under gravity, masses unknown",
     what: "a joint gives way, masses unknown",
     equation: "theta_J += z_J . (moments x g), by link",
     origin: Origin::Arm,

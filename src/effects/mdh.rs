@@ -12,6 +12,7 @@ use crate::units::{DEG, MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "mdh",
     arguments: "",
+    name: "link geometry",
     what: "link geometry differs from the nominal one",
     equation: "alpha, a, d, theta, beta += deviation",
     origin: Origin::Arm,

@@ -57,6 +57,7 @@ mod tool_frame;
 mod tool_step;
 mod tracker_registration;
 mod unsettled;
+mod words;
 mod wrist_coupling;
 
 use thiserror::Error;
@@ -70,6 +71,7 @@ pub use probe_rotation::PROBE_ROTATION;
 pub use registry::{Registry, family, ids};
 pub use situation::{ArtifactShape, Kind, Situation};
 pub use target::place_of_target;
+pub use words::{in_words, variable_in_words};
 
 use crate::robot::{Robot, Site};
 use crate::units::Unit;

@@ -21,6 +21,7 @@ pub fn set_aside_by(effect: &str) -> Option<&str> {
 pub(super) const FAMILY: Family = Family {
     id: "outlier",
     arguments: ":ID",
+    name: "sample {name} set aside",
     what: "one sample disagrees with all others",
     equation: "target += (x, y, z) at sample ID",
     origin: Origin::SetUp,

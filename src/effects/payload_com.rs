@@ -12,6 +12,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "payload_com",
     arguments: "",
+    name: "centre of mass of the payload",
     what: "the payload's centre is not as entered",
     equation: "theta_J += c_J dtau_J(centre of mass)",
     origin: Origin::SetUp,

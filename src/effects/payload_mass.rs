@@ -12,6 +12,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "payload_mass",
     arguments: "",
+    name: "mass of the payload",
     what: "the payload's mass is not as entered",
     equation: "theta_J += c_J dtau_J(payload mass)",
     origin: Origin::SetUp,

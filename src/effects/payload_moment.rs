@@ -15,6 +15,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "payload_moment",
     arguments: "",
+    name: "payload that was not entered",
     what: "a payload was not entered",
     equation: "theta_J += c_J dtau_J(m, m com)",
     origin: Origin::SetUp,

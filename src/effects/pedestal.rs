@@ -12,6 +12,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "pedestal",
     arguments: "",
+    name: "compliance of the pedestal",
     what: "the base tips under the overturning moment",
     equation: "base rotation (x, y) += (k_x M_x, k_y M_y)",
     origin: Origin::SetUp,

@@ -14,6 +14,7 @@ pub const PROBE_ROTATION: &str = "probe_rotation";
 pub(super) const FAMILY: Family = Family {
     id: PROBE_ROTATION,
     arguments: "",
+    name: "axes of the measured orientations",
     what: "the axes of measured orientations are not those of the tool",
     equation: "R_measured = R_tool exp(rx, ry, rz)",
     origin: Origin::Gauge,

@@ -11,6 +11,7 @@ use crate::units::{URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "product",
     arguments: ":J:A:B",
+    name: "error of {joint} by the angles of {joint 2} and {joint 3} together",
     what: "a joint errs by two angles at once",
     equation: "theta_J += (sin, cos q_A) x (sin, cos q_B)",
     origin: Origin::Arm,

@@ -35,6 +35,7 @@ use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
 /// static FAMILY: Family = Family {
 ///     id: "cable_drag",
 ///     arguments: "",
+///     name: "cable on joint 1",
 ///     what: "a cable pulls joint 1",
 ///     equation: "theta_1 += c tanh(q_1)",
 ///     origin: Origin::Arm,

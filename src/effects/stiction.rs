@@ -11,6 +11,7 @@ use crate::units::{UM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "stiction",
     arguments: "",
+    name: "stiction of the plungers",
     what: "plungers hang up on one side",
     equation: "tool += s_I plunger_I e_I, on balls",
     origin: Origin::Gauge,

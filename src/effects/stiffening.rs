@@ -15,6 +15,7 @@ use crate::units::{DEG, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "stiffening",
     arguments: ":J",
+    name: "stiffening of {joint} under load",
     what: "gearboxes are stiffer under load",
     equation: "theta_J += k (tau_J / tau_ref)^3",
     origin: Origin::Arm,

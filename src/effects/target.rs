@@ -15,6 +15,7 @@ pub fn place_of_target(name: &str) -> String {
 pub(super) const FAMILY: Family = Family {
     id: "target",
     arguments: ":R",
+    name: "position of target {name} on the tool",
     what: "a target is not where it was said to be on the tool",
     equation: "tool += (x, y, z) in tool axes, at samples of target R",
     origin: Origin::Gauge,

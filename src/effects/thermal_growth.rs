@@ -15,6 +15,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "thermal_growth",
     arguments: "[:temp]",
+    name: "thermal growth of the links with {clock}",
     what: "links grow with time, or temperature",
     equation: "l t + s (1 - exp(-4 t)), or k (T - 20)",
     origin: Origin::Arm,

@@ -10,6 +10,7 @@ use crate::units::{UM, URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "thermal_joint",
     arguments: ":J",
+    name: "zero drift of {joint}",
     what: "a joint's zero drifts",
     equation: "theta_J += b t",
     origin: Origin::Arm,

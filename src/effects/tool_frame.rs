@@ -11,6 +11,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "tool_frame",
     arguments: "",
+    name: "position of the TCP",
     what: "the TCP is not where the CMM said",
     equation: "tool += (x, y, z)",
     origin: Origin::Gauge,

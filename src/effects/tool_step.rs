@@ -11,6 +11,7 @@ use crate::units::{MM, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "tool_step",
     arguments: ":T",
+    name: "tool moved on the flange {time}",
     what: "the tool moved on the flange once",
     equation: "tool += (x, y, z) after T",
     origin: Origin::Gauge,

@@ -17,6 +17,7 @@ use crate::units::{UM, URAD, Unit};
 pub(super) const FAMILY: Family = Family {
     id: "tracker_registration",
     arguments: "",
+    name: "registration of the tracker",
     what: "the tracker's world frame is off",
     equation: "point += (x, y, z) + (rx, ry, rz) x p",
     origin: Origin::SetUp,

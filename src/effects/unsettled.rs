@@ -9,6 +9,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "unsettled",
     arguments: ":J",
+    name: "{joint} read before it settled",
     what: "a joint was read before it settled",
     equation: "theta_J += s (q_J - q_J before)",
     origin: Origin::SetUp,

@@ -10,6 +10,7 @@ use crate::units::Unit;
 pub(super) const FAMILY: Family = Family {
     id: "wrist_coupling",
     arguments: "",
+    name: "coupling of the wrist joints",
     what: "joints of the wrist turn those after them",
     equation: "theta_K += k q_J, the last three",
     origin: Origin::Arm,

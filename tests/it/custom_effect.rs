@@ -160,6 +160,7 @@ impl Effect for CableDrag {
 static CABLE: Family = Family {
     id: "cable_drag",
     arguments: "",
+    name: "cable on joint 1",
     what: "cables pull joint 1 back",
     equation: "theta_1 += c tanh(3 q_1)",
     origin: Origin::Arm,

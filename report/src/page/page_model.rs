@@ -80,8 +80,8 @@ impl PageModel {
             "figures": figures(&self.ladder_step, forecast.as_ref()),
             "commands_from": subject.commands_from,
             "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref(), commands),
-            "meanings": candidate::meanings(diagnosis),
-            "calibration": fitted(calibration),
+            "meanings": candidate::meanings(diagnosis, &ladder),
+            "calibration": flagged(fitted(calibration), &self.ladder_step),
             "ladder": ladder,
             "drawn": nominal(calibration, datasets, judged)?,
             "validation": self.ladder_step.validation.as_ref().map(documents::Validation::of),
@@ -107,9 +107,17 @@ fn judged_at(subject: &PageSubject<'_>) -> WorkspacePoses {
 /// The verdict as a headline, its meaning, and the expected error of the robot.
 fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
-    let named = || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect));
-    let first_named = named().next().map(|f| f.hypothesis.in_model.clone());
+    let named = || d.findings.iter().filter(|f| d.set95.contains(&f.hypothesis.effect)).map(|f| f.hypothesis.in_model.clone());
     let curve = d.heat_map.credible().first().map(|cell| (cell.joint + 1, cell.variable.name()));
+    // The ids of the effects that the headline names.
+    let effects: Vec<String> = match d.verdict {
+        Verdict::Identified => named().take(1).collect(),
+        Verdict::Partly => d.findings.first().map(|f| f.hypothesis.in_model.clone()).into_iter().collect(),
+        Verdict::Indistinguishable => named().collect(),
+        _ => Vec::new(),
+    };
+    let first_words = || effects.first().map_or_else(String::new, |effect| in_words(effect));
+    let physics = || effects.first().map_or_else(String::new, |effect| sentence(meaning(effect).physics));
     let (headline, means) = match d.verdict {
         Verdict::NoiseLargerThanStated => (
             "The residual is noise, and more of it than stated".to_owned(),
@@ -128,24 +136,21 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
             "No effect of the catalogue sticks out of these data. That is no proof of accuracy where nothing was measured."
                 .to_owned(),
         ),
-        Verdict::Identified => {
-            let effect = first_named.clone().unwrap_or_default();
-            (format!("Missing in the model: {effect}"), sentence(meaning(&effect).physics))
-        }
+        Verdict::Identified => (format!("Missing in the model: {}", first_words()), physics()),
         Verdict::Partly => {
-            let effect = d.findings.first().map(|f| f.hypothesis.in_model.clone()).unwrap_or_default();
-            (
-                format!("{effect} explains {:.0} %; more is missing", 100.0 * d.explains.unwrap_or(0.0)),
-                sentence(meaning(&effect).physics),
-            )
+            // A name such as "gear ripple of joint 2, 17 per turn" ends in an apposition.
+            let words = first_words();
+            let comma = if words.contains(", ") { "," } else { "" };
+            let share = 100.0 * d.explains.unwrap_or(0.0);
+            (format!("{}{comma} explains {share:.0} %; more is missing", capital(&words)), physics())
         }
         Verdict::Indistinguishable => {
-            let all: Vec<&str> = named().map(|f| f.hypothesis.in_model.as_str()).collect();
-            (format!("Missing in the model: one of {}", all.join(", ")), "These data cannot tell which.".to_owned())
+            let all: Vec<String> = effects.iter().map(|effect| in_words(effect)).collect();
+            (format!("Missing in the model: {}", all.join("; or ")), "These data cannot tell which.".to_owned())
         }
         Verdict::Unexplained => match curve {
             Some((joint, variable)) => (
-                format!("Unexplained: the error of joint {joint} follows {variable}"),
+                format!("Unexplained: the error of joint {joint} follows the {}", variable_in_words(&variable)),
                 "No single effect of the catalogue explains the residual; a smooth curve of that joint explains most of it."
                     .to_owned(),
             ),
@@ -154,7 +159,7 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
                 "The residual is the usual model discrepancy of a robot beyond the fitted model.".to_owned(),
             ),
         },
-        other => (format!("The diagnosis says '{}'", other.name().replace('_', " ")), String::new()),
+        other => (capital(&other.in_words()), String::new()),
     };
     let (headline, means) = match first.calibration.unconverged() {
         Some(outcome) => ("The fit did not converge".to_owned(), sentence(&unconverged_sentence(outcome))),
@@ -162,6 +167,8 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     };
     json!({
         "name": d.verdict.name(),
+        "words": d.verdict.in_words(),
+        "effects": effects,
         "headline": headline,
         "means": means,
         "expected": forecast.map_or_else(|| NoForecast::of(&first.undetermined).to_string(), Forecast::sentence),
@@ -172,8 +179,13 @@ fn verdict(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
 
 /// Turns a clause into a sentence: initial capital and full stop.
 fn sentence(clause: &str) -> String {
-    let mut letters = clause.chars();
-    letters.next().map_or(String::new(), |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
+    if clause.is_empty() { String::new() } else { format!("{}.", capital(clause)) }
+}
+
+/// The same text with an initial capital.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().to_string() + letters.as_str())
 }
 
 /// The key figures.
