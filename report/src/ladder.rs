@@ -1,21 +1,21 @@
 //! The error after each step of a ladder, as a table.
 
+use super::figures::{CROSS_VALIDATED, NOISE_LEFT, NOT_FITTED, RESIDUAL, WORKSPACE};
 use super::ladder_sentences::ladder_step_words;
 use super::tables::plain_rows;
 use calibench::assess::{LadderStep, Validation};
 use calibench::units::MM;
 
-/// Steps as a table; one column per campaign if there are several, and one per campaign that was not fitted.
+/// Steps as a table, errors in mm; one column per campaign if there are several, and one per campaign that was not fitted.
 pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
     let Some(first) = steps.first() else { return String::new() };
     let mm = |x: f64| format!("{:.4}", x / MM);
-    let mut header: Vec<String> =
-        ["model", "fit rms mm", "cross-validated", "predicted over the workspace"].map(String::from).into();
+    let mut header: Vec<String> = ["model", RESIDUAL.name, CROSS_VALIDATED.name, WORKSPACE.name].map(String::from).into();
     let validated = steps.iter().any(|r| r.validation.is_some());
     if validated {
-        header.extend(["validation mean", "validation max"].map(String::from));
+        header.extend(["mean", "max"].map(|of| format!("{}, {of}", NOT_FITTED.name)));
     }
-    header.push("noise".into());
+    header.push(NOISE_LEFT.name.into());
     let stated = first.calibration.noise_stated;
     if stated {
         header.push("chi2/dof".into());

@@ -14,6 +14,7 @@ mod views;
 use std::collections::HashSet;
 
 use crate::identify::{Application, Calibration, IdentifyError, Use};
+use crate::math::rms;
 use crate::measure::{Dataset, Postures, Sample};
 
 use self::layout::Layout;
@@ -87,7 +88,7 @@ impl Comparison {
         let noise = NoiseFloor::of(&noisy, problem.noise_stated());
         let (fit_relation, beforehand) = fit_relation::of(calibration, &application, datasets, which, &noise);
         let whitened = Whitened::new(problem, values, &beforehand);
-        let rms = (seen.iter().map(|s| s.residual.norm_squared()).sum::<f64>() / seen.len() as f64).sqrt();
+        let rms = rms(&seen.iter().map(|s| s.residual).collect::<Vec<_>>());
         let lack_of_fit = LackOfFit::of(&noise, rms, &whitened, problem.row_count());
 
         let normalised: Vec<(f64, usize)> = seen.iter().map(|s| whitened.normalised(s.first_row, s.height)).collect();

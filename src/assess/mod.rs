@@ -34,6 +34,7 @@ mod residual_views;
 mod shifts;
 mod sweep;
 mod symptoms;
+mod unexplained;
 mod validation;
 mod verdict;
 mod withdrawal;
@@ -74,6 +75,7 @@ pub use residual_views::{
 };
 pub use shifts::{Shift, Shifted, Shifts, shift_of};
 pub use symptoms::Symptom;
+pub use unexplained::{noise_left, unexplained};
 pub use validation::{HistogramBin, OrientationErrors, Validation};
 pub use verdict::Verdict;
 pub use withdrawal::Contradiction;

@@ -80,7 +80,16 @@ pub struct WorkspaceError {
 impl WorkspaceError {
     /// The mean error that an instrument would measure, including its own noise, m.
     pub fn mean_as_measured(&self) -> f64 {
-        self.mean.expected.hypot(MEAN_LENGTH * self.noise)
+        self.as_measured(self.mean.expected)
+    }
+
+    /// The 10 and 90 % quantiles of that mean, m.
+    pub fn band_as_measured(&self) -> [f64; 2] {
+        [self.mean.low, self.mean.high].map(|x| self.as_measured(x))
+    }
+
+    fn as_measured(&self, error: f64) -> f64 {
+        error.hypot(MEAN_LENGTH * self.noise)
     }
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Matrix3xX, SymmetricEigen};
 
 use super::CalibratedArm;
+use crate::assess::unexplained;
 use crate::identify::Calibration;
 
 /// Predicted standard uncertainty of the TCP's position, m: that of the identified parameters, combined with the residual
@@ -38,7 +39,12 @@ impl Spread {
         for (k, mut row) in root.row_iter_mut().enumerate() {
             row *= sigma(k);
         }
-        Spread { root, unexplained: unexplained(calibration), columns: Matrix3xX::zeros(m), carried: Matrix3xX::zeros(m) }
+        Spread {
+            root,
+            unexplained: beyond_noise(calibration).powi(2),
+            columns: Matrix3xX::zeros(m),
+            carried: Matrix3xX::zeros(m),
+        }
     }
 
     /// The uncertainty at the posture in which the arm last came to rest.
@@ -54,15 +60,9 @@ impl Spread {
     }
 }
 
-/// Mean square, m², of the residuals that noise does not explain: with stated noise their share `1 - 1 / chi²`, chi² per
-/// degree of freedom; without it all of them, for lack of other evidence.
-fn unexplained(calibration: &Calibration) -> f64 {
-    let share = if !calibration.noise_stated {
-        1.0
-    } else if calibration.chi2_per_dof > 1.0 {
-        1.0 - 1.0 / calibration.chi2_per_dof
-    } else {
-        0.0
-    };
-    share * calibration.rms.powi(2)
+/// The residual, m, that noise does not explain: noise as stated leaves the residual over the root of chi² per degree of
+/// freedom; where none is stated all of it counts, for lack of other evidence.
+fn beyond_noise(calibration: &Calibration) -> f64 {
+    let noise = if calibration.noise_stated { calibration.rms / calibration.chi2_per_dof.sqrt() } else { 0.0 };
+    unexplained(calibration.rms, noise)
 }

@@ -11,6 +11,7 @@ use super::fit_result::{Fit, FitError, Outcome, Unresolved};
 use super::problem::{Linearised, LoadState, LoadWorkspace, Workspace};
 use super::{Prior, Problem};
 use crate::math::linalg::{self, Cholesky};
+use crate::math::rms;
 
 /// An adjustment set up once for a problem, and run as often as its samples are [renewed](Problem::renew).
 ///
@@ -219,16 +220,14 @@ impl Adjustment {
         let (observability, condition) = observability_at(problem, &self.values, &flat)?;
         let residuals = problem.residuals(&self.values);
         let outcome = if problem.left_linear_range(&self.values).is_some() { Outcome::LeftLinearRange } else { self.outcome };
-        let rms = (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt();
         let turns: Vec<_> = problem.orientation_residuals(&self.values).into_iter().flatten().collect();
-        let turned = (turns.iter().map(|r| r.norm_squared()).sum::<f64>() / turns.len() as f64).sqrt();
         Ok(Fit {
-            rms_orientation: (!turns.is_empty()).then_some(turned),
+            rms_orientation: (!turns.is_empty()).then(|| rms(&turns)),
             values: self.values,
             kept: self.kept,
             covariance,
             unresolved: self.unresolved,
-            rms,
+            rms: rms(&residuals),
             chi2: self.chi2,
             dof: self.dof,
             noise_stated: self.noise_stated,

@@ -1,6 +1,7 @@
 //! From datasets and a model to a calibration that reproduces the residual of its fit.
 
 use super::{Calibration, IdentifyError, Model, Problem, Use, covariance_with_model_error, fit};
+use crate::math::rms;
 use crate::measure::Dataset;
 use crate::units::MM;
 
@@ -54,8 +55,7 @@ impl Calibration {
     /// # Errors
     /// [`IdentifyError::Inconsistent`]; as [`Calibration::predict`].
     pub fn check_residual(&self, datasets: &[(&str, &Dataset)], read: &Calibration) -> Result<(), IdentifyError> {
-        let residuals = read.predict(datasets, Use::Fit)?.residuals;
-        let rms = (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len().max(1) as f64).sqrt();
+        let rms = rms(&read.predict(datasets, Use::Fit)?.residuals);
         if (rms - self.rms).abs() <= REPRODUCED * self.rms + ROUNDING {
             return Ok(());
         }

@@ -2,8 +2,10 @@
 
 pub(crate) mod linalg;
 mod observability;
+mod rms;
 pub(crate) mod simd;
 pub(crate) mod sincos;
 
 pub use linalg::LinalgError;
 pub use observability::Observability;
+pub use rms::rms;

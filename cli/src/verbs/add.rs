@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use calibench::assess::{HoldOut, Objection, WorkspacePoses, ladder_step};
 use calibench::identify::{Use, write_model, write_model_like};
-use calibench_report::{added_sentences, documents, ladder_step_table, objection_sentence, parameter_rows, symptom_sentence};
+use calibench_report::{
+    added_sentences, disagreement_sentence, documents, ladder_step_table, objection_sentence, parameter_rows, symptom_sentence,
+};
 
 use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, warn_of_poses};
 use super::data_gate::gate;
@@ -94,7 +96,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             (_, false) => {}
         }
     }
-    warn_of_poses(&after.calibration, &poses);
+    let beyond = warn_of_poses(&after.calibration, &poses);
+    if !arguments.json {
+        disagreement_sentence(&after, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
+    }
     if accepted {
         return Ok(Outcome::Done);
     }

@@ -120,13 +120,14 @@ pub fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
     Ok(calibration)
 }
 
-/// Warns on standard error of poses of a prediction beyond the joint ranges of a calibration.
-pub fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) {
+/// Warns on standard error of poses of a prediction beyond the joint ranges of a calibration, and returns them.
+pub fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) -> Extrapolation {
     let beyond =
         Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
     if let Some(warning) = extrapolation_sentence(&beyond) {
         eprintln!("{warning}");
     }
+    beyond
 }
 
 /// The arguments of recommended commands after the verb.

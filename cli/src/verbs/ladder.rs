@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{ChoiceKind, Climb, Extrapolation, HoldOut, LadderStep, WorkspacePoses, ladder};
+use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    NoForecast, added_sentences, advice, documents, ladder_step_sentence, ladder_step_table, objection_sentence,
-    symptom_sentence, top_sentences,
+    NoForecast, added_sentences, advice, disagreement_sentence, documents, ladder_step_sentence, ladder_step_table,
+    objection_sentence, symptom_sentence, top_sentences,
 };
 
 use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, warn_of_poses};
@@ -68,15 +68,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             None => write_model(written, path)?,
         }
     }
-    warn_of_poses(&chosen.calibration, &poses);
+    let beyond = warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
-        let calibration = &chosen.calibration;
-        let beyond = Extrapolation::of(
-            &calibration.robot,
-            &calibration.joint_ranges,
-            &calibration.model,
-            poses.q.iter().map(Vec::as_slice),
-        );
         let outside_range = documents::OutsideRange::of(&beyond);
         print_json(&documents::Ladder { outside_range, misfit: gate.misfit, ..documents::Ladder::of(&climbed) })?;
         return Ok(Outcome::Done);
@@ -101,6 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if chosen.workspace.is_none() {
         print(&NoForecast::of(&chosen.undetermined).to_string())?;
     }
+    disagreement_sentence(chosen, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
     print(&advice(&climbed))?;
     if let Some(path) = &arguments.output {
         let which = if arguments.whole { "model of the whole library" } else { "recommended model" };

@@ -129,7 +129,10 @@ pub struct Diagnosis {
     pub dof: usize,
     /// Residual, rms, mm.
     pub rms_mm: f64,
-    /// Expected contribution of the noise to it, mm.
+    /// The part of the noise that remains in the residual, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_left_mm: Option<f64>,
+    /// The same as `noise_left_mm`.
     pub noise_mm: f64,
     /// Residual beyond the noise, mm.
     pub unexplained_mm: f64,
@@ -236,6 +239,7 @@ impl Diagnosis {
             samples: d.samples,
             dof: d.dof,
             rms_mm: d.rms / MM,
+            noise_left_mm: Some(d.noise / MM),
             noise_mm: d.noise / MM,
             unexplained_mm: d.unexplained / MM,
             chi2_per_dof: d.lack_of_fit_p.and_then(|_| finite(d.chi2_per_dof)),

@@ -134,7 +134,10 @@ pub struct LadderStep {
     pub undetermined: Vec<String>,
     /// Errors on the validation rows; null without any.
     pub validation: Option<ErrorSummary>,
-    /// Noise, rms, mm.
+    /// The part of the noise that remains in the residual, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_left_mm: Option<f64>,
+    /// The same as `noise_left_mm`.
     pub noise_mm: f64,
     /// Errors by session.
     pub sessions: Vec<SessionErrors>,
@@ -254,6 +257,7 @@ impl LadderStep {
             workspace: step.workspace.as_ref().map(Workspace::of),
             undetermined: step.undetermined.clone(),
             validation: step.validation.as_ref().map(ErrorSummary::of),
+            noise_left_mm: Some(step.noise / MM),
             noise_mm: step.noise / MM,
             sessions: step.sessions.iter().map(session).collect(),
             checks: step.checks.iter().map(CheckErrors::of).collect(),

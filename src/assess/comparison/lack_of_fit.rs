@@ -3,6 +3,7 @@
 use super::significance::SIGNIFICANCE;
 use crate::assess::noise_floor::{NoiseFloor, NoiseSource, fisher_chance};
 use crate::assess::residual_views::Whitened;
+use crate::assess::unexplained::{mean_square_beyond, noise_left, unexplained};
 
 /// Two-sided 95 % quantile of the normal distribution.
 const TWO_SIDED_95: f64 = 1.959_964;
@@ -55,13 +56,12 @@ impl LackOfFit {
             (NoiseSource::Replicates, _) => None,
             _ => noise.chance_of(squares, dof),
         };
-        let share = (dof / numbers.max(1) as f64).clamp(0.0, 1.0);
-        let noise_left = level.rms * share.sqrt();
-        let unexplained = rms * rms - noise_left * noise_left;
+        let noise_left = noise_left(level.rms, dof, numbers);
+        let beyond = mean_square_beyond(rms, noise_left);
         // rms² is noise²/numbers times a non-central chi-square with variance 2 (dof + 2 lambda); its non-centrality
         // lambda stands for the unexplained part. Noise known from replicates adds its own variance.
         let per_number = level.rms * level.rms / numbers.max(1) as f64;
-        let lambda = if per_number > 0.0 { unexplained.max(0.0) / per_number } else { 0.0 };
+        let lambda = if per_number > 0.0 { beyond.max(0.0) / per_number } else { 0.0 };
         let own = per_number * (2.0 * (dof + 2.0 * lambda)).sqrt();
         let of_noise = level.dof.map_or(0.0, |known| noise_left * noise_left * (2.0 / known).sqrt());
         let reach = TWO_SIDED_95 * own.hypot(of_noise);
@@ -70,8 +70,8 @@ impl LackOfFit {
             chi2_per_dof: (dof > 0.0).then_some(relative / dof),
             p,
             noise_left: Some(noise_left),
-            unexplained: Some(unexplained.max(0.0).sqrt()),
-            interval: Some([-reach, reach].map(|by| (unexplained + by).max(0.0).sqrt())),
+            unexplained: Some(unexplained(rms, noise_left)),
+            interval: Some([-reach, reach].map(|by| (beyond + by).max(0.0).sqrt())),
             // Parameters with a prior absorb noise too, however wide the prior, so the smaller number of degrees of
             // freedom counts.
             noise_overstated: noise.source == NoiseSource::Stated

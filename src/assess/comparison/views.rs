@@ -9,6 +9,7 @@ use crate::assess::residual_views::{
     WorstSample, remarks,
 };
 use crate::identify::Setup;
+use crate::math::rms;
 use crate::measure::Dataset;
 use crate::robot::Robot;
 
@@ -93,7 +94,7 @@ impl Views<'_> {
                 dataset: setup.dataset.clone(),
                 session: setup.session.clone(),
                 samples,
-                rms: (own().map(|s| s.residual.norm_squared()).sum::<f64>() / samples.max(1) as f64).sqrt(),
+                rms: rms(&own().map(|s| s.residual).collect::<Vec<_>>()),
                 tool,
                 world,
             }
@@ -118,7 +119,7 @@ impl Views<'_> {
                 dataset: datasets[d].0.to_owned(),
                 ball: datasets[d].1.balls[b].id.clone(),
                 samples,
-                rms: (own().map(|s| s.residual.norm_squared()).sum::<f64>() / samples.max(1) as f64).sqrt(),
+                rms: rms(&own().map(|s| s.residual).collect::<Vec<_>>()),
                 mean: Vector3::from_column_slice(&mean.values),
                 sigma: Vector3::from_column_slice(&mean.sigmas),
                 displacement: (self.fitted && taken.dof == 3).then(|| displacement(&taken)),

@@ -13,6 +13,7 @@ use crate::assess::library::{Candidate, Untestable};
 use crate::assess::noise_floor::chi2_chance;
 use crate::assess::relevance::Relevance;
 use crate::assess::verdict::Verdict;
+use crate::assess::{noise_left, unexplained};
 use crate::effects::EffectId;
 use crate::identify::IdentifyError;
 use crate::measure::Dataset;
@@ -285,8 +286,8 @@ impl<'a> Evidence<'a> {
             fit.chi2 * share / fit.dof.saturating_sub(coefficients).max(1) as f64
         });
         // Whitened squares weight each sample by its own noise, so the result could exceed the unweighted rms.
-        let variance = examination.mean_variance() * unit * fit.dof as f64 / examination.problem.row_count().max(1) as f64;
-        variance.sqrt().min(fit.rms)
+        let noise = (examination.mean_variance() * unit).sqrt();
+        noise_left(noise, fit.dof as f64, examination.problem.row_count()).min(fit.rms)
     }
 
     /// Effects of the joint explanation with their shares, and the share that they explain together.
@@ -325,7 +326,7 @@ impl<'a> Evidence<'a> {
             dof: fit.dof,
             rms: fit.rms,
             noise,
-            unexplained: (fit.rms * fit.rms - noise * noise).max(0.0).sqrt(),
+            unexplained: unexplained(fit.rms, noise),
             chi2_per_dof: fit.chi2 / fit.dof.max(1) as f64 / relative.powi(2),
             lack_of_fit_p: self.scatter.lack_of_fit_p,
             verdict,

@@ -1,0 +1,121 @@
+//! The figures by which a calibration is judged: the name of each, the same on all screens, and the one function that computes it.
+
+use std::fmt::Write;
+
+/// A figure, as `docs/glossary.md` lists it.
+#[derive(Debug, Clone, Copy)]
+pub struct Figure {
+    /// Its name on all screens.
+    pub name: &'static str,
+    /// Its meaning.
+    pub meaning: &'static str,
+    /// The verbs that print it.
+    pub verbs: &'static [&'static str],
+    /// Its names in JSON documents; a later document may have it under the same name only.
+    pub keys: &'static [&'static str],
+    /// The function that computes it, as a path.
+    pub function: &'static str,
+}
+
+/// The path of a function as text; what names no function does not compile.
+macro_rules! path {
+    ($path:path) => {{
+        let _ = $path;
+        stringify!($path)
+    }};
+}
+
+/// Residual of the fitted rows, rms, 3-D.
+pub const RESIDUAL: Figure = Figure {
+    name: "residual of the fit",
+    meaning: "measured minus predicted on the rows that were fitted, rms of the 3-D length",
+    verbs: &["identify", "diagnose", "compare", "ladder"],
+    keys: &["residual_mm", "rms_mm", "fit_rms_mm"],
+    function: path!(calibench::math::rms),
+};
+
+/// Cross-validated error, rms, 3-D.
+pub const CROSS_VALIDATED: Figure = Figure {
+    name: "cross-validated",
+    meaning: "the same for rows that were each left out of one fit in turn, neighbours together",
+    verbs: &["add", "ladder"],
+    keys: &["cross_validated_mm", "cv_rms_mm"],
+    function: path!(calibench::assess::ladder_step),
+};
+
+/// Position error on rows of set `validation`, or of campaigns that were not fitted.
+pub const NOT_FITTED: Figure = Figure {
+    name: "measured on rows not fitted",
+    meaning: "measured minus predicted on rows kept for validation, or of a campaign that was not fitted; the instrument's noise is part of it",
+    verbs: &["validate", "add", "ladder"],
+    keys: &["validation", "checks"],
+    function: path!(calibench::assess::Validation::of),
+};
+
+/// Position error to expect over the workspace.
+pub const WORKSPACE: Figure = Figure {
+    name: "expected over the workspace",
+    meaning: "the position error to expect at postures all over the workspace, drawn from everything that the data leave possible; without the instrument's noise",
+    verbs: &["diagnose", "compare", "ladder"],
+    keys: &["workspace"],
+    function: path!(calibench::assess::WorkspaceError::predict),
+};
+
+/// Position error to expect at one target.
+pub const HERE: Figure = Figure {
+    name: "expected here",
+    meaning: "one sigma of the position error to expect at one target: that of the parameters, and what is unexplained",
+    verbs: &["compensate"],
+    keys: &["sigma_3d_mm", "sigma_worst_mm"],
+    function: path!(calibench::compensate::Compensator::compensate),
+};
+
+/// Noise of the instrument.
+pub const NOISE: Figure = Figure {
+    name: "instrument noise",
+    meaning: "the scatter of repeated measurements at one posture, or as stated where nothing was repeated",
+    verbs: &["diagnose", "compare"],
+    keys: &["instrument_noise_um", "noise_um_per_axis"],
+    function: path!(calibench::assess::NoiseFloor::of),
+};
+
+/// Noise left in the residual of the fit.
+pub const NOISE_LEFT: Figure = Figure {
+    name: "noise left",
+    meaning: "the part of that noise which the fit leaves in its residual, rms of the 3-D length; its parameters absorb the rest",
+    verbs: &["diagnose", "compare", "ladder"],
+    keys: &["noise_left_mm"],
+    function: path!(calibench::assess::noise_left),
+};
+
+/// Residual beyond the noise.
+pub const UNEXPLAINED: Figure = Figure {
+    name: "unexplained",
+    meaning: "the residual of the fit beyond the noise left in it",
+    verbs: &["diagnose", "compare"],
+    keys: &["unexplained_mm"],
+    function: path!(calibench::assess::unexplained),
+};
+
+/// All figures, in the order in which a calibration is judged.
+pub const FIGURES: [Figure; 8] = [RESIDUAL, NOISE, NOISE_LEFT, UNEXPLAINED, CROSS_VALIDATED, NOT_FITTED, WORKSPACE, HERE];
+
+/// The figures as a table in Markdown.
+#[must_use]
+pub fn figures_table() -> String {
+    let mut out = "| figure | meaning | from | in JSON | computed by |\n|---|---|---|---|---|\n".to_owned();
+    let code = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+    for f in FIGURES {
+        let (verbs, keys) = (code(f.verbs), code(f.keys));
+        let _ = writeln!(out, "| {} | {} | {verbs} | {keys} | `{}` |", f.name, f.meaning, f.function);
+    }
+    out
+}
+
+/// The names for a page, by key.
+pub(crate) fn names() -> serde_json::Value {
+    serde_json::json!({
+        "residual": RESIDUAL.name, "cross_validated": CROSS_VALIDATED.name, "not_fitted": NOT_FITTED.name, "workspace": WORKSPACE.name,
+        "noise": NOISE.name, "noise_left": NOISE_LEFT.name, "unexplained": UNEXPLAINED.name,
+    })
+}

@@ -1,0 +1,8 @@
+//! The size of many residuals in one figure.
+
+use nalgebra::Vector3;
+
+/// Root mean square of the lengths of vectors, in their unit; zero of none.
+pub fn rms(vectors: &[Vector3<f64>]) -> f64 {
+    (vectors.iter().map(Vector3::norm_squared).sum::<f64>() / vectors.len().max(1) as f64).sqrt()
+}
