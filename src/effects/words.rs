@@ -78,7 +78,8 @@ mod tests {
         for family in CATALOGUE {
             // Its only argument may be left out.
             let places = if family.arguments.starts_with('[') { 0 } else { family.arguments.matches(':').count() };
-            let id = |values: [&str; 3]| values[..places].iter().fold(family.id.to_owned(), |id, value| format!("{id}:{value}"));
+            let id =
+                |values: [&str; 3]| values[..places].iter().fold(family.id.to_owned(), |id, value| format!("{id}:{value}"));
             let one = in_words(&id(["1", "2", "3"]));
             assert!(!one.contains(['{', '}', '_', ':']), "{}: {one}", family.id);
             for k in 0..places {

@@ -1,5 +1,7 @@
 //! The effect of a candidate, sample by sample: the model is refitted with it, all other unknowns free.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 
@@ -7,7 +9,7 @@ use super::residuals::Residuals;
 use super::{short, shorts};
 use crate::meaning::{meaning, what};
 use calibench::assess::{Comparison, Curve, Diagnosis, Finding, Verdict};
-use calibench::effects::{EffectId, family};
+use calibench::effects::{EffectId, family, in_words};
 use calibench::identify::{Calibration, IdentifyError, Model, Problem, Use, fit};
 use calibench::measure::Dataset;
 use calibench::units::{DEG, MM, UM, URAD};
@@ -130,13 +132,36 @@ fn phase(points: &Residuals, joint: usize, order: u32) -> Option<(usize, u32, Ve
     Some((joint, order, points.shown.iter().map(|&i| of_point(&points.points[i].q)).collect::<Option<Vec<f64>>>()?))
 }
 
-/// The meaning of every named effect, and where to look for it.
-pub(super) fn meanings(diagnosis: &Diagnosis) -> Value {
-    let named = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.as_str());
-    let all = named.chain(diagnosis.contributions.iter().map(|c| c.effect.as_str()));
-    let one = |effect: &str| {
-        let m = meaning(effect);
-        (effect.to_owned(), json!({"what": what(effect), "physics": m.physics, "look": m.look}))
+/// The name and meaning of every effect that the page mentions, and where to look for it.
+pub(super) fn meanings(diagnosis: &Diagnosis, ladder: &Value) -> Value {
+    let mut named: BTreeSet<String> = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone()).collect();
+    named.extend(diagnosis.contributions.iter().map(|c| c.effect.clone()));
+    named.extend(diagnosis.fitted.iter().cloned());
+    named.extend(diagnosis.heat_map.curve.as_ref().map(curve_id));
+    effects_in(ladder, &mut named);
+    let one = |effect: String| {
+        let m = meaning(&effect);
+        let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look});
+        (effect, said)
     };
-    Value::Object(all.map(one).collect::<Map<String, Value>>())
+    Value::Object(named.into_iter().map(one).collect::<Map<String, Value>>())
+}
+
+/// Collects the ids of effects that a document of the ladder names.
+fn effects_in(document: &Value, ids: &mut BTreeSet<String>) {
+    match document {
+        Value::Array(items) => items.iter().for_each(|item| effects_in(item, ids)),
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                match (key.as_str(), value) {
+                    ("effect", Value::String(id)) => _ = ids.insert(id.clone()),
+                    ("added" | "effects", Value::Array(list)) => {
+                        ids.extend(list.iter().filter_map(Value::as_str).map(str::to_owned))
+                    }
+                    _ => effects_in(value, ids),
+                }
+            }
+        }
+        _ => {}
+    }
 }

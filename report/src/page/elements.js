@@ -74,3 +74,12 @@ function table(caption, columns, rows, emphasis = () => null) {
 function unfold(summary, content, long = false) {
   return element("details", { "data-long": long ? "" : null }, element("summary", {}, summary), content);
 }
+
+// The same with an initial capital.
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+// An effect in words; of one that the page has no words for, its id.
+const named = (report, effect) => report.meanings[effect]?.name ?? effect;
+
+// The effects added in one step, in words; if there are many, their number.
+const in_words = (report, added) => (added.length > 3 ? `${added.length} effects at once` : added.map((effect) => named(report, effect)).join(" + "));

@@ -6,7 +6,13 @@ const PAGE: &str = include_str!("index.html");
 const CHART_PAGE: &str = include_str!("charts.html");
 const STYLE: &str = include_str!("page.css");
 const DRAWING: &str = concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("redraw.js"));
-const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("residuals.js"), include_str!("sections.js"));
+const SCRIPT: &str = concat!(
+    include_str!("contents.js"),
+    include_str!("page.js"),
+    include_str!("falling.js"),
+    include_str!("residuals.js"),
+    include_str!("sections.js")
+);
 const CHARTS: &str = include_str!("echarts/echarts.min.js");
 const NOTICE: &str = include_str!("echarts/NOTICE");
 

@@ -3,7 +3,7 @@
 
 const AXES = ["x", "y", "z"];
 
-const sections = () => ({ told, telling, ladder, accuracy, workspace, ranking, residuals, parameters, cell, centring, provenance });
+const sections = () => ({ told, telling, ladder, by_pose, accuracy, workspace, ranking, residuals, parameters, cell, centring, provenance });
 
 // `ids` names the sections that have changed.
 function render(report, ids = Object.keys(sections())) {
@@ -19,6 +19,7 @@ function render(report, ids = Object.keys(sections())) {
     if (filled) section.append(...filled.flat().filter(Boolean));
   }
   document.getElementById("verdict").replaceChildren(...verdict(report).flat().filter(Boolean));
+  contents();
   for (const part of parts) {
     for (const unfolded of part.querySelectorAll("details")) unfolded.addEventListener("toggle", () => unfolded.open && draw(unfolded));
     draw(part);
@@ -30,22 +31,25 @@ function verdict(report) {
   const { verdict: said, figures, title, robot, question } = report;
   const band = (x) => `${thousandths(x[0])} to ${thousandths(x[1])} mm`;
   const { expected, validation } = figures;
+  const { names } = report;
   const tiles = [
-    ["Residual of the fit, rms (3-D)", `${millimetres(figures.rms_mm)} mm`,
-      `${figures.samples} samples; ${figures.noise_stated ? "noise alone would leave" : "the best explanation would leave"} ${millimetres(figures.noise_mm)} mm`],
-    expected && ["To expect over the workspace, mean", `${thousandths(expected.mean_mm)} mm`,
+    [`${capital(names.residual)}, rms`, `${millimetres(figures.rms_mm)} mm`,
+      `${figures.samples} samples; ${figures.noise_stated ? names.noise_left : "the best explanation would leave"} ${millimetres(figures.noise_mm)} mm`],
+    expected && [`${capital(names.workspace)}, mean`, `${thousandths(expected.mean_mm)} mm`,
       `${band(expected.mean_band_mm)}; largest ${thousandths(expected.max_mm)} mm`],
-    validation && [`Measured on ${validation.samples} poses not fitted, mean`, `${thousandths(validation.mean_mm)} mm`,
-      `largest ${thousandths(validation.max_mm)} mm${validation.refitted.length ? `; ${validation.refitted.length} numbers of the set-up were fitted to them first` : ""}`],
+    validation && [`${capital(names.not_fitted)}, mean`, `${thousandths(validation.mean_mm)} mm`,
+      `${validation.samples} poses; largest ${thousandths(validation.max_mm)} mm${validation.refitted.length ? `; ${validation.refitted.length} numbers of the set-up were fitted to them first` : ""}`],
   ].filter(Boolean);
   return [
     element("p", { class: "eyebrow" }, `calibench report · ${title} · ${robot}`),
     element("h1", {}, said.headline),
+    said.effects.length ? element("p", { class: "ids" }, said.effects.map((id) => element("code", {}, id))) : null,
     element("p", { class: "means" }, said.means),
     report.misfit && element("p", { class: "warning" }, report.misfit),
     question && element("p", { class: "quiet" }, `Asked: ${question}`),
     element("dl", { class: "figures" }, tiles.map(([name, value, beside]) => element("div", {}, element("dt", {}, name),
       element("dd", {}, element("div", { class: "value" }, value), element("div", { class: "beside" }, beside))))),
+    figures.disagreement && element("p", { class: "warning" }, sentence(figures.disagreement)),
   ];
 }
 
@@ -98,12 +102,13 @@ function telling(report) {
   const { telling: it, residuals: { samples, angles_urad, views }, candidates, figures, diagnosis } = report;
   const ids = samples.map((s) => s.id);
   const candidate = it.candidate === null ? null : candidates[it.candidate];
-  const keys = (more = []) => key(["residual", "what the fit leaves"], candidate && ["diamond", `what ${candidate.effect} would take of it`], ...more);
-  const leaves = candidate && `With ${candidate.effect} in the model and all else fitted anew, ${millimetres(candidate.rms_after_mm)} of ${millimetres(figures.rms_mm)} mm would be left.`;
+  const name = candidate && named(report, candidate.effect);
+  const keys = (more = []) => key(["residual", "what the fit leaves"], candidate && ["diamond", `what ${name} would take of it`], ...more);
+  const leaves = candidate && `With ${name} in the model and all else fitted anew, ${millimetres(candidate.rms_after_mm)} of ${millimetres(figures.rms_mm)} mm would be left.`;
   const of_joint = (joint, x, x_name, x_axis, bins) => {
     const [left, takes] = [angles_urad[joint - 1], candidate.angles_urad[joint - 1]];
     const limit = round_up(1.05 * Math.max(largest(left), largest(takes)));
-    const label = `Apparent error of joint ${joint} against ${x_name}: points of the residual and of what ${candidate.effect} would take of it.`;
+    const label = `Apparent error of joint ${joint} against ${x_name}: points of the residual and of what ${name} would take of it.`;
     return chart(label, 380, (theme) => scatter(theme, {
       x_name, y_name: `apparent error of joint ${joint}, µrad`, unit: "µrad", limit, x_axis, bins, spacious: true,
       points: pairs(x, left, ids), candidate: pairs(x, takes, ids),
@@ -121,7 +126,7 @@ function telling(report) {
       const { joint, against, what, unit, x, bins } = views[it.view];
       const shown = bins.map((b) => ({ x: b.x, mean: b.mean_urad, sigma: b.sigma_urad }));
       return [keys([["mean", "mean of a bin, one sigma"]]), element("figure", {}, of_joint(joint, x, `${what}, ${unit}`, {}, shown),
-        element("figcaption", {}, `Of all views the one in which most of ${candidate.effect} is seen (joint ${joint} against ${against}). ${leaves} ${apparent}`))];
+        element("figcaption", {}, `Of all views the one in which most of ${name} is seen (joint ${joint} against ${against}). ${leaves} ${apparent}`))];
     }
     case "curve": {
       const { joint, against, unit, at, mean_urad, sigma_urad } = it;
@@ -140,16 +145,16 @@ function telling(report) {
       const of_axis = (a) => samples.map((s, k) => [candidate.takes_um[k][a], s.residual_um[a], ids[k]]);
       const all = AXES.flatMap((_, a) => of_axis(a));
       const limit = round_up(1.05 * largest(all.flatMap(([x, y]) => [x, y])));
-      return [element("figure", {}, chart(`What the fit leaves against what ${candidate.effect} would take of it.`, 400, (theme) => scatter(theme, {
-        x_name: `what ${candidate.effect} would take, µm`, y_name: "what the fit leaves, µm", unit: "µm", limit, spacious: true,
+      return [element("figure", {}, chart(`What the fit leaves against what ${name} would take of it.`, 400, (theme) => scatter(theme, {
+        x_name: `what ${name} would take, µm`, y_name: "what the fit leaves, µm", unit: "µm", limit, spacious: true,
         points: all, line: [[-limit, -limit], [limit, limit]], x_axis: { min: -limit, max: limit, interval: limit / 2 },
-      })), element("figcaption", {}, `Every sample three times: x, y and z of the world. What ${candidate.effect} explains wholly lies on the line; what it does not explain lies on the vertical through zero. ${leaves}`))];
+      })), element("figcaption", {}, `Every sample three times: x, y and z of the world. What ${name} explains wholly lies on the line; what it does not explain lies on the vertical through zero. ${leaves}`))];
     }
     case "balls":
       return [keys([["mean", "mean of a ball, one sigma"]]), ball_panels(report, candidate, 320), element("p", { class: "quiet" }, leaves)];
     case "contributions": {
       const most = diagnosis.contributions.slice(0, 12);
-      return [element("figure", {}, contribution_chart(most), element("figcaption", {},
+      return [element("figure", {}, contribution_chart(report, most), element("figcaption", {},
         "No single effect sticks out. This is to what the residual goes when the whole catalogue is fitted at once, each effect held to its plausible size."))];
     }
     default: {
@@ -190,91 +195,15 @@ function add_band(host, at, mean, sigma) {
   };
 }
 
-function contribution_chart(most) {
-  return chart("Contributions, largest first: " + most.slice(0, 5).map((c) => `${c.effect} ${percent(c.share)}`).join(", "), 60 + 22 * most.length, (theme) => ({
-    grid: { left: 168, right: 46, top: 6, bottom: 44, outerBoundsMode: "none" },
-    tooltip: tooltip(theme, ({ dataIndex }) => `${most[dataIndex].effect}\n${digits(100 * most[dataIndex].share)} % of what is left\n${digits(most[dataIndex].size_plausible)} plausible sizes`),
+function contribution_chart(report, most) {
+  const names = most.map((c) => named(report, c.effect));
+  return chart("Contributions, largest first: " + most.slice(0, 5).map((c, k) => `${names[k]} ${percent(c.share)}`).join(", "), 60 + 22 * most.length, (theme) => ({
+    grid: { left: 208, right: 46, top: 6, bottom: 44, outerBoundsMode: "none" },
+    tooltip: tooltip(theme, ({ dataIndex }) => `${names[dataIndex]} (${most[dataIndex].effect})\n${digits(100 * most[dataIndex].share)} % of what is left\n${digits(most[dataIndex].size_plausible)} plausible sizes`),
     xAxis: axis(theme, "share of the residual, %", 27, { min: 0 }),
-    yAxis: { type: "category", inverse: true, data: most.map((c) => c.effect), axisTick: { show: false }, axisLine: { lineStyle: { color: theme.noise } },
-      axisLabel: { color: theme.ink, fontSize: 12, width: 155, overflow: "truncate", interval: 0 } },
+    yAxis: { type: "category", inverse: true, data: names, axisTick: { show: false }, axisLine: { lineStyle: { color: theme.noise } },
+      axisLabel: { color: theme.ink, fontSize: 12, width: 195, overflow: "truncate", interval: 0 } },
     series: [{ type: "bar", data: most.map((c) => 100 * c.share), barWidth: "62%", itemStyle: { color: theme.residual },
       label: { show: true, position: "right", color: theme.ink, fontSize: 11, formatter: ({ value }) => digits(value, 2) } }],
   }));
-}
-
-function ladder(report) {
-  const { ladder: it, drawn: as_drawn, figures } = report;
-  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? `+ ${r.added_words}` : "calibrated" }));
-  if (it.other) rungs.push({ ...it.other, name: `+ ${it.recommended.kind.replaceAll("_", " ")} (${it.other.added.length})` });
-  const rows = rungs.map((r) => ({
-    name: r.name, fit: r.fit_rms_mm, cv: r.cv_rms_mm, expected: r.workspace?.mean_mm, band: r.workspace?.mean_band_mm,
-    measured: r.validation?.mean_mm, largest: r.validation?.max_mm, noise: r.noise_mm, chi2: r.chi2_per_dof,
-  }));
-  if (as_drawn.errors) {
-    const measured = as_drawn.on === "validation";
-    rows.unshift({ name: as_drawn.name, fit: measured ? null : as_drawn.errors.rms_mm, measured: measured ? as_drawn.errors.mean_mm : null, largest: measured ? as_drawn.errors.max_mm : null });
-  }
-  const kinds = [
-    ["fit", "residual of the fit, rms", "circle", "residual"], ["cv", "cross-validated, rms", "triangle", "other"],
-    ["expected", "predicted over the workspace, mean", "diamond", "predicted"], ["measured", "measured on poses not fitted, mean", "rect", "measured"],
-  ].filter(([name]) => rows.some((row) => Number.isFinite(row[name])));
-  const label = "Errors by model, mm: " + rows.map((r) => `${r.name}: ${kinds.filter(([n]) => Number.isFinite(r[n])).map(([n, what]) => `${what} ${millimetres(r[n])}`).join(", ")}`).join("; ");
-  const all = rows.flatMap((r) => [r.fit, r.cv, r.expected, r.measured, r.noise, ...(r.band ?? [])]).filter((x) => x > 0);
-  const [least, most] = [10 ** Math.floor(Math.log10(Math.min(...all))), 10 ** Math.ceil(Math.log10(Math.max(...all)))];
-  const picture = chart(label, 96 + 40 * rows.length, (theme, width) => {
-    const narrow = width < 520;
-    const left = narrow ? 126 : 178;
-    const spread = (k) => (k - (kinds.length - 1) / 2) * 0.2;
-    return {
-      grid: { left, right: 20, top: narrow ? 20 * kinds.length : 44, bottom: 44, outerBoundsMode: "none" },
-      legend: { top: 0, left: narrow ? 0 : left - 5, orient: narrow ? "vertical" : "horizontal", itemGap: narrow ? 2 : 14, textStyle: { color: theme.ink, fontSize: 12 }, itemWidth: 11, itemHeight: 11, selectedMode: false },
-      tooltip: tooltip(theme, ({ value, seriesName }) => `${rows[Math.round(value[1])].name}\n${seriesName}: ${millimetres(value[0])} mm`),
-      xAxis: axis(theme, "error, mm (logarithmic)", 27, { type: "log", min: least, max: most, splitLine: { show: true, lineStyle: { color: theme.grid } }, axisLabel: { color: theme.quiet, fontSize: 11, formatter: (x) => String(Number(x.toPrecision(3))) } }),
-      yAxis: { type: "value", inverse: true, min: -0.5, max: rows.length - 0.5, interval: 1, axisTick: { show: false }, axisLine: { show: false },
-        axisLabel: { show: false }, splitLine: { show: false } },
-      series: [
-        { type: "custom", silent: true, data: rows.map((_, k) => [k]), encode: { x: -1, y: 0 },
-          renderItem: (parameters, api) => {
-            const { x, width: w } = parameters.coordSys;
-            const row = rows[parameters.dataIndex];
-            const at = (mm, y) => api.coord([mm, y])[0];
-            const [, y] = api.coord([1, parameters.dataIndex]);
-            const children = [
-              { type: "line", shape: { x1: x, y1: y, x2: x + w, y2: y }, style: { stroke: theme.grid, lineWidth: 1 } },
-              { type: "text", style: { text: row.name, x: left - 12, y, align: "right", verticalAlign: "middle", fill: theme.ink, fontSize: 12, width: left - 14, overflow: "truncate" } },
-            ];
-            const place = kinds.findIndex(([name]) => name === "expected");
-            if (row.band && place >= 0) {
-              const [, high] = api.coord([1, parameters.dataIndex + spread(place)]);
-              children.push({ type: "line", shape: { x1: at(row.band[0]), y1: high, x2: at(row.band[1]), y2: high }, style: { stroke: theme.predicted, lineWidth: 2.5, opacity: 0.6 } });
-            }
-            if (row.noise) {
-              const n = at(row.noise);
-              children.push({ type: "line", shape: { x1: n, y1: y - 13, x2: n, y2: y + 13 }, style: { stroke: theme.noise, lineWidth: 2, lineDash: [3, 3] } });
-            }
-            return { type: "group", children };
-          } },
-        ...kinds.map(([name, what, symbol, colour], k) => ({
-          name: what, type: "scatter", symbol, symbolSize: 11, itemStyle: { color: theme[colour] }, z: 4,
-          data: rows.map((row, r) => [row[name], r + spread(k)]).filter(([x]) => Number.isFinite(x) && x > 0),
-        })),
-      ],
-    };
-  });
-  const columns = [
-    ["model", (r) => r.name, "words"], ["fit rms, mm", (r) => millimetres(r.fit)], ["cross-validated, mm", (r) => millimetres(r.cv)],
-    ["predicted mean, mm", (r) => (r.band ? `${thousandths(r.expected)} (${thousandths(r.band[0])} to ${thousandths(r.band[1])})` : "–")],
-    ["measured mean, mm", (r) => thousandths(r.measured)], ["measured max, mm", (r) => thousandths(r.largest)],
-    ["noise, mm", (r) => millimetres(r.noise)], ["χ²/dof", (r) => digits(r.chi2)],
-  ].filter(([heading]) => !heading.startsWith("measured") || rows.some((r) => Number.isFinite(r.measured)));
-  const step = it.step && (it.step.objections.length
-    ? element("p", {}, "Against adding ", element("code", {}, it.step.effect), `: ${it.step.objections.join("; ")}.`)
-    : element("p", {}, "Nothing speaks against adding ", element("code", {}, it.step.effect), ": blocks that were not fitted are predicted better, and the error predicted over the workspace falls."));
-  return [
-    element("figure", {}, picture, element("figcaption", {}, `Each line is a model, with what it leaves. Dashes mark what noise alone would leave. The calibrated model holds ${report.diagnosis.fitted.join(" + ")}.`)),
-    step,
-    it.stopped?.tried?.length ? unfold("Steps that were refused", element("ul", {}, it.stopped.tried.map((t) => element("li", {}, element("code", {}, t.effect), `: ${t.objections.join("; ")}`)))) : null,
-    !it.complete && it.command && element("p", { class: "quiet" }, "This is the next step alone. ", element("code", {}, it.command), " climbs to the end."),
-    unfold("The numbers of the ladder", table("Errors by model", columns, rows)),
-  ];
 }

@@ -6,12 +6,15 @@ use super::candidate::{self, Offered};
 use super::pictures::CellPicture;
 use super::residuals::MOST_POINTS;
 use super::{CampaignRecord, FORMAT, PageSubject, shorts};
+use crate::disagreement_sentence;
 use crate::documents;
+use crate::figures;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
 use crate::{Forecast, NoForecast, symptom_sentence, unconverged_sentence, unresolved_sentences};
 use calibench::assess::{Extrapolation, HoldOut, LadderStep, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step};
-use calibench::identify::{Calibration, IdentifyError, Use};
+use calibench::effects::{in_words, variable_in_words};
+use calibench::identify::{Calibration, IdentifyError, Prediction, Use};
 use calibench::measure::{Dataset, SampleSet};
 use calibench::robot::JointKind;
 use calibench::units::{DEG, MM};
@@ -77,7 +80,8 @@ impl PageModel {
             "question": subject.question,
             "robot": calibration.robot.name,
             "verdict": verdict(&self.ladder_step, forecast.as_ref()),
-            "figures": figures(&self.ladder_step, forecast.as_ref()),
+            "figures": key_figures(&self.ladder_step, forecast.as_ref()),
+            "names": figures::names(),
             "commands_from": subject.commands_from,
             "diagnosis": documents::Diagnosis::of(diagnosis, forecast.as_ref(), commands),
             "meanings": candidate::meanings(diagnosis, &ladder),
@@ -189,7 +193,7 @@ fn capital(text: &str) -> String {
 }
 
 /// The key figures.
-fn figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
+fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
     json!({
         "samples": d.samples,
@@ -199,6 +203,7 @@ fn figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
         "noise_stated": d.lack_of_fit_p.is_some(),
         "expected": forecast.map(documents::Workspace::of_forecast),
         "validation": first.validation.as_ref().map(documents::Validation::of),
+        "disagreement": forecast.and_then(|f| disagreement_sentence(first, f.extrapolation.outside)),
     })
 }
 
@@ -219,6 +224,17 @@ fn fitted(c: &Calibration) -> Value {
         })
         .collect();
     value
+}
+
+/// The same with a warning beside each parameter whose value is physically impossible.
+fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
+    for parameter in calibration["parameters"].as_array_mut().into_iter().flatten() {
+        let symptom = step.symptoms.iter().find(|s| parameter["name"] == s.parameter.as_str());
+        if let Some(symptom) = symptom {
+            parameter["warning"] = json!(symptom_sentence(symptom));
+        }
+    }
+    calibration
 }
 
 /// True if there are validation rows.
@@ -245,13 +261,22 @@ fn nominal(
     let base_fitted = calibration.setups.len() > 1;
     let nominal = if base_fitted { calibration.nominal().set_up_anew() } else { calibration.nominal() };
     let held_out = has_validation(judged);
-    let prediction = if held_out { nominal.predict(judged, Use::Validation)? } else { nominal.predict(datasets, Use::Fit)? };
+    let (rows, which) = if held_out { (judged, Use::Validation) } else { (datasets, Use::Fit) };
+    let (prediction, calibrated) = (nominal.predict(rows, which)?, calibration.predict(rows, which)?);
     let errors = Validation::of(&prediction);
     Ok(json!({
         "name": if base_fitted { "nominal, bases fitted" } else { "nominal" },
         "on": if held_out { "validation" } else { "fit" },
         "errors": errors.as_ref().map(documents::Validation::of),
+        "by_pose": by_pose(&prediction, &calibrated),
     }))
+}
+
+/// The error of every pose before and after the calibration, mm; of very many poses, evenly chosen ones.
+fn by_pose(nominal: &Prediction, calibrated: &Prediction) -> Value {
+    let stride = nominal.residuals.len().div_ceil(MOST_POINTS).max(1);
+    let lengths = |p: &Prediction| shorts(p.residuals.iter().step_by(stride).map(|r| r.norm() / MM));
+    json!({"of": nominal.residuals.len(), "before_mm": lengths(nominal), "after_mm": lengths(calibrated)})
 }
 
 /// The poses of the predicted error and, if measured at them, a map of the measured error.

@@ -80,7 +80,7 @@ function residuals(report) {
     const folded = more.length ? unfold("Further views: side of approach, payload, time, temperature", more, true) : null;
     folded?.addEventListener("toggle", () => folded.open && draw(folded));
     panels.replaceChildren(
-      ...[key(["residual", "a sample"], ["mean", "mean of a bin or ball, one sigma"], candidate && ["line", `what ${candidate.effect} would take, mean of a bin`], candidate && ["diamond", "the same of a sample"]),
+      ...[key(["residual", "a sample"], ["mean", "mean of a bin or ball, one sigma"], candidate && ["line", `what ${named(report, candidate.effect)} would take, mean of a bin`], candidate && ["diamond", "the same of a sample"]),
         balls.length ? [element("h3", {}, "By ball"), ball_panels(report, candidate, 215)] : null,
         kinds.flatMap((kind) => shown(kind, candidate)), element("h3", {}, "Over time"), time_panels(report, candidate), folded].flat().filter(Boolean));
   };
@@ -88,7 +88,7 @@ function residuals(report) {
     const input = element("input", { type: "radio", name: "candidate", value: k });
     input.checked = k === (first.candidate ?? 0);
     input.addEventListener("change", () => { fill(k); draw(panels); });
-    return element("label", {}, input, element("code", {}, c.effect));
+    return element("label", {}, input, named(report, c.effect), " ", element("code", {}, c.effect));
   };
   fill(first.candidate ?? (candidates.length ? 0 : -1));
   const worst = comparison.worst.slice(0, 10);

@@ -49,7 +49,7 @@ function set_up_anew({ refitted, from_fit_rows }) {
 }
 
 function workspace(report) {
-  const { workspace: it, figures: { expected, validation } } = report;
+  const { workspace: it, names, figures: { expected, validation } } = report;
   if (!it || !expected?.map) return null;
   const { radius_mm: r, height_mm: h, cells: grid } = expected.map;
   const flat = (map) => map.flatMap((row, k) => row.map((cell, c) => cell && [r[c], r[c + 1], h[k], h[k + 1], cell.mean_mm, cell.poses])).filter(Boolean);
@@ -57,7 +57,7 @@ function workspace(report) {
   const values = all.flatMap(([, rows]) => rows.map((row) => row[4]));
   const [low, high] = [Math.min(...values), Math.max(...values)];
   const range = (rows) => `${millimetres(Math.min(...rows.map((c) => c[4])))} to ${millimetres(Math.max(...rows.map((c) => c[4])))} mm`;
-  const picture = ([name, rows]) => element("figure", {}, it.measured ? element("p", { class: "title" }, name === "predicted" ? "predicted from the fitted rows alone" : `measured on the ${validation?.samples ?? ""} poses`) : null,
+  const picture = ([name, rows]) => element("figure", {}, it.measured ? element("p", { class: "title" }, name === "predicted" ? `${names.workspace}, from the fitted rows alone` : `${names.not_fitted}, ${validation?.samples ?? ""} poses`) : null,
     chart(`Position error ${name} by distance from axis 1 and height over the base: ${range(rows)}.`, 400, (theme) => cells(theme, {
       x_name: "distance of the TCP from axis 1, mm", y_name: "height of the TCP over the base, mm", rows, name, low, high, points: it.radius_mm.map((x, k) => [x, it.height_mm[k]]),
     })));
@@ -66,7 +66,7 @@ function workspace(report) {
     element("p", {}, report.verdict.expected),
     element("div", { class: "pair" }, all.map(picture)),
     element("p", { class: "quiet" }, "Numbers are millimetres: the mean over the poses (dots) of a cell. Yellow is worse. The prediction carries every effect of the catalogue, at every size that these data allow, to these poses.", it.measured ? " What was measured holds the noise of the instrument too." : ""),
-    unfold("The map as a table", table("Predicted error, mm; columns are distances from axis 1, mm",
+    unfold("The map as a table", table("Expected error, mm; columns are distances from axis 1, mm",
       [["height, mm", (x) => x.name], ...r.slice(0, -1).map((from, c) => [`${from.toFixed(0)} to ${r[c + 1].toFixed(0)}`, (x) => (x.row[c] ? thousandths(x.row[c].mean_mm) : "")])], heights)),
   ];
 }
@@ -75,7 +75,7 @@ function ranking(report) {
   const { diagnosis: d, meanings } = report;
   const size = (f) => f.parameters.slice(0, 3).map((p) => `${p.name} ${digits(p.value)} ± ${digits(p.sigma, 2)} ${printed(p.unit)}`).join(", ") + (f.parameters.length > 3 ? ", …" : "");
   const columns = [
-    ["effect", (f) => [element("code", {}, f.in_model), element("div", { class: "quiet" }, meanings[f.in_model]?.what ?? "")], "words"],
+    ["effect", (f) => [capital(named(report, f.in_model)), " ", element("code", {}, f.in_model), element("div", { class: "quiet" }, meanings[f.in_model]?.what ?? "")], "words"],
     ["probability", (f) => share(f.probability)], ["explains", (f) => share(f.explains)], ["visible", (f) => share(f.visible)],
     ["gain", (f) => percent(f.cv_gain)], ["as it would be fitted", size, "words"],
     ["aliased with", (f) => f.rivals.join(", "), "words"],
@@ -99,10 +99,10 @@ function ranking(report) {
   const contributions = d.contributions.slice(0, 10);
   return [
     element("p", {}, `Probability that nothing is missing beyond the usual model discrepancy: ${percent(d.nothing_probability)}.`,
-      d.set95.length ? ` In the 95 % credible set: ${d.set95.join(", ")}.` : ""),
+      d.set95.length ? ` In the 95 % credible set: ${d.set95.map((id) => named(report, id)).join("; ")}.` : ""),
     d.findings.length ? table("Effects of the catalogue, most credible first", columns, d.findings, (f) => (d.set95.includes(f.effect) ? "emphasis" : null)) : null,
     element("p", { class: "quiet" }, "Explains: share of the squares left that it takes. Visible: share of the effect that shows in these residuals at all; the rest hides in wrong parameters and comes out elsewhere. Gain: how much the residual of blocks that were not fitted falls (cross-validation)."),
-    contributions.length ? [element("h3", {}, "What contributes most when everything is fitted at once"), element("figure", {}, contribution_chart(contributions))] : null,
+    contributions.length ? [element("h3", {}, "What contributes most when everything is fitted at once"), element("figure", {}, contribution_chart(report, contributions))] : null,
     heat,
   ].flat(2);
 }
@@ -118,7 +118,7 @@ function parameters(report) {
   const truths = new Map((run?.methods?.find((m) => m.name === "trical")?.score ?? []).map((p) => [p.name, p.truth]));
   const places = (p) => Math.min(6, Math.max(3, 1 - Math.floor(Math.log10(p.sigma || 1))));
   const columns = [
-    ["parameter", (p) => p.name, "words"], ["nominal", (p) => fixed(p.nominal, 3)], ["identified", (p) => fixed(p.value, places(p))], ["one sigma", (p) => fixed(p.sigma, places(p))],
+    ["parameter", (p) => (p.warning ? [p.name, element("div", { class: "warning flag" }, p.warning)] : p.name), "words"], ["nominal", (p) => fixed(p.nominal, 3)], ["identified", (p) => fixed(p.value, places(p))], ["one sigma", (p) => fixed(p.sigma, places(p))],
     ["correction", (p) => signed(fixed(p.value - p.nominal, places(p)))], ["unit", (p) => printed(p.unit), "words"],
     ...(truths.size ? [["truth", (p) => fixed(truths.get(p.name), places(p))], ["off, in sigmas", (p) => (truths.has(p.name) ? signed(fixed((p.value - truths.get(p.name)) / p.sigma, 1)) : "–")]] : []),
   ];
