@@ -46,6 +46,10 @@ pub enum RunError {
     Task(#[from] TaskError),
 }
 
+/// Names of the methods.
+const TRICAL: &str = "trical";
+const TRACKER: &str = "tracker";
+
 /// A calibration method and its results.
 pub struct Method {
     /// `trical` or `tracker`.
@@ -169,6 +173,75 @@ fn measured(
     Ok((measurements, tracker))
 }
 
+/// Methods by which a robot is calibrated in one trial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Methods {
+    /// TriCal and tracker, on the same robot.
+    #[default]
+    Both,
+    /// The TriCal alone.
+    Trical,
+    /// The tracker alone.
+    Tracker,
+}
+
+impl Methods {
+    /// The name in tables and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Methods::Both => "both",
+            Methods::Trical => TRICAL,
+            Methods::Tracker => TRACKER,
+        }
+    }
+
+    /// The methods by this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Methods::Both, Methods::Trical, Methods::Tracker].into_iter().find(|m| m.name() == name)
+    }
+
+    /// The names of the methods, in the order in which they are carried out.
+    pub fn each(self) -> &'static [&'static str] {
+        match self {
+            Methods::Both => &[TRICAL, TRACKER],
+            Methods::Trical => &[TRICAL],
+            Methods::Tracker => &[TRACKER],
+        }
+    }
+}
+
+/// A robot calibrated and judged: what a study keeps of a trial.
+pub struct Trial {
+    /// The campaign, iteration by iteration.
+    pub campaign: CampaignRecord,
+    /// The methods asked for, each with the errors of the nominal robot on the validation poses, or the reason why it failed.
+    pub methods: Vec<Result<(Method, Validation), RunError>>,
+}
+
+/// Calibrates and judges the robot of a scenario as [`run`] does, without the targets that `run` compensates. The cell is the
+/// same whichever methods are asked for, and so is the result of each.
+///
+/// # Errors
+/// When the cell cannot be measured.
+pub fn trial(scenario: &Scenario, plans: &Plans, streams: Streams, methods: Methods) -> Result<Trial, RunError> {
+    let session = Session::begin(scenario, streams, plans.session_s(scenario))?;
+    let (measured, set_up) = measured(&session, scenario, plans, &mut ())?;
+    let Measurements { campaign, fit, validation, .. } = measured;
+    let with_nominal = |method: Method| {
+        let before = judge(&method.calibration.nominal(), &validation)?;
+        Ok((method, before))
+    };
+    let mut done = Vec::with_capacity(methods.each().len());
+    if methods != Methods::Tracker {
+        done.push(by_trical(scenario, fit, &validation).and_then(with_nominal));
+    }
+    if methods != Methods::Trical {
+        let data = tracker_data(&session, scenario, plans, &set_up)?;
+        done.push(by_tracker(scenario, data, &validation).and_then(with_nominal));
+    }
+    Ok(Trial { campaign, methods: done })
+}
+
 /// Carries out the whole procedure.
 ///
 /// # Errors
@@ -179,21 +252,9 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, observer: &mut d
     let (measured, set_up) = measured(&session, scenario, &plans, observer)?;
     let true_arm = session.true_arm();
     let Measurements { mastering, campaign, fit, validation, validation_truth } = measured;
-    let points = session.points(&set_up, &plans.tracker.identification, "i", SampleSet::Fit)?;
-    let tracker_data = Dataset { samples: points.samples, ..scenario.dataset() };
-    let method = |name: &'static str, dataset: Dataset, model: &Model, score: fn(&Calibration, &Scenario) -> Score| {
-        let calibration = identify(&[(name, &dataset)], model)?;
-        let judged = judge(&calibration, &validation)?;
-        let score = score(&calibration, scenario);
-        Ok::<_, RunError>(Method { name, dataset, calibration, validation: judged, score })
-    };
-    // Distances from an anchor carry no information on balls; a seat gives no readings.
-    let by_gauge = matches!(scenario.instrument.kind, InstrumentKind::Trical | InstrumentKind::Offset);
-    let model = if by_gauge { scenario.model.clone() } else { shown(&scenario.model, &fit) };
-    let trical = method("trical", fit, &model, Score::of)?;
-    // The tracker's points carry no information on balls and indicators.
-    let model = shown(&scenario.model, &tracker_data);
-    let tracker = method("tracker", tracker_data, &model, Score::of_tracker)?;
+    let tracker_data = tracker_data(&session, scenario, &plans, &set_up)?;
+    let trical = by_trical(scenario, fit, &validation)?;
+    let tracker = by_tracker(scenario, tracker_data, &validation)?;
     let before = judge(&trical.calibration.nominal(), &validation)?;
     let Plans { plan, tracker: tracker_plan, .. } = plans;
     let mut compensator = Compensator::new(&trical.calibration, &Task { frame: WorkFrame::World, ..Task::default() })?;
@@ -214,6 +275,43 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, observer: &mut d
     })
 }
 
+/// The points by which the tracker identifies, measured after those of the validation.
+fn tracker_data(
+    session: &Session<'_>,
+    scenario: &Scenario,
+    plans: &Plans,
+    set_up: &SimulatedTracker,
+) -> Result<Dataset, RunError> {
+    let points = session.points(set_up, &plans.tracker.identification, "i", SampleSet::Fit)?;
+    Ok(Dataset { samples: points.samples, ..scenario.dataset() })
+}
+
+fn by_trical(scenario: &Scenario, fit: Dataset, validation: &Dataset) -> Result<Method, RunError> {
+    // Distances from an anchor carry no information on balls; a seat gives no readings.
+    let by_gauge = matches!(scenario.instrument.kind, InstrumentKind::Trical | InstrumentKind::Offset);
+    let model = if by_gauge { scenario.model.clone() } else { shown(&scenario.model, &fit) };
+    calibrated(TRICAL, fit, &model, validation, |c| Score::of(c, scenario))
+}
+
+fn by_tracker(scenario: &Scenario, data: Dataset, validation: &Dataset) -> Result<Method, RunError> {
+    // The tracker's points carry no information on balls and indicators.
+    let model = shown(&scenario.model, &data);
+    calibrated(TRACKER, data, &model, validation, |c| Score::of_tracker(c, scenario))
+}
+
+fn calibrated(
+    name: &'static str,
+    dataset: Dataset,
+    model: &Model,
+    validation: &Dataset,
+    score: impl FnOnce(&Calibration) -> Score,
+) -> Result<Method, RunError> {
+    let calibration = identify(&[(name, &dataset)], model)?;
+    let validation = judge(&calibration, validation)?;
+    let score = score(&calibration);
+    Ok(Method { name, dataset, calibration, validation, score })
+}
+
 fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, RunError> {
     let prediction = calibration.predict(&[("validation", dataset)], Use::Validation)?;
     // The plan has at least one validation pose.
@@ -221,13 +319,6 @@ fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, Run
 }
 
 impl Run {
-    /// Mean number of readings (of three plungers) per centring.
-    pub fn readings_mean(&self) -> f64 {
-        let centred = self.campaign.probings.iter().filter_map(|p| p.probing.outcome.as_ref().ok());
-        let readings: Vec<f64> = centred.map(|c| (c.steps + 1) as f64).collect();
-        readings.iter().sum::<f64>() / readings.len().max(1) as f64
-    }
-
     /// The value of a quantity that a scenario may put bounds on.
     pub fn number(&self, quantity: Quantity) -> f64 {
         let (t, l) = (&self.trical.validation, &self.tracker.validation);
@@ -242,7 +333,7 @@ impl Run {
             Quantity::Probings => self.campaign.samples.len() as f64,
             Quantity::Points => (self.trical.dataset.samples.len() - self.campaign.samples.len()) as f64,
             Quantity::Rank => self.trical.calibration.rank as f64,
-            Quantity::ReadingsMean => self.readings_mean(),
+            Quantity::ReadingsMean => self.campaign.readings_mean(),
             Quantity::Chi2PerDof => self.trical.calibration.chi2_per_dof,
             Quantity::Within2Sigma => self.trical.score.within(2.0),
             Quantity::Within3Sigma => self.trical.score.within(3.0),

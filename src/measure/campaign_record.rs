@@ -51,3 +51,12 @@ pub struct CampaignRecord {
     /// Reason why it ended early, if it did.
     pub aborted: Option<Abort>,
 }
+
+impl CampaignRecord {
+    /// Mean number of readings (of three plungers) per centring.
+    pub fn readings_mean(&self) -> f64 {
+        let centred = self.probings.iter().filter_map(|p| p.probing.outcome.as_ref().ok());
+        let readings: Vec<f64> = centred.map(|c| (c.steps + 1) as f64).collect();
+        readings.iter().sum::<f64>() / readings.len().max(1) as f64
+    }
+}

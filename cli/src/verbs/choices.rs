@@ -1,6 +1,7 @@
 //! Command-line choices that map to types of the simulated cell, which is independent of the command line.
 
 use calibench_serve::{Loop, Maker, VariableServer};
+use calibench_sim::run::Methods;
 use calibench_sim::scenario::PlantKind;
 use clap::ValueEnum;
 
@@ -18,6 +19,27 @@ impl From<PlantChoice> for PlantKind {
         match choice {
             PlantChoice::Analytic => PlantKind::Analytic,
             PlantChoice::Mujoco => PlantKind::Mujoco,
+        }
+    }
+}
+
+/// Methods of a study.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum MethodChoice {
+    /// TriCal and tracker, on the same robots
+    Both,
+    /// The TriCal alone
+    Trical,
+    /// The tracker alone
+    Tracker,
+}
+
+impl From<MethodChoice> for Methods {
+    fn from(choice: MethodChoice) -> Self {
+        match choice {
+            MethodChoice::Both => Methods::Both,
+            MethodChoice::Trical => Methods::Trical,
+            MethodChoice::Tracker => Methods::Tracker,
         }
     }
 }

@@ -238,7 +238,7 @@ fn centring_summary(run: &Run) -> String {
         "{} of {} probings centred, {:.2} readings each; {:.1} s a probing, {:.0} min of cell time in all (the paper: about 30 s a probing)",
         run.campaign.samples.len(),
         run.plan.wanted(),
-        run.readings_mean(),
+        run.campaign.readings_mean(),
         time / probings.len().max(1) as f64,
         time / 60.0
     )
@@ -287,7 +287,7 @@ fn of_method(m: &Method, run: &Run) -> documents::RunMethod {
     documents::RunMethod {
         name: m.name.into(),
         probings: m.dataset.samples.len(),
-        readings_mean: (m.name == "trical").then(|| run.readings_mean()),
+        readings_mean: (m.name == "trical").then(|| run.campaign.readings_mean()),
         validation: documents::Validation::of(&m.validation),
         calibration: documents::Calibration::of(&m.calibration),
         score: m.score.parameters.iter().filter_map(scored).collect(),

@@ -6,8 +6,7 @@ use std::time::Instant;
 use serde_json::json;
 use toml::Value;
 
-use super::choices::PlantChoice;
-use super::choices::seed;
+use super::choices::{MethodChoice, PlantChoice, seed};
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_json};
 use super::progress::{Trials, Waiting};
@@ -31,6 +30,9 @@ pub struct Arguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     products: Products,
+    /// Methods of which every trial has a row; what the other would have measured is left out
+    #[arg(long, value_enum, default_value = "both")]
+    method: MethodChoice,
     /// Diagnose every trial as well
     #[arg(long)]
     diagnose: bool,
@@ -96,5 +98,5 @@ fn prepare(arguments: &Arguments) -> Result<Study, Failure> {
     }
     let waiting = Waiting::new("planning");
     let begun = |point: usize, plans: usize| waiting.now(format!("planning point {}, {plans} plans so far", point + 1));
-    Ok(Study::new(&document, arguments.diagnose, &begun)?)
+    Ok(Study::new(&document, arguments.method.into(), arguments.diagnose, &begun)?)
 }

@@ -1,6 +1,6 @@
 //! Monte-Carlo studies: a scenario, at one point or several, carried out repeatedly with every error drawn anew.
 //!
-//! A trial is the whole procedure: mastering, probing, identification, validation, by TriCal and by tracker. Trial `k` of a
+//! A trial is the whole procedure: mastering, probing, identification, validation, by TriCal, by tracker or by both. Trial `k` of a
 //! point uses stream `k` of the scenario's seed, independent of machine, thread and other trials; all points share the streams,
 //! so that two points differ by their settings and not by chance (common random numbers). Poses are planned once per point.
 
@@ -37,9 +37,9 @@ pub use rows_file::{RowsFile, RowsReader};
 pub use run::run;
 pub use summary::{MethodSummary, PERCENT, PointSummary, Quantile, Spread, Summary};
 pub use sweep::{SweepPoint, sweep_points};
-pub use trial::METHODS;
 
 use calibench_sim::plans::Plans;
+use calibench_sim::run::Methods;
 use calibench_sim::scenario::{Document, Scenario};
 
 /// Keys without influence on the planned poses; all others count.
@@ -54,6 +54,8 @@ pub struct Study {
     pub columns: Columns,
     /// Its points, at least one.
     pub points: Vec<Point>,
+    /// The methods of which every trial has a row.
+    pub methods: Methods,
     /// True if every trial is diagnosed.
     pub diagnosed: bool,
 }
@@ -74,7 +76,12 @@ impl Study {
     ///
     /// # Errors
     /// If the scenario is invalid at some point, or no point can be planned.
-    pub fn new(document: &Document, diagnosed: bool, begun: &dyn Fn(usize, usize)) -> Result<Self, FileError> {
+    pub fn new(
+        document: &Document,
+        methods: Methods,
+        diagnosed: bool,
+        begun: &dyn Fn(usize, usize),
+    ) -> Result<Self, FileError> {
         let base = document.scenario()?;
         let (axes, places) = sweep_points(document, base.sweep.as_ref())?;
         let mut scenarios = Vec::with_capacity(places.len());
@@ -114,17 +121,17 @@ impl Study {
         if let Some(failure) = first_failure.filter(|_| points.iter().all(|p| p.plans.is_err())) {
             return Err(failure);
         }
-        let id = identity(document, &base, diagnosed);
-        let columns = Columns::new(&axes, diagnosed, &parameters(&points));
-        Ok(Study { id, columns, points, diagnosed })
+        let id = identity(document, &base, methods, diagnosed);
+        let columns = Columns::new(&axes, methods, diagnosed, &parameters(&points));
+        Ok(Study { id, columns, points, methods, diagnosed })
     }
 }
 
-fn identity(document: &Document, base: &Scenario, diagnosed: bool) -> String {
+fn identity(document: &Document, base: &Scenario, methods: Methods, diagnosed: bool) -> String {
     let mut hash = Sha256::new();
     hash.update(document.text_without(&["question", "expect", "suite", "design"]));
     hash.update(to_toml(base.robot()));
-    hash.update(format!("{diagnosed} {}", env!("CARGO_PKG_VERSION")));
+    hash.update(format!("{} {diagnosed} {}", methods.name(), env!("CARGO_PKG_VERSION")));
     let digits: String = hash.finalize().iter().take(6).map(|byte| format!("{byte:02x}")).collect();
     format!("{}-{digits}", base.name)
 }

@@ -19,7 +19,7 @@ const ROWS: usize = 8192;
 
 /// Integer columns and text columns; all others except the axes are floating-point numbers.
 const WHOLE: [&str; 8] = ["points", "point", "trial", "seed", "dof", "rank", "measured", "failed"];
-const TEXT: [&str; 5] = ["study", "method", "outcome", "verdict", "finding"];
+const TEXT: [&str; 6] = ["study", "method", "methods", "outcome", "verdict", "finding"];
 
 /// Type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

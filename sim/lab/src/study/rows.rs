@@ -1,5 +1,7 @@
 //! The table of a study: one row per trial, point and method.
 
+use calibench_sim::run::Methods;
+
 /// Columns before those of the axes.
 const BEFORE: [&str; 3] = ["study", "points", "point"];
 /// Columns after those of the axes.
@@ -24,6 +26,8 @@ const AFTER: [&str; 18] = [
     "readings_mean",
 ];
 const CELL_TIME: &str = "cell_s";
+/// The methods of which every trial has a row.
+pub(super) const METHODS: &str = "methods";
 const DIAGNOSIS: [&str; 2] = ["verdict", "finding"];
 /// Prefix of the columns that hold a parameter's error over its sigma.
 pub(super) const ERROR: &str = "z_";
@@ -32,7 +36,7 @@ pub const DONE: &str = "done";
 
 /// True if every study has a column of this name, or some study may have it.
 pub(super) fn is_of_every_study(name: &str) -> bool {
-    let fixed = BEFORE.iter().chain(&AFTER).chain(&DIAGNOSIS).chain([&CELL_TIME]);
+    let fixed = BEFORE.iter().chain(&AFTER).chain(&DIAGNOSIS).chain([&CELL_TIME, &METHODS]);
     name.starts_with(ERROR) || fixed.into_iter().any(|column| *column == name)
 }
 
@@ -40,6 +44,7 @@ pub(super) fn is_of_every_study(name: &str) -> bool {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
     names: Vec<String>,
+    methods: Methods,
     diagnosed: bool,
     parameters: Vec<String>,
 }
@@ -89,13 +94,13 @@ pub(super) struct Place<'a> {
 }
 
 impl Columns {
-    /// Columns for these axes and parameters, with or without the diagnosis.
-    pub fn new(axes: &[String], diagnosed: bool, parameters: &[String]) -> Self {
+    /// Columns for these axes, methods and parameters, with or without the diagnosis.
+    pub fn new(axes: &[String], methods: Methods, diagnosed: bool, parameters: &[String]) -> Self {
         let plain = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
         let diagnosis = if diagnosed { plain(&DIAGNOSIS) } else { Vec::new() };
         let errors = parameters.iter().map(|p| format!("{ERROR}{p}")).collect();
-        let names = [plain(&BEFORE), axes.to_vec(), plain(&AFTER), plain(&[CELL_TIME]), diagnosis, errors].concat();
-        Columns { names, diagnosed, parameters: parameters.to_vec() }
+        let names = [plain(&BEFORE), axes.to_vec(), plain(&AFTER), plain(&[CELL_TIME, METHODS]), diagnosis, errors].concat();
+        Columns { names, methods, diagnosed, parameters: parameters.to_vec() }
     }
 
     /// The header line of the table.
@@ -116,6 +121,7 @@ impl Columns {
                 );
                 fields.extend([n.dof, n.rank, n.measured, n.failed].map(|v| v.to_string()));
                 fields.extend([n.readings_mean, n.cell_s].map(|v| v.map_or_else(String::new, figure)));
+                fields.push(self.methods.name().into());
                 if let (true, Some(finding)) = (self.diagnosed, &n.finding) {
                     fields.extend([finding.verdict.to_owned(), finding.effect.clone()]);
                 }
@@ -126,6 +132,9 @@ impl Columns {
             Err(reason) => {
                 fields.push(calibench::files::one_line(reason));
                 fields.resize(self.names.len(), String::new());
+                if let Some(at) = self.names.iter().position(|n| n == METHODS) {
+                    fields[at] = self.methods.name().into();
+                }
             }
         }
         line(fields.iter().map(String::as_str))
@@ -162,7 +171,7 @@ mod tests {
 
     #[test]
     fn every_line_has_a_field_for_every_column_and_stays_one_line() {
-        let columns = Columns::new(&["plan.poses_per_ball".into()], true, &["a1".into(), "c2".into()]);
+        let columns = Columns::new(&["plan.poses_per_ball".into()], Methods::Both, true, &["a1".into(), "c2".into()]);
         let place = Place { study: "s", points: 1, point: 0, at: &["5".into()], trial: 7, seed: 1 };
         let row = Row { method: "trical", outcome: Err("the robot, \"it\"\nfell".into()) };
         let text = [columns.header(), columns.line(&place, &row)].concat();

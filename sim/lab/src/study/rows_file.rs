@@ -5,11 +5,12 @@ use std::io::{Read, Seek, SeekFrom, Take, Write};
 use std::path::{Path, PathBuf};
 
 use calibench::files::{FileError, cannot_be_read, cannot_be_written as unwritable, open_file};
+use calibench_sim::run::Methods;
 use csv::StringRecord;
 
 use super::Study;
 use super::extent::Extent;
-use super::trial::METHODS;
+use super::rows::METHODS;
 
 /// Sequential reader of a study's rows, which checks that each is in its place.
 pub struct RowsReader {
@@ -32,6 +33,7 @@ struct Places {
     point: usize,
     trial: usize,
     method: usize,
+    methods: usize,
 }
 
 /// Properties of the study, from the first row.
@@ -40,6 +42,7 @@ struct RowOfStudy {
     study: String,
     points: u64,
     trial: u64,
+    methods: Methods,
 }
 
 impl RowsReader {
@@ -57,11 +60,12 @@ impl RowsReader {
         let mut reader = csv::Reader::from_reader(file.take(end));
         let header = reader.headers().map_err(|e| not_csv(path, &e))?.clone();
         let at = |name: &str| header.iter().position(|h| h == name);
-        let (Some(points), Some(point), Some(trial), Some(method)) = (at("points"), at("point"), at("trial"), at("method"))
+        let (Some(points), Some(point), Some(trial), Some(method), Some(methods)) =
+            (at("points"), at("point"), at("trial"), at("method"), at(METHODS))
         else {
             return Err(FileError::whole(path, "is no table of a study", "name a file that `study` wrote, or a new one"));
         };
-        let place = Places { points, point, trial, method };
+        let place = Places { points, point, trial, method, methods };
         let whole = reader.position().byte();
         Ok(RowsReader {
             path: path.into(),
@@ -89,26 +93,31 @@ impl RowsReader {
             return Ok(None);
         }
         let number = |column: usize| self.record.get(column).and_then(|v| v.parse::<u64>().ok());
-        let Places { points, point, trial, method } = self.place;
+        let Places { points, point, trial, method, methods } = self.place;
+        let by = |record: &StringRecord| Methods::named(record.get(methods).unwrap_or_default());
         if self.rows == 0
-            && let (Some(points), Some(trial)) =
-                (number(points).filter(|p| (1..=Extent::END).contains(p)), number(trial).filter(|t| *t <= Extent::END))
+            && let (Some(points), Some(trial), Some(methods)) = (
+                number(points).filter(|p| (1..=Extent::END).contains(p)),
+                number(trial).filter(|t| *t <= Extent::END),
+                by(&self.record),
+            )
         {
-            self.first = RowOfStudy { study: self.record[0].to_owned(), points, trial };
+            self.first = RowOfStudy { study: self.record[0].to_owned(), points, trial, methods };
         }
         let per_trial = self.rows_per_trial();
         let of_trial = self.rows % per_trial.max(1);
-        let methods = METHODS.len() as u64;
+        let each = self.first.methods.each();
         let here = RowOfStudy {
             study: self.record[0].to_owned(),
             points: number(points).unwrap_or(0),
             trial: number(trial).unwrap_or(0),
+            methods: by(&self.record).unwrap_or_default(),
         };
         let must = RowOfStudy { trial: self.first.trial + self.rows / per_trial.max(1), ..self.first.clone() };
         let in_place = per_trial > 0
             && here == must
-            && number(point) == Some(of_trial / methods)
-            && self.record.get(method) == Some(METHODS[(of_trial % methods) as usize]);
+            && number(point) == Some(of_trial / each.len() as u64)
+            && self.record.get(method) == Some(each[of_trial as usize % each.len()]);
         if !in_place {
             let line = self.record.position().map(|p| p.line() as usize);
             let problem = "is not the row that must follow";
@@ -123,7 +132,7 @@ impl RowsReader {
     }
 
     fn rows_per_trial(&self) -> u64 {
-        self.first.points * METHODS.len() as u64
+        self.first.points * self.first.methods.each().len() as u64
     }
 
     /// Name and fingerprint of the study, after the first row.

@@ -53,5 +53,5 @@ fn lines(study: &Study, number: u64, point: usize) -> Vec<u8> {
     let at = &study.points[point];
     let place =
         Place { study: &study.id, points: study.points.len(), point, at: &at.at, trial: number, seed: at.scenario.seed };
-    trial(at, study.diagnosed, number).iter().flat_map(|row| study.columns.line(&place, row)).collect()
+    trial(at, study.methods, study.diagnosed, number).iter().flat_map(|row| study.columns.line(&place, row)).collect()
 }

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::bands::{HALF_WIDTH, Share, quantile_band};
 use super::distribution::Distribution;
-use super::rows::{DONE, ERROR};
-use super::trial::METHODS;
+use super::rows::{DONE, ERROR, METHODS};
+use calibench_sim::run::Methods;
 
 /// Quantiles in the summary, per cent.
 pub const PERCENT: [u32; 5] = [5, 25, 50, 75, 95];
@@ -97,6 +97,7 @@ struct Columns {
     point: usize,
     seed: usize,
     method: usize,
+    methods: usize,
     outcome: usize,
     verdict: Option<usize>,
     spreads: Vec<Option<usize>>,
@@ -113,6 +114,7 @@ impl Summary {
             point,
             seed: at("seed")?,
             method: at("method")?,
+            methods: at(METHODS)?,
             outcome: at("outcome")?,
             verdict: at("verdict"),
             spreads: SPREAD.map(at).to_vec(),
@@ -124,15 +126,18 @@ impl Summary {
 
     /// Adds a row.
     pub fn add(&mut self, row: &StringRecord) {
-        let Columns { axes, point, seed, method, outcome, verdict, spreads, errors } = &self.columns;
+        let Columns { axes, point, seed, method, methods, outcome, verdict, spreads, errors } = &self.columns;
         let Some(point) = row.get(*point).and_then(|p| p.parse::<usize>().ok()) else { return };
         if self.points.is_empty() {
             self.study = row.get(0).unwrap_or_default().to_owned();
             self.seed = row.get(*seed).and_then(|s| s.parse().ok()).unwrap_or_default();
         }
         while self.points.len() <= point {
-            self.points
-                .push(PointSummary { at: Vec::new(), methods: METHODS.map(|name| MethodSummary::new(name, errors)).into() });
+            let each = row.get(*methods).and_then(Methods::named).unwrap_or_default().each();
+            self.points.push(PointSummary {
+                at: Vec::new(),
+                methods: each.iter().map(|name| MethodSummary::new(name, errors)).collect(),
+            });
         }
         let of = &mut self.points[point];
         if of.at.is_empty() {

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use calibench_lab::study::{Study, sweep_points};
+use calibench_sim::run::Methods;
 use calibench_sim::scenario::{Document, Scenario};
 
 fn document(sweep: &str) -> Document {
@@ -29,7 +30,7 @@ fn points(sweep: &str) -> Vec<(Vec<String>, Scenario)> {
 fn refused(sweep: &str, says: &[&str]) {
     let document = document(sweep);
     let error = match document.scenario() {
-        Ok(_) => Study::new(&document, false, &|_, _| {}).err().expect("refused"),
+        Ok(_) => Study::new(&document, Methods::Both, false, &|_, _| {}).err().expect("refused"),
         Err(error) => error,
     };
     let text = error.to_string();
@@ -127,7 +128,7 @@ fn a_point_that_cannot_be_planned_is_a_row_and_plans_are_shared_where_they_may_b
         "[[sweep.axis]]\nkey = \"plan.cone_deg\"\nvalues = [70.0, 0.001]\n
         [[sweep.axis]]\nkey = \"truth.indicators.noise_um\"\nvalues = [0.1, 0.2]\n",
     );
-    let study = Study::new(&document, false, &|_, _| {}).unwrap();
+    let study = Study::new(&document, Methods::Both, false, &|_, _| {}).unwrap();
     let plans: Vec<_> = study.points.iter().map(|p| p.plans.as_ref().ok()).collect();
     assert!(std::sync::Arc::ptr_eq(plans[0].unwrap(), plans[1].unwrap()), "noise does not change where the arm can go");
     assert!(plans[2].is_none() && plans[3].is_none());
@@ -137,6 +138,6 @@ fn a_point_that_cannot_be_planned_is_a_row_and_plans_are_shared_where_they_may_b
 
     // If no point is possible, the scenario is in error.
     let nowhere = self::document("[[sweep.axis]]\nkey = \"plan.cone_deg\"\nvalues = [0.001, 0.002]\n");
-    let error = Study::new(&nowhere, false, &|_, _| {}).err().expect("refused").to_string();
+    let error = Study::new(&nowhere, Methods::Both, false, &|_, _| {}).err().expect("refused").to_string();
     assert!(error.contains("cannot be probed") && error.contains("plan.cone_deg"), "{error}");
 }
