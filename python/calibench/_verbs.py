@@ -111,11 +111,11 @@ def run(scenario: StrPath, *, seed: int | None = None, out: StrPath | None = Non
     return Run(["run", scenario, *of_seed], folder / "run" if out is None else Path(out), keep)
 
 
-def study(scenario: StrPath, *, trials: int, first: int = 0, seed: int | None = None, diagnose: bool = False) -> Study:
+def study(scenario: StrPath, *, trials: int, first: int = 0, seed: int | None = None, method: str = "both", diagnose: bool = False) -> Study:
     """Repeats the whole procedure with every error drawn anew."""
     folder, keep = _room()
     of_seed: list[StrPath] = [f"--seed={seed}"] if seed is not None else []
-    arguments: list[StrPath] = ["study", scenario, f"--trials={trials}", f"--first={first}", *of_seed, *(["--diagnose"] if diagnose else [])]
+    arguments: list[StrPath] = ["study", scenario, f"--trials={trials}", f"--first={first}", f"--method={method}", *of_seed, *(["--diagnose"] if diagnose else [])]
     return Study(arguments, folder / "trials.csv", keep)
 
 

@@ -1,5 +1,6 @@
 //! A study gives the same bytes on any number of threads, in shards of any size, and after interruption and resumption.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -58,6 +59,38 @@ fn threads_change_no_byte() {
     let rows = bytes(&folder, "1.csv");
     assert_eq!(rows.iter().filter(|&&b| b == b'\n').count(), 1 + 7 * 3 * 2, "a header, and a row a trial, point and method");
     assert!(rows == bytes(&folder, "4.csv"));
+}
+
+#[test]
+fn a_method_alone_gives_its_rows_of_both() {
+    let folder = study();
+    let rows = |file: &str, method: &str| {
+        let mut table = csv::Reader::from_path(folder.path().join(file)).unwrap();
+        let header = table.headers().unwrap().clone();
+        let named = |record: &csv::StringRecord| header.iter().map(str::to_owned).zip(record.iter().map(str::to_owned)).collect();
+        let mut rows: Vec<BTreeMap<String, String>> = table.records().map(|r| named(&r.unwrap())).collect();
+        rows.retain(|row| row["method"] == method);
+        // What tells one study from another.
+        rows.iter_mut().for_each(|row| ["study", "methods"].iter().for_each(|column| _ = row.remove(*column)));
+        rows
+    };
+    done(&folder, &["study", "s.toml", "--trials", "3", "-o", "both.csv"]);
+    for method in ["trical", "tracker"] {
+        let file = format!("{method}.csv");
+        let told = done(&folder, &["study", "s.toml", "--trials", "3", "--method", method, "-o", &file, "--json"]);
+        let alone = rows(&file, method);
+        assert_eq!(alone.len(), 3 * 3, "a row a trial and point");
+        assert_eq!(alone, rows("both.csv", method));
+        let told: Value = serde_json::from_slice(&told).unwrap();
+        assert_eq!(told["points"][0]["methods"].as_array().map(Vec::len), Some(1), "{told}");
+        // Cut within a row, it continues.
+        let whole = bytes(&folder, &file);
+        fs::write(folder.path().join(&file), &whole[..whole.len() - 40]).unwrap();
+        done(&folder, &["study", "s.toml", "--trials", "3", "--method", method, "-o", &file]);
+        assert!(bytes(&folder, &file) == whole);
+    }
+    refused(&folder, &["study", "s.toml", "--trials", "3", "--method", "tracker", "-o", "both.csv"], "which is not");
+    refused(&folder, &["merge", "trical.csv", "tracker.csv"], "merge the shards of one study");
 }
 
 #[test]
