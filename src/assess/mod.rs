@@ -3,6 +3,7 @@
 
 mod at_new_poses;
 mod background;
+mod check;
 mod comparison;
 mod cross_validation;
 mod curve_families;
@@ -41,6 +42,9 @@ mod withdrawal;
 mod workspace;
 mod workspace_map;
 
+pub use check::{
+    CheckError, Condition, FALSE_ALARM, Judged, Looked, Power, PowerAt, RobotCheck, choose_sentinels, power_of_check,
+};
 pub use comparison::{Comparison, FitRelation, LackOfFit, SIGNIFICANCE, Standout, Subject};
 pub use curve_families::CurveFamily;
 pub use detectability::{Detectability, Sight, noncentrality};

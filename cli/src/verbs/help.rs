@@ -8,13 +8,13 @@ const STAGES: [(&str, &[&str]); 7] = [
     ("Measure", &["plan", "cell", "measure", "repeatability", "next"]),
     ("Calibrate", &["identify", "validate", "compare"]),
     ("Find what is missing", &["diagnose", "add", "ladder", "prove", "report", "workbench"]),
-    ("Use the calibration", &["compensate"]),
+    ("Use the calibration", &["compensate", "check"]),
     ("Simulate and study", &["run", "serve", "study", "merge", "design", "precision", "suite"]),
     ("The program itself", &["completions", "man", "help"]),
 ];
 
 /// Command lines of each verb, without the name of the program.
-const EXAMPLES: [(&str, &[&str]); 27] = [
+const EXAMPLES: [(&str, &[&str]); 28] = [
     ("run", &["run scenarios/paper.toml", "run scenarios/paper.toml --out runs/paper --seed 7"]),
     ("plan", &["plan scenarios/paper.toml -o plan.toml", "plan cell.toml -o plan.toml"]),
     (
@@ -40,6 +40,13 @@ const EXAMPLES: [(&str, &[&str]); 27] = [
     ("prove", &["prove runs/ur10", "prove runs/ur10 -o prove.html", "prove runs/ur10 --folds 5"]),
     ("suite", &["suite scenarios/blind-suite.toml --seed 1001"]),
     ("compare", &["compare runs/paper/trical.toml runs/paper/trical"]),
+    (
+        "check",
+        &[
+            "check calibration.toml --then runs/campaign --sentinels 5",
+            "check calibration.toml runs/monday --then runs/campaign",
+        ],
+    ),
     ("compensate", &["compensate calibration.toml targets.csv -o fake.csv", "compensate calibration.toml weld.src -o out"]),
     ("report", &["report runs/paper", "report runs/ur10 --model model.toml -o report.html"]),
     ("serve", &["serve scenarios/paper.toml"]),

@@ -4,6 +4,7 @@
 mod add;
 mod catalogue;
 mod cell;
+mod check;
 mod choices;
 mod compare;
 mod compensate;
@@ -86,6 +87,8 @@ enum Verb {
     Identify(identify::Arguments),
     /// Judge a calibration on unseen poses
     Validate(validate::Arguments),
+    /// Tell by a few poses measured again whether a calibration still holds, and what has changed if not; or choose those poses
+    Check(check::Arguments),
     /// Find the effect missing from the model
     Diagnose(diagnose::Arguments),
     /// Add one effect to the model, refit, and judge the step
@@ -176,6 +179,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Suite(a) => suite::run(a),
         Verb::Compare(a) => compare::run(a),
         Verb::Compensate(a) => compensate::run(a),
+        Verb::Check(a) => check::run(a),
         Verb::Report(a) => report::run(a),
         Verb::Serve(a) => serve::run(a),
         Verb::Workbench(a) => workbench::run(a),

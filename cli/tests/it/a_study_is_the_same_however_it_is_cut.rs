@@ -67,7 +67,8 @@ fn a_method_alone_gives_its_rows_of_both() {
     let rows = |file: &str, method: &str| {
         let mut table = csv::Reader::from_path(folder.path().join(file)).unwrap();
         let header = table.headers().unwrap().clone();
-        let named = |record: &csv::StringRecord| header.iter().map(str::to_owned).zip(record.iter().map(str::to_owned)).collect();
+        let named =
+            |record: &csv::StringRecord| header.iter().map(str::to_owned).zip(record.iter().map(str::to_owned)).collect();
         let mut rows: Vec<BTreeMap<String, String>> = table.records().map(|r| named(&r.unwrap())).collect();
         rows.retain(|row| row["method"] == method);
         // What tells one study from another.

@@ -4,6 +4,7 @@
 //! in deg or urad, as the key says; a number that these data do not determine is null.
 
 mod calibration;
+mod check;
 mod comparison;
 mod comparison_of;
 mod compensation;
@@ -31,6 +32,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 pub use self::calibration::{Calibration, CalibrationFormat, ObservabilityIndices, Parameter, StatedParameter};
+pub use self::check::{Check, CheckFormat, CheckedCondition, ConditionPower, Look, PowerAtSize};
 pub use self::comparison::{
     BallResiduals, Comparison, ComparisonFormat, CurveBin, JointCurve, JointOffset, Place, SetupResiduals, Standout, ToolShift,
     ViewTest, WorldShift, WorstSample,

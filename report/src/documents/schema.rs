@@ -3,7 +3,8 @@
 use schemars::{Schema, schema_for};
 
 use super::{
-    Calibration, Comparison, Compensation, Detectability, Diagnosis, ImportReport, Ladder, Misfit, Next, Run, Step, Validated,
+    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, ImportReport, Ladder, Misfit, Next, Run, Step,
+    Validated,
 };
 
 /// The schemas by name of the document, e.g. `calibench-run`.
@@ -11,6 +12,7 @@ use super::{
 pub fn schemas() -> Vec<(&'static str, Schema)> {
     vec![
         ("calibench-calibration", schema_for!(Calibration)),
+        ("calibench-check", schema_for!(Check)),
         ("calibench-comparison", schema_for!(Comparison)),
         ("calibench-compensation", schema_for!(Compensation)),
         ("calibench-detectability", schema_for!(Detectability)),

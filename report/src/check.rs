@@ -1,0 +1,138 @@
+//! A check of a calibrated robot in words and tables.
+
+use calibench::assess::{Condition, FALSE_ALARM, Power, RobotCheck};
+use calibench::units::{MM, UM};
+
+use super::tables::plain_rows;
+
+/// Probabilities below this are not printed.
+const LEAST: f64 = 0.01;
+
+/// A condition in words, as they follow "that".
+#[must_use]
+pub fn condition_words(condition: &Condition) -> String {
+    match condition {
+        Condition::Valid => "nothing has changed".into(),
+        Condition::ToolMoved => "the tool has moved on the flange".into(),
+        Condition::BaseMoved => "the base or the artifact has moved".into(),
+        Condition::BallMoved(ball) => format!("ball {ball} has moved"),
+        Condition::JointSlipped(joint) => format!("joint {joint} has lost its zero"),
+        Condition::Warm => "the arm is warmer or colder than it was".into(),
+        Condition::OtherPayload => "the flange carries another mass than entered".into(),
+        Condition::SingleSample(id) => format!("sample {id} alone disagrees"),
+        _ => "something else has changed, or several things".into(),
+    }
+}
+
+/// What to do about a condition.
+#[must_use]
+pub fn what_to_do(condition: &Condition) -> &'static str {
+    match condition {
+        Condition::Valid => "go on using the calibration",
+        Condition::ToolMoved => "look at the bolts and pins between flange and tool, then measure the tool again",
+        Condition::BaseMoved => "look at the bolts of base and artifact; whichever moved is measured again, the robot is not",
+        Condition::BallMoved(_) => "look at its seat and bolt; leave it out until it is certified again",
+        Condition::JointSlipped(_) => "master this joint again, and ask for a crash, a belt or an exchanged motor",
+        Condition::Warm => "let the arm run as long as before the calibration, then check again",
+        Condition::OtherPayload => "weigh what the flange carries, and enter it",
+        Condition::SingleSample(_) => "clean ball and plungers, and measure it again",
+        _ => "calibrate again",
+    }
+}
+
+/// The check as text: the verdict, what to do, and the samples.
+#[must_use]
+pub fn check_text(check: &RobotCheck) -> String {
+    let used = check.looks.len();
+    let mut out = String::new();
+    let percent = |p: f64| format!("{:.0} %", 100.0 * p);
+    let named = check.conditions.iter().find(|j| j.condition != Condition::Valid);
+    match named.filter(|_| check.changed) {
+        None => {
+            let ratio = check.looks.last().map_or(0.0, |l| l.ratio);
+            out.push_str(&format!(
+                "The calibration holds: {used} samples agree with those of the calibration (evidence of a change {ratio:.2}, reported from {:.0}).\n",
+                1.0 / FALSE_ALARM
+            ));
+        }
+        Some(first) => {
+            let words = condition_words(&first.condition);
+            let seen =
+                if used < check.given { format!("after {used} of {} samples", check.given) } else { format!("{used} samples") };
+            out.push_str(&format!("Changed: {words} ({}; {seen}).\n", percent(first.probability)));
+            out.push_str(&format!("Do: {}.\n", what_to_do(&first.condition)));
+            if !check.aliased.is_empty() {
+                let others: Vec<String> = check.aliased.iter().map(condition_words).collect();
+                out.push_str(&format!("These poses cannot distinguish it from: {}.\n", others.join("; ")));
+            }
+            let rest: Vec<String> = check
+                .conditions
+                .iter()
+                .filter(|j| j.condition != first.condition && j.probability >= LEAST)
+                .map(|j| format!("{} {}", percent(j.probability), condition_words(&j.condition)))
+                .collect();
+            if !rest.is_empty() {
+                out.push_str(&format!("Otherwise: {}.\n", rest.join("; ")));
+            }
+        }
+    }
+    let header = ["sample", "then", "change mm", "noise \u{b5}m", "evidence"].map(String::from);
+    let rows: Vec<Vec<String>> = check
+        .looks
+        .iter()
+        .map(|l| {
+            let change = format!("{:.4}", l.change / MM);
+            vec![l.sample.clone(), l.counterpart.clone(), change, format!("{:.1}", l.noise / UM), format!("{:.3e}", l.ratio)]
+        })
+        .collect();
+    out.push('\n');
+    out.push_str(&plain_rows(&header, &rows));
+    out
+}
+
+/// The plan of a check as text: the samples to measure again, and what that would show.
+#[must_use]
+pub fn check_plan_text(sentinels: &[String], power: &[Power]) -> String {
+    let sizes: Vec<f64> = power
+        .iter()
+        .find(|p| p.condition != Condition::Valid)
+        .map(|p| p.at.iter().map(|a| a.size).collect())
+        .unwrap_or_default();
+    let mut out = format!("To measure again, in this order: {}.\n", sentinels.join(", "));
+    let false_alarms =
+        power.iter().find(|p| p.condition == Condition::Valid).and_then(|p| p.at.first()).map_or(0.0, |a| a.found);
+    out.push_str(&format!(
+        "False alarms in simulated checks: {:.1} % (at most {:.0} %).\nFound, and named, in per cent, by the displacement of the samples in units of the noise:\n\n",
+        100.0 * false_alarms,
+        100.0 * FALSE_ALARM
+    ));
+    let mut header = vec!["condition".to_owned()];
+    header.extend(sizes.iter().map(|s| format!("{s} x noise")));
+    header.push("samples".into());
+    // Of single samples one line stands for all: the worst.
+    let mut single: Option<&Power> = None;
+    let mut rows = Vec::new();
+    let row = |name: String, p: &Power| {
+        let mut row = vec![name];
+        row.extend(p.at.iter().map(|a| format!("{:.0}, {:.0}", 100.0 * a.found, 100.0 * a.named)));
+        row.push(p.at.last().map_or_else(String::new, |a| format!("{:.1}", a.samples)));
+        row
+    };
+    for p in power.iter().filter(|p| p.condition != Condition::Valid) {
+        if let Condition::SingleSample(_) = p.condition {
+            let named = |p: &Power| p.at.last().map_or(0.0, |a| a.named);
+            single = Some(single.filter(|s| named(s) <= named(p)).unwrap_or(p));
+            continue;
+        }
+        rows.push(row(condition_words(&p.condition), p));
+    }
+    if let Some(p) = single {
+        rows.push(row("a single sample disagrees (the least clear)".into(), p));
+    }
+    out.push_str(&plain_rows(&header, &rows));
+    out.push_str(&format!(
+        "\n\nNamed: the condition itself, or one that these poses cannot distinguish from it. Samples: until it is found, at {} x the noise.\n",
+        sizes.last().copied().unwrap_or_default()
+    ));
+    out
+}

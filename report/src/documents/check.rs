@@ -1,0 +1,135 @@
+//! `calibench-check/1`, printed by `check`.
+
+use calibench::assess::{self, Condition, FALSE_ALARM, RobotCheck};
+use calibench::units::{MM, UM};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::format_tag;
+use crate::check::{condition_words, what_to_do};
+
+format_tag!(CheckFormat, "calibench-check/1");
+
+/// The result of a check of a calibrated robot, or of its plan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Check {
+    /// `calibench-check/1`.
+    pub format: CheckFormat,
+    /// `valid` or `changed`; null for a plan.
+    pub verdict: Option<String>,
+    /// Probability that a check ever reports a change where there is none.
+    pub false_alarm: f64,
+    /// Conditions with their probabilities, the most probable first.
+    pub conditions: Vec<CheckedCondition>,
+    /// Conditions that these poses cannot distinguish from the most probable change.
+    pub aliased: Vec<String>,
+    /// Number of samples given.
+    pub samples: usize,
+    /// The samples used, in order.
+    pub looks: Vec<Look>,
+    /// For a plan: ids of the samples to measure again, in order.
+    pub sentinels: Vec<String>,
+    /// For a plan: what the check would find.
+    pub power: Vec<ConditionPower>,
+}
+
+/// A condition that a robot may be in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CheckedCondition {
+    /// `valid`, `tool_moved`, `base_or_artifact_moved`, `ball_moved:B`, `joint_slipped:J`, `warm`, `payload_not_as_entered`,
+    /// `sample:ID` or `recalibrate`.
+    pub condition: String,
+    /// The same in words.
+    pub words: String,
+    /// What to do.
+    #[serde(rename = "do")]
+    pub to_do: String,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// The state of a check after one sample.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Look {
+    /// Id of the sample.
+    pub sample: String,
+    /// Id of the sample of the same pose when the robot was calibrated.
+    pub counterpart: String,
+    /// Change of the position error since, mm.
+    pub change_mm: f64,
+    /// Noise of that change, one-sigma per axis, um.
+    pub noise_um: f64,
+    /// Average likelihood ratio of all changes to none; a change is reported at one over `false_alarm`.
+    pub ratio: f64,
+}
+
+/// What a check finds of one condition.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ConditionPower {
+    /// The condition.
+    pub condition: String,
+    /// By size.
+    pub at: Vec<PowerAtSize>,
+}
+
+/// What a check finds of a condition of one size.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PowerAtSize {
+    /// Root mean square displacement of the samples, in units of the noise of one comparison.
+    pub size: f64,
+    /// Share of checks that report a change.
+    pub found: f64,
+    /// Share of checks that name the condition, or one that their poses cannot distinguish from it.
+    pub named: f64,
+    /// Mean number of samples until it is found.
+    pub samples: f64,
+}
+
+impl Check {
+    /// Converts a check.
+    #[must_use]
+    pub fn of(check: &RobotCheck) -> Self {
+        let condition = |j: &assess::Judged| CheckedCondition {
+            condition: j.condition.name(),
+            words: condition_words(&j.condition),
+            to_do: what_to_do(&j.condition).into(),
+            probability: j.probability,
+        };
+        let look = |l: &assess::Looked| Look {
+            sample: l.sample.clone(),
+            counterpart: l.counterpart.clone(),
+            change_mm: l.change / MM,
+            noise_um: l.noise / UM,
+            ratio: l.ratio,
+        };
+        Check {
+            format: CheckFormat::V1,
+            verdict: Some(if check.changed { "changed" } else { "valid" }.into()),
+            false_alarm: FALSE_ALARM,
+            conditions: check.conditions.iter().map(condition).collect(),
+            aliased: check.aliased.iter().map(Condition::name).collect(),
+            samples: check.given,
+            looks: check.looks.iter().map(look).collect(),
+            sentinels: Vec::new(),
+            power: Vec::new(),
+        }
+    }
+
+    /// Converts the plan of a check: ids of the samples to measure again, and what that would show.
+    #[must_use]
+    pub fn of_plan(sentinels: Vec<String>, power: &[assess::Power]) -> Self {
+        let at = |p: &assess::PowerAt| PowerAtSize { size: p.size, found: p.found, named: p.named, samples: p.samples };
+        let of = |p: &assess::Power| ConditionPower { condition: p.condition.name(), at: p.at.iter().map(at).collect() };
+        Check {
+            format: CheckFormat::V1,
+            verdict: None,
+            false_alarm: FALSE_ALARM,
+            conditions: Vec::new(),
+            aliased: Vec::new(),
+            samples: sentinels.len(),
+            looks: Vec::new(),
+            sentinels,
+            power: power.iter().map(of).collect(),
+        }
+    }
+}

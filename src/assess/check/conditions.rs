@@ -1,0 +1,248 @@
+//! What may have happened to a calibrated robot, and by what displacements of its samples it shows.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+use super::{CheckError, Pair, counterparts};
+use crate::identify::{Application, Calibration, Use};
+use crate::measure::{Dataset, Measured};
+use crate::robot::{Axis6, Link, MdhEntry, Robot, Site};
+
+/// A condition in which a robot may be found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Condition {
+    /// As it was calibrated.
+    Valid,
+    /// The tool sits on the flange otherwise.
+    ToolMoved,
+    /// The base or the artifact moved; where only balls are measured the two are the same.
+    BaseMoved,
+    /// One ball of the artifact moved.
+    BallMoved(String),
+    /// A joint lost its zero, counted from 1.
+    JointSlipped(usize),
+    /// The arm is warmer, or colder: all its links have grown in proportion.
+    Warm,
+    /// The flange carries another mass than entered.
+    OtherPayload,
+    /// A single sample disagrees with all others.
+    SingleSample(String),
+    /// Something else, or several things.
+    Recalibrate,
+}
+
+impl Condition {
+    /// The name in files.
+    pub fn name(&self) -> String {
+        match self {
+            Condition::Valid => "valid".into(),
+            Condition::ToolMoved => "tool_moved".into(),
+            Condition::BaseMoved => "base_or_artifact_moved".into(),
+            Condition::BallMoved(ball) => format!("ball_moved:{ball}"),
+            Condition::JointSlipped(joint) => format!("joint_slipped:{joint}"),
+            Condition::Warm => "warm".into(),
+            Condition::OtherPayload => "payload_not_as_entered".into(),
+            Condition::SingleSample(id) => format!("sample:{id}"),
+            Condition::Recalibrate => "recalibrate".into(),
+        }
+    }
+
+    /// Conditions of one kind share the probability that the kind has before any data.
+    pub(super) fn kind(&self) -> usize {
+        match self {
+            Condition::Valid => 0,
+            Condition::ToolMoved => 1,
+            Condition::BaseMoved => 2,
+            Condition::BallMoved(_) => 3,
+            Condition::JointSlipped(_) => 4,
+            Condition::Warm => 5,
+            Condition::OtherPayload => 6,
+            Condition::SingleSample(_) => 7,
+            Condition::Recalibrate => 8,
+        }
+    }
+}
+
+/// A sample as it is measured again: its whitened displacements.
+pub(super) struct Seen {
+    /// Id of the sample.
+    pub id: String,
+    /// Name of the ball, for a ball.
+    pub ball: Option<String>,
+    /// First of its scalar differences, and their number.
+    pub rows: (usize, usize),
+    /// Whitened displacement per unit, by condition, of those that act on all samples.
+    tool: Vec<Vector3<f64>>,
+    base: Vec<Vector3<f64>>,
+    joints: Vec<Vector3<f64>>,
+    growth: Vector3<f64>,
+    mass: Option<Vector3<f64>>,
+    target: Vec<Vector3<f64>>,
+}
+
+/// Everything that the check needs of the two measurements.
+pub(super) struct Scene {
+    pub pairs: Vec<Pair>,
+    pub seen: Vec<Seen>,
+    /// Whitened differences, of unit variance if nothing has changed.
+    pub differences: DVector<f64>,
+}
+
+/// The samples of a dataset under a calibration: whitened residuals and displacements.
+struct Applied {
+    residuals: Vec<Vector3<f64>>,
+    whiteners: Vec<Matrix3<f64>>,
+    seen: Vec<Seen>,
+}
+
+impl Scene {
+    pub fn new(calibration: &Calibration, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<Self, CheckError> {
+        if now.1.samples.is_empty() {
+            return Err(CheckError::Nothing);
+        }
+        let (before, after) = (applied(calibration, then)?, applied(calibration, now)?);
+        let rows = after.seen.last().map_or(0, |s| s.rows.0 + s.rows.1);
+        let mut differences = DVector::zeros(rows);
+        let mut pairs = Vec::with_capacity(after.seen.len());
+        let mut seen = after.seen;
+        for (k, sample) in now.1.samples.iter().enumerate() {
+            let same = counterparts(sample, now.1, then.1);
+            if same.is_empty() {
+                return Err(CheckError::NoCounterpart { sample: sample.id.clone() });
+            }
+            let count = same.len() as f64;
+            let earlier: Vector3<f64> = same.iter().map(|&s| before.residuals[s]).sum::<Vector3<f64>>() / count;
+            let change = after.residuals[k] - earlier;
+            // The counterpart has the noise of one measurement, or of the mean of several.
+            let scale = (1.0 + 1.0 / count).sqrt();
+            let w = after.whiteners[k] / scale;
+            let whitened = w * change;
+            let (first, height) = seen[k].rows;
+            (0..height).for_each(|i| differences[first + i] = whitened[i]);
+            seen[k].whiten(&w);
+            let noise = scale * after.whiteners[k].try_inverse().map_or(f64::NAN, |root| root.norm() / 3f64.sqrt());
+            pairs.push(Pair { now: sample.id.clone(), then: then.1.samples[same[0]].id.clone(), change, noise });
+        }
+        Ok(Scene { pairs, seen, differences })
+    }
+
+    /// The samples of the campaign itself, as if each were measured once more.
+    pub fn of_campaign(calibration: &Calibration, then: (&str, &Dataset)) -> Result<Vec<Seen>, CheckError> {
+        let Applied { whiteners, mut seen, .. } = applied(calibration, then)?;
+        for (one, whitener) in seen.iter_mut().zip(&whiteners) {
+            one.whiten(&(whitener / 2f64.sqrt()));
+        }
+        Ok(seen)
+    }
+}
+
+impl Seen {
+    fn whiten(&mut self, w: &Matrix3<f64>) {
+        let all = [&mut self.tool, &mut self.base, &mut self.joints, &mut self.target];
+        all.into_iter().flatten().chain([&mut self.growth]).chain(&mut self.mass).for_each(|column| *column = w * *column);
+    }
+}
+
+fn applied(calibration: &Calibration, (name, dataset): (&str, &Dataset)) -> Result<Applied, CheckError> {
+    let Application { problem, values, refitted, .. } = calibration.apply(&[(name, dataset)], Use::All)?;
+    if !refitted.is_empty() {
+        return Err(CheckError::OtherSetUp);
+    }
+    if !problem.noise_stated() {
+        return Err(CheckError::NoNoise);
+    }
+    let robot = calibration.robot.as_ref();
+    let compliance: Vec<f64> =
+        (1..=robot.joints()).map(|j| calibration.estimate(&format!("c{j}")).map_or(0.0, |e| e.value)).collect();
+    let mut applied = Applied { residuals: Vec::new(), whiteners: Vec::new(), seen: Vec::new() };
+    problem.for_each_sample(&values, &mut |at| {
+        let sample = &dataset.samples[at.place];
+        let column = |site: Site| at.posture.column(site);
+        let ball = match &sample.measured {
+            Measured::Ball { ball, .. } => dataset.balls.get(*ball).map(|b| b.id.clone()),
+            _ => None,
+        };
+        let next = applied.seen.last().map_or(0, |s: &Seen| s.rows.0 + s.rows.1);
+        let mass = compliance.iter().any(|c| *c != 0.0).then(|| {
+            let centre = dataset.payloads.get(sample.payload).map_or_else(Vector3::zeros, |p| p.com);
+            let centre = at.posture.flange().point(&centre);
+            let twist = |(j, c): (usize, &f64)| {
+                let (axis, origin) = at.posture.joint_axis(j);
+                column(Site::mdh(j, MdhEntry::Theta)) * (c * axis.dot(&(centre - origin).cross(&dataset.gravity)))
+            };
+            compliance.iter().enumerate().map(twist).sum()
+        });
+        applied.residuals.push(at.residual);
+        applied.whiteners.push(at.whitener);
+        applied.seen.push(Seen {
+            id: sample.id.clone(),
+            rows: (next, at.height),
+            tool: (0..3).map(|k| column(Site::tool(k))).collect(),
+            base: Axis6::ALL.iter().map(|axis| column(Site::Base(*axis))).collect(),
+            joints: (0..robot.joints()).map(|j| column(Site::mdh(j, MdhEntry::Theta))).collect(),
+            growth: growth(robot, &column),
+            mass,
+            target: (0..3).map(|k| Vector3::ith(k, 1.0)).collect(),
+            ball,
+        });
+    });
+    Ok(applied)
+}
+
+/// Displacement by links that all grow by the same share.
+fn growth(robot: &Robot, column: &impl Fn(Site) -> Vector3<f64>) -> Vector3<f64> {
+    let of = |(i, link): (usize, &Link)| {
+        column(Site::mdh(i, MdhEntry::A)) * link.mdh.a + column(Site::mdh(i, MdhEntry::D)) * link.mdh.d
+    };
+    robot.links.iter().enumerate().map(of).sum()
+}
+
+/// Every condition but "valid" with its columns: scalar differences of these samples, one after the other, x parameters of
+/// arbitrary scale.
+pub(super) fn of_samples(seen: &[&Seen]) -> Vec<(Condition, DMatrix<f64>)> {
+    let rows: usize = seen.iter().map(|s| s.rows.1).sum();
+    let laid_out = |width: usize, of: &dyn Fn(&Seen, usize) -> Vector3<f64>| {
+        let mut matrix = DMatrix::zeros(rows, width);
+        let mut first = 0;
+        for one in seen {
+            for k in 0..width {
+                let column = of(one, k);
+                (0..one.rows.1).for_each(|i| matrix[(first + i, k)] = column[i]);
+            }
+            first += one.rows.1;
+        }
+        matrix
+    };
+    let mut all = vec![
+        (Condition::ToolMoved, laid_out(3, &|s, k| s.tool[k])),
+        (Condition::BaseMoved, laid_out(6, &|s, k| s.base[k])),
+        (Condition::Warm, laid_out(1, &|s, _| s.growth)),
+    ];
+    let joints = seen.first().map_or(0, |s| s.joints.len());
+    all.extend((0..joints).map(|j| (Condition::JointSlipped(j + 1), laid_out(1, &|s, _| s.joints[j]))));
+    if seen.iter().all(|s| s.mass.is_some()) {
+        all.push((Condition::OtherPayload, laid_out(1, &|s, _| s.mass.unwrap_or_default())));
+    }
+    let mut balls: Vec<&String> = seen.iter().filter_map(|s| s.ball.as_ref()).collect();
+    balls.sort();
+    balls.dedup();
+    let of_ball = |ball: &String| {
+        let moved = |s: &Seen, k: usize| if s.ball.as_ref() == Some(ball) { s.target[k] } else { Vector3::zeros() };
+        (Condition::BallMoved(ball.clone()), laid_out(3, &moved))
+    };
+    // Of a single ball its own motion is that of the artifact.
+    if balls.len() > 1 {
+        all.extend(balls.into_iter().map(of_ball));
+    }
+    if seen.len() > 1 {
+        let of_one = |one: &&Seen| {
+            let moved = |s: &Seen, k: usize| if std::ptr::eq(s, *one) { Vector3::ith(k, 1.0) } else { Vector3::zeros() };
+            (Condition::SingleSample(one.id.clone()), laid_out(one.rows.1, &moved))
+        };
+        all.extend(seen.iter().map(of_one));
+    }
+    all.push((Condition::Recalibrate, DMatrix::identity(rows, rows)));
+    // What the poses do not show cannot be checked.
+    all.retain(|(_, matrix)| matrix.amax() > 0.0);
+    all
+}

@@ -1,0 +1,167 @@
+//! Likelihood ratios of the conditions to "nothing has changed", after any number of samples.
+
+use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
+
+use super::Judged;
+use super::conditions::Condition;
+
+/// Sizes of a change for which evidence is averaged: root mean square of the displacement over all samples, in units of the
+/// noise of one comparison. From what can hardly be seen to a collision.
+const SIZES: [f64; 7] = [1.5, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
+
+/// Directions of a condition that displace the samples by less than this share of the largest are not seen.
+const SEEN: f64 = 1e-6;
+
+/// A condition is nested in another if the latter leaves no more of its displacements than this, rms.
+const NESTED: f64 = 0.02;
+
+/// Two nested conditions are told apart if the narrower one fits worse by more than this sum of squares.
+const WORSE: f64 = 9.0;
+
+/// One condition, with its columns orthonormal over all samples.
+struct Hypothesis {
+    condition: Condition,
+    /// Its share of the probability of all changes before any data.
+    weight: f64,
+    /// Scalar differences x directions; unit columns.
+    basis: DMatrix<f64>,
+    /// For each number of samples the eigenvectors and eigenvalues of the Gram matrix of the rows so far, of columns scaled to
+    /// an rms displacement of one.
+    so_far: Vec<SymmetricEigen<f64, nalgebra::Dyn>>,
+}
+
+/// All conditions at the poses of a check.
+pub(super) struct Evidence {
+    hypotheses: Vec<Hypothesis>,
+    /// Number of scalar differences after each sample.
+    ends: Vec<usize>,
+}
+
+impl Evidence {
+    /// From the columns of every condition but "valid"; `ends` is the number of scalar differences after each sample.
+    pub fn new(columns: &[(Condition, DMatrix<f64>)], ends: Vec<usize>) -> Self {
+        let of_kind = |kind: usize| columns.iter().filter(|(c, _)| c.kind() == kind).count();
+        let mut kinds: Vec<usize> = columns.iter().map(|(c, _)| c.kind()).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        let hypothesis = |(condition, matrix): &(Condition, DMatrix<f64>)| {
+            let basis = orthonormal(matrix);
+            let scale = (matrix.nrows() as f64 / basis.ncols() as f64).sqrt();
+            let gram = |&end: &usize| {
+                let rows = basis.rows(0, end) * scale;
+                SymmetricEigen::new(rows.tr_mul(&rows))
+            };
+            Hypothesis {
+                weight: 1.0 / (kinds.len() * of_kind(condition.kind())) as f64,
+                so_far: ends.iter().map(gram).collect(),
+                condition: condition.clone(),
+                basis,
+            }
+        };
+        Evidence { hypotheses: columns.iter().map(hypothesis).collect(), ends }
+    }
+
+    /// Average likelihood ratio of all changes to none after the first `samples`.
+    pub fn ratio(&self, differences: &DVector<f64>, samples: usize) -> f64 {
+        self.hypotheses.iter().map(|h| h.weight * h.ratio(self.so_far(differences, samples), samples)).sum()
+    }
+
+    fn so_far<'a>(&self, differences: &'a DVector<f64>, samples: usize) -> DVectorView<'a, f64> {
+        differences.rows(0, self.ends[samples - 1])
+    }
+
+    /// All conditions with their probabilities after the first `samples`, the most probable first; `changed` is the share of
+    /// checks before which something has changed.
+    pub fn probabilities(&self, differences: &DVector<f64>, samples: usize, changed: f64) -> Vec<Judged> {
+        let seen = self.so_far(differences, samples);
+        let weighed = |h: &Hypothesis| (h.condition.clone(), changed * h.weight * h.ratio(seen, samples));
+        let mut all: Vec<(Condition, f64)> = self.hypotheses.iter().map(weighed).collect();
+        all.push((Condition::Valid, 1.0 - changed));
+        let total: f64 = all.iter().map(|(_, p)| p).sum();
+        let mut judged: Vec<Judged> =
+            all.into_iter().map(|(condition, p)| Judged { condition, probability: p / total }).collect();
+        judged.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        judged
+    }
+
+    /// Conditions that the first `samples` cannot distinguish from this one: nested in it or it in them, and fitting as well.
+    pub fn aliased_with(&self, condition: &Condition, differences: &DVector<f64>, samples: usize) -> Vec<Condition> {
+        let Some(named) = self.hypotheses.iter().find(|h| h.condition == *condition) else { return Vec::new() };
+        let end = self.ends[samples - 1];
+        let seen = differences.rows(0, end);
+        let left = |h: &Hypothesis| {
+            let basis = orthonormal(&h.basis.rows(0, end).into_owned());
+            seen.norm_squared() - basis.tr_mul(&seen).norm_squared()
+        };
+        let nested = |a: &Hypothesis, b: &Hypothesis| {
+            let inner = orthonormal(&a.basis.rows(0, end).into_owned());
+            let outer = orthonormal(&b.basis.rows(0, end).into_owned());
+            let rest = &inner - &outer * outer.tr_mul(&inner);
+            rest.norm() <= NESTED * (inner.ncols() as f64).sqrt()
+        };
+        let general = |h: &Hypothesis| matches!(h.condition, Condition::Recalibrate);
+        self.hypotheses
+            .iter()
+            .filter(|h| h.condition != *condition && !general(h))
+            .filter(|h| nested(h, named) || nested(named, h))
+            .filter(|h| left(h) - left(named) <= WORSE)
+            .map(|h| h.condition.clone())
+            .collect()
+    }
+
+    /// The displacement of all samples, whitened, by a condition: its directions in unit columns.
+    pub fn basis(&self, index: usize) -> (&Condition, &DMatrix<f64>) {
+        let h = &self.hypotheses[index];
+        (&h.condition, &h.basis)
+    }
+
+    /// Number of conditions beside "valid".
+    pub fn count(&self) -> usize {
+        self.hypotheses.len()
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.ends.len()
+    }
+}
+
+impl Hypothesis {
+    /// Likelihood ratio to "nothing has changed", averaged over the sizes.
+    fn ratio(&self, seen: DVectorView<'_, f64>, samples: usize) -> f64 {
+        let eigen = &self.so_far[samples - 1];
+        let scale = (self.basis.nrows() as f64 / self.basis.ncols() as f64).sqrt();
+        let along = eigen.eigenvectors.tr_mul(&(self.basis.rows(0, seen.nrows()).tr_mul(&seen) * scale));
+        let of_size = |size: &f64| {
+            let terms = eigen.eigenvalues.iter().zip(&along).map(|(g, y)| {
+                let spread = 1.0 + size * size * g.max(0.0);
+                size * size * y * y / spread - spread.ln()
+            });
+            // A collision moves what is measured by thousands of sigmas; the ratio of that is as good as infinite.
+            (0.5 * terms.sum::<f64>()).min(600.0).exp()
+        };
+        SIZES.iter().map(of_size).sum::<f64>() / SIZES.len() as f64
+    }
+}
+
+/// Orthonormal columns that span those of a matrix.
+pub(super) fn orthonormal(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    // Parameters of different units are made alike first.
+    let mut scaled = matrix.clone();
+    for mut column in scaled.column_iter_mut() {
+        let norm = column.norm();
+        if norm > 0.0 {
+            column /= norm;
+        }
+    }
+    let svd = scaled.svd(true, false);
+    let largest = svd.singular_values.max();
+    let rank = svd.singular_values.iter().filter(|s| **s > SEEN * largest && **s > 0.0).count();
+    svd.u.map_or_else(
+        || DMatrix::zeros(matrix.nrows(), 0),
+        |u| {
+            // Singular values are in descending order.
+            u.columns(0, rank).into_owned()
+        },
+    )
+}

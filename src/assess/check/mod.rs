@@ -1,0 +1,164 @@
+//! A cheap check of a calibrated robot: a few poses are measured again, and what has changed since is named.
+//!
+//! Each new measurement is compared with that of the same pose when the robot was calibrated, so that whatever the model
+//! lacks cancels, and noise and the change remain. With whitened differences `d` of covariance `I` if nothing has changed,
+//! every condition that may have arisen displaces them along the columns of a matrix `A` that depends on the poses alone.
+//!
+//! The test is sequential. For a condition with a Gaussian prior of covariance `s² A Aᵀ` the likelihood ratio to "nothing has
+//! changed" after n samples, and so the average of such ratios over conditions and sizes, is a non-negative martingale of mean
+//! one while nothing has changed. It ever exceeds `1 / alpha` with a probability of at most `alpha` (J. Ville, *Étude critique
+//! de la notion de collectif*, 1939): one may look after every sample and stop as soon as it does.
+
+mod choose;
+mod conditions;
+mod evidence;
+mod power;
+
+use thiserror::Error;
+
+pub use choose::choose_sentinels;
+pub use conditions::Condition;
+pub use power::{Power, PowerAt, power_of_check};
+
+use self::conditions::{Scene, of_samples};
+use self::evidence::Evidence;
+use self::power::ends;
+use crate::identify::{Calibration, IdentifyError, Use};
+use crate::measure::{Dataset, Sample};
+use crate::units::DEG;
+
+/// Probability that a check ever reports a change where there is none.
+pub const FALSE_ALARM: f64 = 0.01;
+
+/// Share of the checks before which something has changed, for the probabilities.
+const CHANGED_BEFOREHAND: f64 = 0.1;
+
+/// Two samples are of one pose if no joint differs by more, rad or 0.01 m.
+const SAME_POSE: f64 = 1.0 * DEG;
+
+/// Reasons why a check is not possible.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CheckError {
+    /// The samples cannot be compared with the calibration.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+    /// A sample has no counterpart.
+    #[error(
+        "{sample}: was not measured when the robot was calibrated: no joint may differ by more than 1 deg, and the target must be the same"
+    )]
+    NoCounterpart {
+        /// Id of the sample.
+        sample: String,
+    },
+    /// The calibration does not hold the set-up of the samples, or several of them.
+    #[error("the base and tool of these samples are not those of the calibration")]
+    OtherSetUp,
+    /// The noise is needed to tell a change from chance.
+    #[error("the noise of the measurements is not stated")]
+    NoNoise,
+    /// Nothing was measured.
+    #[error("there are no samples to check")]
+    Nothing,
+}
+
+/// A condition and its probability.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// The condition.
+    pub condition: Condition,
+    /// Its probability after the samples used.
+    pub probability: f64,
+}
+
+/// The state of the check after one sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Looked {
+    /// Id of the sample.
+    pub sample: String,
+    /// Id of its counterpart.
+    pub counterpart: String,
+    /// Change of the position error, 3-D, m.
+    pub change: f64,
+    /// Its noise, one-sigma per axis, m.
+    pub noise: f64,
+    /// Average likelihood ratio of all changes to none.
+    pub ratio: f64,
+}
+
+/// The result of a check.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotCheck {
+    /// The samples in order, up to the one that decided.
+    pub looks: Vec<Looked>,
+    /// Number of samples given.
+    pub given: usize,
+    /// True if something has changed: the ratio exceeded one over [`FALSE_ALARM`].
+    pub changed: bool,
+    /// All conditions, the most probable first.
+    pub conditions: Vec<Judged>,
+    /// Conditions that these poses cannot distinguish from the most probable change.
+    pub aliased: Vec<Condition>,
+}
+
+impl RobotCheck {
+    /// Checks the rows of `now`, in order, against those of `then`: rows of the campaign that was calibrated, or of an earlier
+    /// check. Both are of the calibration's set-up.
+    ///
+    /// # Errors
+    /// When a row has no counterpart, the noise is not stated, or the data do not belong to the calibration.
+    pub fn of(calibration: &Calibration, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
+        let scene = Scene::new(calibration, then, now)?;
+        let seen: Vec<_> = scene.seen.iter().collect();
+        let evidence = Evidence::new(&of_samples(&seen), ends(&seen));
+        let mut looks = Vec::with_capacity(scene.pairs.len());
+        let mut changed = false;
+        for (k, pair) in scene.pairs.iter().enumerate() {
+            let ratio = evidence.ratio(&scene.differences, k + 1);
+            looks.push(Looked {
+                sample: pair.now.clone(),
+                counterpart: pair.then.clone(),
+                change: pair.change.norm(),
+                noise: pair.noise,
+                ratio,
+            });
+            if ratio >= 1.0 / FALSE_ALARM {
+                changed = true;
+                break;
+            }
+        }
+        let conditions = evidence.probabilities(&scene.differences, looks.len(), CHANGED_BEFOREHAND);
+        let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
+        let aliased =
+            named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, looks.len())).unwrap_or_default();
+        Ok(RobotCheck { looks, given: scene.pairs.len(), changed, conditions, aliased })
+    }
+}
+
+/// A sample and its counterpart.
+struct Pair {
+    now: String,
+    then: String,
+    change: nalgebra::Vector3<f64>,
+    noise: f64,
+}
+
+/// The counterparts of a sample: all rows of the same target, payload and pose.
+fn counterparts(sample: &Sample, now: &Dataset, then: &Dataset) -> Vec<usize> {
+    use crate::measure::Measured;
+    let ball = |d: &Dataset, s: &Sample| match &s.measured {
+        Measured::Ball { ball, .. } => d.balls.get(*ball).map(|b| b.id.clone()),
+        Measured::Distance { anchor, .. } => d.anchors.get(*anchor).map(|a| format!("anchor {}", a.id)),
+        Measured::Point(_) => None,
+    };
+    let payload = |d: &Dataset, s: &Sample| d.payloads.get(s.payload).map(|p| p.name.clone());
+    let alike = |other: &Sample| {
+        other.q.len() == sample.q.len()
+            && other.q.iter().zip(&sample.q).all(|(a, b)| (a - b).abs() <= SAME_POSE)
+            && ball(then, other) == ball(now, sample)
+            && payload(then, other) == payload(now, sample)
+            && other.tool_target == sample.tool_target
+            && std::mem::discriminant(&other.measured) == std::mem::discriminant(&sample.measured)
+    };
+    (0..then.samples.len()).filter(|&k| Use::All.takes(&then.samples[k]) && alike(&then.samples[k])).collect()
+}

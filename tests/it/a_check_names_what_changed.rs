@@ -1,0 +1,183 @@
+//! A few poses measured again tell whether a calibrated robot is as it was, and what has changed if not.
+//!
+//! The plant is the exact kinematics of an arm that differs from its model in ways the model does not hold (eccentric gears):
+//! what is left by the model must cancel between the two measurements, and only changes and noise remain.
+
+use std::sync::Arc;
+
+use calibench::assess::{CheckError, Condition, FALSE_ALARM, RobotCheck, choose_sentinels, power_of_check};
+use calibench::identify::{Calibration, Model, identify};
+use calibench::measure::{Dataset, Measured, Noise, Sample};
+use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::units::{DEG, MM, UM};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// One-sigma of a measured point per axis, m.
+const NOISE: f64 = 15.0 * UM;
+/// Poses measured again.
+const SENTINELS: usize = 5;
+
+/// The cell as it stands at one time.
+#[derive(Clone)]
+struct Cell {
+    arm: Robot,
+    base: FramePose,
+    tool: FramePose,
+}
+
+impl Cell {
+    fn new() -> Self {
+        let mut arm = built_in("kr6_r700").unwrap();
+        arm.links[1].mdh.a += 0.3 * MM;
+        arm.links[3].mdh.d -= 0.2 * MM;
+        arm.links[2].mdh.theta += 0.05 * DEG;
+        Cell {
+            arm,
+            base: FramePose { xyz: [-0.5, 0.1, -0.1], rz_ry_rx: [0.2, 0.0, 0.01] },
+            tool: FramePose { xyz: [0.06, 0.01, -0.125], ..FramePose::default() },
+        }
+    }
+
+    /// Points measured at the joints that the controller reports.
+    fn measured(&self, postures: &[(String, Vec<f64>)], seed: u64) -> Dataset {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || NOISE * Distribution::<f64>::sample(&StandardNormal, &mut random);
+        let sample = |(id, q): &(String, Vec<f64>)| {
+            // 0.3 mrad of eccentricity, which no model here holds.
+            let turned: Vec<f64> = q.iter().enumerate().map(|(j, q)| q + 3e-4 * (q + j as f64).sin()).collect();
+            let point = world_from_tool(&self.arm, &self.base, &self.tool, &turned).translation.vector;
+            Sample::new(id.clone(), q.clone(), Measured::Point(point + Vector3::from_fn(|_, _| normal())))
+        };
+        let nominal = Cell::new();
+        Dataset {
+            robot: Arc::new(built_in("kr6_r700").unwrap()),
+            base: nominal.base,
+            tool: nominal.tool,
+            noise: Noise { point: Some(NOISE), ..Noise::default() },
+            samples: postures.iter().map(sample).collect(),
+            ..Dataset::default()
+        }
+    }
+}
+
+struct Known {
+    calibration: Calibration,
+    campaign: Dataset,
+    sentinels: Vec<(String, Vec<f64>)>,
+}
+
+fn known() -> Known {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let drawn = built_in("kr6_r700").unwrap();
+    let posture = |k: usize, random: &mut ChaCha8Rng| {
+        let q = drawn.links.iter().map(|l| random.random_range(0.6 * l.limits[0]..0.6 * l.limits[1])).collect();
+        (format!("p{k}"), q)
+    };
+    let postures: Vec<(String, Vec<f64>)> = (0..60).map(|k| posture(k, &mut random)).collect();
+    let campaign = Cell::new().measured(&postures, 1);
+    let calibration = identify(&[("then", &campaign)], &Model::of(&["base_frame", "mdh"])).unwrap();
+    let chosen = choose_sentinels(&calibration, ("then", &campaign), SENTINELS).unwrap();
+    assert_eq!(chosen.len(), SENTINELS);
+    Known { calibration, campaign, sentinels: chosen.iter().map(|&k| postures[k].clone()).collect() }
+}
+
+impl Known {
+    fn checked(&self, cell: &Cell, seed: u64) -> RobotCheck {
+        let now = cell.measured(&self.sentinels, seed);
+        RobotCheck::of(&self.calibration, ("then", &self.campaign), ("now", &now)).unwrap()
+    }
+}
+
+/// True if a check names a condition, or one that its poses cannot distinguish from it.
+fn names(check: &RobotCheck, condition: &Condition) -> bool {
+    let first = check.conditions.iter().find(|j| j.condition != Condition::Valid).unwrap();
+    check.changed && (first.condition == *condition || check.aliased.contains(condition))
+}
+
+#[test]
+fn an_unchanged_robot_alarms_in_one_check_of_a_hundred_at_most() {
+    let known = known();
+    let checks = 600;
+    let alarms = (0..checks).filter(|&k| known.checked(&Cell::new(), 1000 + k).changed).count();
+    // The campaign's noise is the same in all: of a rate of 0.01, 6 are expected, and more than 14 once in a thousand.
+    assert!(alarms <= 14, "{alarms} false alarms in {checks} checks at a rate of {FALSE_ALARM}");
+    let check = known.checked(&Cell::new(), 7);
+    assert_eq!((check.conditions[0].condition.clone(), check.looks.len()), (Condition::Valid, SENTINELS));
+    let total: f64 = check.conditions.iter().map(|j| j.probability).sum();
+    assert!((total - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_changed_is_named_within_five_poses() {
+    let known = known();
+    type Change = fn(&mut Cell);
+    let cases: [(Condition, Change); 6] = [
+        (Condition::ToolMoved, |c| c.tool.xyz[0] += 0.15 * MM),
+        (Condition::BaseMoved, |c| c.base.xyz[2] -= 0.15 * MM),
+        (Condition::JointSlipped(2), |c| c.arm.links[1].mdh.theta += 0.02 * DEG),
+        (Condition::JointSlipped(4), |c| c.arm.links[3].mdh.theta -= 0.08 * DEG),
+        (Condition::JointSlipped(5), |c| c.arm.links[4].mdh.theta += 0.08 * DEG),
+        (Condition::Warm, |c| c.arm.links.iter_mut().for_each(|l| (l.mdh.a, l.mdh.d) = (l.mdh.a * 1.0003, l.mdh.d * 1.0003))),
+    ];
+    let each = 20;
+    let mut missed = Vec::new();
+    for (condition, change) in cases {
+        let mut cell = Cell::new();
+        change(&mut cell);
+        let named = (0..each).filter(|&k| names(&known.checked(&cell, 50 + k), &condition)).count();
+        if named < each as usize * 9 / 10 {
+            missed.push(format!("{} in {named} of {each}", condition.name()));
+        }
+    }
+    assert!(missed.is_empty(), "named too seldom: {missed:?}");
+}
+
+#[test]
+fn a_single_bad_sample_is_no_fault_of_the_robot() {
+    let known = known();
+    for (k, (id, _)) in known.sentinels.iter().enumerate() {
+        let mut now = Cell::new().measured(&known.sentinels, 90 + k as u64);
+        let Measured::Point(point) = &mut now.samples[k].measured else { panic!("points") };
+        point.y += 0.4 * MM;
+        let check = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &now)).unwrap();
+        // The first sample alone may be anything: it is measured again, or more are.
+        if k > 0 {
+            assert!(names(&check, &Condition::SingleSample(id.clone())) || k < SENTINELS - 2, "{id}: {:?}", check.conditions);
+        }
+        assert!(check.changed, "{id}");
+    }
+}
+
+#[test]
+fn the_power_that_is_promised_is_that_of_the_checks() {
+    let known = known();
+    let chosen: Vec<usize> =
+        known.sentinels.iter().map(|(id, _)| known.campaign.samples.iter().position(|s| s.id == *id).unwrap()).collect();
+    let power = power_of_check(&known.calibration, ("then", &known.campaign), &chosen, &[3.0]).unwrap();
+    assert_eq!(power[0].condition, Condition::Valid);
+    assert!(power[0].at[0].found <= 2.5 * FALSE_ALARM, "{power:?}");
+    for p in &power[1..] {
+        assert!(p.at[0].found >= 0.95, "three times the noise is found in 95 of 100: {p:?}");
+    }
+    let slipped = power.iter().find(|p| p.condition == Condition::JointSlipped(3)).unwrap();
+    assert!(slipped.at[0].named >= 0.8, "{slipped:?}");
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let known = known();
+    let elsewhere: Vec<f64> = known.sentinels[0].1.iter().map(|q| q + 2.0 * DEG).collect();
+    let now = Cell::new().measured(&[("new".into(), elsewhere)], 3);
+    let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &now));
+    assert!(matches!(refused, Err(CheckError::NoCounterpart { ref sample }) if sample == "new"), "{refused:?}");
+    let mut silent = Cell::new().measured(&known.sentinels, 3);
+    silent.noise = Noise::default();
+    let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &silent));
+    assert!(matches!(refused, Err(CheckError::NoNoise)), "{refused:?}");
+    let nothing = Cell::new().measured(&[], 3);
+    let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &nothing));
+    assert!(matches!(refused, Err(CheckError::Nothing)), "{refused:?}");
+}
