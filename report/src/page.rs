@@ -105,6 +105,7 @@ impl Page {
         if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), views.json(page_model)) {
             whole.extend(part);
         }
+        candidate::add_spoken_of(&mut document);
         Ok(Page { document })
     }
 }

@@ -52,6 +52,11 @@ def deeds(page):
     """What a reader does with mouse and keys, and what does not follow from it, in words."""
     found = []
 
+    def press(key):
+        # Pictures follow in the next frame.
+        page.keyboard.press(key)
+        page.wait_for_timeout(120)
+
     def expect(holds, otherwise):
         if not holds:
             found.append(otherwise)
@@ -70,6 +75,11 @@ def deeds(page):
     page.click("#theme")
     expect(page.evaluate(paper) == light, "the switch of light and dark does not go back")
     page.wait_for_timeout(500)
+    if page.evaluate("Boolean(JSON.parse(document.getElementById('data').textContent).against)"):
+        expect(page.locator("#against table").first.is_visible() and page.locator("#against .chart svg").count() >= 2, "two models are not set side by side")
+        shown = page.evaluate(PICTURE)
+        page.select_option(".tools select", index=1)
+        expect(page.evaluate("document.querySelector('.space canvas').toDataURL()") != shown, "the arrows are not those of the second model")
     if not page.query_selector(".space canvas"):
         return found + ["there is no view in space"]
 
@@ -77,10 +87,10 @@ def deeds(page):
     chart = page.locator("#residuals .chart[role='application']").first
     chart.scroll_into_view_if_needed()
     chart.focus()
-    page.keyboard.press("End")
+    press("End")
     last = page.evaluate(SAMPLE)
     expect(page.evaluate(RINGS) >= 2, "a sample that is chosen in a chart is not marked in the others")
-    page.keyboard.press("ArrowLeft")
+    press("ArrowLeft")
     expect(page.evaluate(SAMPLE) != last, "the view in space does not follow the keys in a chart")
     expect(page.inner_text("#spoken") != "", "what is chosen by keys is not read out")
 
@@ -89,7 +99,7 @@ def deeds(page):
     ring = chart.locator(".ring").first
     ring.scroll_into_view_if_needed()
     box = ring.bounding_box()
-    page.keyboard.press("Escape")
+    press("Escape")
     expect(page.evaluate(RINGS) == 0, "Escape leaves a sample marked")
     page.mouse.move(box["x"] - 60, box["y"] - 60)
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, steps=4)
@@ -102,21 +112,22 @@ def deeds(page):
     space.scroll_into_view_if_needed()
     space.focus()
     before = page.evaluate(PICTURE)
-    page.keyboard.press("ArrowLeft")
-    page.keyboard.press("+")
+    press("ArrowLeft")
+    press("+")
     page.wait_for_timeout(100)
     expect(page.evaluate(PICTURE) != before, "the keys do not turn the view in space")
     before = page.evaluate(SAMPLE)
-    page.keyboard.press("]")
+    press("]")
     expect(page.evaluate(SAMPLE) != before and page.evaluate(RINGS) >= 2, "the keys in space do not reach the charts")
-    page.keyboard.press("Escape")
+    press("Escape")
     box = space.bounding_box()
     for k in range(1, 40):
+        page.wait_for_timeout(40)
         page.mouse.move(box["x"] + box["width"] * (0.3 + 0.4 * (k * 0.618 % 1)), box["y"] + box["height"] * k / 40)
         if page.evaluate(RINGS):
             break
     expect(page.evaluate(RINGS) >= 2, "an arrow that is hovered over does not reach the charts")
-    page.keyboard.press("Escape")
+    press("Escape")
     page.mouse.move(0, 0)
     return found
 

@@ -89,11 +89,12 @@ impl Rival {
         } else {
             " Base or tool of these rows were fitted to them first, so these are spreads, smaller than the errors.".into()
         };
+        let mean_errors = [&errors_a, &errors_b].map(|errors| short(Paired::of(errors).two_errors / MM));
         let document = json!({
             "poses": differences.len(),
             "difference_mm": short(pair.mean / MM),
             "two_errors_mm": short(pair.two_errors / MM),
-            "mean_errors_mm": [&errors_a, &errors_b].map(|errors| short(Paired::of(errors).two_errors / MM)),
+            "mean_errors_mm": mean_errors,
             "better": pair.better().map(|k| names[k]),
             "better_at": differences.iter().filter(|d| **d < 0.0).count(),
             "a_mm": drawn(&errors_a),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::residuals::Residuals;
 use super::{short, shorts};
@@ -151,12 +151,43 @@ pub(super) fn meanings(diagnosis: &Diagnosis, ladder: &Value) -> Value {
     named.extend(diagnosis.untestable.iter().map(|u| u.effect.clone()));
     named.extend(diagnosis.heat_map.curve.as_ref().map(curve_id));
     effects_in(ladder, &mut named);
-    let one = |effect: String| {
-        let m = meaning(&effect);
-        let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look});
-        (effect, said)
-    };
-    Value::Object(named.into_iter().map(one).collect::<Map<String, Value>>())
+    Value::Object(named.into_iter().map(meaning_of).collect())
+}
+
+/// Adds the effects that the sentences of a page speak of to its meanings.
+pub(super) fn add_spoken_of(document: &mut Value) {
+    let mut spoken = BTreeSet::new();
+    effects_spoken_of(document, false, &mut spoken);
+    let Some(meanings) = document["meanings"].as_object_mut() else { return };
+    for id in spoken {
+        meanings.entry(id.clone()).or_insert_with(|| meaning_of(id).1);
+    }
+}
+
+/// The name and meaning of an effect, by its id.
+fn meaning_of(effect: String) -> (String, Value) {
+    let m = meaning(&effect);
+    let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look});
+    (effect, said)
+}
+
+/// Collects the ids of effects in the sentences of a document.
+fn effects_spoken_of(document: &Value, sentence: bool, ids: &mut BTreeSet<String>) {
+    match document {
+        Value::String(text) if sentence => {
+            let words = text.split(|c: char| !(c.is_alphanumeric() || "_:.@+-".contains(c)));
+            let id = |word: &str| word.trim_end_matches([':', '.']).to_owned();
+            ids.extend(words.map(id).filter(|id| id.contains([':', '_']) && family(id).is_some()));
+        }
+        Value::Array(items) => items.iter().for_each(|item| effects_spoken_of(item, sentence, ids)),
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                let sentence = matches!(key.as_str(), "sentences" | "symptoms" | "words" | "objections" | "advice");
+                effects_spoken_of(value, sentence, ids);
+            }
+        }
+        _ => {}
+    }
 }
 
 /// Collects the ids of effects that a document of the ladder names.

@@ -12,31 +12,56 @@ function colours() {
 // A chart that `option(colours, width)` describes; `label` is what it says to those who do not see it. A height may depend on the width.
 function chart(label, height, option) {
   const host = element("div", { class: "chart", role: "img", "aria-label": label });
-  if (typeof height === "number") host.style.height = `${height}px`;
+  // A height that depends on the width is known once it is drawn; until then room is kept for it.
+  host.style.height = `${typeof height === "number" ? height : 300}px`;
   drawn.push({ host, height, option, chart: null });
   return host;
 }
 
 function draw(within = document) {
-  const theme = colours();
-  const fontFamily = getComputedStyle(document.body).fontFamily;
-  for (const one of drawn) {
-    if (within !== document && !within.contains(one.host)) continue;
-    one.chart?.dispose();
-    one.chart = null;
-    const width = one.host.clientWidth;
-    if (!one.host.isConnected || width === 0) continue;
-    const height = typeof one.height === "number" ? one.height : one.height(width);
-    one.host.style.height = `${height}px`;
-    if (one.paint) {
-      one.chart = one.paint(theme, width, height);
-      continue;
+  const [theme, fontFamily] = [colours(), getComputedStyle(document.body).fontFamily];
+  for (const one of drawn) if (within === document || within.contains(one.host)) draw_one(one, theme, fontFamily);
+}
+
+// Those that are in sight at once, the others in slices in which the page still answers; `then` when all are drawn.
+function draw_soon(parts, then) {
+  const of_parts = drawn.filter((one) => parts.some((part) => part.contains(one.host)));
+  const in_sight = ({ host }) => { const { top, bottom } = host.getBoundingClientRect(); return bottom > 0 && top < innerHeight; };
+  const [theme, fontFamily] = [colours(), getComputedStyle(document.body).fontFamily];
+  const first = new Set(of_parts.filter(in_sight));
+  for (const one of first) draw_one(one, theme, fontFamily);
+  // What has been drawn meanwhile, or is no longer on the page, is not drawn again.
+  const later = of_parts.filter((one) => !first.has(one));
+  const slice = () => {
+    const until = performance.now() + SLICE;
+    while (later.length && performance.now() < until) {
+      const one = later.shift();
+      if (!one.chart && drawn.includes(one)) draw_one(one, colours(), fontFamily);
     }
-    one.chart = echarts.init(one.host, null, { renderer: "svg", width, height });
-    const option = one.option(theme, width);
-    one.chart.setOption({ animation: false, textStyle: { fontFamily }, ...option });
-    link(one, option);
+    if (later.length) setTimeout(slice);
+    else then();
+  };
+  setTimeout(slice);
+}
+
+// How long a slice of drawing takes, ms.
+const SLICE = 40;
+
+function draw_one(one, theme, fontFamily) {
+  one.chart?.dispose();
+  one.chart = null;
+  const width = one.host.clientWidth;
+  if (!one.host.isConnected || width === 0) return;
+  const height = typeof one.height === "number" ? one.height : one.height(width);
+  one.host.style.height = `${height}px`;
+  if (one.paint) {
+    one.chart = one.paint(theme, width, height);
+    return;
   }
+  one.chart = echarts.init(one.host, null, { renderer: "svg", width, height });
+  const option = one.option(theme, width);
+  one.chart.setOption({ animation: false, textStyle: { fontFamily }, ...option });
+  link(one, option);
 }
 
 function axis(theme, name, gap, more = {}) {

@@ -24,7 +24,7 @@ function worded(report, text, seen = new Set()) {
     if (k % 2 === 0) return piece;
     // Where words stand before the id already, it is the id beside them.
     if (pieces[k - 1].endsWith("(") && pieces[k + 1].startsWith(")")) return element("code", {}, piece);
-    const begins = (first && k === 1 && pieces[0] === "") || /[.:] $/.test(pieces[k - 1]);
+    const begins = (first && k === 1 && pieces[0] === "") || /\. $/.test(pieces[k - 1]);
     const words = begins ? capital(named(report, piece)) : named(report, piece);
     if (seen.has(piece)) return words;
     seen.add(piece);

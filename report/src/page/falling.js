@@ -41,17 +41,20 @@ function ladder(report) {
   const [last, apart] = ticks(all < 2.5 * most ? all : 1.15 * most);
   // On a phone the name of a model stands over its line, not beside it.
   const is_narrow = (width) => width < 620;
-  const height = (width) => (is_narrow(width) ? 62 + 20 * kinds.length + 74 * rows.length : 96 + 48 * rows.length);
+  // Names of figures that would not stand in one line stand under each other.
+  const is_stacked = (width) => width < 240 + 190 * kinds.length;
+  const above = (width) => (is_stacked(width) ? 20 * kinds.length + 4 : 44);
+  const height = (width) => above(width) + 52 + (is_narrow(width) ? 74 : 48) * rows.length;
   const picture = chart(label, height, (theme, width) => {
-    const narrow = is_narrow(width);
+    const [narrow, stacked] = [is_narrow(width), is_stacked(width)];
     const left = narrow ? 10 : 240;
     const name_of = (row, y, x, w) => (narrow
       ? { text: row.name, x, y: y - 22, align: "left", verticalAlign: "bottom", fill: theme.ink, fontSize: 12, fontWeight: 600, width: w, overflow: "truncate" }
       : { text: row.name, x: left - 12, y, align: "right", verticalAlign: "middle", fill: theme.ink, fontSize: 12, lineHeight: 15, width: left - 14, overflow: "break" });
     const spread = (k) => (k - (kinds.length - 1) / 2) * (narrow ? 0.14 : 0.18) + (narrow ? 0.12 : 0);
     return {
-      grid: { left, right: 20, top: narrow ? 20 * kinds.length : 44, bottom: 44, outerBoundsMode: "none" },
-      legend: { top: 0, left: narrow ? 0 : left - 5, orient: narrow ? "vertical" : "horizontal", itemGap: narrow ? 2 : 14, textStyle: { color: theme.ink, fontSize: 12 }, itemWidth: 11, itemHeight: 11, selectedMode: false },
+      grid: { left, right: 20, top: above(width), bottom: 44, outerBoundsMode: "none" },
+      legend: { top: 0, left: narrow ? 0 : left - 5, orient: stacked ? "vertical" : "horizontal", itemGap: stacked ? 2 : 14, textStyle: { color: theme.ink, fontSize: 12 }, itemWidth: 11, itemHeight: 11, selectedMode: false },
       tooltip: tooltip(theme, ({ value, seriesName }) => {
         const row = rows[Math.round(value[1])];
         const range = row[kinds.find(([, what]) => what === seriesName)?.[4]];

@@ -1,7 +1,7 @@
 "use strict";
 // A sample that is looked at in one picture is marked in all of them: with a ring in the charts, as an arrow with the arm in space.
 
-const looked_at = { id: null, watchers: new Set() };
+const looked_at = { id: null, watchers: new Set(), frame: null };
 
 // `said` is read out to those who do not see the rings.
 function look_at(id, said = null) {
@@ -9,18 +9,22 @@ function look_at(id, said = null) {
   if (said && spoken) spoken.textContent = said;
   if (looked_at.id === id) return;
   looked_at.id = id;
-  for (const one of drawn) ring(one);
-  for (const watcher of looked_at.watchers) watcher(id);
+  // Once a frame, however fast the pointer runs over the points.
+  looked_at.frame ??= requestAnimationFrame(() => {
+    looked_at.frame = null;
+    for (const one of drawn) ring(one);
+    for (const watcher of looked_at.watchers) watcher(looked_at.id);
+  });
 }
 
 // The samples of a chart, by their id: where they stand.
 function points_of(option) {
   const points = new Map();
-  for (const { type, data, name } of option.series ?? []) {
+  for (const { type, data, name } of [option.series ?? []].flat()) {
     if (type !== "scatter") continue;
-    for (const item of data) {
-      const value = item.value ?? item;
-      if (typeof value[2] === "string") points.set(value[2], [...(points.get(value[2]) ?? []), { x: value[0], y: value[1], name }]);
+    for (const item of data ?? []) {
+      const value = item?.value ?? item;
+      if (typeof value?.[2] === "string") points.set(value[2], [...(points.get(value[2]) ?? []), { x: value[0], y: value[1], name }]);
     }
   }
   return points;
@@ -28,7 +32,8 @@ function points_of(option) {
 
 // Rings around the sample that is looked at.
 function ring(one) {
-  for (const old of one.host.querySelectorAll(".ring")) old.remove();
+  for (const old of one.rings ?? []) old.remove();
+  one.rings = [];
   const points = one.points?.get(looked_at.id);
   if (!points || !one.chart) return;
   for (const { x, y } of points) {
@@ -37,6 +42,7 @@ function ring(one) {
     mark.style.left = `${left}px`;
     mark.style.top = `${top}px`;
     one.host.append(mark);
+    one.rings.push(mark);
   }
 }
 

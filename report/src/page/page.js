@@ -5,12 +5,20 @@ const AXES = ["x", "y", "z"];
 
 const sections = () => ({ told, telling, ladder, against, by_pose, accuracy, workspace, space, ranking, residuals, parameters, cell, centring, provenance });
 
+// The samples in space that are drawn: what does not change keeps its view.
+let drawn_in_space = null;
+
 // `ids` names the sections that have changed.
 function render(report, ids = Object.keys(sections())) {
+  const in_space = report.residuals?.space ?? null;
+  if (ids.includes("residuals") && !ids.includes("space") && in_space !== drawn_in_space) ids = [...ids, "space"];
+  if (ids.includes("space")) drawn_in_space = in_space;
+  delete document.body.dataset.ready;
   const parts = ids.map((id) => document.getElementById(id));
   // Their charts are gone with their hosts.
   for (let i = drawn.length - 1; i >= 0; i -= 1) if (parts.some((part) => part.contains(drawn[i].host))) drawn.splice(i, 1)[0].chart?.dispose();
   document.title = `${report.title}: ${report.verdict.headline}`;
+  document.getElementById("verdict").replaceChildren(...verdict(report).flat().filter(Boolean));
   for (const [k, id] of ids.entries()) {
     const [section, fill] = [parts[k], sections()[id]];
     section.replaceChildren(section.querySelector("h2"));
@@ -18,13 +26,11 @@ function render(report, ids = Object.keys(sections())) {
     section.hidden = filled === null;
     if (filled) section.append(...filled.flat().filter(Boolean));
   }
-  document.getElementById("verdict").replaceChildren(...verdict(report).flat().filter(Boolean));
   contents();
   for (const part of parts) {
     for (const unfolded of part.querySelectorAll("details")) unfolded.addEventListener("toggle", () => unfolded.open && draw(unfolded));
-    draw(part);
   }
-  document.body.dataset.ready = "1";
+  draw_soon(parts, () => { document.body.dataset.ready = "1"; });
 }
 
 function verdict(report) {

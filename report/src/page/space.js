@@ -154,19 +154,25 @@ function handle(host, { turn, zoom, step, nearest }) {
   });
 }
 
-const Arrow = echarts.graphic.extendShape({
-  type: "arrow", shape: { x1: 0, y1: 0, x2: 0, y2: 0, head: 4 },
-  buildPath(path, { x1, y1, x2, y2, head }) {
-    const length = Math.hypot(x2 - x1, y2 - y1);
-    path.moveTo(x1, y1);
-    path.lineTo(x2, y2);
-    const [u, v] = length > 0.5 ? [(x2 - x1) / length, (y2 - y1) / length] : [1, 0];
-    const size = Math.min(head, 0.6 * length);
-    path.moveTo(x2 - size * (u + 0.5 * v), y2 - size * (v - 0.5 * u));
-    path.lineTo(x2, y2);
-    path.lineTo(x2 - size * (u - 0.5 * v), y2 - size * (v + 0.5 * u));
+// Arrows of one colour, drawn at once: a thousand shapes of their own would turn with a stutter.
+const Arrows = echarts.graphic.extendShape({
+  type: "arrows", shape: { of: [], head: 4 },
+  buildPath(path, { of, head }) {
+    for (const [[x1, y1], [x2, y2]] of of) {
+      const length = Math.hypot(x2 - x1, y2 - y1);
+      const [u, v] = length > 0.5 ? [(x2 - x1) / length, (y2 - y1) / length] : [1, 0];
+      const size = Math.min(head, 0.6 * length);
+      path.moveTo(x1, y1);
+      path.lineTo(x2, y2);
+      path.moveTo(x2 - size * (u + 0.5 * v), y2 - size * (v - 0.5 * u));
+      path.lineTo(x2, y2);
+      path.lineTo(x2 - size * (u - 0.5 * v), y2 - size * (v + 0.5 * u));
+    }
   },
 });
+
+// Number of colours of the arrows.
+const SHADES = 12;
 
 // A colour between two, both as #rrggbb.
 function between(from, to, t) {
@@ -197,6 +203,8 @@ function paint_space(host, theme, { width, height, view, scene, report }) {
   };
   const line = (a, b, style, z2) => root.add(new graphic.Line({ silent: true, z2, shape: { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }, style: { lineCap: "round", ...style } }));
   const text = (a, what, style = {}) => root.add(new graphic.Text({ silent: true, z2: 1e6, x: a[0], y: a[1], style: { text: what, fill: theme.ink, stroke: theme.paper, lineWidth: 3, fontSize: 12, align: "center", verticalAlign: "middle", ...style } }));
+
+  const several = (of, style, z2, head = 6) => root.add(new Arrows({ silent: true, z2, shape: { of, head }, style: { fill: "none", ...style } }));
 
   const floor = (at) => {
     const apart = ticks(2 * scene.radius)[1] / 2;
@@ -238,23 +246,30 @@ function paint_space(host, theme, { width, height, view, scene, report }) {
       root.add(new graphic.Circle({ silent: true, z2: 1000 * depth, shape: { cx: x, cy: y, r: 7 }, style: { fill: theme.paper, stroke: theme.other, lineWidth: 2 } }));
       if (scene.balls.length <= 12) text([x, y + 16], report.residuals.balls[k].ball, { fill: theme.other });
     }
+    // Those behind the arm are drawn before it and paler, the longest last.
+    const middle = scene.arms[posed].reduce((sum, point) => sum + at(point)[2], 0) / scene.arms[posed].length;
+    const layers = [0, 1].map(() => Array.from({ length: SHADES }, () => []));
     tips = arrows.map((arrow, k) => {
       const from = scene.arms[k].at(-1);
       const [a, b] = [at(from), at(from.map((v, i) => v + (arrow[i] / 1000) * view.enlarged))];
-      const bright = k === posed;
-      const stroke = bright && marked >= 0 ? theme.ink : between(theme.residual, theme.candidate, Math.hypot(...arrow) / scene.longest);
-      const opacity = bright ? 1 : marked >= 0 ? 0.55 : 0.62 + 0.38 * Math.max(0, Math.min(1, 0.5 + a[2]));
-      root.add(new Arrow({ silent: true, z2: bright ? 9e5 : 1000 * a[2] + 1, shape: { x1: a[0], y1: a[1], x2: b[0], y2: b[1], head: bright ? 9 : 6 }, style: { stroke, fill: "none", lineWidth: bright ? 3.4 : 1.5, opacity } }));
-      if (bright) {
-        root.add(new graphic.Circle({ silent: true, z2: 9e5, shape: { cx: a[0], cy: a[1], r: 4 }, style: { fill: stroke } }));
-        text([b[0], b[1] - 18], scene.ids[k], { fontWeight: 600 });
-      }
+      const share = Math.hypot(...arrow) / scene.longest;
+      if (k !== posed) layers[a[2] > middle ? 1 : 0][Math.min(SHADES - 1, Math.floor(share * SHADES))].push([a, b]);
       return [a, b];
     });
+    for (const [front, layer] of layers.entries()) {
+      for (const [shade, of] of layer.entries()) {
+        if (of.length) several(of, { stroke: between(theme.residual, theme.candidate, (shade + 0.5) / SHADES), lineWidth: 1.5, opacity: (marked >= 0 ? 0.7 : 1) * (front ? 0.95 : 0.7) }, (front ? 2000 : -3000) + shade);
+      }
+    }
+    const [a, b] = tips[posed];
+    const bright = marked >= 0 ? theme.ink : theme.candidate;
+    several([[a, b]], { stroke: bright, lineWidth: 3.4 }, 9e5, 9);
+    root.add(new graphic.Circle({ silent: true, z2: 9e5, shape: { cx: a[0], cy: a[1], r: 4 }, style: { fill: bright } }));
+    text([b[0], b[1] - 18], scene.ids[posed], { fontWeight: 600 });
     // A round length to read the arrows by.
     const [micro] = [round_up((0.12 * scene.radius * 1000) / view.enlarged)];
     const long = (micro / 1000) * view.enlarged * unit * view.zoom;
-    root.add(new Arrow({ silent: true, z2: 1e6, shape: { x1: 14, y1: height - 16, x2: 14 + long, y2: height - 16, head: 7 }, style: { stroke: theme.ink, fill: "none", lineWidth: 2 } }));
+    several([[[14, height - 16], [14 + long, height - 16]]], { stroke: theme.ink, lineWidth: 2 }, 1e6, 7);
     text([14, height - 32], `${digits(micro, 2)} µm`, { align: "left" });
     text([width - 8, height - 14], `grid ${digits(apart, 2)} mm`, { align: "right", fill: theme.quiet });
   };
