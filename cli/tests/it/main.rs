@@ -36,6 +36,7 @@ mod the_ladder_stops_where_it_should;
 mod the_precision_test_lands_where_the_paper_did;
 mod the_procedure_over_the_wires_is_the_procedure;
 mod the_report_is_one_honest_file;
+mod the_report_sets_two_models_side_by_side;
 mod the_shell_knows_the_program;
 mod the_terminal_is_wide_enough;
 mod the_workbench_is_closed_to_strangers;

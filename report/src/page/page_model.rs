@@ -193,7 +193,7 @@ fn capital(text: &str) -> String {
 }
 
 /// The key figures.
-fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
+pub(super) fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
     json!({
         "samples": d.samples,
@@ -208,7 +208,7 @@ fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
 }
 
 /// The calibration with the details shown only on a page.
-fn fitted(c: &Calibration) -> Value {
+pub(super) fn fitted(c: &Calibration) -> Value {
     let mut value = documents::to_value(&documents::Calibration::of(c));
     let free: Vec<usize> = (0..c.estimates.len()).filter(|&k| c.estimates[k].stated_sigma.is_none()).collect();
     let rows = free.iter().map(|&r| free.iter().map(|&k| (c.correlation[(r, k)] * 1000.0).round() / 1000.0).collect());
@@ -227,7 +227,7 @@ fn fitted(c: &Calibration) -> Value {
 }
 
 /// The same with a warning beside each parameter whose value is physically impossible.
-fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
+pub(super) fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
     for parameter in calibration["parameters"].as_array_mut().into_iter().flatten() {
         let symptom = step.symptoms.iter().find(|s| parameter["name"] == s.parameter.as_str());
         if let Some(symptom) = symptom {
@@ -238,7 +238,7 @@ fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
 }
 
 /// True if there are validation rows.
-fn has_validation(datasets: &[(&str, &Dataset)]) -> bool {
+pub(super) fn has_validation(datasets: &[(&str, &Dataset)]) -> bool {
     datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Validation))
 }
 

@@ -6,10 +6,13 @@ use super::PageSubject;
 use super::candidate::{Candidate, MOST, Offered};
 use super::page_model::PageModel;
 use super::residuals::Residuals;
+use super::shorts;
+use super::space::Stance;
 use super::telling::{telling, telling_of};
 use crate::documents;
 use calibench::assess::{Comparison, Extrapolation, Place};
 use calibench::identify::{IdentifyError, Use};
+use calibench::units::UM;
 
 /// The parts of a page that show individual samples.
 pub struct Views {
@@ -38,6 +41,33 @@ impl Views {
             }),
             candidates: Vec::new(),
         })
+    }
+
+    /// The same, showing the samples that `other` shows.
+    pub(super) fn showing_as(mut self, other: &Views) -> Self {
+        self.residuals.shown.clone_from(&other.residuals.shown);
+        self
+    }
+
+    /// The comparison by views.
+    pub(super) fn comparison(&self) -> &Comparison {
+        &self.comparison
+    }
+
+    /// The arm at every sample.
+    pub(super) fn stances(&self) -> &[Stance] {
+        &self.residuals.stances
+    }
+
+    /// Indices of the samples that are drawn.
+    pub(super) fn shown(&self) -> &[usize] {
+        &self.residuals.shown
+    }
+
+    /// Lengths of the residuals of the drawn samples, um.
+    pub(super) fn lengths_um(&self) -> Value {
+        let Residuals { points, shown, .. } = &self.residuals;
+        shorts(shown.iter().map(|&i| points[i].residual.norm() / UM))
     }
 
     /// Fits the best candidates one by one, skipping those that the data do not determine.
