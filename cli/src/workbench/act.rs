@@ -120,7 +120,7 @@ impl Bench {
         let next = Moment::new(chosen, here.switches.begun_anew(), None);
         self.fit(&next)?;
         self.arrive(next.clone(), History::go_on);
-        Ok(self.answer(&next, &next, &[]))
+        Ok(self.moved(&next))
     }
 
     /// Goes back by one step, or choice of data, or forward again.
@@ -137,7 +137,7 @@ impl Bench {
         state.set_mut(&there);
         drop(state);
         self.notify();
-        Ok(self.answer(&there, &there, &[]))
+        Ok(self.moved(&there))
     }
 
     /// Goes from the present moment to these switches, unless there is evidence against it.
@@ -197,16 +197,25 @@ impl Bench {
         };
         let [from, to] = figures;
         let [added, removed] = &after.changed;
+        let is_step = before.model != after.model;
         let words = |ids: &[String]| ids.iter().map(|id| words(after, id)).collect::<Vec<_>>();
         json!({
             "accepted": accepted,
-            "added": if before.model == after.model { Vec::new() } else { words(added) },
-            "removed": if before.model == after.model { Vec::new() } else { words(removed) },
+            "moved": accepted && is_step,
+            "added": if is_step { words(added) } else { Vec::new() },
+            "removed": if is_step { words(removed) } else { Vec::new() },
             "objections": objections.iter().map(objection_sentence).collect::<Vec<_>>(),
             "before": from,
             "after": to,
             "live": self.live(),
         })
+    }
+
+    /// The answer to an action that leads elsewhere without a step.
+    fn moved(&self, to: &Moment) -> Value {
+        let mut answer = self.answer(to, to, &[]);
+        answer["moved"] = json!(true);
+        answer
     }
 
     /// The next experiment, as `next` proposes it for these data without a scenario.

@@ -4,7 +4,8 @@
 // The models of the page, from the nominal one to the last.
 function models(report) {
   const { ladder: it, drawn: as_drawn } = report;
-  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? `+ ${in_words(report, r.added)}` : "calibrated" }));
+  const changed = (r) => (r.removed?.length ? `− ${in_words(report, r.removed)}` : `+ ${in_words(report, r.added)}`);
+  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? changed(r) : "calibrated" }));
   if (it.other) rungs.push({ ...it.other, name: `+ ${it.recommended.kind.replaceAll("_", " ")} (${it.other.added.length})` });
   const rows = rungs.map((r) => ({
     name: r.name, fit: r.fit_rms_mm, cv: r.cv_rms_mm, expected: r.workspace?.mean_mm, band: r.workspace?.mean_band_mm,
