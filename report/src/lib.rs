@@ -37,8 +37,8 @@ pub use meaning::what;
 pub use misfit::{misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_sentence};
 pub use next::{detectability_text, next_sentences, next_table};
 pub use page::{
-    AgainstError, CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageModel, PageSubject, Views, chart_page_html,
-    page_html,
+    AgainstError, CampaignRecord, CellPicture, CentringRecord, FittedCandidate, LivePage, Page, PageModel, PageSubject, Views,
+    chart_page_html, page_html,
 };
 pub use recommended::Recommended;
 pub use shifts::shifts_text;

@@ -27,7 +27,7 @@ pub use self::campaign::{CampaignRecord, CentringRecord};
 pub use self::html::{LivePage, chart_page_html, page_html};
 pub use self::page_model::PageModel;
 pub use self::pictures::CellPicture;
-pub use self::views::Views;
+pub use self::views::{FittedCandidate, Views};
 
 /// Format tag.
 const FORMAT: &str = "calibench-report/1";

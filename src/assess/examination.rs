@@ -90,6 +90,15 @@ impl Examination {
         Examination::fitted(datasets, model, problem, fit).map(Some)
     }
 
+    /// The same fit with the columns of every candidate, as [`Examination::new`] adds them.
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub(super) fn with_library(self, datasets: &[(&str, &Dataset)]) -> Result<Self, IdentifyError> {
+        let Examination { model, problem, fit, yardstick, .. } = self;
+        Examination::of(datasets, &model, (problem, fit), Library::new(datasets, &model), yardstick)
+    }
+
     /// Adds the columns of every candidate of the library to a fit.
     fn fitted(datasets: &[(&str, &Dataset)], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
         let yardstick = Yardstick::of(datasets, &problem, &fit);

@@ -4,7 +4,9 @@
 // The models of the page, from the nominal one to the last.
 function models(report) {
   const { ladder: it, drawn: as_drawn } = report;
-  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? `+ ${in_words(report, r.added)}` : report.against ? `A: ${report.against.names[0]}` : "calibrated" }));
+  const first = report.against ? `A: ${report.against.names[0]}` : "calibrated";
+  const changed = (r) => (r.removed?.length ? `− ${in_words(report, r.removed)}` : `+ ${in_words(report, r.added)}`);
+  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? changed(r) : first }));
   if (report.against) rungs.push({ ...report.against.rung, name: `B: ${report.against.names[1]}` });
   if (it.other) rungs.push({ ...it.other, name: `+ ${it.recommended.kind.replaceAll("_", " ")} (${it.other.added.length})` });
   const rows = rungs.map((r) => ({
