@@ -11,8 +11,9 @@ use calibench_report::{CampaignRecord, CellPicture, Page, PageSubject, Recommend
 use super::data::{locate_in_data, model_for, read_datasets, recommended};
 use super::data_gate::gate;
 use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Waiting;
+use super::streams::{input, output};
 use crate::case::Case;
 
 /// Default file name of a report.
@@ -27,10 +28,10 @@ pub struct Arguments {
     #[arg(required = true, value_name = "RUN|DATASET")]
     folders: Vec<PathBuf>,
     /// Model file, for datasets; the default is the paper's model: base_frame, mdh, joint_compliance. A run has its own
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
     /// Output file for the page; the default is report.html, in the folder of the run
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Climb the whole ladder instead of the next step only; takes seconds
     #[arg(long)]
@@ -60,8 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     write_whole(&path, page_html(&page.document).as_bytes())?;
     let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
-    case.misfits.iter().try_for_each(|(_, sentence)| print(sentence))?;
-    print(&format!("{}. {}\nWritten to {}", say("headline"), say("means"), path.display()))?;
+    case.misfits.iter().try_for_each(|(_, sentence)| print_answer(sentence))?;
+    print_answer(&format!("{}. {}\nWritten to {}", say("headline"), say("means"), path.display()))?;
     Ok(Outcome::Done)
 }
 
