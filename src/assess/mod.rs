@@ -1,6 +1,7 @@
 //! Assessment of a calibration: position errors at poses that it was not fitted to, the views of its residuals, and the
 //! effects that it is missing.
 
+mod advice;
 mod at_new_poses;
 mod background;
 mod comparison;
@@ -44,6 +45,7 @@ mod withdrawal;
 mod workspace;
 mod workspace_map;
 
+pub use advice::{Advice, ToDo};
 pub use comparison::{Comparison, FitRelation, LackOfFit, SIGNIFICANCE, Standout, Subject};
 pub use curve_families::CurveFamily;
 pub use detectability::{Detectability, Sight, noncentrality};

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use calibench::effects::{CATALOGUE, Effect, EffectId, Family, Origin, Scan, Subject, build};
 use calibench::robot::built_in;
 use calibench::units::Unit;
-use calibench_report::plain_table;
+use calibench_report::{optional, plain_table};
 use serde_json::json;
 
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{print_answer, print_json};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -45,20 +45,21 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
                 "members": family.ids(&subject), "parameters": parameters, "needs": needs}));
         }
         if !arguments.json {
-            let table = plain_table(&["effect", "what it is", "what it adds", "plausible", "needs"], &rows);
-            print(&format!("Of the {}:\n{table}", origin.name()))?;
+            let table =
+                plain_table(&["effect", "what it is", optional!(2, "what it adds"), "plausible", optional!(1, "needs")], &rows);
+            print_answer(&format!("Of the {}:\n{table}", origin.name()))?;
         }
     }
     if arguments.json {
         print_json(&json!({"format": "calibench-effects/1", "effects": documents}))?;
     } else {
-        print(
+        print_answer(
             "J, K: a joint. B: a ball. R: a target. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
         )?;
-        print(
+        print_answer(
             "t: time as a share of the session, 0 to 1. h: height over the lowest ball, 1 at the highest. e: an indicator's axis. r: its reading.",
         )?;
-        print("tau: the load's moment about a joint. c: its compliance in the model. The sizes are those of the KR6.")?;
+        print_answer("tau: the load's moment about a joint. c: its compliance in the model. The sizes are those of the KR6.")?;
     }
     Ok(Outcome::Done)
 }

@@ -11,8 +11,9 @@ use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubj
 use super::data::{locate_in_data, model_for, read_datasets, recommended};
 use super::data_gate::gate;
 use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Waiting;
+use super::streams::{input, output};
 use crate::case::Case;
 
 /// Default file name of a report.
@@ -27,13 +28,13 @@ pub struct Arguments {
     #[arg(required = true, value_name = "RUN|DATASET")]
     folders: Vec<PathBuf>,
     /// Model file, for datasets; the default is the paper's model: base_frame, mdh, joint_compliance. A run has its own
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
     /// A second model file, on the same data: both side by side, and which predicts rows better that neither was fitted to
     #[arg(long, value_name = "MODEL")]
     against: Option<PathBuf>,
     /// Output file for the page; the default is report.html, in the folder of the run
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Climb the whole ladder instead of the next step only; takes seconds
     #[arg(long)]
@@ -66,10 +67,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     write_whole(&path, page_html(&page.document).as_bytes())?;
     let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
-    case.misfits.iter().try_for_each(|(_, sentence)| print(sentence))?;
-    print(&format!("{}. {}", say("headline"), say("means")))?;
-    page.document["against"]["sentence"].as_str().map_or(Ok(()), print)?;
-    print(&format!("Written to {}", path.display()))?;
+    case.misfits.iter().try_for_each(|(_, sentence)| print_answer(sentence))?;
+    print_answer(&format!("{}. {}", say("headline"), say("means")))?;
+    page.document["against"]["sentence"].as_str().map_or(Ok(()), print_answer)?;
+    print_answer(&format!("Written to {}", path.display()))?;
     Ok(Outcome::Done)
 }
 
