@@ -8,6 +8,7 @@ mod disagreement;
 pub mod documents;
 mod figures;
 mod finding_notes;
+mod gallery;
 mod heat_map;
 mod ladder;
 mod ladder_sentences;
@@ -15,6 +16,7 @@ mod meaning;
 mod misfit;
 mod next;
 mod page;
+mod plausible;
 mod recommended;
 mod scatter;
 mod shifts;
@@ -28,6 +30,7 @@ pub use diagnosis_sentences::sentences;
 pub use disagreement::disagreement_sentence;
 pub use figures::{FIGURES, Figure, figures_table};
 pub use finding_notes::added_sentences;
+pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
 pub use heat_map::{curve_line, heat_map_text};
 pub use ladder::ladder_step_table;
 pub use ladder_sentences::{
@@ -39,6 +42,7 @@ pub use next::{detectability_text, next_sentences, next_table};
 pub use page::{
     CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageModel, PageSubject, Views, chart_page_html, page_html,
 };
+pub use plausible::Plausible;
 pub use recommended::Recommended;
 pub use shifts::shifts_text;
 pub use tables::{

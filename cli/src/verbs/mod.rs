@@ -13,6 +13,7 @@ mod design;
 mod design_tables;
 mod diagnose;
 mod failure;
+mod gallery;
 mod help;
 mod hidden_table;
 mod identify;
@@ -122,6 +123,8 @@ enum Verb {
     Import(import::Arguments),
     /// List the catalogue of effects: what can be wrong with an arm
     Effects(catalogue::Arguments),
+    /// Draw what each effect looks like in the residuals of a simulated cell, or of your own postures and noise
+    Gallery(gallery::Arguments),
     /// List the built-in robots, show one, convert a URDF file, or check whether data fit a robot
     Robots(robots::Arguments),
     /// Print the script by which a shell completes verbs and options
@@ -181,6 +184,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
+        Verb::Gallery(a) => gallery::run(a),
         Verb::Robots(a) => robots::run(a),
         Verb::Completions(a) => shell::completions(a),
         Verb::Man(a) => shell::man(a),
