@@ -9,6 +9,7 @@ pub mod documents;
 mod effect_names;
 mod figures;
 mod finding_notes;
+mod gallery;
 mod heat_map;
 mod ladder;
 mod ladder_sentences;
@@ -17,6 +18,7 @@ mod misfit;
 mod next;
 mod next_step;
 mod page;
+mod plausible;
 mod recommended;
 mod scatter;
 mod shifts;
@@ -33,6 +35,7 @@ pub use figures::{
     CROSS_VALIDATED, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED, RESIDUAL, UNEXPLAINED, WORKSPACE, figures_table,
 };
 pub use finding_notes::added_sentences;
+pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
 pub use heat_map::{curve_line, heat_map_text};
 pub use ladder::ladder_step_table;
 pub use ladder_sentences::{
@@ -47,6 +50,7 @@ pub use page::{
     AgainstError, CampaignRecord, CellPicture, CentringRecord, FittedCandidate, LivePage, Page, PageModel, PageSubject, Views,
     chart_page_html, page_html,
 };
+pub use plausible::Plausible;
 pub use recommended::Recommended;
 pub use shifts::shifts_text;
 pub use tables::{

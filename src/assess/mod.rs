@@ -22,6 +22,7 @@ mod ladder;
 mod ladder_step;
 mod level;
 mod library;
+mod look;
 mod lost_motion;
 mod misfit;
 mod next;
@@ -60,6 +61,7 @@ pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Next, StopReason, best_step, ladder};
 pub use ladder_step::{LadderStep, add, ladder_step, step};
 pub use library::{Candidate, Library, Untestable};
+pub use look::Look;
 pub use lost_motion::{Arrivals, LostMotion};
 pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{

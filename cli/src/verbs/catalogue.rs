@@ -1,11 +1,8 @@
 //! `effects`: the built-in effects.
 
-use std::borrow::Cow;
-
-use calibench::effects::{CATALOGUE, Effect, EffectId, Family, Origin, Scan, Subject, build};
+use calibench::effects::{CATALOGUE, EffectId, Family, Origin, Scan, Subject, build};
 use calibench::robot::built_in;
-use calibench::units::Unit;
-use calibench_report::{optional, plain_table};
+use calibench_report::{Plausible, optional, plain_table};
 use serde_json::json;
 
 use super::failure::{Failure, Outcome};
@@ -37,7 +34,7 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
                 format!("{}{}", family.id, family.arguments),
                 family.what.into(),
                 family.equation.into(),
-                plausible(effect.as_ref()),
+                Plausible::of(effect.as_ref()).to_string(),
                 needs.join(", "),
             ]);
             documents.push(json!({"id": family.id, "arguments": family.arguments, "origin": origin.name(),
@@ -87,26 +84,5 @@ fn scan(scan: Scan) -> Option<&'static str> {
         Scan::Order => Some("order"),
         Scan::Time => Some("time"),
         Scan::Sample => Some("sample"),
-    }
-}
-
-/// The distinct plausible sizes of an effect's parameters: `0.05 deg, 0.3 mm`; if there are many, the first and the last only.
-fn plausible(effect: &dyn Effect) -> String {
-    let mut sizes: Vec<(String, Cow<'static, str>)> = Vec::new();
-    for p in effect.parameters() {
-        let size = p.unit.from_si(p.prior);
-        // A plausible size has no more than two significant digits.
-        let digits = (1 - size.abs().log10().floor() as i32).clamp(0, 9) as usize;
-        let text = format!("{size:.digits$}");
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
-        let symbol = if p.unit == Unit::RATIO { "".into() } else { p.unit.printed() };
-        let size = (text, symbol);
-        if !sizes.contains(&size) {
-            sizes.push(size);
-        }
-    }
-    match &sizes[..] {
-        [(first, unit), .., (last, same)] if sizes.len() > 2 && unit == same => format!("{first} ... {last} {unit}"),
-        _ => sizes.iter().map(|(size, unit)| format!("{size} {unit}").trim_end().to_owned()).collect::<Vec<_>>().join(", "),
     }
 }

@@ -13,6 +13,7 @@ mod design;
 mod design_tables;
 mod diagnose;
 mod failure;
+mod gallery;
 mod help;
 mod hidden_table;
 mod identify;
@@ -136,6 +137,8 @@ enum Verb {
     Import(import::Arguments),
     /// List the catalogue of effects: what can be wrong with an arm
     Effects(catalogue::Arguments),
+    /// Draw what each effect looks like in the residuals of a simulated cell, or of your own postures and noise
+    Gallery(gallery::Arguments),
     /// List the built-in robots, show one, convert a URDF file, or check whether data fit a robot
     Robots(robots::Arguments),
     /// Print the script by which a shell completes verbs and options
@@ -214,6 +217,7 @@ fn perform(verb: &Verb) -> Result<Outcome, Failure> {
         Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
+        Verb::Gallery(a) => gallery::run(a),
         Verb::Robots(a) => robots::run(a),
         Verb::Completions(a) => shell::completions(a),
         Verb::Man(a) => shell::man(a),

@@ -82,6 +82,7 @@ impl Comparison {
         said.extend(self.of_contradiction());
         said.extend(self.of_lack_of_fit());
         said.extend(self.of_standing());
+        said.extend(self.of_first_look());
         said.extend(self.findings.iter().map(|f| self.of_finding(f)));
         said.extend(self.of_what_is_left());
         said.extend(self.of_strays());
@@ -235,6 +236,22 @@ impl Comparison {
                 )
             }
         }
+    }
+
+    /// Of several findings, the one to look at first, and why.
+    fn of_first_look(&self) -> Option<String> {
+        let first = self.first_look().filter(|_| self.findings.len() > 1)?;
+        let look = self.look_at(first.subject);
+        let name = match first.subject {
+            Subject::Ball(b) => format!("ball {}", self.balls[b].ball),
+            Subject::Tool(s) => format!("the tool{}", self.place(s)),
+            Subject::World(s) => format!("the base{}", self.place(s)),
+            Subject::Curve(c) => format!("joint {} against {}", self.joints[c].joint, self.joints[c].against.name()),
+            Subject::Offset(k) => format!("joint {}", self.offsets[k].joint),
+            Subject::Sample(w) => format!("sample {}", self.worst[w].id),
+        };
+        let weaker = if std::ptr::eq(first, &self.findings[0]) { "" } else { ", even if more is explained elsewhere" };
+        Some(format!("Look first at {name}{weaker}. {}", look.because()))
     }
 
     fn of_what_is_left(&self) -> Option<String> {
