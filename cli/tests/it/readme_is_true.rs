@@ -239,7 +239,8 @@ fn its_tree_is_the_repository() {
 
 #[test]
 fn links_of_every_page_lead_somewhere() {
-    let mut pages = vec![PathBuf::from("README.md"), "CONTRIBUTING.md".into(), "CHANGELOG.md".into(), "benches/README.md".into()];
+    let mut pages =
+        vec![PathBuf::from("README.md"), "CONTRIBUTING.md".into(), "CHANGELOG.md".into(), "benches/README.md".into()];
     for folder in ["docs", "docs/first-hour", "docs/formats", "docs/decisions", "docs/robots", "docs/studies"] {
         let entries = std::fs::read_dir(root().join(folder)).expect("the folder is there").filter_map(Result::ok);
         pages.extend(
