@@ -15,6 +15,7 @@ mod compare_tells_where_a_calibration_fails;
 mod compensate_goes_through_the_program;
 mod data_show_what_they_can;
 mod documents_come_back_as_written;
+mod every_command_on_the_pages_runs;
 mod every_fault_of_a_cell_is_survived_or_named;
 mod hunting_tells_the_truth;
 mod mujoco_runs_the_whole_procedure;
