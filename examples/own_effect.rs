@@ -9,7 +9,7 @@ use std::sync::Arc;
 use calibench::assess::diagnose;
 use calibench::effects::{
     Effect, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Registry, Role,
-    Scan, Situation, Stray,
+    Scan, Signature, Situation, Stray,
 };
 use calibench::identify::{Estimate, Model, identify};
 use calibench::measure::{Dataset, Measured, Noise, Sample};
@@ -64,6 +64,14 @@ static HOSE_PULL: Family = Family {
     linear_range: LinearRange::Si(0.01),
     period: Period::None,
     meaning: Meaning { physics: "the hose package tightens and pulls the joint back", look: "look at the hoses" },
+    signature: Signature {
+        looks: [
+            "The joint stops short beyond a quarter of a turn, on both sides.",
+            "Against its own angle the points lie on zero up to there, and then on a line.",
+            "It does not grow with the load.",
+        ],
+        parted_by: "The same postures with the hoses untied.",
+    },
     stray: Stray::None,
     members: |subject| (1..=subject.robot.joints()).map(|j| format!(":{j}")).collect(),
     build: |id, subject| {

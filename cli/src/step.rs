@@ -1,6 +1,6 @@
 //! One step of a hunt: an effect, given by its id, added to a fitted model.
 
-use calibench::assess::{Curve, Examination, HoldOut, LadderStep, Variable, add, place, step};
+use calibench::assess::{Curve, Examination, HoldOut, LadderStep, Variable, place, step};
 use calibench::effects::{self, EffectError, EffectId, Subject};
 use calibench::files::nearest_name;
 use calibench::identify::{IdentifyError, Model, Use};
@@ -71,17 +71,11 @@ impl Wanted {
         Ok(Wanted::Effect(id.to_owned()))
     }
 
-    /// Adds the effect to the model of `before`, refits and judges it; an effect without a place gets the one that fits best.
+    /// The model with the effect, and the effect's id in it; an effect without a place gets the one that fits best.
     ///
     /// # Errors
-    /// If the effect does not apply to these data, or they do not determine it.
-    pub fn take(
-        &self,
-        datasets: &[(&str, &Dataset)],
-        before: &LadderStep,
-        ground: HoldOut<'_>,
-    ) -> Result<LadderStep, StepError> {
-        let model = &before.model;
+    /// If the effect does not apply to these data, or they do not determine the model without it.
+    pub fn wider(&self, datasets: &[(&str, &Dataset)], model: &Model) -> Result<(Model, String), StepError> {
         match self {
             Wanted::Effect(id) => {
                 let wrong = |why: String| StepError::Effect(format!("effect '{id}': {why}"));
@@ -94,7 +88,7 @@ impl Wanted {
                 } else {
                     id.clone()
                 };
-                add(datasets, before, &[placed], ground).map_err(StepError::Data)
+                Ok((model.with(&placed), placed))
             }
             Wanted::Curve { joint, variable } => {
                 let wrong = |why: String| StepError::Effect(format!("effect 'curve:{}:{}': {why}", joint + 1, variable.name()));
@@ -106,9 +100,27 @@ impl Wanted {
                 if model.effects.contains(&name) {
                     return Err(wrong(format!("the model holds it already, as '{name}'")));
                 }
-                step(datasets, before, &curve.added_to(model), vec![name], ground).map_err(StepError::Model)
+                Ok((curve.added_to(model), name))
             }
         }
+    }
+
+    /// Adds the effect to the model of `before`, refits and judges it.
+    ///
+    /// # Errors
+    /// If the effect does not apply to these data, or they do not determine it.
+    pub fn take(
+        &self,
+        datasets: &[(&str, &Dataset)],
+        before: &LadderStep,
+        ground: HoldOut<'_>,
+    ) -> Result<LadderStep, StepError> {
+        let (wider, added) = self.wider(datasets, &before.model)?;
+        let wrong = match self {
+            Wanted::Effect(_) => StepError::Data,
+            Wanted::Curve { .. } => StepError::Model,
+        };
+        step(datasets, before, &wider, vec![added], ground).map_err(wrong)
     }
 }
 

@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::figures::{NOT_FITTED, RESIDUAL};
 use super::workspace::{Forecast, NoForecast};
 use super::{orientation_words, plain_table};
+use crate::optional;
 use calibench::assess::{Comparison, JointBin, SIGNIFICANCE, ViewTest};
 use calibench::units::{MM, UM, URAD};
 
@@ -58,22 +60,33 @@ fn bars(bins: &[JointBin]) -> String {
     bins.iter().map(|b| BARS[height(b).min(7)]).collect()
 }
 
-/// The whole comparison; `forecast` is the expected error over the workspace, or the reason why it cannot be predicted.
-pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> String {
-    let mut out = format!(
-        "{} against {} sample{}, {:.4} mm rms (3-D){}\n\n",
+/// The subject of a comparison, and its residual.
+#[must_use]
+pub fn comparison_headline(c: &Comparison) -> String {
+    format!(
+        "{} against {} sample{}: {} {:.4} mm rms (3-D){}",
         c.robot,
         c.samples,
         if c.samples == 1 { "" } else { "s" },
+        if c.fit_relation.fitted { RESIDUAL.name } else { NOT_FITTED.name },
         c.rms / MM,
         orientation_words(c.rms_orientation)
-    );
+    )
+}
+
+/// What is expected over the workspace, or the reason why it cannot be predicted, and the findings; one line each.
+#[must_use]
+pub fn comparison_sentences(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> Vec<String> {
     let number_that_matters = forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence);
-    for sentence in [number_that_matters].into_iter().chain(c.sentences()) {
-        out.push_str(&format!("* {sentence}\n"));
-    }
+    std::iter::once(number_that_matters).chain(c.sentences()).map(|sentence| format!("* {sentence}")).collect()
+}
+
+/// The views of a comparison, each as a table.
+#[must_use]
+pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) -> String {
+    let mut out = String::new();
     out.push_str(
-        "\nA mean is followed by what chance makes of it, one-sigma. dof counts the directions that the fit could not take up (0: it took all).\n\
+        "A mean is followed by what chance makes of it, one-sigma. dof counts the directions that the fit could not take up (0: it took all).\n\
          p is the chance that a right model shows as much in any row of the table, against the noise and against the other residual.\n",
     );
     let mut section = |heading: &str, table: String| out.push_str(&format!("\n{heading}\n{table}\n"));
@@ -89,7 +102,7 @@ pub fn comparison_text(c: &Comparison, forecast: &Result<Forecast, NoForecast>) 
     section("WORST SAMPLES", worst(c));
     if let Ok(forecast) = forecast {
         section(
-            "OVER THE WORKSPACE: position error to expect, mm, by distance from axis 1 and height over the base",
+            "OVER THE WORKSPACE: position error expected, mm, by distance from axis 1 and height over the base",
             forecast.map_table(),
         );
     }
@@ -113,10 +126,10 @@ fn balls(c: &Comparison) -> String {
         "mean x µm",
         "mean y µm",
         "mean z µm",
-        "chi2",
-        "dof",
+        optional!(2, "chi2"),
+        optional!(2, "dof"),
         "p",
-        "a displacement by, µm, would leave it",
+        optional!(1, "a displacement by, µm, would leave it"),
     ];
     let rows: Vec<[String; 10]> = c
         .balls
@@ -136,7 +149,8 @@ fn balls(c: &Comparison) -> String {
 }
 
 fn tool(c: &Comparison) -> String {
-    let header = ["set-up", "samples", "rms mm", "axis 1 µm", "axis 2 µm", "axis 3 µm", "chi2", "dof", "p"];
+    let header =
+        ["set-up", "samples", "rms mm", "axis 1 µm", "axis 2 µm", "axis 3 µm", optional!(1, "chi2"), optional!(1, "dof"), "p"];
     let mut rows: Vec<[String; 9]> = Vec::new();
     let mut row = |name: String, samples: usize, rms: f64, view: &calibench::assess::ToolView| {
         let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.mean, &view.sigma, UM));
@@ -161,8 +175,8 @@ fn world(c: &Comparison) -> String {
         "about z µrad",
         "rms mm",
         "after mm",
-        "chi2",
-        "dof",
+        optional!(1, "chi2"),
+        optional!(1, "dof"),
         "p",
     ];
     let mut rows: Vec<[String; 12]> = Vec::new();
@@ -181,8 +195,20 @@ fn world(c: &Comparison) -> String {
 }
 
 fn curves(c: &Comparison) -> String {
-    let header =
-        ["joint", "against", "from", "to", "unit", "curve", "swing µrad", "sigma µrad", "explains %", "chi2", "dof", "p"];
+    let header = [
+        "joint",
+        "against",
+        optional!(2, "from"),
+        optional!(2, "to"),
+        optional!(2, "unit"),
+        "curve",
+        "swing µrad",
+        optional!(1, "sigma µrad"),
+        "explains %",
+        optional!(1, "chi2"),
+        optional!(1, "dof"),
+        "p",
+    ];
     let rows: Vec<[String; 12]> = c
         .joints
         .iter()
@@ -221,7 +247,7 @@ fn offsets(c: &Comparison) -> String {
             [o.joint.to_string(), format!("{:+.1} ± {:.1}", o.mean / URAD, o.sigma / URAD), chi2, dof, p]
         })
         .collect();
-    plain_table(&["joint", "mean µrad", "chi2", "dof", "p"], &rows)
+    plain_table(&["joint", "mean µrad", optional!(1, "chi2"), optional!(1, "dof"), "p"], &rows)
 }
 
 fn worst(c: &Comparison) -> String {
@@ -236,5 +262,8 @@ fn worst(c: &Comparison) -> String {
         })
         .collect();
     let unit = if c.noise.level.is_some() && !c.lack_of_fit.noise_overstated { "times the noise" } else { "times the mean" };
-    plain_table(&["sample", "off µm", "x µm", "y µm", "z µm", unit, "p", "special"], &rows)
+    plain_table(
+        &["sample", "off µm", optional!(1, "x µm"), optional!(1, "y µm"), optional!(1, "z µm"), unit, "p", "special"],
+        &rows,
+    )
 }

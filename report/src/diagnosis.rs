@@ -1,68 +1,59 @@
 //! A diagnosis as tables.
 
-use super::diagnosis_sentences::{sentences, sizes};
+use super::diagnosis_sentences::sizes;
 use super::heat_map::{curve_line, heat_map_text};
-use super::recommended::Recommended;
 use super::tables::plain_table;
-use super::workspace::{Forecast, NoForecast};
+use crate::optional;
 use calibench::assess::{Diagnosis, Verdict};
+use calibench::effects::in_words;
 
-/// A diagnosis as tables for a terminal; `forecast` is the expected error over the workspace, or the reason why it cannot be
-/// predicted.
-pub fn diagnosis_text(
-    d: &Diagnosis,
-    forecast: &Result<Forecast, NoForecast>,
-    commands: &Recommended,
-    with_heat_map: bool,
-) -> String {
+/// The tables of a diagnosis for a terminal: the effects that stand out, the contributions and, if asked for or if nothing else
+/// explains the residual, the heat map.
+pub fn diagnosis_tables(d: &Diagnosis, with_heat_map: bool) -> String {
     let mut out = String::new();
-    for sentence in
-        sentences(d, commands).into_iter().chain([forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence)])
-    {
-        out.push_str(&sentence);
-        out.push('\n');
-    }
-    let rows: Vec<[String; 9]> = d
+    let rows: Vec<[String; 10]> = d
         .findings
         .iter()
         .map(|f| {
             let h = &f.hypothesis;
             [
                 h.in_model.clone(),
+                in_words(&h.in_model),
                 format!("{:.3}", f.probability),
-                format!("{:+.1}", h.ln_evidence_against_background),
-                format!("{:+.1}", h.ln_evidence),
                 format!("{:.0}", 100.0 * h.explains),
                 format!("{:+.0}", 100.0 * f.cv_gain),
                 format!("{:.1}", 100.0 * h.visible),
+                format!("{:+.1}", h.ln_evidence_against_background),
+                format!("{:+.1}", h.ln_evidence),
                 sizes(f),
                 f.rivals.join(", "),
             ]
         })
         .collect();
-    out.push_str("\nEFFECTS THAT STAND OUT\n");
+    out.push_str("EFFECTS THAT STAND OUT\n");
     out.push_str(&plain_table(
         &[
             "effect",
+            "in words",
             "probability",
-            "log evidence vs. background",
-            "log evidence vs. noise",
             "explains %",
-            "cv gain %",
-            "detectability %",
-            "as it would be fitted",
-            "same in these data",
+            optional!(1, "cv gain %"),
+            optional!(1, "detectability %"),
+            optional!(2, "log evidence vs. background"),
+            optional!(3, "log evidence vs. noise"),
+            optional!(2, "as it would be fitted"),
+            optional!(3, "same in these data"),
         ],
         &rows,
     ));
-    let rows: Vec<[String; 3]> = d
+    let rows: Vec<[String; 4]> = d
         .contributions
         .iter()
         .take(10)
-        .map(|c| [c.effect.clone(), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)])
+        .map(|c| [c.effect.clone(), in_words(&c.effect), format!("{:.1}", 100.0 * c.share), format!("{:.2}", c.size)])
         .collect();
     out.push_str("\n\nWHAT CONTRIBUTES MOST when everything is fitted at once\n");
-    out.push_str(&plain_table(&["effect", "share of the residual %", "size, plausible sizes"], &rows));
+    out.push_str(&plain_table(&["effect", "in words", "share of the residual %", "size, plausible sizes"], &rows));
     if with_heat_map || d.verdict == Verdict::Unexplained {
         out.push_str("\n\nJOINT ERROR BY VARIABLE, of any shape: log evidence vs. background, the best marked with a star\n");
         out.push_str(&heat_map_text(&d.heat_map));

@@ -1,13 +1,15 @@
 //! A diagnosis in words: the findings, their meaning and the recommended action.
 
+use super::effect_names::{all_called, called, capital};
+use super::figures::{NOISE_LEFT, RESIDUAL, UNEXPLAINED};
 use super::finding_notes::{moment_words, same_words};
 use super::heat_map::curve_line;
 use super::ladder_sentences::unconverged_sentence;
-use super::meaning::{meaning, what};
+use super::meaning::meaning;
 use super::recommended::Recommended;
 use super::scatter::{scatter_sentences, suspects_named};
 use calibench::assess::{Diagnosis, Finding, FoundParameter, Place, Verdict};
-use calibench::effects::{self, EffectId};
+use calibench::effects::{self, EffectId, variable_in_words};
 use calibench::identify::Outcome;
 use calibench::units::MM;
 
@@ -15,7 +17,7 @@ use calibench::units::MM;
 const HIDDEN: f64 = 0.5;
 
 /// Number of untestable effects listed by name.
-const MOST_NAMED: usize = 4;
+const MOST_NAMED: usize = 2;
 
 /// The diagnosis in words: the main effect and how much is still missing; the residual, suspects and noise; the verdict; each
 /// named effect with its observation, meaning and action; and finally what these data cannot test.
@@ -25,10 +27,10 @@ pub fn sentences(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
     }
     let mut all: Vec<String> = main(d).into_iter().collect();
     all.push(left(d));
-    all.extend(suspects(d, commands));
+    all.extend(suspects(d));
     all.extend(scatter_sentences(&d.scatter));
     if d.verdict != Verdict::SuspectSamples {
-        all.extend(outlier(d, commands));
+        all.extend(outlier(d));
     }
     all.extend(verdict(d, commands));
     all.extend(unbelievable(d));
@@ -63,7 +65,11 @@ fn main(d: &Diagnosis) -> Option<String> {
         Verdict::Partly => format!("{left:.4} mm rms remain with it{known}: more is missing"),
         _ => format!("{left:.4} mm rms remain with it{known}, as expected of noise and the usual model discrepancy"),
     };
-    Some(format!("{} explains {:.0} % of the squares that the model leaves; {rest}.", first.hypothesis.in_model, 100.0 * share))
+    Some(format!(
+        "{} explains {:.0} % of the squares that the model leaves; {rest}.",
+        capital(&called(&first.hypothesis.in_model)),
+        100.0 * share
+    ))
 }
 
 fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
@@ -79,20 +85,19 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
             d.scatter.larger_than_stated.map_or(String::new(), |f| format!(" and is {f:.2} times the stated noise"))
         )),
         Verdict::Identified => {
-            all.push(format!("{word}: identified. {} is missing in the model.", d.set95.join("")));
-            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+            all.push(format!("{word}: identified. Missing in the model: {}.", all_called(named.iter().map(|f| &f.hypothesis.in_model))));
+            named.iter().for_each(|f| all.extend(saw_means_do(f)));
         }
         Verdict::Partly => {
             all.push(partly(d, word));
-            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+            named.iter().for_each(|f| all.extend(saw_means_do(f)));
         }
         Verdict::Indistinguishable => {
             all.push(format!(
-                "{word}: indistinguishable. One of {} is missing; these data cannot tell which.",
-                d.set95.join(", ")
+                "{word}: indistinguishable. One of these is missing, and these data cannot tell which: {}.",
+                all_called(named.iter().map(|f| &f.hypothesis.in_model))
             ));
-            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
-            all.push(format!("Do: {} names the few measurements that would distinguish them.", commands.verb("next")));
+            named.iter().for_each(|f| all.extend(saw_means_do(f)));
         }
         Verdict::Unexplained => {
             all.push(format!("{word}: unexplained. A residual remains that no single effect of the catalogue explains."));
@@ -100,7 +105,7 @@ fn verdict(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
         }
         other => {
             all.push(format!("{word}: {}.", other.in_words()));
-            named.iter().for_each(|f| all.extend(saw_means_do(f, commands)));
+            named.iter().for_each(|f| all.extend(saw_means_do(f)));
         }
     }
     all
@@ -111,52 +116,52 @@ fn partly(d: &Diagnosis, word: &str) -> String {
     let together = match &d.together[..] {
         [] | [_] => String::new(),
         several => {
-            let each: Vec<String> = several.iter().map(|e| format!("{} ({:.0} %)", e.effect, 100.0 * e.share)).collect();
-            format!(" Together {} explain {:.0} %.", each.join(", "), 100.0 * d.together_explain)
+            let each: Vec<String> =
+                several.iter().map(|e| format!("{}, {:.0} %", called(&e.effect), 100.0 * e.share)).collect();
+            format!(" Together these explain {:.0} %: {}.", 100.0 * d.together_explain, each.join("; "))
         }
     };
     let curve = match &d.curve_family {
         Some(f) if f.effect == first => {
-            format!(" The curve of any shape that fits best is {:.0} % {}.", 100.0 * f.share, f.effect)
+            format!(" The curve of any shape that fits best is {:.0} % {}.", 100.0 * f.share, called(&f.effect))
         }
         _ => String::new(),
     };
-    format!("{word}: partly. {first} explains a part; more is missing.{together}{curve}")
+    format!("{word}: partly. {} explains a part; more is missing.{together}{curve}", capital(&called(first)))
 }
 
 /// Effects that explain much, but only at an implausible size.
 fn unbelievable(d: &Diagnosis) -> Option<String> {
-    let named: Vec<String> = d.unbelievable.iter().map(|(e, size)| format!("{e} ({size:.0} plausible sizes)")).collect();
+    let named: Vec<String> =
+        d.unbelievable.iter().map(|(e, size)| format!("{}, {size:.0} plausible sizes", called(e))).collect();
     (!named.is_empty()).then(|| {
         format!(
             "Not believable at this size: {}. Look for a wrong entry, load, sign or unit before an effect.",
-            named.join(", ")
+            named.join("; ")
         )
     })
 }
 
 /// Single samples that disagree with all others.
-fn suspects(d: &Diagnosis, commands: &Recommended) -> Option<String> {
-    let first = d.scatter.suspects.first()?;
+fn suspects(d: &Diagnosis) -> Option<String> {
+    d.scatter.suspects.first()?;
     let (is, it) = if d.scatter.suspects.len() == 1 { ("disagrees", "it") } else { ("disagree", "they") };
     Some(format!(
-        "Verdict: suspect samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows; {} does so in the model.",
-        suspects_named(&d.scatter.suspects),
-        commands.add(&effects::setting_aside(&first.sample))
+        "Verdict: suspect samples. {} {is} with all others: look there before anything else; {it} may be a wrong ball, a bad contact, a wrong row. Set aside in all that follows.",
+        suspects_named(&d.scatter.suspects)
     ))
 }
 
 /// A sample that disagrees with all others: to be examined before anything else if it is the first finding, otherwise a
 /// hint.
-fn outlier(d: &Diagnosis, commands: &Recommended) -> Option<String> {
+fn outlier(d: &Diagnosis) -> Option<String> {
     let place = d.outlier()?;
     let f = &d.findings[place];
     let sample = effects::set_aside_by(&f.hypothesis.in_model)?;
     Some(if place == 0 {
         format!(
-            "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, leave it out, or set it aside with {}.",
-            sizes(f),
-            commands.add(&f.hypothesis.in_model)
+            "Look at sample {sample} before anything else: it disagrees with all others ({}). One bad sample spoils every judgement below; repeat it, or leave it out.",
+            sizes(f)
         )
     } else {
         format!(
@@ -170,23 +175,30 @@ fn left(d: &Diagnosis) -> String {
     let (rms, noise, unexplained) = (d.rms / MM, d.noise / MM, d.unexplained / MM);
     if d.lack_of_fit_p.is_some() {
         format!(
-            "{} samples leave {rms:.4} mm rms (3-D); noise alone would leave {noise:.4} mm, so {unexplained:.4} mm is unexplained (chi2/dof {:.2} on {}).",
-            d.samples, d.chi2_per_dof, d.dof
+            "{} {rms:.4} mm rms (3-D) on {} samples: {} {noise:.4} mm, {} {unexplained:.4} mm (chi2/dof {:.2} on {}).",
+            capital(RESIDUAL.name),
+            d.samples,
+            NOISE_LEFT.name,
+            UNEXPLAINED.name,
+            d.chi2_per_dof,
+            d.dof
         )
     } else {
         format!(
-            "{} samples leave {rms:.4} mm rms (3-D); with the best explanation {noise:.4} mm would be left, so {unexplained:.4} mm may be unexplained. The data do not state their noise.",
-            d.samples
+            "{} {rms:.4} mm rms (3-D) on {} samples; with the best explanation {noise:.4} mm would remain, so up to {unexplained:.4} mm are {}. The data do not state their noise.",
+            capital(RESIDUAL.name),
+            d.samples,
+            UNEXPLAINED.name
         )
     }
 }
 
-/// Three sentences: effect, size, place and share; the physics; the command and where to look.
-fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
+/// Effect, size, place and share; the physics; and where to look at the robot, if anywhere.
+fn saw_means_do(f: &Finding) -> Vec<String> {
     let h = &f.hypothesis;
     let at = match (&h.place, &h.moment) {
         (None | Some(Place::Sample(_)), _) => String::new(),
-        (Some(Place::Order(k)), _) => format!(", {k} times per turn"),
+        (Some(Place::Order(_)), _) => String::new(),
         (Some(Place::Time(t)), Some(moment)) => format!(", after {t} s, {}", moment_words(moment)),
         (Some(Place::Time(t)), None) => format!(", after {t} s"),
     };
@@ -199,19 +211,18 @@ fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
         String::new()
     };
     let rivals =
-        if f.rivals.is_empty() { String::new() } else { format!("; in these data {} would do the same", f.rivals.join(", ")) };
+        if f.rivals.is_empty() { String::new() } else { format!("; in these data the same as {}", all_called(&f.rivals)) };
     let saw = format!(
-        "Saw: {}, {}{at}: {}; explains {:.0} % of the residual, probability {:.2}{hidden}{rivals}.",
-        h.in_model,
-        what(&h.in_model),
+        "Saw: {}{at}: {}; explains {:.0} % of the residual, probability {:.2}{hidden}{rivals}.",
+        called(&h.in_model),
         sizes(f),
         100.0 * h.explains,
         f.probability
     );
     let meaning = meaning(&h.in_model);
     let means = format!("Means: {}{}.", meaning.physics, same_to_the_data(f));
-    let look = if meaning.look.is_empty() { String::new() } else { format!("{}; or ", meaning.look) };
-    [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
+    let look = (!meaning.look.is_empty()).then(|| format!("Do: {}.", meaning.look));
+    [saw, means].into_iter().chain(look).collect()
 }
 
 /// The effects that no data of this kind can separate from this one, and the measurement that would separate them.
@@ -240,8 +251,9 @@ fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
         Some(cell) => {
             let variable = cell.variable.name();
             let mut all = vec![format!(
-                "Saw: the error of joint {} follows {variable}: a smooth curve explains {:.0} % of the residual (log evidence {:+.1} vs. the usual model discrepancy of a robot; its level and what else the fitted model absorbs of it are not seen).",
+                "Saw: the error of joint {} follows the {} ({variable}): a smooth curve explains {:.0} % of the residual (log evidence {:+.1} vs. the usual model discrepancy of a robot; its level and what else the fitted model absorbs of it are not seen).",
                 cell.joint + 1,
+                variable_in_words(&variable),
                 100.0 * cell.explains,
                 cell.ln_evidence_against_background
             )];
@@ -253,21 +265,17 @@ fn unexplained(d: &Diagnosis, commands: &Recommended) -> Vec<String> {
                 cell.joint + 1
             ));
             all.push(format!(
-                "Do: {} fits that curve as an effect of your own; look at its shape for the cause.",
+                "Do: look at that shape for the cause; {} fits it as an effect of your own, and judges it.",
                 commands.add(&format!("curve:{}:{variable}", cell.joint + 1))
             ));
             all
         }
         None => {
-            let largest: Vec<&str> = d.contributions.iter().take(3).map(|c| c.effect.as_str()).collect();
-            let most = if largest.is_empty() { String::new() } else { format!("; most of it goes to {}", largest.join(", ")) };
+            let largest = all_called(d.contributions.iter().take(3).map(|c| &c.effect));
+            let most = if largest.is_empty() { String::new() } else { format!("; most of it goes to {largest}") };
             vec![
                 format!("Saw: many small effects at about {} plausible sizes each, none of them unusual{most}.", d.background),
                 "Means: this is the usual model discrepancy of a robot beyond the fitted model.".into(),
-                format!(
-                    "Do: {} fits them all at once, each held to its size, and says what that gains.",
-                    commands.verb("ladder")
-                ),
             ]
         }
     }
@@ -282,9 +290,9 @@ fn untestable(d: &Diagnosis) -> Vec<String> {
         }
     }
     let of = |need: &&str| {
-        let effects: Vec<&str> = d.untestable.iter().filter(|u| u.needs == *need).map(|u| u.effect.as_str()).collect();
+        let effects: Vec<&String> = d.untestable.iter().filter(|u| u.needs == *need).map(|u| &u.effect).collect();
         let more = effects.len().saturating_sub(MOST_NAMED);
-        let named = effects[..effects.len() - more].join(", ");
+        let named = all_called(effects[..effects.len() - more].iter().copied());
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         format!("Not tested: {named}{more}: needs {need}.")
     };

@@ -3,6 +3,7 @@
 use calibench::assess::{LadderStep, Validation, WorkspaceError};
 use calibench::units::MM;
 
+use super::effect_names::capital;
 use super::figures::{NOT_FITTED, WORKSPACE};
 
 /// States that the error measured at the poses of a forecast is outside the band expected there, and what that means; `None` if
@@ -10,6 +11,11 @@ use super::figures::{NOT_FITTED, WORKSPACE};
 /// these poses beyond the joint ranges of the fit.
 pub fn disagreement_sentence(step: &LadderStep, outside: usize) -> Option<String> {
     let (measured, expected) = (step.validation.as_ref()?, step.workspace.as_ref()?);
+    judged_alike(measured, expected, outside)
+}
+
+/// As [`disagreement_sentence`], for errors measured and expected at the same poses; `None` if they are of different ones.
+pub fn judged_alike(measured: &Validation, expected: &WorkspaceError, outside: usize) -> Option<String> {
     // For a set-up that was refitted to the judged rows the residual is a spread, smaller than the error that is expected.
     (measured.refitted.is_empty() && measured.samples == expected.poses.len()).then(|| between(measured, expected, outside))?
 }
@@ -42,12 +48,6 @@ fn between(measured: &Validation, expected: &WorkspaceError, outside: usize) -> 
         high / MM,
         WORKSPACE.name.split(' ').next().unwrap_or_default(),
     ))
-}
-
-/// The same text with an initial capital.
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().to_string() + letters.as_str())
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use calibench::assess::{Finding, LadderStep, Moment};
 use calibench::effects::EffectId;
 
+use super::effect_names::{called, capital};
+
 /// The measurement that would separate an effect from those exactly aliased with it.
 pub(super) fn parted_by(f: &Finding) -> Option<String> {
     if f.exactly_same.is_empty() {
@@ -19,11 +21,10 @@ pub(super) fn parted_by(f: &Finding) -> Option<String> {
     ball.map(|ball| format!("probing ball {ball} once more"))
 }
 
-/// Names the aliased effects, e.g. "base_step:9 or artifact_step:9: aliased in these data; ... would separate them".
+/// Names the aliased effects, e.g. "... (base_step:9) or ... (artifact_step:9): aliased in these data; ... would separate them".
 pub(super) fn same_words(f: &Finding) -> Option<String> {
     let parted = parted_by(f)?;
-    let all: Vec<&str> =
-        std::iter::once(f.hypothesis.in_model.as_str()).chain(f.exactly_same.iter().map(String::as_str)).collect();
+    let all: Vec<String> = std::iter::once(&f.hypothesis.in_model).chain(&f.exactly_same).map(|id| called(id)).collect();
     Some(format!("{}: aliased in these data; {parted} would separate them", all.join(" or ")))
 }
 
@@ -47,8 +48,9 @@ pub(super) fn found<'a>(added: &'a [String], below: &'a [&LadderStep]) -> impl I
 /// earlier steps in order.
 pub fn added_sentences(added: &[String], below: &[&LadderStep]) -> Vec<String> {
     let one = |f: &Finding| {
-        let when = f.hypothesis.moment.as_ref().map(|m| format!("{}: {}.", f.hypothesis.in_model, moment_words(m)));
-        when.into_iter().chain(same_words(f).map(|same| format!("{same}."))).collect::<Vec<String>>()
+        let when =
+            f.hypothesis.moment.as_ref().map(|m| format!("{}: {}.", capital(&called(&f.hypothesis.in_model)), moment_words(m)));
+        when.into_iter().chain(same_words(f).map(|same| format!("{}.", capital(&same)))).collect::<Vec<String>>()
     };
     found(added, below).flat_map(one).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::figures::{CROSS_VALIDATED, NOISE_LEFT, NOT_FITTED, RESIDUAL, WORKSPACE};
 use super::ladder_sentences::ladder_step_words;
-use super::tables::plain_rows;
+use super::tables::{marked, plain_rows};
 use calibench::assess::{LadderStep, Validation};
 use calibench::units::MM;
 
@@ -15,17 +15,17 @@ pub fn ladder_step_table(steps: &[&LadderStep]) -> String {
     if validated {
         header.extend(["mean", "max"].map(|of| format!("{}, {of}", NOT_FITTED.name)));
     }
-    header.push(NOISE_LEFT.name.into());
+    header.push(marked(1, NOISE_LEFT.name));
     let stated = first.calibration.noise_stated;
     if stated {
-        header.push("chi2/dof".into());
+        header.push(marked(1, "chi2/dof"));
     }
     let several = first.sessions.len() > 1;
     if several {
         for session in &first.sessions {
-            header.push(format!("{}, cross-validated", session.name));
+            header.push(marked(2, &format!("{}, {}", session.name, CROSS_VALIDATED.name)));
             if session.from_others.is_some() {
-                header.push(format!("{}, from the others", session.name));
+                header.push(marked(2, &format!("{}, from the others", session.name)));
             }
         }
     }

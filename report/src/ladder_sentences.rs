@@ -1,8 +1,12 @@
 //! A ladder in words: each step as it is reached, the objections to it, the reason for stopping, and the model to use.
 
+use super::effect_names::{all_called, called};
+use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
+use super::next_step::each_called;
 use super::recommended::Recommended;
+use super::tables::plain_table;
 use calibench::assess::{
-    ChoiceKind, Contradiction, Gain, Ladder, LadderStep, Objection, Planned, StopReason, Symptom, Unphysical,
+    Choice, ChoiceKind, Contradiction, Gain, Ladder, LadderStep, Objection, Planned, StopReason, Symptom, Unphysical,
 };
 use calibench::effects;
 use calibench::identify::Outcome;
@@ -20,7 +24,7 @@ pub fn objection_sentence(objection: &Objection) -> String {
             format!("blocks that were not fitted are predicted no better: {}", from_to(rms))
         }
         Objection::Workspace { mean } => {
-            format!("the error predicted over the workspace does not fall: {}", from_to(mean))
+            format!("the error {} does not fall: {}", WORKSPACE.name, from_to(mean))
         }
         Objection::Session { name, rms } => format!("'{name}' is predicted worse: {}", from_to(rms)),
         Objection::Campaign { name, by } => {
@@ -57,7 +61,7 @@ pub fn symptom_sentence(s: &Symptom) -> String {
     let of_joint = |families: &[&str]| -> String {
         joint.map_or_else(
             || "another load".into(),
-            |j| families.iter().map(|f| format!("{f}:{j}")).collect::<Vec<_>>().join(", "),
+            |j| families.iter().map(|f| called(&format!("{f}:{j}"))).collect::<Vec<_>>().join("; "),
         )
     };
     match s.unphysical {
@@ -106,12 +110,18 @@ pub fn ladder_step_sentence(ladder_step: &LadderStep) -> String {
     let workspace = ladder_step
         .workspace
         .as_ref()
-        .map_or(String::new(), |w| format!(", expected over the workspace {:.3} mm", w.mean.expected / MM));
+        .map_or(String::new(), |w| format!(", {} {:.3} mm", WORKSPACE.name, w.mean.expected / MM));
+    let what = match ladder_step.added.as_slice() {
+        [one] => format!("+ {}", called(one)),
+        _ => what,
+    };
     format!(
-        "{what}: fit {:.4} mm, cross-validated {:.4} mm{workspace}; {}",
+        "{what}: {} {:.4} mm, {} {:.4} mm{workspace}; {}",
+        RESIDUAL.name,
         ladder_step.fit / MM,
+        CROSS_VALIDATED.name,
         ladder_step.cross_validated / MM,
-        ladder_step.diagnosis.verdict.name()
+        ladder_step.diagnosis.verdict.in_words()
     )
 }
 
@@ -128,7 +138,7 @@ pub fn top_sentences(top: &StopReason, commands: &Recommended) -> Vec<String> {
             let mut all = vec!["The ladder ends: no step helps.".to_owned()];
             all.extend(tried.iter().map(|(effect, objections)| {
                 let why: Vec<String> = objections.iter().map(objection_sentence).collect();
-                format!("  not {effect}: {}", why.join("; "))
+                format!("  not {}: {}", each_called(effect), why.join("; "))
             }));
             all.push(format!(
                 "`calibench next {}{}` names measurements that would add information.",
@@ -171,7 +181,10 @@ fn what_to_use(ladder: &Ladder) -> String {
 pub fn planned_sentence(planned: &Planned) -> String {
     let ladder = &planned.ladder;
     let what = match ladder.kind() {
-        ChoiceKind::Steps => format!("the model with {}", ladder.last().model.effects.join(" + ")),
+        ChoiceKind::Steps => {
+            let added: Vec<String> = ladder.steps.iter().skip(1).flat_map(|step| step.added.iter().cloned()).collect();
+            format!("the last step of the ladder, with {}", all_called(&added))
+        }
         _ => what_to_use(ladder),
     };
     if planned.in_question {
@@ -206,6 +219,23 @@ fn dearer_elsewhere(ladder: &Ladder) -> Option<String> {
              has measured, or measure where the robot is to work and name that with --check."
         )
     })
+}
+
+/// The models that were compared with the first, what each leaves at postures that were not fitted, and the rule that chose.
+#[must_use]
+pub fn choices_text(ladder: &Ladder) -> String {
+    let row = |(k, choice): (usize, &Choice)| {
+        let chosen = if k == ladder.recommendation.chosen { "chosen" } else { "" };
+        let convinces = if choice.convinces() { "yes" } else { "no" };
+        let left = format!("{:.0}", 100.0 * choice.left());
+        [choice.kind.name().replace('_', " "), choice.added.len().to_string(), left, convinces.into(), chosen.to_owned()]
+    };
+    let rows: Vec<[String; 5]> = ladder.recommendation.choices.iter().enumerate().map(row).collect();
+    format!(
+        "{}\nOf those that convince and leave about as little as the best, the one with the smallest product of the error {} and what is left.",
+        plain_table(&["model", "effects added", "squares left at postures not fitted, %", "convinces", ""], &rows),
+        WORKSPACE.name
+    )
 }
 
 /// The reason for the recommendation.

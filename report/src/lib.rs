@@ -7,15 +7,19 @@ mod diagnosis;
 mod diagnosis_sentences;
 mod disagreement;
 pub mod documents;
+mod effect_names;
 mod figures;
 mod finding_notes;
+mod gallery;
 mod heat_map;
 mod ladder;
 mod ladder_sentences;
 mod meaning;
 mod misfit;
 mod next;
+mod next_step;
 mod page;
+mod plausible;
 mod recommended;
 mod scatter;
 mod shifts;
@@ -24,27 +28,35 @@ mod workspace;
 
 pub use check::{check_plan_text, check_text, condition_words, what_to_do};
 pub use comparison_plots::{PLOTS_MARK, write_comparison_plots};
-pub use comparison_tables::comparison_text;
-pub use diagnosis::diagnosis_text;
+pub use comparison_tables::{comparison_headline, comparison_sentences, comparison_text};
+pub use diagnosis::diagnosis_tables;
 pub use diagnosis_sentences::sentences;
-pub use disagreement::disagreement_sentence;
-pub use figures::{FIGURES, Figure, figures_table};
+pub use disagreement::{disagreement_sentence, judged_alike};
+pub use effect_names::called;
+pub use figures::{
+    CROSS_VALIDATED, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED, RESIDUAL, UNEXPLAINED, WORKSPACE, figures_table,
+};
 pub use finding_notes::added_sentences;
+pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
 pub use heat_map::{curve_line, heat_map_text};
 pub use ladder::ladder_step_table;
 pub use ladder_sentences::{
-    advice, ladder_step_sentence, objection_sentence, planned_sentence, symptom_sentence, top_sentences, unconverged_sentence,
+    advice, choices_text, ladder_step_sentence, objection_sentence, planned_sentence, symptom_sentence, top_sentences,
+    unconverged_sentence,
 };
 pub use meaning::what;
 pub use misfit::{misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_sentence};
 pub use next::{detectability_text, next_sentences, next_table};
+pub use next_step::{each_called, in_question_sentence, next_step_sentences};
 pub use page::{
-    CampaignRecord, CellPicture, CentringRecord, LivePage, Page, PageModel, PageSubject, Views, chart_page_html, page_html,
+    AgainstError, CampaignRecord, CellPicture, CentringRecord, FittedCandidate, LivePage, Page, PageModel, PageSubject, Views,
+    chart_page_html, page_html,
 };
+pub use plausible::Plausible;
 pub use recommended::Recommended;
 pub use shifts::shifts_text;
 pub use tables::{
-    histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,
-    unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence,
+    MARK, histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,
+    unresolved_sentences, validation_row, validation_table, weighing_sentence, wider_sentence, without_marks,
 };
 pub use workspace::{Forecast, NoForecast, extrapolation_sentence};

@@ -1,6 +1,8 @@
 //! Proposed measurements and the detectability of a plan: words and tables.
 
+use super::effect_names::{called, capital};
 use super::tables::plain_table;
+use crate::optional;
 use calibench::assess::{Criterion, Detectability, Offer, Proposal, Step};
 use calibench::units::MM;
 
@@ -30,7 +32,18 @@ pub fn next_table(p: &Proposal) -> String {
         let minutes = [o.action.setup_s, o.action.each_s].map(|s| format!("{:.1}", s / MINUTE));
         row(o.action.words(), minutes, &o.steps)
     }));
-    plain_table(&["measure", "set-up min", "each min", "measurements", "P(truth)", "resolved", "workspace error mm"], &rows)
+    plain_table(
+        &[
+            "measure",
+            optional!(2, "set-up min"),
+            optional!(2, "each min"),
+            "measurements",
+            optional!(1, "P(truth)"),
+            "resolved",
+            "expected over the workspace, mm",
+        ],
+        &rows,
+    )
 }
 
 /// A proposal in words: the effects in question, the best action, the next best ones, the assumptions.
@@ -38,10 +51,13 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
     let mut all = Vec::new();
     match p.rivals.as_slice() {
         [] => all.push("No effect of the catalogue is in question; measurements are chosen for accuracy alone.".into()),
-        [one] => all.push(format!("{} stands alone; measurements are chosen for accuracy alone.", one.effect)),
+        [one] => {
+            all.push(format!("{} stands alone; measurements are chosen for accuracy alone.", capital(&called(&one.effect))))
+        }
         several => {
-            let named: Vec<String> = several.iter().map(|r| format!("{} ({:.2})", r.effect, r.probability)).collect();
-            all.push(format!("To be distinguished: {}.", named.join(", ")));
+            let named: Vec<String> =
+                several.iter().map(|r| format!("{}, probability {:.2}", called(&r.effect), r.probability)).collect();
+            all.push(format!("To be distinguished: {}.", named.join("; ")));
         }
     }
     let says = |offer: &Offer, step: &Step| {
@@ -89,17 +105,23 @@ pub fn detectability_text(d: &Detectability) -> String {
             ]
         })
         .collect();
-    let header =
-        ["effect", "absorbed %", "detectability, in noise", "directions", "smallest seen, plausible sizes", "which is"];
+    let header = [
+        "effect",
+        optional!(2, "absorbed %"),
+        optional!(1, "detectability, in noise"),
+        optional!(3, "directions"),
+        "smallest seen, plausible sizes",
+        "which is",
+    ];
     let mut text = plain_table(&header, &rows);
     text.push_str(&format!(
         "\ndetectability: the part of one plausible size that the model does not absorb; smallest: noticed in {:.0} of 100 cases at level {:.1e}\n",
         100.0 * d.power,
         d.level
     ));
-    let unseen: Vec<&str> = d.sights.iter().filter(|s| s.smallest.is_none()).map(|s| s.effect.as_str()).collect();
+    let unseen: Vec<String> = d.sights.iter().filter(|s| s.smallest.is_none()).map(|s| called(&s.effect)).collect();
     if !unseen.is_empty() {
-        text.push_str(&format!("cannot be seen at all: {}\n", unseen.join(", ")));
+        text.push_str(&format!("cannot be seen at all: {}\n", unseen.join("; ")));
     }
     text.trim_end().to_owned()
 }

@@ -3,18 +3,21 @@
 //! Every number is computed here, by the library; the page only lays it out, so it can also show a document received over a
 //! network.
 
+mod against;
 mod campaign;
 mod candidate;
 mod html;
 mod page_model;
 mod pictures;
 mod residuals;
+mod space;
 mod steps;
 mod telling;
 mod views;
 
 use serde_json::{Value, json};
 
+use self::against::Rival;
 use super::Recommended;
 use super::documents::Run;
 use calibench::identify::{IdentifyError, Model};
@@ -24,7 +27,7 @@ pub use self::campaign::{CampaignRecord, CentringRecord};
 pub use self::html::{LivePage, chart_page_html, page_html};
 pub use self::page_model::PageModel;
 pub use self::pictures::CellPicture;
-pub use self::views::Views;
+pub use self::views::{FittedCandidate, Views};
 
 /// Format tag.
 const FORMAT: &str = "calibench-report/1";
@@ -77,6 +80,22 @@ impl Page {
         Page::of(subject, &page_model, ladder, &views)
     }
 
+    /// The same, with a second model of the same data beside it; `names` are those of the subject's model and of `other`.
+    ///
+    /// # Errors
+    /// Those of [`Page::new`], as [`AgainstError::First`] or, if they are of the second model, [`AgainstError::Second`].
+    pub fn against(subject: &PageSubject<'_>, other: &Model, names: [&str; 2]) -> Result<Self, AgainstError> {
+        let page_model = PageModel::new(subject).map_err(AgainstError::First)?;
+        let mut views = Views::new(subject, &page_model).map_err(AgainstError::First)?;
+        views.look_at_the_best(subject, &page_model);
+        let ladder = steps::ladder(subject, &page_model.ladder_step, page_model.ground()).map_err(AgainstError::First)?;
+        let mut page = Page::of(subject, &page_model, ladder, &views).map_err(AgainstError::First)?;
+        let second = PageSubject { model: other, ..subject.clone() };
+        let rival = Rival::new(&second, &views).map_err(AgainstError::Second)?;
+        page.document["against"] = rival.json(names, subject, &page_model).map_err(AgainstError::Second)?;
+        Ok(page)
+    }
+
     /// Writes the document of a completed examination; `ladder` is the ladder as a document.
     ///
     /// # Errors
@@ -86,8 +105,19 @@ impl Page {
         if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), views.json(page_model)) {
             whole.extend(part);
         }
+        candidate::add_spoken_of(&mut document);
         Ok(Page { document })
     }
+}
+
+/// Which of two models does not fit its data.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum AgainstError {
+    /// The model of the page.
+    First(IdentifyError),
+    /// The model that it is compared with.
+    Second(IdentifyError),
 }
 
 /// Rounds a number for drawing: a picture shows no more than six digits.

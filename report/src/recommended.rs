@@ -14,6 +14,12 @@ impl Recommended {
         format!("`calibench {verb} {}{}`", self.datasets, self.model)
     }
 
+    /// The command that diagnoses them.
+    #[must_use]
+    pub fn diagnose(&self) -> String {
+        self.verb("diagnose")
+    }
+
     pub(super) fn add(&self, effect: &str) -> String {
         self.verb(&format!("add {effect}"))
     }

@@ -1,5 +1,6 @@
 //! Shifts of the parameters caused by each effect that the model lacks: tables by the unit of the parameters.
 
+use super::effect_names::called;
 use super::tables::plain_rows;
 use calibench::assess::{Shift, Shifts, shift_of};
 use calibench::units::Unit;
@@ -28,9 +29,9 @@ pub fn shifts_text(s: &Shifts) -> String {
         "Shift of each parameter, one sigma, when the truth holds an effect at its plausible size (each of its numbers, one sigma, \
          independently) and the model does not; without noise, to first order.\n",
     );
-    let untestable: Vec<&str> = s.untestable.iter().map(|u| u.effect.as_str()).collect();
+    let untestable: Vec<String> = s.untestable.iter().map(|u| called(&u.effect)).collect();
     if !untestable.is_empty() {
-        text.push_str(&format!("These data cannot show: {}\n", untestable.join(", ")));
+        text.push_str(&format!("These data cannot show: {}\n", untestable.join("; ")));
     }
     text.trim_end().to_owned()
 }

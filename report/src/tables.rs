@@ -7,6 +7,35 @@ use calibench::identify::Calibration;
 use calibench::measure::Dataset;
 use calibench::units::{DEG, MM};
 
+/// The mark of a column that a narrow terminal may leave out: of no width, so that it moves nothing. Columns with more marks are
+/// left out first.
+pub const MARK: char = '\u{2060}';
+
+/// The header of a column that a narrow terminal may leave out; those of higher rank are left out first.
+#[macro_export]
+macro_rules! optional {
+    (1, $header:literal) => {
+        concat!("\u{2060}", $header)
+    };
+    (2, $header:literal) => {
+        concat!("\u{2060}\u{2060}", $header)
+    };
+    (3, $header:literal) => {
+        concat!("\u{2060}\u{2060}\u{2060}", $header)
+    };
+}
+
+/// As [`optional!`], for a name that is no literal.
+pub(super) fn marked(rank: usize, header: &str) -> String {
+    format!("{}{header}", MARK.to_string().repeat(rank))
+}
+
+/// The text of tables without the marks of their columns.
+#[must_use]
+pub fn without_marks(text: &str) -> String {
+    text.replace(MARK, "")
+}
+
 /// A table with text in the first column and numbers in the others.
 fn table(header: &[&str]) -> Table {
     let mut table = Table::new();

@@ -3,6 +3,8 @@
 
 use std::fmt;
 
+use super::effect_names::{all_called, capital};
+use super::figures::WORKSPACE;
 use super::tables::plain_rows;
 use calibench::assess::{Banded, Extrapolation, PoseSource, WorkspaceError};
 use calibench::identify::IdentifyError;
@@ -18,6 +20,9 @@ pub struct Forecast {
     /// Extent of the poses beyond those of the fit.
     pub extrapolation: Extrapolation,
 }
+
+/// Number of effects of a warning that are named.
+const MOST_SHAPES: usize = 3;
 
 fn banded(b: &Banded) -> String {
     format!("{:.3} mm ({:.3} to {:.3})", b.expected / MM, b.low / MM, b.high / MM)
@@ -40,7 +45,8 @@ impl Forecast {
     /// The prediction in a sentence.
     pub fn sentence(&self) -> String {
         format!(
-            "Position error to expect of this calibration over the workspace: mean {}, largest {} (in brackets 10 to 90 % of the draws; docs/comparing.md tells how far to trust them); at {}.",
+            "{}: mean {}, largest {} (in brackets 10 to 90 % of the draws; docs/comparing.md tells how far to trust them); at {}.",
+            capital(WORKSPACE.name),
             banded(&self.error.mean),
             banded(&self.error.max),
             self.poses()
@@ -91,7 +97,7 @@ impl NoForecast {
 
 impl fmt::Display for NoForecast {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("The position error to expect over the workspace cannot be predicted")?;
+        write!(f, "The error {} cannot be predicted", WORKSPACE.name)?;
         match self {
             NoForecast::Undetermined(names) => match names.as_slice() {
                 [one] => write!(
@@ -135,7 +141,10 @@ pub fn extrapolation_sentence(e: &Extrapolation) -> Option<String> {
     } else {
         format!(
             "WARNING: {plain} The shapes of {} are known only where they were seen: THERE THEIR CORRECTION IS A GUESS. Measure there, or leave them out.",
-            e.shapes.join(", ")
+            match e.shapes.len() {
+                few if few <= MOST_SHAPES => all_called(&e.shapes),
+                many => format!("{} and {} more effects", all_called(&e.shapes[..MOST_SHAPES]), many - MOST_SHAPES),
+            }
         )
     })
 }

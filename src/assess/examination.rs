@@ -90,6 +90,15 @@ impl Examination {
         Examination::fitted(datasets, model, problem, fit).map(Some)
     }
 
+    /// The same fit with the columns of every candidate, as [`Examination::new`] adds them.
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub(super) fn with_library(self, datasets: &[(&str, &Dataset)]) -> Result<Self, IdentifyError> {
+        let Examination { model, problem, fit, yardstick, .. } = self;
+        Examination::of(datasets, &model, (problem, fit), Library::new(datasets, &model), yardstick)
+    }
+
     /// Adds the columns of every candidate of the library to a fit.
     fn fitted(datasets: &[(&str, &Dataset)], model: &Model, problem: Problem, fit: Fit) -> Result<Self, IdentifyError> {
         let yardstick = Yardstick::of(datasets, &problem, &fit);
@@ -244,7 +253,13 @@ impl Examination {
     /// The projected columns of a candidate and their inner products with the remainder.
     pub(super) fn seen(&self, candidate: usize) -> Seen {
         let Span { first, count } = self.spans[candidate];
-        Seen::new(self.gram.view((first, first), (count, count)).into_owned(), &self.z.rows(first, count).into_owned())
+        self.seen_with(candidate, &self.z.rows(first, count).into_owned())
+    }
+
+    /// The projected columns of a candidate, with these inner products.
+    fn seen_with(&self, candidate: usize, products: &DVector<f64>) -> Seen {
+        let Span { first, count } = self.spans[candidate];
+        Seen::new(self.gram.view((first, first), (count, count)).into_owned(), products)
     }
 
     /// Posterior mean and covariance of a candidate's coefficients, in plausible sizes, for a prior of `width`
@@ -265,8 +280,7 @@ impl Examination {
         let own = self.gram.view((a.first, a.first), (a.count, a.count));
         let energy = (own * &mean).dot(&mean);
         let with_other = self.gram.view((b.first, a.first), (b.count, a.count)) * &mean;
-        let seen = Seen::new(self.gram.view((b.first, b.first), (b.count, b.count)).into_owned(), &with_other);
-        energy > 0.0 && energy - seen.explained().0 < share * energy
+        energy > 0.0 && energy - self.seen_with(other, &with_other).explained().0 < share * energy
     }
 
     /// Size of the signal of the given effects (id in a model, sizes in SI) beyond what the fitted model absorbs: rms
@@ -289,6 +303,39 @@ impl Examination {
             (energy.max(0.0) / beside.rows.ncols() as f64).sqrt()
         };
         Ok(effects.iter().enumerate().map(rms).collect())
+    }
+
+    /// The other effects that could pass for one of the given size (id in a model, sizes in SI) in these data: each with the
+    /// share that it takes, at best, of what the fitted model does not absorb of that effect. They are those of the library,
+    /// and `more`; largest share first, ties in their order.
+    ///
+    /// # Errors
+    /// When an id does not fit the data.
+    pub fn imitators(
+        &self,
+        datasets: &[(&str, &Dataset)],
+        (id, sizes): (&str, &[f64]),
+        more: &[String],
+    ) -> Result<Vec<(String, f64)>, IdentifyError> {
+        let known = |id: &&String| self.library.place(id).is_none();
+        let others =
+            self.library.candidates.iter().map(|c| &c.id).chain(more.iter().filter(known)).filter(|other| *other != id);
+        let all = std::iter::once(id.to_owned()).chain(others.cloned()).map(Candidate::new).collect();
+        let beside = self.beside(datasets, all)?;
+        let Span { first, count } = beside.spans[0];
+        let sizes = DVector::from_fn(count, |i, _| {
+            sizes.get(i % sizes.len().max(1)).copied().unwrap_or(0.0) / beside.columns[first + i].plausible
+        });
+        let energy = (beside.gram.view((first, first), (count, count)) * &sizes).dot(&sizes);
+        let share = |k: usize| {
+            let other = beside.spans[k];
+            let with = beside.gram.view((other.first, first), (other.count, count)) * &sizes;
+            if energy > 0.0 && other.count > 0 { (beside.seen_with(k, &with).explained().0 / energy).min(1.0) } else { 0.0 }
+        };
+        let mut shares: Vec<(String, f64)> =
+            (1..beside.spans.len()).map(|k| (beside.library.candidates[k].id.clone(), share(k))).collect();
+        shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        Ok(shares)
     }
 
     /// Share of a candidate's energy that the fitted model does not absorb.

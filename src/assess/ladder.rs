@@ -4,8 +4,9 @@
 use super::diagnosis::{Diagnosis, Verdict};
 use super::examination::Examination;
 use super::hold_out::HoldOut;
-use super::ladder_step::{LadderStep, Objection, add, examined_rung, ladder_step};
+use super::ladder_step::{LadderStep, add, examined_rung, ladder_step};
 use super::library::Library;
+use super::objections::Objection;
 use super::recommend::{Choice, Kind, Recommendation, gains_of_each, recommend};
 use super::withdrawal::{Contradiction, contradicted};
 use crate::effects;

@@ -1,6 +1,7 @@
 //! Assessment of a calibration: position errors at poses that it was not fitted to, the views of its residuals, and the
 //! effects that it is missing.
 
+mod advice;
 mod at_new_poses;
 mod background;
 mod check;
@@ -13,6 +14,8 @@ mod evidence;
 mod exact_alias;
 mod examination;
 mod explanation;
+mod fit_scores;
+mod fitted_model;
 mod heat_map;
 mod hold_out;
 mod hypotheses;
@@ -20,11 +23,13 @@ mod ladder;
 mod ladder_step;
 mod level;
 mod library;
+mod look;
 mod lost_motion;
 mod misfit;
 mod next;
 mod noise;
 mod noise_floor;
+mod objections;
 mod outside_range;
 mod posterior;
 mod projection;
@@ -42,6 +47,7 @@ mod withdrawal;
 mod workspace;
 mod workspace_map;
 
+pub use advice::{Advice, ToDo};
 pub use check::{
     CheckError, Condition, FALSE_ALARM, Judged, Looked, Power, PowerAt, RobotCheck, choose_sentinels, power_of_check,
 };
@@ -51,12 +57,15 @@ pub use detectability::{Detectability, Sight, noncentrality};
 pub use diagnosis::{Contribution, Diagnosis, Explained, Finding, FoundParameter, Scatter, diagnose, diagnose_examined};
 pub use exact_alias::exact_aliases;
 pub use examination::Examination;
+pub use fit_scores::{FitScores, SessionError};
+pub use fitted_model::{FittedModel, needs_diagnosis, step_gains};
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hold_out::{Check, HoldOut, NotJudged};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
 pub use ladder::{Climb, Ladder, Next, StopReason, best_step, ladder};
-pub use ladder_step::{LadderStep, Objection, SessionError, add, ladder_step, step};
+pub use ladder_step::{LadderStep, add, ladder_step, step};
 pub use library::{Candidate, Library, Untestable};
+pub use look::Look;
 pub use lost_motion::{Arrivals, LostMotion};
 pub use misfit::{Cause, DataFit, Misfit, NominalFit, SlipTried, Unbelievable, data_fit, unbelievable};
 pub use next::{
@@ -68,6 +77,7 @@ pub use noise::{
     Suspect, suspects,
 };
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
+pub use objections::Objection;
 pub use outside_range::{Extrapolation, OutsideRange};
 pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
 pub use relevance::Relevance;

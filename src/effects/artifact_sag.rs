@@ -4,7 +4,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -24,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     meaning: Meaning { physics: "the artifact leans, more so higher up", look: "check its clamping" },
+    signature: Signature {
+        looks: [
+            "The upper balls are off sideways, the lower ones not at all.",
+            "Ball by ball, the residual grows with height.",
+            "All postures on a ball agree.",
+        ],
+        parted_by: "A dial gauge against the highest ball while the artifact is pushed by hand.",
+    },
     stray: Stray::None,
     members: alone,
     build: |id, _| {

@@ -4,7 +4,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::Unit;
@@ -24,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(1e-3),
     period: Period::None,
     meaning: Meaning { physics: "the artifact is warmer or colder than when it was certified", look: "log its temperature" },
+    signature: Signature {
+        looks: [
+            "Balls far from the middle of the artifact are off outwards (or inwards), those in the middle not at all.",
+            "Ball by ball, the residual points away from the centre in proportion to the distance.",
+            "It is the same at the beginning and at the end.",
+        ],
+        parted_by: "The temperature of the artifact beside that of its certificate: steel grows by 11.5 µm per metre and kelvin; or the distance of two balls by another instrument.",
+    },
     stray: Stray::None,
     members: alone,
     build: |id, _| {

@@ -7,7 +7,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -29,6 +30,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the artifact was bumped once",
         look: "check its clamping; what was measured before and after are two sessions",
+    },
+    signature: Signature {
+        looks: [
+            "From a certain sample on every ball is off by the same amount, while points measured by another instrument are not.",
+            "Over time the residuals on balls lie on two shelves.",
+            "With balls alone it cannot be told from a bump of the base.",
+        ],
+        parted_by: "Points measured without the artifact, before and after: they move if the base did, and stay if it was the artifact.",
     },
     stray: Stray::Moment,
     members: alone,

@@ -3,7 +3,8 @@
 use super::family::each_ball;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -25,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "one ball is not where it was certified to be",
         look: "look at that ball: dirt, a loose seat, a damaged thread; measure it again",
+    },
+    signature: Signature {
+        looks: [
+            "All samples on one ball are off in the same direction; on the other balls hardly anything is wrong.",
+            "Drawn ball by ball, one stands apart from the rest.",
+            "The fit spreads a part of it over the others, so the displaced ball looks less displaced than it is.",
+        ],
+        parted_by: "That ball on the coordinate measuring machine once more, or more postures on it; a second place of the artifact tells a ball from a part of the workspace.",
     },
     stray: Stray::None,
     members: each_ball,

@@ -4,7 +4,7 @@ use super::family::each_ball;
 use super::shape::Shape;
 use super::{
     EffectId, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role,
-    Scan, Stray,
+    Scan, Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -26,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "one ball was knocked in the course of the campaign",
         look: "look at that ball: a loose seat, a collision; measure it again, or leave out what was probed on it before",
+    },
+    signature: Signature {
+        looks: [
+            "One ball is right in the first part of the campaign and off in the second.",
+            "Drawn over time, the samples on that ball lie on two shelves and all others on one.",
+            "Before and after, the ball agrees with itself.",
+        ],
+        parted_by: "That ball probed again, and one neighbour: if the neighbour has moved too it was the artifact.",
     },
     stray: Stray::Moment,
     members: each_ball,

@@ -3,7 +3,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::{Axis6, Site};
 use crate::units::{MM, Unit};
@@ -25,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "base and artifact drift apart in the course of the session",
         look: "check both clamps, and sunlight",
+    },
+    signature: Signature {
+        looks: [
+            "All residuals creep in the same direction of the room.",
+            "Over time the points of a room axis climb along a ramp.",
+            "Posture and load do not change it.",
+        ],
+        parted_by: "One posture repeated throughout the session: a ramp is heat or creep, a step is a bump.",
     },
     stray: Stray::None,
     members: alone,

@@ -3,7 +3,8 @@
 use super::family::alone;
 use super::shape::constant;
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::robot::{Axis6, Site};
 use crate::units::{DEG, MM, Unit};
@@ -23,6 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Unlimited,
     period: Period::None,
     meaning: Meaning { physics: "the robot does not stand where the program believes", look: "" },
+    signature: Signature {
+        looks: [
+            "Every residual points the same way, or turns about one upright axis as the pages of a book do.",
+            "Drawn against any joint it is a broad bow, because the joints tell where in the cell the tool was.",
+            "Nothing in it depends on the load, the time or the side of approach.",
+        ],
+        parted_by: "Points far apart in the cell, at least three of them not on a line; a robot that was only moved leaves the distances between its points as they were.",
+    },
     stray: Stray::None,
     members: alone,
     build: |id, _| {

@@ -4,7 +4,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::{Axis6, Site};
 use crate::units::{MM, Unit};
@@ -26,6 +27,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "base or artifact was bumped once",
         look: "check both clamps; what was measured before and after are two sessions",
+    },
+    signature: Signature {
+        looks: [
+            "Up to a certain sample all is well; from then on everything is off by the same amount in the room.",
+            "Over time the points of a room axis lie on two level shelves.",
+            "Reach and orientation of the tool do not change the height of the step.",
+        ],
+        parted_by: "Balls or points measured again after the event; points beside balls tell whether it was the base or the artifact.",
     },
     stray: Stray::Moment,
     members: alone,

@@ -4,8 +4,8 @@
 use super::family::each_joint;
 use super::shape::per_joint;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
-    Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray, Unphysical,
 };
 use crate::robot::{Axis6, Site};
 use crate::units::{URAD, Unit};
@@ -25,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(60.0),
     period: Period::None,
     meaning: Meaning { physics: "a bearing gives way: the axis tips under the load's moment", look: "" },
+    signature: Signature {
+        looks: [
+            "The tool moves across the plane in which the joint turns, more the greater the moment across its axis.",
+            "No turn of any joint undoes it, so against joint angles it is only partly seen.",
+            "With a lighter payload it shrinks in proportion.",
+        ],
+        parted_by: "Two payloads, and postures that load the axis from different sides; one payload and few postures cannot tell it from the bending of the link beside it.",
+    },
     stray: Stray::None,
     members: each_joint,
     build: |id, subject| {

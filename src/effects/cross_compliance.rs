@@ -5,7 +5,8 @@ use super::family::turning;
 use super::reference_torque::reference_torque;
 use super::shape::{Shape, theta};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::units::{URAD, Unit};
 
@@ -24,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
     meaning: Meaning { physics: "two gears share a housing: the torque of one turns the other", look: "" },
+    signature: Signature {
+        looks: [
+            "A joint errs although its own load explains nothing.",
+            "Drawn against the torque of the other joint the points lie on a line; drawn against its own they scatter.",
+            "It vanishes where the other joint hangs in balance.",
+        ],
+        parted_by: "Postures in which one of the two joints is loaded and the other is not; with two payloads they are easy to find.",
+    },
     stray: Stray::None,
     members: |subject| {
         let joints = turning(subject);

@@ -8,7 +8,7 @@ use super::family::each_joint;
 use super::shape::{per_joint, theta};
 use super::{
     Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical,
-    Role, Scan, Stray, Subject,
+    Role, Scan, Signature, Stray, Subject,
 };
 use crate::units::{URAD, Unit};
 
@@ -27,6 +27,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     meaning: Meaning { physics: "a joint errs by a smooth curve of its own angle", look: "" },
+    signature: Signature {
+        looks: [
+            "The joint errs by a curve that belongs to no one cause.",
+            "Against its own angle the points follow the same line each time the joint comes by.",
+            "Between the angles that were measured the curve is a guess.",
+        ],
+        parted_by: "More angles of that joint; a named cause, if one fits, says more with fewer parameters.",
+    },
     stray: Stray::None,
     members: each_joint,
     build: |id, subject| match (id.argument(1), id.argument(2), id.argument(3)) {

@@ -175,6 +175,16 @@ pub struct Meaning {
     pub look: &'static str,
 }
 
+/// What an effect looks like in the residuals, for somebody who reads no equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Signature {
+    /// Three plain sentences: what strikes the eye first, the shape in the view that shows it best, and what it does not
+    /// depend on or how it grows.
+    pub looks: [&'static str; 3],
+    /// The measurement that parts it from what imitates it.
+    pub parted_by: &'static str,
+}
+
 /// How the true shape of an effect may differ from the catalogue's equation, at full mismatch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stray {

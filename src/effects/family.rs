@@ -72,6 +72,8 @@ pub struct Family {
     pub period: Period,
     /// Its meaning, and what to inspect.
     pub meaning: Meaning,
+    /// What it looks like in the residuals.
+    pub signature: Signature,
     /// How its true shape may differ from the equation.
     pub stray: Stray,
     /// Arguments of its members (`""`, `":2"`), except the scanned one.

@@ -3,7 +3,8 @@
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::units::Unit;
 
@@ -24,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "an indicator shows a share too much or too little",
         look: "check its scale with a gauge block",
+    },
+    signature: Signature {
+        looks: [
+            "The samples that ended farthest from zero on one indicator are off the most.",
+            "Against that indicator's reading the points lie on a line through zero.",
+            "A centring that ends at zero does not show it at all.",
+        ],
+        parted_by: "A few probings that are stopped on purpose at readings of some tenths of a millimetre, and the columns r1_um ... that record them.",
     },
     stray: Stray::None,
     members: each_indicator,

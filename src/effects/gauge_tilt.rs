@@ -4,7 +4,8 @@
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::units::{MRAD, Unit};
 
@@ -23,6 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.05),
     period: Period::None,
     meaning: Meaning { physics: "a plunger's flat is not square to its travel", look: "check the flat" },
+    signature: Signature {
+        looks: [
+            "One indicator errs when the other two are off their zeros.",
+            "Against the sum of the other two readings the points lie on a line through zero.",
+            "A centring that ends at zero does not show it at all.",
+        ],
+        parted_by: "A few probings that are stopped on purpose away from zero, one indicator at a time.",
+    },
     stray: Stray::None,
     members: each_indicator,
     build: |id, _| {

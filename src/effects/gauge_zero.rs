@@ -3,7 +3,8 @@
 use super::family::each_indicator;
 use super::shape::{Shape, shift_tool};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::units::{UM, Unit};
 
@@ -22,6 +23,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-4),
     period: Period::None,
     meaning: Meaning { physics: "an indicator's zero is not where mastering put it", look: "master the gauge again" },
+    signature: Signature {
+        looks: [
+            "Every ball is missed by the same small amount along one indicator.",
+            "In the axes of the tool it is one constant number; the fit takes it for a wrong TCP.",
+            "It appears only on balls, never on points of a tracker.",
+        ],
+        parted_by: "A second mastering, or points by another instrument on the same tool.",
+    },
     stray: Stray::None,
     members: each_indicator,
     build: |id, _| {

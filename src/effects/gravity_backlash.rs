@@ -4,8 +4,8 @@ use super::family::each_joint;
 use super::reference_torque::reference_torque;
 use super::shape::{per_joint, theta};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
-    Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray, Unphysical,
 };
 use crate::units::{URAD, Unit};
 
@@ -26,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the play of a gear closes on the side to which the load pulls",
         look: "test the play of the joint by hand",
+    },
+    signature: Signature {
+        looks: [
+            "The joint errs by one amount while the load pulls one way, and by the opposite amount while it pulls the other way.",
+            "Against its torque the points form two level shelves with a steep step at zero.",
+            "Arriving from the other side changes nothing, because the load decides where the play closes.",
+        ],
+        parted_by: "Postures just to either side of the balance of the joint, where the torque is small: only there does a step differ from a line. Arriving from both sides tells it from hysteresis.",
     },
     stray: Stray::Closing(2.0),
     members: each_joint,

@@ -7,8 +7,8 @@ use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Situation,
-    Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Situation, Stray,
 };
 use crate::units::{MRAD, Unit};
 
@@ -27,6 +27,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.1),
     period: Period::None,
     meaning: Meaning { physics: "the cell is not level", look: "put a level on the base" },
+    signature: Signature {
+        looks: [
+            "One side of the cell hangs low and the other high, as far as the joints are soft.",
+            "Against the first joint it is one swing per turn, though nothing is wrong with that joint.",
+            "It is gone with a stiff arm.",
+        ],
+        parted_by: "A spirit level on the base; or two payloads on opposite sides of the cell.",
+    },
     stray: Stray::None,
     members: alone,
     build: |id, _| {

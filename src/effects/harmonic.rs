@@ -7,7 +7,7 @@ use super::family::each_joint;
 use super::shape::{per_joint, theta};
 use super::{
     Effect, EffectError, EffectId, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical,
-    Role, Scan, Stray,
+    Role, Scan, Signature, Stray,
 };
 use crate::units::{URAD, Unit};
 
@@ -26,6 +26,14 @@ pub(super) const ONCE: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::PerTurn(1),
     meaning: Meaning { physics: "a gear or an encoder disc runs eccentric: an error once per turn", look: "" },
+    signature: Signature {
+        looks: [
+            "The joint runs ahead over half a turn and behind over the other half.",
+            "Against its own angle the points follow one sine per turn.",
+            "Load, time and the other joints do not change it.",
+        ],
+        parted_by: "Angles of the joint over more than half a turn: over a short range a sine is a straight line, which is a scale, or a bow, which is geometry.",
+    },
     stray: Stray::Overtone(0.05),
     members: each_joint,
     build: |id, subject| build(id, id.joints(subject)?, 1, ""),
@@ -40,6 +48,14 @@ pub(super) const TWICE: Family = Family {
     meaning: Meaning {
         physics: "a gear runs oval, or an encoder is read at two opposite places: an error twice per turn",
         look: "",
+    },
+    signature: Signature {
+        looks: [
+            "The joint runs ahead and behind twice in a turn.",
+            "Against its own angle the points follow two sines per turn.",
+            "Load, time and the other joints do not change it.",
+        ],
+        parted_by: "Angles of the joint over more than a quarter of a turn, best over a whole one.",
     },
     build: |id, subject| build(id, id.joints(subject)?, 2, ""),
     ..ONCE
@@ -56,6 +72,14 @@ pub(super) const ANY: Family = Family {
     meaning: Meaning {
         physics: "teeth, or the wave generator of a strain-wave gear, repeat many times per turn",
         look: "compare the order with the gear ratio and its double",
+    },
+    signature: Signature {
+        looks: [
+            "Seen over the whole range it is a fuzzy band that looks like noise.",
+            "Folded onto one period the band becomes a clean sine.",
+            "The number of periods per turn is that of the teeth, or once or twice the gear ratio.",
+        ],
+        parted_by: "Many angles of the joint that do not share a step: a regular grid whose step is a multiple of the period shows nothing. A few dozen fine steps of that one joint settle it.",
     },
     build: |id, subject| {
         id.at_most(2)?;

@@ -7,7 +7,8 @@
 use super::family::any_joint;
 use super::shape::{by_kind, per_joint};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::units::{UM, URAD, Unit};
 
@@ -28,6 +29,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "a gear stops short on the side from which it came: friction and lost motion",
         look: "approach every pose from the same side",
+    },
+    signature: Signature {
+        looks: [
+            "The same posture reached from the left and from the right leaves two different residuals.",
+            "Against the side of approach the points form two clouds, one above zero and one below.",
+            "Within each cloud there is no trend with angle or load.",
+        ],
+        parted_by: "Every posture twice, arriving from either side, and the columns approach1 ... that say which.",
     },
     stray: Stray::None,
     members: any_joint,

@@ -5,8 +5,8 @@
 use super::family::each_joint;
 use super::shape::{per_joint, theta};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
-    Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray, Unphysical,
 };
 use crate::units::Unit;
 
@@ -28,6 +28,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(10.0),
     period: Period::None,
     meaning: Meaning { physics: "gearboxes are springs: the load twists them by c times its torque", look: "" },
+    signature: Signature {
+        looks: [
+            "The tool hangs low, lower the farther the arm reaches out.",
+            "Against the torque of a joint the points lie on a straight line through zero.",
+            "With a lighter payload the line is the same and the points move along it.",
+        ],
+        parted_by: "The same postures with a light and a heavy payload; without a change of load, the weight of the links alone looks much like wrong geometry.",
+    },
     stray: Stray::None,
     members: each_joint,
     build: |id, subject| {

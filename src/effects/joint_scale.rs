@@ -3,7 +3,9 @@
 
 use super::family::any_joint;
 use super::shape::{by_kind, per_joint};
-use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature, Stray,
+};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -23,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "a joint turns a constant share too far: a wrong gear ratio or encoder scale",
         look: "check the ratio entered in the controller",
+    },
+    signature: Signature {
+        looks: [
+            "The joint turns a fixed share too far: nothing at its zero, most at its ends.",
+            "Against its own angle the points lie on a straight line.",
+            "Load, time and the other joints do not change it.",
+        ],
+        parted_by: "The whole range of the joint, to both ends: there a line departs from the middle of a sine, and from what geometry can bend.",
     },
     stray: Stray::None,
     members: any_joint,

@@ -4,7 +4,8 @@
 use super::family::any_joint;
 use super::shape::per_joint;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::units::Unit;
 
@@ -25,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the joints stand where they were sent, not where they are said to be",
         look: "log the joints as the encoders read them",
+    },
+    signature: Signature {
+        looks: [
+            "Single samples are off by as much as the controller lagged behind its command.",
+            "Against commanded minus reported angle the points lie on a line whose slope is one.",
+            "With the arm at rest it is gone.",
+        ],
+        parted_by: "The commanded and the reported angles side by side (qcmd1_deg ...), and a few postures read once more after the arm has come to rest.",
     },
     stray: Stray::None,
     members: any_joint,

@@ -3,7 +3,8 @@
 use super::family::any_joint;
 use super::shape::{Shape, by_kind};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::units::{UM, URAD, Unit};
 
@@ -24,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "a joint slipped once: a belt, a clamp, or a collision",
         look: "look at the robot's log at that moment, and check its mastering",
+    },
+    signature: Signature {
+        looks: [
+            "Up to a certain sample all is well; from then on a joint is off by one amount.",
+            "Over time the points lie on two level shelves.",
+            "The lever decides how far the tool is off: much when stretched, nothing on the axis.",
+        ],
+        parted_by: "Postures of different reach after the event: a turned joint moves a stretched arm more, a bumped base moves all alike. A mastering check of that joint shows it at once.",
     },
     stray: Stray::Moment,
     members: any_joint,

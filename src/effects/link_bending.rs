@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 
 use super::shape::Shape;
 use super::{
-    Emit, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
-    Subject, Unphysical,
+    Emit, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray, Subject, Unphysical,
 };
 use crate::robot::{Axis6, Frame, JointKind, Site};
 use crate::units::{MM, Unit};
@@ -29,6 +29,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(30.0),
     period: Period::None,
     meaning: Meaning { physics: "a link bends and twists as a beam", look: "" },
+    signature: Signature {
+        looks: [
+            "The tool hangs low with a long reach, and the error grows faster than the reach does.",
+            "The bent link also turns everything after it, so the direction of the error follows the link and not the joint.",
+            "With a lighter payload it shrinks in proportion.",
+        ],
+        parted_by: "Two payloads, with the link level and with it upright: upright it carries the same weight and does not bend.",
+    },
     stray: Stray::None,
     members: |subject| {
         let links = 1..subject.robot.joints();

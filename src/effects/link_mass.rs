@@ -8,7 +8,8 @@ use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray, Unphysical,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature, Stray,
+    Unphysical,
 };
 use crate::units::Unit;
 
@@ -29,6 +30,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the arm's links weigh otherwise than entered; it acts through the compliance of the joints",
         look: "",
+    },
+    signature: Signature {
+        looks: [
+            "It looks like a compliance that is somewhat wrong, in several joints at once.",
+            "Each joint's error follows the part of the torque that its own links cause.",
+            "A change of payload does not change it.",
+        ],
+        parted_by: "The joint torques that the controller reports, with the payload off; a change of payload tells link from payload.",
     },
     stray: Stray::None,
     members: alone,

@@ -7,7 +7,9 @@
 
 use super::family::each_joint;
 use super::shape::{Shape, theta};
-use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature, Stray,
+};
 use crate::units::{URAD, Unit};
 
 pub(super) const FAMILY: Family = Family {
@@ -27,6 +29,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "a gearbox gives way to the weight of what hangs on it, as far as that can be told without the masses of the links",
         look: "",
+    },
+    signature: Signature {
+        looks: [
+            "The tool hangs low where the arm reaches out, as if a joint were soft.",
+            "Against the angle of the joint it is one swing per turn, highest where the link lies level.",
+            "It is the substitute for compliance when nobody knows what the links weigh.",
+        ],
+        parted_by: "Known link masses in the robot's description, or a second payload whose mass is known.",
     },
     stray: Stray::None,
     members: each_joint,

@@ -5,7 +5,7 @@
 
 use super::family::alone;
 use super::shape::constant;
-use super::{Family, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{Family, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature, Stray};
 use crate::robot::{JointKind, MdhEntry, NEARLY_PARALLEL, Robot, Site};
 use crate::units::{DEG, MM, Unit};
 
@@ -24,6 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(40.0),
     period: Period::None,
     meaning: Meaning { physics: "lengths and zeros of the arm differ from the nominal ones", look: "" },
+    signature: Signature {
+        looks: [
+            "The residual changes smoothly with posture and is the same whenever the arm comes back to it.",
+            "Against the angle of a joint it is one slow swing, never a ripple.",
+            "It is largest where the arm is stretched out and does not change with the payload.",
+        ],
+        parted_by: "Postures spread over the whole range of every joint; the same postures with another payload, which leave geometry as it is and move everything elastic.",
+    },
     stray: Stray::None,
     members: alone,
     build: |id, subject| {

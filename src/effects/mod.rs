@@ -62,7 +62,7 @@ mod wrist_coupling;
 
 use thiserror::Error;
 
-pub use facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Stray, Unphysical};
+pub use facts::{Follows, LinearRange, Meaning, Offered, Period, Physical, Role, Signature, Stray, Unphysical};
 pub use family::{Build, CATALOGUE, Family, Origin, Scan};
 pub use id::EffectId;
 pub use outlier::{set_aside_by, setting_aside};

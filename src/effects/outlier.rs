@@ -3,7 +3,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -35,6 +36,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "one sample disagrees with all others",
         look: "look at that sample: a wrong ball, a bad contact, a centring that did not end; repeat it or leave it out",
+    },
+    signature: Signature {
+        looks: [
+            "One sample stands far above all others.",
+            "Its neighbours in posture and in time are right.",
+            "Any smooth cause would have moved them too.",
+        ],
+        parted_by: "That sample once more. If it repeats, it is no outlier, but the first sign of something that no other posture shows.",
     },
     stray: Stray::None,
     members: alone,

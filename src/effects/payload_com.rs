@@ -5,7 +5,8 @@ use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::units::{MM, Unit};
 
@@ -26,6 +27,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the payload's centre of mass is not as entered; it acts through the compliance of the joints",
         look: "check its drawing",
+    },
+    signature: Signature {
+        looks: [
+            "The wrist errs with the way the hand is turned, as far as it is soft.",
+            "Against the angle of the last joints it is one swing per turn.",
+            "It is gone when the payload is taken off.",
+        ],
+        parted_by: "The hand turned about the last joint in a posture that holds it level; the drawing of the payload.",
     },
     stray: Stray::None,
     members: alone,

@@ -4,8 +4,8 @@ use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
-    Unphysical,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray, Unphysical,
 };
 use crate::units::Unit;
 
@@ -26,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the payload weighs otherwise than entered; it acts through the compliance of the joints",
         look: "weigh it",
+    },
+    signature: Signature {
+        looks: [
+            "The compliance that was fitted is too soft for one payload and too stiff for the other.",
+            "Each joint's error follows the torque of the payload about it.",
+            "With one payload only, the fitted compliance takes it up.",
+        ],
+        parted_by: "A pair of scales; or the same postures with a second payload of known mass.",
     },
     stray: Stray::None,
     members: alone,

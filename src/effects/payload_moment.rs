@@ -8,7 +8,8 @@ use super::family::alone;
 use super::shape::Shape;
 use super::through_compliance::{NEEDS, twist};
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::units::Unit;
 
@@ -29,6 +30,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the flange carries more than was entered; it acts through the compliance of the joints",
         look: "enter the payload: its mass and its centre",
+    },
+    signature: Signature {
+        looks: [
+            "The robot hangs lower than it should, most with a long reach.",
+            "Each joint's error follows a load that nobody has entered.",
+            "It is gone when the payload is taken off.",
+        ],
+        parted_by: "The same postures without the payload; or its mass and centre, weighed and entered.",
     },
     stray: Stray::None,
     members: alone,

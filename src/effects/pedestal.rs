@@ -3,8 +3,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
-    Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray, Unphysical,
 };
 use crate::robot::{Axis6, Site};
 use crate::units::{URAD, Unit};
@@ -24,6 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(50.0),
     period: Period::None,
     meaning: Meaning { physics: "what the robot stands on tips under its overturning moment", look: "check the anchor bolts" },
+    signature: Signature {
+        looks: [
+            "The base leans after the load, so that the whole arm tips outwards.",
+            "The error turns with the first joint: it always points to where the arm reaches.",
+            "It grows with the height of the tool and with the payload.",
+        ],
+        parted_by: "Opposite sides of the pedestal with the arm stretched, with two payloads; an inclinometer on the base settles it.",
+    },
     stray: Stray::None,
     members: alone,
     build: |id, _| {

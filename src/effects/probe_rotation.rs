@@ -3,7 +3,8 @@
 use super::family::alone;
 use super::shape::constant;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::{DEG, Unit};
@@ -28,6 +29,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the instrument on the flange is not turned as stated",
         look: "look at how the probe is mounted; state its axes in the dataset, or that they are free",
+    },
+    signature: Signature {
+        looks: [
+            "Positions are right and the orientations are all off by the same turn.",
+            "In the axes of the tool the three numbers are the same at every sample.",
+            "It does not change with posture, load or time.",
+        ],
+        parted_by: "Orientations measured with the hand turned about two axes at least.",
     },
     stray: Stray::None,
     members: alone,

@@ -4,7 +4,9 @@
 //! Any pair can be named; none is offered automatically, since most data cannot separate them all.
 
 use super::shape::{Shape, theta};
-use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature, Stray,
+};
 use crate::robot::JointKind;
 use crate::units::{URAD, Unit};
 
@@ -23,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     meaning: Meaning { physics: "the error of a joint depends on how two joints stand at once", look: "" },
+    signature: Signature {
+        looks: [
+            "The error of a joint changes with two angles at once.",
+            "Against either angle alone the points only scatter; in a map of both there are hills and valleys.",
+            "A curve of one angle takes up little of it.",
+        ],
+        parted_by: "Combinations of the two angles on a grid; varying one at a time never shows it.",
+    },
     stray: Stray::None,
     // Pairs with the next joint: they share a housing or a bearing.
     members: |subject| {

@@ -12,7 +12,7 @@ use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
 /// ```
 /// use calibench::effects::{
 ///     Effect, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Registry, Role, Scan,
-///     Situation, Stray, Subject, build,
+///     Signature, Situation, Stray, Subject, build,
 /// };
 /// use calibench::robot::{MdhEntry, Site, built_in};
 /// use calibench::units::Unit;
@@ -47,6 +47,10 @@ use super::{CATALOGUE, EffectError, EffectId, Family, Subject};
 ///     linear_range: LinearRange::Si(5e-3),
 ///     period: Period::None,
 ///     meaning: Meaning { physics: "a cable pulls the first joint back", look: "look at the hose package" },
+///     signature: Signature {
+///         looks: ["Joint 1 comes short on both sides.", "Against its angle: a step at zero.", "It does not grow with the load."],
+///         parted_by: "The same postures with the hose package off.",
+///     },
 ///     stray: Stray::None,
 ///     members: |_| vec![String::new()],
 ///     build: |id, _| {

@@ -4,7 +4,8 @@
 use super::family::alone;
 use super::shape::{Shape, shift_tool};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::units::{UM, Unit};
 
@@ -25,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "a plunger hangs up on the side from which it came",
         look: "clean it, and approach from one side",
+    },
+    signature: Signature {
+        looks: [
+            "The reading of an indicator depends on whether its plunger came in or out.",
+            "Against the side of the plunger the points of a tool axis form two clouds.",
+            "Each cloud is as tight as the noise.",
+        ],
+        parted_by: "The same ball approached so that each plunger comes once from either side (plunger1 ...).",
     },
     stray: Stray::None,
     members: alone,

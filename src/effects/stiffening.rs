@@ -7,8 +7,8 @@ use super::family::each_joint;
 use super::reference_torque::reference_torque;
 use super::shape::{per_joint, theta};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray,
-    Unphysical,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray, Unphysical,
 };
 use crate::units::{DEG, Unit};
 
@@ -29,6 +29,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "a strain-wave gear is stiffer at high torque than at low, so its twist is no straight line",
         look: "",
+    },
+    signature: Signature {
+        looks: [
+            "The joint sags, but less and less for each further newton metre.",
+            "Against its torque the points follow an S that is steep at neither end: a straight line fitted to it leaves a third-order wave.",
+            "At small torques nothing is seen at all.",
+        ],
+        parted_by: "Several payloads in one posture: three points on the curve of one joint tell an S from a line and from a step.",
     },
     stray: Stray::Power { nominal: 3.0, spread: 0.8 },
     members: each_joint,

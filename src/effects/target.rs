@@ -3,7 +3,8 @@
 use super::family::by_name;
 use super::shape::{Shape, shift_tool};
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::units::{MM, Unit};
 
@@ -29,6 +30,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "one measured point of the tool is not where it was said to be",
         look: "look at the seat of that target; measure its place on the tool again",
+    },
+    signature: Signature {
+        looks: [
+            "All samples of one target are off by the same amount in the axes of the tool, those of the others are right.",
+            "In the axes of the room it turns with the hand.",
+            "It does not change with load or time.",
+        ],
+        parted_by: "The target measured on its plate by another instrument, or with the hand turned.",
     },
     stray: Stray::None,
     members: by_name,

@@ -7,7 +7,7 @@
 use super::shape::Shape;
 use super::{
     Emit, Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
-    Situation, Stray,
+    Signature, Situation, Stray,
 };
 use crate::robot::{MdhEntry, Site};
 use crate::units::Unit;
@@ -27,6 +27,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Sizes(20.0),
     period: Period::None,
     meaning: Meaning { physics: "links grow as the arm warms up", look: "warm the robot up, or log temp_c" },
+    signature: Signature {
+        looks: [
+            "The arm grows: residuals point outwards along it, more each minute.",
+            "Over time they rise fast at first and then level off.",
+            "A long reach shows more of it than a short one.",
+        ],
+        parted_by: "The same stretched posture measured every few minutes from cold to warm, and temp_c: heat follows the temperature, a slipping clamp does not.",
+    },
     stray: Stray::Slower(1.6),
     members: |_| vec![String::new(), ":temp".into()],
     build: |id, _| match id.rest() {

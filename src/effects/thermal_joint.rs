@@ -3,7 +3,8 @@
 use super::family::any_joint;
 use super::shape::{by_kind, per_joint};
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::units::{UM, URAD, Unit};
 
@@ -22,6 +23,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(2e-3),
     period: Period::None,
     meaning: Meaning { physics: "the zero of a joint drifts as its gear warms up", look: "warm the robot up, or log temp_c" },
+    signature: Signature {
+        looks: [
+            "The error of one joint creeps in one direction.",
+            "Over time the points climb along a ramp, whatever the posture.",
+            "The residuals of one posture taken early and late differ by a turn of that joint.",
+        ],
+        parted_by: "One posture repeated at the beginning, in the middle and at the end; other joints folded and stretched, so that a turn of the joint differs from a drift of the base.",
+    },
     stray: Stray::None,
     members: any_joint,
     build: |id, subject| {

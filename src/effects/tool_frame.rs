@@ -3,7 +3,8 @@
 use super::family::alone;
 use super::shape::constant;
 use super::{
-    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Signature,
+    Stray,
 };
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -23,6 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.05),
     period: Period::None,
     meaning: Meaning { physics: "the TCP is not where it was measured to be", look: "measure the tool again" },
+    signature: Signature {
+        looks: [
+            "Every residual is the same when it is looked at in the axes of the tool.",
+            "In the axes of the room it turns with the hand and looks like scatter.",
+            "It does not grow with the reach of the arm.",
+        ],
+        parted_by: "The same point reached with the hand turned to several orientations.",
+    },
     stray: Stray::None,
     members: alone,
     build: |id, _| {

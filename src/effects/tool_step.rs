@@ -3,7 +3,8 @@
 use super::family::alone;
 use super::shape::Shape;
 use super::{
-    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan, Stray,
+    Family, Follows, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
+    Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::{MM, Unit};
@@ -23,6 +24,14 @@ pub(super) const FAMILY: Family = Family {
     linear_range: LinearRange::Si(0.02),
     period: Period::None,
     meaning: Meaning { physics: "the tool moved on the flange once", look: "check the tool's screws, and measure it again" },
+    signature: Signature {
+        looks: [
+            "Up to a certain sample all is well; from then on the tool is off by the same amount in its own axes.",
+            "Over time the points of a tool axis lie on two level shelves.",
+            "In the axes of the room the second shelf is smeared.",
+        ],
+        parted_by: "The same point with the hand turned, before and after: a moved tool turns with the hand, a moved base does not.",
+    },
     stray: Stray::Moment,
     members: alone,
     build: |id, _| {

@@ -9,7 +9,7 @@ use super::family::alone;
 use super::shape::Shape;
 use super::{
     Family, Follows, Kind, LinearRange, Meaning, Needs, Offered, Origin, Owner, ParameterSpec, Period, Physical, Role, Scan,
-    Stray,
+    Signature, Stray,
 };
 use crate::robot::Site;
 use crate::units::{UM, URAD, Unit};
@@ -31,6 +31,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the tracker's frame does not sit on the world's",
         look: "measure the tracker's reference points again",
+    },
+    signature: Signature {
+        looks: [
+            "Every point is off by one shift and one turn of the room, and the balls are not.",
+            "A robot measured by the tracker alone takes it up as a wrong base.",
+            "It is the same for all postures, loads and times.",
+        ],
+        parted_by: "The reference points of the tracker measured again, or balls beside the points.",
     },
     stray: Stray::None,
     members: alone,

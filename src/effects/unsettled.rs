@@ -3,7 +3,9 @@
 
 use super::family::any_joint;
 use super::shape::{by_kind, per_joint};
-use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature, Stray,
+};
 use crate::units::Unit;
 
 pub(super) const FAMILY: Family = Family {
@@ -23,6 +25,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "the joints were read before the arm had settled: the error is a part of the last move",
         look: "wait longer before the joints are read",
+    },
+    signature: Signature {
+        looks: [
+            "A sample after a long move is off, one after a short move is right.",
+            "Against the last move of the joint the points lie on a line.",
+            "In a different order of measurement the same postures have different residuals.",
+        ],
+        parted_by: "The same postures in another order, or with a longer wait before the joints are read.",
     },
     stray: Stray::None,
     members: any_joint,

@@ -3,7 +3,9 @@
 
 use super::family::alone;
 use super::shape::{Shape, theta};
-use super::{Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Stray};
+use super::{
+    Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical, Role, Scan, Signature, Stray,
+};
 use crate::robot::{JointKind, Robot};
 use crate::units::Unit;
 
@@ -24,6 +26,14 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning {
         physics: "turning one wrist joint drags the next ones along",
         look: "check the coupling entered in the controller",
+    },
+    signature: Signature {
+        looks: [
+            "A wrist joint errs although it was not moved itself.",
+            "Against the angle of the wrist joint before it the points lie on a straight line.",
+            "Moving the big joints changes nothing.",
+        ],
+        parted_by: "Wrist postures in which one joint is turned through its range while the next one stands still.",
     },
     stray: Stray::None,
     members: |subject| if turning_wrist(subject.robot) { alone(subject) } else { Vec::new() },

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::error::{FileError, cannot_be_written};
 use super::folder::refuse_other_content;
+use super::streams::is_standard_output;
 use super::target::{folder_of, target_of};
 
 /// Bytes written as a trial: one block, for which a full disk has no room.
@@ -17,6 +18,9 @@ const TRIED: [u8; 4096] = [0; 4096];
 /// # Errors
 /// When a folder has that name, a parent is not a folder, or nothing can be created there.
 pub fn check_output_file(path: &Path) -> Result<(), FileError> {
+    if is_standard_output(path) {
+        return Ok(());
+    }
     let fail = |e: io::Error| cannot_be_written(path, e);
     match fs::metadata(path) {
         Ok(there) if there.is_dir() => return Err(FileError::whole(path, "is a directory", "name a file")),

@@ -4,10 +4,12 @@ use std::io::Write;
 use std::path::Path;
 
 use super::error::{FileError, cannot_be_written};
+use super::streams::{is_standard_output, write_to_standard_output};
 use super::target::{folder_of, target_of};
 
 /// Writes a file whole: to a temporary name in the same folder, synced, then renamed. A device or a pipe is written directly.
 /// Symbolic links are followed; an existing file keeps its permissions, and a new one gets those of the process (umask).
+/// So is [standard output](super::STANDARD_OUTPUT).
 ///
 /// # Errors
 /// When the folder cannot be written.
@@ -34,6 +36,12 @@ pub fn write_streamed<T>(
     write: impl FnOnce(&mut (dyn Write + Send)) -> Result<T, FileError>,
 ) -> Result<T, FileError> {
     let fail = |e: std::io::Error| cannot_be_written(path, e);
+    if is_standard_output(path) {
+        let mut all = Vec::new();
+        let written = write(&mut all)?;
+        write_to_standard_output(&all).map_err(fail)?;
+        return Ok(written);
+    }
     let target = target_of(path).map_err(fail)?;
     let folder = folder_of(&target);
     std::fs::create_dir_all(folder).map_err(fail)?;

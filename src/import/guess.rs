@@ -34,6 +34,8 @@ pub struct Guess {
     pub shown: Vec<String>,
     /// Residual of the nominal arm with base and tool fitted, rms, m.
     pub residual: f64,
+    /// The table as understood.
+    pub dataset: Dataset,
 }
 
 /// Proposes a column map for a table of joint angles and measured positions of a robot, which the map names by `reference`.
@@ -90,7 +92,7 @@ pub fn guess(path: &Path, robot: &Robot, reference: &str) -> Result<Guess, Impor
         .into());
     };
     reasons.extend(proposal.reasons(residual));
-    Ok(Guess { map: proposal.map(), shown: shown(&dataset), reasons, residual })
+    Ok(Guess { map: proposal.map(), shown: shown(&dataset), reasons, residual, dataset })
 }
 
 /// A proposal and its fit.

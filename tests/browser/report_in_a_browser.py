@@ -1,4 +1,4 @@
-"""The report opens by itself: no error, no request, nothing serious for those who read it by ear, at any width and in any light.
+"""The report opens by itself: no error, no request, nothing that axe-core finds, at any width and in any light; and its pictures speak of the same sample.
 
     report_in_a_browser.py report.html [more.html ...] [--pictures FOLDER]
 
@@ -42,6 +42,96 @@ OVERLAPS = """() => {
 }"""
 
 
+# What can be done on a page, each as (what, script that tells whether it holds).
+SAMPLE = "() => document.querySelector('.told-sample b')?.textContent"
+RINGS = "() => document.querySelectorAll('.ring').length"
+PICTURE = "() => document.querySelector('.space canvas').toDataURL()"
+
+
+def deeds(page):
+    """What a reader does with mouse and keys, and what does not follow from it, in words."""
+    found = []
+
+    def press(key):
+        # Pictures follow in the next frame.
+        page.keyboard.press(key)
+        page.wait_for_timeout(120)
+
+    def expect(holds, otherwise):
+        if not holds:
+            found.append(otherwise)
+
+    current = "document.querySelector('#contents [aria-current]')?.textContent"
+    page.evaluate("document.getElementById('parameters').scrollIntoView()")
+    for _ in range(30):
+        page.wait_for_timeout(100)
+        if page.evaluate(current) == "Robot":
+            break
+    expect(page.evaluate(current) == "Robot", f"the contents mark '{page.evaluate(current)}' where the robot is read")
+    paper = "getComputedStyle(document.documentElement).backgroundColor"
+    light, before = page.evaluate(paper), page.evaluate("document.documentElement.dataset.theme")
+    page.click("#theme")
+    expect(page.evaluate(paper) != light and page.evaluate("document.documentElement.dataset.theme") != before, "the switch of light and dark changes nothing")
+    page.click("#theme")
+    expect(page.evaluate(paper) == light, "the switch of light and dark does not go back")
+    page.wait_for_timeout(500)
+    if page.evaluate("Boolean(JSON.parse(document.getElementById('data').textContent).against)"):
+        expect(page.locator("#against table").first.is_visible() and page.locator("#against .chart svg").count() >= 2, "two models are not set side by side")
+        shown = page.evaluate(PICTURE)
+        page.select_option(".tools select", index=1)
+        expect(page.evaluate("document.querySelector('.space canvas').toDataURL()") != shown, "the arrows are not those of the second model")
+    if not page.query_selector(".space canvas"):
+        return found + ["there is no view in space"]
+
+    # From a chart into space, by keys.
+    chart = page.locator("#residuals .chart[role='application']").first
+    chart.scroll_into_view_if_needed()
+    chart.focus()
+    press("End")
+    last = page.evaluate(SAMPLE)
+    expect(page.evaluate(RINGS) >= 2, "a sample that is chosen in a chart is not marked in the others")
+    press("ArrowLeft")
+    expect(page.evaluate(SAMPLE) != last, "the view in space does not follow the keys in a chart")
+    expect(page.inner_text("#spoken") != "", "what is chosen by keys is not read out")
+
+    # By hovering: at the ring of that sample lies its point.
+    chosen = page.evaluate(SAMPLE)
+    ring = chart.locator(".ring").first
+    ring.scroll_into_view_if_needed()
+    box = ring.bounding_box()
+    press("Escape")
+    expect(page.evaluate(RINGS) == 0, "Escape leaves a sample marked")
+    page.mouse.move(box["x"] - 60, box["y"] - 60)
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, steps=4)
+    page.wait_for_timeout(200)
+    # Another point may lie upon it.
+    expect(page.evaluate(RINGS) >= 2, f"a point that is hovered over ({chosen}) is not marked")
+
+    # From space into the charts.
+    space = page.locator(".space")
+    space.scroll_into_view_if_needed()
+    space.focus()
+    before = page.evaluate(PICTURE)
+    press("ArrowLeft")
+    press("+")
+    page.wait_for_timeout(100)
+    expect(page.evaluate(PICTURE) != before, "the keys do not turn the view in space")
+    before = page.evaluate(SAMPLE)
+    press("]")
+    expect(page.evaluate(SAMPLE) != before and page.evaluate(RINGS) >= 2, "the keys in space do not reach the charts")
+    press("Escape")
+    box = space.bounding_box()
+    for k in range(1, 40):
+        page.wait_for_timeout(40)
+        page.mouse.move(box["x"] + box["width"] * (0.3 + 0.4 * (k * 0.618 % 1)), box["y"] + box["height"] * k / 40)
+        if page.evaluate(RINGS):
+            break
+    expect(page.evaluate(RINGS) >= 2, "an arrow that is hovered over does not reach the charts")
+    press("Escape")
+    page.mouse.move(0, 0)
+    return found
+
+
 def faults(browser, page_file, pictures):
     """Everything that is wrong with a page, in words."""
     found = []
@@ -55,6 +145,8 @@ def faults(browser, page_file, pictures):
         page.goto(page_file.as_uri())
         page.wait_for_selector("body[data-ready='1']", timeout=20_000)
         page.emulate_media(media=medium, color_scheme=light)
+        if medium == "print":
+            page.wait_for_selector("html[data-print]", timeout=20_000)
         page.wait_for_timeout(300)
         if page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"):
             found.append(f"{name}: the page is wider than {width} px")
@@ -80,12 +172,9 @@ def faults(browser, page_file, pictures):
             result = page.evaluate("axe.run({ exclude: ['.chart svg'] }, { resultTypes: ['violations'] })")
             for violation in result["violations"]:
                 where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
-                weight = violation["impact"] or "minor"
-                line = f"{name}: {weight}: {violation['id']}: {violation['help']} ({where})"
-                if weight in ("serious", "critical"):
-                    found.append(line)
-                else:
-                    print(f"{page_file.name}: {line}")
+                found.append(f"{name}: {violation['impact'] or 'minor'}: {violation['id']}: {violation['help']} ({where})")
+        if name == "light":
+            found += [f"{name}: {what}" for what in deeds(page)]
         context.close()
     return found
 

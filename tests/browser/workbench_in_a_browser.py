@@ -4,8 +4,9 @@
 
 What it needs is made by `tests/browser/run`.
 
-Reads the verdict, adds the first finding, sees the error fall to what the command line prints, takes it back, slips in an expression, writes
-it right, loads the page again, saves. Ends with 1 and says why when something is not as it should be. Prints how long the actions took.
+Reads the verdict, switches the first finding on, sees the error fall to what the command line prints, switches others on and off in other
+orders, takes steps back and forward, slips in an expression, writes it right, loads the page again, saves. Ends with 1 and says why when
+something is not as it should be. Prints how long the actions took, from the click to the figures on the page.
 """
 
 import argparse
@@ -80,8 +81,7 @@ def looked_at(page, name, pictures, found, axe=True):
         for violation in result["violations"]:
             weight = violation["impact"] or "minor"
             where = "; ".join(str(node["target"]) for node in violation["nodes"][:3])
-            line = f"{name}: {weight}: {violation['id']}: {violation['help']} ({where})"
-            found.append(line) if weight in ("serious", "critical") else print(line)
+            found.append(f"{name}: {weight}: {violation['id']}: {violation['help']} ({where})")
 
 
 def drive(play, program, dataset, keep, pictures, url, effect):
@@ -111,6 +111,33 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     def tile(k):
         return page.locator("#now .value").nth(k).inner_text()
 
+    def switch(effect):
+        return page.locator(f"#candidates li[data-effect='{effect}'] .switch")
+
+    def turned(effect, name):
+        """Turns a switch; the figures of the fit stand before the rest is computed, which is marked until then."""
+        began = time.monotonic()
+        switch(effect).click()
+        page.wait_for_selector("body[aria-busy='true'], body[data-settled='0']", timeout=PATIENCE)
+        page.wait_for_selector("body[aria-busy='false']", timeout=PATIENCE)
+        took.append((name, time.monotonic() - began))
+        if page.is_visible("#refused"):
+            page.click("#refused button")
+            page.wait_for_selector("body[aria-busy='false']", timeout=PATIENCE)
+        first = page.evaluate("[...document.querySelectorAll('#now > div')].map(d => [d.className, d.querySelector('.value').textContent])")
+        waits = page.evaluate("[...document.querySelectorAll('section.pending')].map(s => s.id)")
+        found.unless(not waits or any(kind == "waits" for kind, _ in first), f"{name}: sections are pending, and no figure is marked")
+        settled(page)
+        left = page.evaluate("document.querySelectorAll('.pending, #now .waits').length")
+        found.unless(not left, f"{name}: {left} parts are still pending")
+        for kind, text in first:
+            if kind != "waits":
+                found.unless(any(text == tile(k) for k in range(page.locator("#now .value").count())), f"{name}: {text} was another figure later")
+
+    def figures():
+        """The figures as they stand, without those before."""
+        return page.evaluate("[...document.querySelectorAll('#now .value')].map(v => v.lastChild.textContent)")
+
     # The verdict.
     began = time.monotonic()
     page.goto(url)
@@ -121,20 +148,26 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     # A test's own script; the page's policy is for what the page itself would load.
     page.evaluate(AXE.read_text(encoding="utf-8"))
     diagnosis = printed(program, "diagnose", str(dataset))
-    first = page.locator("#candidates li").first.get_attribute("data-effect")
+    first = page.locator("#candidates li:not(.model)").first.get_attribute("data-effect")
     headline = page.locator("h1").inner_text()
     if diagnosis["verdict"] == "identified":
-        found.unless(diagnosis["findings"][0]["in_model"] in headline, f"the verdict reads '{headline}'")
+        words = page.locator("#candidates li:not(.model) .switch").first.inner_text()
+        found.unless(words in headline, f"the verdict reads '{headline}'")
         found.unless(first == diagnosis["findings"][0]["in_model"], f"the first candidate is {first}")
     found.unless(shown(diagnosis["rms_mm"]) in tile(0), f"the fit leaves {tile(0)}, diagnose prints {diagnosis['rms_mm']}")
     looked_at(page, "opened", pictures, found)
 
-    # A candidate's curve.
-    second = page.locator("#candidates li").nth(1)
-    second.hover()
-    name = second.get_attribute("data-effect")
+    # A candidate's curve: computed ahead, it is a look-up.
+    page.wait_for_selector("body[data-ahead='1']", timeout=PATIENCE)
+    offered = page.locator("#candidates li:not(.model)")
+    name = offered.nth(1).get_attribute("data-effect")
+    words = offered.nth(1).locator(".switch").inner_text()
+    began = time.monotonic()
+    offered.nth(1).hover()
     page.wait_for_selector(f"#candidates li.shown[data-effect='{name}']", timeout=PATIENCE)
-    found.unless(name in page.locator("#telling").inner_text(), f"the picture does not show {name}")
+    took.append(("hover", time.monotonic() - began))
+    painted(page)
+    found.unless(words in page.locator("#telling").inner_text(), f"the picture does not show {words}")
     if pictures:
         page.screenshot(path=pictures / "workbench-hovered.png")
 
@@ -142,15 +175,37 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     step = printed(program, "add", effect or first, str(dataset))
     if effect:
         page.fill("#effect", effect)
-        timed("add", lambda: page.click("#other button"))
+        timed("switch on", lambda: page.click("#other button"))
     else:
-        timed("add", lambda: page.locator("#candidates li").first.get_by_role("button").click())
-    found.unless(step["accepted"], f"{effect or first} is refused by add")
+        turned(first, "switch on")
+    added = effect or first
+    found.unless(step["accepted"], f"{added} is refused by add")
     for k, key in enumerate(["fit_rms_mm", "cv_rms_mm"]):
         before, after = shown(step["before"][key]), shown(step["after"][key])
         found.unless(tile(k).split() == [before, "→", after, "mm"], f"{key}: the page shows {tile(k)}, add prints {before} and {after}")
     found.unless(step["after"]["fit_rms_mm"] < step["before"]["fit_rms_mm"], "the error does not fall")
+    found.unless(switch(added).get_attribute("aria-pressed") == "true", f"{added} is not on")
     looked_at(page, "added", pictures, found)
+    alone = figures()
+
+    # Another one on, by keyboard; the first off and on again: the same set has the same figures.
+    page.wait_for_selector("body[data-ahead='1']", timeout=PATIENCE)
+    other = page.locator("#candidates li:not(.model)").first.get_attribute("data-effect")
+    switch(other).focus()
+    page.keyboard.press("Space")
+    page.wait_for_selector("body[data-settled='0']", timeout=PATIENCE)
+    settled(page)
+    if page.is_visible("#refused"):
+        looked_at(page, "refused", pictures, found)
+        timed("all the same", lambda: page.click("#refused button"))
+    both = figures()
+    found.unless(page.evaluate("document.activeElement?.closest('li')?.dataset.effect") == other or effect, "the switch has lost the focus")
+    turned(added, "switch off")
+    found.unless(switch(added).get_attribute("aria-pressed") == "false" and switch(other).get_attribute("aria-pressed") == "true", "off and on is not what it shows")
+    turned(added, "switch on again")
+    found.unless(figures() == both, f"the same set shows {figures()}, not {both}")
+    turned(other, "switch off again")
+    found.unless(figures() == alone, f"the first alone shows {figures()}, not {alone}")
 
     # Loaded again.
     page.reload()
@@ -158,7 +213,13 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     page.evaluate(AXE.read_text(encoding="utf-8"))
     found.unless(shown(step["after"]["fit_rms_mm"]) in tile(0), f"loaded again, the page shows {tile(0)}")
 
-    # Taken back.
+    # Taken back, and forward.
+    for _ in range(4):
+        timed("undo", lambda: page.click("#undo"))
+    found.unless(switch(other).get_attribute("aria-pressed") == "false", "undo leaves the last step")
+    timed("redo", lambda: page.click("#redo"))
+    found.unless(figures() == both, "redo does not lead to the same figures")
+    timed("undo", lambda: page.click("#undo"))
     timed("undo", lambda: page.click("#undo"))
     found.unless(tile(0) == f"{shown(step['before']['fit_rms_mm'])} mm", f"taken back, the page shows {tile(0)}")
     found.unless(page.is_disabled("#undo"), "there is still something to undo")

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use calibench::assess::Library;
 use calibench::effects::{
     Effect, EffectError, Emit, Family, Follows, LinearRange, Meaning, Offered, Origin, ParameterSpec, Period, Physical,
-    Registry, Role, Scan, Situation, Stray, Subject, ids,
+    Registry, Role, Scan, Signature, Situation, Stray, Subject, ids,
 };
 use calibench::identify::{
     Calibration, Model, Problem, ProblemError, Use, identify, missing, read_calibration, read_model, write_calibration,
@@ -172,6 +172,14 @@ static CABLE: Family = Family {
     linear_range: LinearRange::Si(5e-3),
     period: Period::None,
     meaning: Meaning { physics: "the cables along the arm pull joint 1 towards its middle", look: "look at the hoses" },
+    signature: Signature {
+        looks: [
+            "Joint 1 stops short on both sides.",
+            "Against its own angle there is a step at zero.",
+            "It does not grow with the load.",
+        ],
+        parted_by: "The same postures with the cables off.",
+    },
     stray: Stray::None,
     members: |_| vec![String::new()],
     build: |id, _| {

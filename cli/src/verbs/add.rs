@@ -3,16 +3,19 @@
 use std::path::PathBuf;
 
 use calibench::assess::{HoldOut, Objection, WorkspacePoses, ladder_step};
+use calibench::files::is_standard_input;
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    added_sentences, disagreement_sentence, documents, ladder_step_table, objection_sentence, parameter_rows, symptom_sentence,
+    added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence, parameter_rows,
+    symptom_sentence,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, warn_of_poses};
+use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print, print_answer, print_json, tell};
 use super::progress::Waiting;
+use super::streams::{input, output};
 use crate::step::{StepError, Wanted};
 
 #[derive(clap::Args)]
@@ -25,10 +28,10 @@ pub struct Arguments {
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
     /// Model file, updated in place; the default is the paper's model: base_frame, mdh, joint_compliance
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
     /// Output file for the new model, which leaves the old one's file unchanged; an existing file is replaced
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Campaigns not included in the fit: a step that makes one worse is refused
     #[arg(long, num_args = 1.., value_name = "DATASET")]
@@ -42,6 +45,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if arguments.output.is_none() && arguments.model.as_deref().is_some_and(is_standard_input) {
+        return Err("--model: `-` cannot be updated in place; name the new model's file with -o (or `-o -`)".into());
+    }
     check_outputs(arguments.output.as_ref().or(arguments.model.as_ref()))?;
     let datasets = read_datasets(&arguments.datasets)?;
     let model = model_for(arguments.model.as_deref(), &datasets)?;
@@ -74,37 +80,42 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             None => write_model(&after.model, path)?,
         }
     }
-    let added = after.added.join(" ");
+    let found = after.added.iter().map(|effect| called(effect)).collect::<Vec<_>>().join("; ");
+    tell_fit(&after.calibration);
     if arguments.json {
         let document = documents::Step::of(&before, &after, &objections, accepted);
         print_json(&documents::Step { misfit: gate.misfit, ..document })?;
     } else {
         gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
-        print(&ladder_step_table(&[&before, &after]))?;
-        print(&format!("\nFOUND: {added}\n{}", parameter_rows(&after.calibration, &after.added)))?;
+        print_answer(&ladder_step_table(&[&before, &after]))?;
+        print(&format!("\nFOUND: {found}\n{}", parameter_rows(&after.calibration, &after.added)))?;
         added_sentences(&after.added, &[&before]).iter().try_for_each(|sentence| print(sentence))?;
         for symptom in after.symptoms.iter().filter(|s| !before.symptoms.iter().any(|b| b.parameter == s.parameter)) {
             print(&symptom_sentence(symptom))?;
         }
         for objection in &objections {
             let weight = if objection.refuses() { "Against it" } else { "Note" };
-            print(&format!("{weight}: {}.", objection_sentence(objection)))?;
+            print_answer(&format!("{weight}: {}.", objection_sentence(objection)))?;
         }
         match (target, accepted) {
-            (Some(path), true) => print(&format!("Taken. The model with {added} is in {}.", path.display()))?,
-            (None, true) => print("Taken. Name a file with -o to keep the model.")?,
+            (Some(path), true) => print_answer(&format!("Taken. The model with {found} is in {}.", path.display()))?,
+            (None, true) => print_answer("Taken. Name a file with -o to keep the model.")?,
             (_, false) => {}
         }
     }
     let beyond = warn_of_poses(&after.calibration, &poses);
     if !arguments.json {
         disagreement_sentence(&after, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
+        print(&format!("What the model with it lacks: {}.", after.diagnosis.verdict.in_words()))?;
+        if let (Some(path), true) = (target, accepted && !after.diagnosis.verdict.is_noise()) {
+            print_answer(&format!("Next: {}", recommended(&arguments.datasets, Some(path)).diagnose()))?;
+        }
     }
     if accepted {
         return Ok(Outcome::Done);
     }
     let why: Vec<String> = objections.iter().filter(|o| o.refuses()).map(objection_sentence).collect();
     let untouched = arguments.model.as_ref().map_or(String::new(), |m| format!("; {} is untouched", m.display()));
-    eprintln!("calibench: {added} is refused: {}{untouched}; --force takes the step all the same", why.join("; "));
+    tell(&format!("calibench: {found} is refused: {}{untouched}; --force takes the step all the same", why.join("; ")));
     Ok(Outcome::ExpectationFailed)
 }

@@ -1,15 +1,12 @@
 //! `effects`: the built-in effects.
 
-use std::borrow::Cow;
-
-use calibench::effects::{CATALOGUE, Effect, EffectId, Family, Origin, Scan, Subject, build};
+use calibench::effects::{CATALOGUE, EffectId, Family, Origin, Scan, Subject, build};
 use calibench::robot::built_in;
-use calibench::units::Unit;
-use calibench_report::plain_table;
+use calibench_report::{Plausible, optional, plain_table};
 use serde_json::json;
 
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{print_answer, print_json};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -37,7 +34,7 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
                 format!("{}{}", family.id, family.arguments),
                 family.what.into(),
                 family.equation.into(),
-                plausible(effect.as_ref()),
+                Plausible::of(effect.as_ref()).to_string(),
                 needs.join(", "),
             ]);
             documents.push(json!({"id": family.id, "arguments": family.arguments, "origin": origin.name(),
@@ -45,20 +42,21 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
                 "members": family.ids(&subject), "parameters": parameters, "needs": needs}));
         }
         if !arguments.json {
-            let table = plain_table(&["effect", "what it is", "what it adds", "plausible", "needs"], &rows);
-            print(&format!("Of the {}:\n{table}", origin.name()))?;
+            let table =
+                plain_table(&["effect", "what it is", optional!(2, "what it adds"), "plausible", optional!(1, "needs")], &rows);
+            print_answer(&format!("Of the {}:\n{table}", origin.name()))?;
         }
     }
     if arguments.json {
         print_json(&json!({"format": "calibench-effects/1", "effects": documents}))?;
     } else {
-        print(
+        print_answer(
             "J, K: a joint. B: a ball. R: a target. I: an indicator. k: a whole number. T: seconds since the session began. ID: a sample.",
         )?;
-        print(
+        print_answer(
             "t: time as a share of the session, 0 to 1. h: height over the lowest ball, 1 at the highest. e: an indicator's axis. r: its reading.",
         )?;
-        print("tau: the load's moment about a joint. c: its compliance in the model. The sizes are those of the KR6.")?;
+        print_answer("tau: the load's moment about a joint. c: its compliance in the model. The sizes are those of the KR6.")?;
     }
     Ok(Outcome::Done)
 }
@@ -86,26 +84,5 @@ fn scan(scan: Scan) -> Option<&'static str> {
         Scan::Order => Some("order"),
         Scan::Time => Some("time"),
         Scan::Sample => Some("sample"),
-    }
-}
-
-/// The distinct plausible sizes of an effect's parameters: `0.05 deg, 0.3 mm`; if there are many, the first and the last only.
-fn plausible(effect: &dyn Effect) -> String {
-    let mut sizes: Vec<(String, Cow<'static, str>)> = Vec::new();
-    for p in effect.parameters() {
-        let size = p.unit.from_si(p.prior);
-        // A plausible size has no more than two significant digits.
-        let digits = (1 - size.abs().log10().floor() as i32).clamp(0, 9) as usize;
-        let text = format!("{size:.digits$}");
-        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
-        let symbol = if p.unit == Unit::RATIO { "".into() } else { p.unit.printed() };
-        let size = (text, symbol);
-        if !sizes.contains(&size) {
-            sizes.push(size);
-        }
-    }
-    match &sizes[..] {
-        [(first, unit), .., (last, same)] if sizes.len() > 2 && unit == same => format!("{first} ... {last} {unit}"),
-        _ => sizes.iter().map(|(size, unit)| format!("{size} {unit}").trim_end().to_owned()).collect::<Vec<_>>().join(", "),
     }
 }

@@ -12,7 +12,7 @@ use calibench_report::plain_table;
 use clap::Subcommand;
 
 use super::failure::{Failure, Hardware, Outcome};
-use super::output::print;
+use super::output::print_answer;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             for (name, text) in program_files() {
                 write_whole(&output.join(name), text.as_bytes())?;
             }
-            print(&format!(
+            print_answer(&format!(
                 "the program for the controller is in {}; docs/cell.md describes how to set it up",
                 output.display()
             ))?;
@@ -67,20 +67,20 @@ fn check(path: &Path) -> Result<Outcome, Failure> {
         });
         rows.push(row);
     }
-    print(&plain_table(&["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], &rows))?;
+    print_answer(&plain_table(&["indicator", "at", "identity", "battery", "reading mm", "spread µm", ""], &rows))?;
     match robot(&cell) {
         Ok((rows, fit)) => {
             failures += usize::from(!fit);
-            print(&plain_table(&["robot", cell.robot.address(), ""], &rows))?;
+            print_answer(&plain_table(&["robot", cell.robot.address(), ""], &rows))?;
         }
         Err(why) => {
             failures += 1;
-            print(&format!("robot at {}: FAILS: {why}", cell.robot.address()))?;
+            print_answer(&format!("robot at {}: FAILS: {why}", cell.robot.address()))?;
         }
     }
     match failures {
         0 => {
-            print("the cell is ready")?;
+            print_answer("the cell is ready")?;
             Ok(Outcome::Done)
         }
         1 => Err(Hardware("1 device of the cell is not ready".into()).into()),

@@ -7,17 +7,20 @@ use calibench::files::check_output_folder;
 use calibench::identify::{Calibration, Use};
 use calibench::measure::Dataset;
 use calibench_report::{
-    Forecast, NoForecast, PLOTS_MARK, comparison_text, documents, extrapolation_sentence, write_comparison_plots,
+    Forecast, NoForecast, PLOTS_MARK, comparison_headline, comparison_sentences, comparison_text, documents,
+    extrapolation_sentence, write_comparison_plots,
 };
 
-use super::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
+use super::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets, recommended};
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{print, print_answer, print_json};
 use super::progress::Waiting;
+use super::streams::input;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Calibration file written by `identify`
+    #[arg(value_parser = input())]
     calibration: PathBuf,
     /// Dataset folders; their rows of set 'fit' are compared
     #[arg(required = true)]
@@ -61,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             which.takes(s)
         });
     if let Some(warning) = extrapolation_sentence(&beyond) {
-        waiting.say(&warning);
+        waiting.warn(&warning);
     }
     let forecast = of_fitted_rows(&calibration, &named(&datasets));
     drop(waiting);
@@ -71,14 +74,20 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&documents::Comparison::of(&comparison, forecast.as_ref().ok(), &beyond))?;
     } else {
-        print(&comparison_text(&comparison, &forecast))?;
+        print_answer(&format!("{}\n", comparison_headline(&comparison)))?;
+        comparison_sentences(&comparison, &forecast).iter().try_for_each(|sentence| print_answer(sentence))?;
+        print(&format!("\n{}", comparison_text(&comparison, &forecast)))?;
+        if !comparison.findings.is_empty() && which == Use::Fit {
+            let commands = recommended(&arguments.datasets, None);
+            print_answer(&format!("Next: {} weighs these causes against each other.", commands.diagnose()))?;
+        }
     }
     Ok(Outcome::Done)
 }
 
 /// The expected error over the workspace, from the rows that the calibration was fitted to; otherwise the reason why it cannot
 /// be predicted.
-fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Forecast, NoForecast> {
+pub(super) fn of_fitted_rows(calibration: &Calibration, datasets: &[(&str, &Dataset)]) -> Result<Forecast, NoForecast> {
     let of_hash = |hash: &String| datasets.iter().find(|(_, d)| d.hash == *hash).copied();
     let mut fitted: Vec<(&str, &Dataset)> = calibration.dataset_hashes.iter().filter_map(of_hash).collect();
     if fitted.is_empty() || fitted.len() < calibration.dataset_hashes.len() {

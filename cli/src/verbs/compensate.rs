@@ -26,7 +26,7 @@ use calibench_report::{extrapolation_sentence, plain_table};
 use nalgebra::{Point3, Vector3};
 
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print, print_answer, print_json, print_written, warn};
 pub use arguments::Arguments;
 use telling::{MOST_TOLD, tell_setting};
 
@@ -84,11 +84,11 @@ fn converged(path: &Path) -> Result<Calibration, Failure> {
     }
     let open = calibration.undetermined_set_up();
     if !open.is_empty() {
-        eprintln!(
+        warn(&format!(
             "WARNING: {} kept at their nominal values, because the data of this calibration do not determine them: targets in the world are \
              missed by as much as these are off.",
             open.join(", ")
-        );
+        ));
     }
     Ok(calibration)
 }
@@ -104,6 +104,7 @@ fn write_fakes(
     let calibration = compensator.calibration();
     let krl = arguments.krl.as_deref().map(|name| program(name, arguments.lin, compensator, targets, results)).transpose()?;
     write_whole(out, fake_csv(&calibration.robot, targets, results).as_bytes())?;
+    print_written(out);
     if let (Some(name), Some(Some([src, dat]))) = (&arguments.krl, &krl) {
         for (extension, text) in [("src", src), ("dat", dat)] {
             write_whole(&out.with_file_name(format!("{name}.{extension}")), text.as_bytes())?;
@@ -112,11 +113,11 @@ fn write_fakes(
     let reached = results.iter().filter_map(|r| r.outcome.as_ref().ok()).map(|fake| fake.q.as_slice());
     let beyond = Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, reached);
     if let Some(warning) = extrapolation_sentence(&beyond) {
-        eprintln!("{warning}");
+        warn(&warning);
     }
     if matches!(krl, Some(None)) {
-        eprintln!(
-            "no KRL module was written: a program with a hole in it is another program; take the targets out that are refused"
+        warn(
+            "warning: no KRL module was written: a program with a hole in it is another program; take the targets out that are refused",
         );
     }
     Ok(beyond)
@@ -218,14 +219,14 @@ fn program(
 
 fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensated]) -> Result<(), Failure> {
     let fakes: Vec<&Fake> = results.iter().filter_map(|r| r.outcome.as_ref().ok()).collect();
-    print(&format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
+    print_answer(&format!("{} of {} targets compensated", fakes.len(), targets.len()))?;
     let refused: Vec<[String; 3]> = targets
         .iter()
         .zip(results)
         .filter_map(|(t, r)| r.outcome.as_ref().err().map(|e| [t.id.clone(), e.name().into(), e.to_string()]))
         .collect();
     if !refused.is_empty() {
-        print(&plain_table(&["refused", "status", ""], &refused[..refused.len().min(MOST_TOLD)]))?;
+        print_answer(&plain_table(&["refused", "status", ""], &refused[..refused.len().min(MOST_TOLD)]))?;
         if refused.len() > MOST_TOLD {
             print(&format!("and {} more, each with its status in the file", refused.len() - MOST_TOLD))?;
         }
@@ -245,8 +246,8 @@ fn tell(compensator: &Compensator<'_>, targets: &[Target], results: &[Compensate
         };
         let rows = [
             row("shift of the target", |f| f.shift),
-            row("predicted 1-sigma, worst axis", |f| f.uncertainty.worst_axis),
-            row("predicted 1-sigma, 3-D", |f| f.uncertainty.three_d),
+            row("expected here, 1 sigma, worst axis", |f| f.uncertainty.worst_axis),
+            row("expected here, 1 sigma, 3-D", |f| f.uncertainty.three_d),
         ];
         print(&plain_table(&["mm", "mean", "max"], &rows))?;
         print(

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench::effects::Subject;
 use calibench::files::with_reasons;
-use calibench::identify::{Calibration, IdentifyError, Model, ProblemError, read_calibration, read_model};
+use calibench::identify::{Calibration, IdentifyError, Model, Outcome, ProblemError, read_calibration, read_model};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
 use calibench_report::{Forecast, NoForecast, Recommended, extrapolation_sentence};
 
 use super::failure::{Failure, LocatedError};
+use super::output::{note, print_detail, warn};
 
 /// Attributes an identification error to the data or to the model.
 pub fn locate_in_data(
@@ -55,7 +56,7 @@ pub fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Fail
         let dataset = read_dataset(folder)?;
         // A copy would count the same measurements twice.
         if let Some((first, _)) = datasets.iter().find(|(_, d)| d.hash == dataset.hash) {
-            eprintln!("{} holds the same data as {first}; they are counted once.", folder.display());
+            note(&format!("{} holds the same data as {first}; they are counted once.", folder.display()));
             continue;
         }
         datasets.push((end(whole, length), dataset));
@@ -89,7 +90,7 @@ pub fn check_datasets(folders: &[PathBuf], fitted: &[(String, Dataset)]) -> Resu
         let is_fitted =
             check.samples.iter().all(|s| s.set == SampleSet::Fit) && fitted.iter().any(|(_, d)| d.hash == check.hash);
         if is_fitted {
-            eprintln!("{name} is among the data that are fitted; it is no check, and is left out of them.");
+            note(&format!("{name} is among the data that are fitted; it is no check, and is left out of them."));
         }
         !is_fitted
     });
@@ -115,7 +116,7 @@ pub fn forecast(
 pub fn read_calibration_to_use(path: &Path) -> Result<Calibration, Failure> {
     let calibration = read_calibration(path)?;
     if let Some(outcome) = calibration.unconverged() {
-        eprintln!("warning: {}: the fit {}: do not use this calibration", path.display(), outcome.in_words());
+        warn(&format!("warning: {}: the fit {}: do not use this calibration", path.display(), outcome.in_words()));
     }
     Ok(calibration)
 }
@@ -125,9 +126,20 @@ pub fn warn_of_poses(calibration: &Calibration, poses: &WorkspacePoses) -> Extra
     let beyond =
         Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, poses.q.iter().map(Vec::as_slice));
     if let Some(warning) = extrapolation_sentence(&beyond) {
-        eprintln!("{warning}");
+        warn(&warning);
     }
     beyond
+}
+
+/// How a fit came about, with `-v`.
+pub fn tell_fit(calibration: &Calibration) {
+    print_detail(&format!(
+        "fit: {} Gauss-Newton steps, {}; {} parameters from {} samples",
+        calibration.iterations,
+        calibration.outcome.map_or("outcome not stated", Outcome::name),
+        calibration.rank,
+        calibration.samples
+    ));
 }
 
 /// The arguments of recommended commands after the verb.

@@ -7,7 +7,7 @@ use calibench_report::{documents, misfit_sentence, nominal_fit_lines};
 
 use super::data::named;
 use super::failure::Failure;
-use super::output::{print, print_json};
+use super::output::{print, print_answer, print_json, warn};
 
 /// Data that do not fit their robot: rejected unless forced.
 #[derive(Debug, thiserror::Error)]
@@ -25,7 +25,7 @@ impl Gate {
     /// Prints the nominal fits and any misfit, ahead of other text.
     pub(super) fn tell(&self) -> Result<(), Failure> {
         nominal_fit_lines(&self.fits).iter().try_for_each(|line| print(line))?;
-        self.misfit.iter().try_for_each(|sentence| print(sentence))
+        self.misfit.iter().try_for_each(|sentence| print_answer(sentence))
     }
 
     /// All datasets that do not fit, each with its sentence: they need not all be examined together.
@@ -43,7 +43,7 @@ impl Gate {
 pub(super) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json: bool) -> Result<Gate, Failure> {
     for (name, dataset) in datasets {
         let file = if name.is_empty() { String::new() } else { format!("{name}/samples.csv: ") };
-        dataset.long_sessions().iter().for_each(|session| eprintln!("warning: {file}{session}"));
+        dataset.long_sessions().iter().for_each(|session| warn(&format!("warning: {file}{session}")));
     }
     // Data of different arms are rejected as such elsewhere.
     let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));

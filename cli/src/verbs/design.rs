@@ -9,8 +9,9 @@ use toml::{Table, Value};
 use super::choices::seed;
 use super::design_tables::design_text;
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Steps;
+use super::streams::output;
 use calibench_lab::design::{Design, Judged, design, design_page};
 use calibench_sim::scenario::Document;
 
@@ -19,10 +20,10 @@ pub struct Arguments {
     /// Scenario file with a [design] table
     scenario: PathBuf,
     /// Output file for the scenario with the recommended artifact (TOML); it extends the given one
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Output file for a self-contained page (HTML): layout, map or front, and the numbers
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     report: Option<PathBuf>,
     /// Number of trials on the simulated cell for each compared artifact; 0 for none
     #[arg(long, default_value_t = 100)]
@@ -52,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&document)?;
     } else {
-        print(&design_text(&found))?;
+        print_answer(&design_text(&found))?;
     }
     Ok(Outcome::Done)
 }

@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use calibench::assess::{Examination, WorkspacePoses, diagnose_examined};
+use calibench::assess::{Advice, Diagnosis, HoldOut, WorkspacePoses, ladder_step};
 use calibench::identify::{Outcome as FitOutcome, Use};
-use calibench_report::{diagnosis_text, documents, extrapolation_sentence};
+use calibench_report::{Forecast, NoForecast, Recommended, diagnosis_tables, documents, next_step_sentences, sentences};
 
-use super::data::{forecast, locate_in_data, model_for, named, read_datasets, recommended};
+use super::data::{locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{print, print_answer, print_json};
 use super::progress::Stages;
+use super::streams::input;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -18,7 +19,7 @@ pub struct Arguments {
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
     /// Show which variable each joint's error follows, even if an effect of the catalogue explains it
     #[arg(long)]
@@ -37,24 +38,45 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let named = named(&datasets);
-    let bar = Stages::new(3);
-    bar.begin("fitting the model");
-    let examination = Examination::new(&named, &model).map_err(locate)?;
-    bar.begin("testing every effect");
-    let diagnosis = diagnose_examined(&named, &examination).map_err(locate)?;
-    bar.begin("predicting the error over the workspace");
-    let forecast = forecast(&named, &examination, &WorkspacePoses::of(&named)).map_err(locate)?;
+    let poses = WorkspacePoses::of(&named);
+    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let bar = Stages::new(2);
+    bar.begin("fitting the model, testing every effect");
+    let step = ladder_step(&named, &model, ground).map_err(locate)?;
+    bar.begin("judging the next step");
+    let advice = Advice::on(&named, &step, ground).map_err(locate)?;
     drop(bar);
-    if let Some(warning) = forecast.as_ref().ok().and_then(|o| extrapolation_sentence(&o.extrapolation)) {
-        eprintln!("{warning}");
-    }
+    tell_fit(&step.calibration);
     let commands = recommended(&arguments.datasets, arguments.model.as_deref());
+    let beyond = warn_of_poses(&step.calibration, &poses);
+    let diagnosis = &step.diagnosis;
+    let forecast = match &step.workspace {
+        Some(error) => Ok(Forecast { error: error.clone(), source: poses.source, extrapolation: beyond }),
+        None => Err(NoForecast::of(&step.undetermined)),
+    };
     if arguments.json {
-        let document = documents::Diagnosis::of(&diagnosis, forecast.as_ref().ok(), &commands);
-        print_json(&documents::Diagnosis { misfit: gate.misfit, ..document })?
+        let document = documents::Diagnosis::of(diagnosis, forecast.as_ref().ok(), &commands);
+        let advice = Some(documents::Advised::of(&advice, diagnosis, &commands));
+        print_json(&documents::Diagnosis { misfit: gate.misfit, advice, ..document })?;
     } else {
         gate.tell()?;
-        print(&diagnosis_text(&diagnosis, &forecast, &commands, arguments.heat_map))?
+        tell(diagnosis, &forecast, &advice, &commands)?;
+        print(&format!("\n{}", diagnosis_tables(diagnosis, arguments.heat_map)))?;
     }
     Ok(if diagnosis.outcome == FitOutcome::Converged { Outcome::Done } else { Outcome::ExpectationFailed })
+}
+
+/// The diagnosis in words; the verdict, what is expected of the robot and what to do next are the answer.
+fn tell(
+    diagnosis: &Diagnosis,
+    forecast: &Result<Forecast, NoForecast>,
+    advice: &Advice,
+    commands: &Recommended,
+) -> Result<(), Failure> {
+    for sentence in sentences(diagnosis, commands) {
+        let is_verdict = ["Verdict:", "Without them:", "WARNING:"].iter().any(|label| sentence.starts_with(label));
+        if is_verdict { print_answer(&sentence) } else { print(&sentence) }?;
+    }
+    print_answer(&forecast.as_ref().map_or_else(NoForecast::to_string, Forecast::sentence))?;
+    next_step_sentences(advice, diagnosis, commands).iter().try_for_each(|sentence| print_answer(sentence))
 }

@@ -55,7 +55,9 @@ pub fn is_of_disk(failure: &(dyn std::error::Error + 'static)) -> bool {
 
 /// True if the reader of the output closed the pipe.
 pub fn is_closed_pipe(failure: &(dyn std::error::Error + 'static)) -> bool {
-    failure.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+    let mut reasons = std::iter::successors(Some(failure), |reason| reason.source());
+    let of_system = |reason: &(dyn std::error::Error + 'static)| Some(reason.downcast_ref::<std::io::Error>()?.kind());
+    reasons.any(|reason| of_system(reason) == Some(std::io::ErrorKind::BrokenPipe))
 }
 
 pub fn hardware(error: &(dyn std::error::Error + 'static)) -> Hardware {

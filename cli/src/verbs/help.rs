@@ -4,7 +4,7 @@ use clap::Command;
 
 /// The verbs, in the order in which they are met.
 const STAGES: [(&str, &[&str]); 7] = [
-    ("Data and robots", &["import", "robots", "effects"]),
+    ("Data and robots", &["import", "robots", "effects", "gallery"]),
     ("Measure", &["plan", "cell", "measure", "repeatability", "next"]),
     ("Calibrate", &["identify", "validate", "compare"]),
     ("Find what is missing", &["diagnose", "add", "ladder", "prove", "report", "workbench"]),
@@ -53,6 +53,7 @@ const EXAMPLES: [(&str, &[&str]); 28] = [
     ("workbench", &["workbench runs/ur10", "workbench runs/A runs/B --model model.toml"]),
     ("import", &["import guess measurements.csv -o map.toml", "import generic measurements.csv --map map.toml -o runs/mine"]),
     ("effects", &["effects", "effects --json"]),
+    ("gallery", &["gallery scenarios/gallery.toml -o docs/gallery", "gallery runs/ur10 -o gallery"]),
     ("robots", &["robots", "robots from-urdf arm.urdf -o arm.robot.toml"]),
     ("completions", &["completions bash > ~/.local/share/bash-completion/completions/calibench"]),
     ("man", &["man -o ~/.local/share/man/man1"]),

@@ -2,7 +2,7 @@
 
 use calibench::assess::Verdict;
 use calibench_report::documents::{HiddenEffect, HiddenParameter, Named};
-use calibench_report::plain_table;
+use calibench_report::{called, optional, plain_table};
 
 use calibench_sim::ground_truth::{GroundTruth, Hidden, HiddenNumber, Met};
 
@@ -15,18 +15,18 @@ pub fn hidden_text(truth: &GroundTruth) -> String {
         return format!("nothing is hidden in this cell; {}", said(truth));
     }
     let rows: Vec<[String; 5]> = truth.hidden.iter().map(row).collect();
-    let header = ["hidden", "size", "found", "estimate", "x noise"];
+    let header = ["hidden", optional!(1, "size"), "found", "estimate", optional!(1, "x noise")];
     format!("{}\n{}", plain_table(&header, &rows), said(truth))
 }
 
 fn said(truth: &GroundTruth) -> String {
     let verdict = match truth.verdict {
         Verdict::NothingLeft => "The diagnosis says that nothing is left but noise".to_owned(),
-        other => format!("The diagnosis says '{}'", other.name().replace('_', " ")),
+        other => format!("The diagnosis says '{}'", other.in_words()),
     };
     match &truth.named {
-        Some((first, false)) => format!("{verdict}, and names {first} first, which is there."),
-        Some((first, true)) => format!("{verdict}, and names {first} first, which is not what is hidden."),
+        Some((first, false)) => format!("{verdict}, and names {} first, which is there.", called(first)),
+        Some((first, true)) => format!("{verdict}, and names {} first, which is not what is hidden.", called(first)),
         None => format!("{verdict}."),
     }
 }

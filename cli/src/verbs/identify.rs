@@ -8,15 +8,16 @@ use calibench::identify::{
 };
 use calibench::units::MM;
 use calibench_report::{
-    documents, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences, weighing_sentence,
-    wider_sentence,
+    RESIDUAL, documents, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences,
+    weighing_sentence, wider_sentence,
 };
 
-use super::data::{locate_in_data, model_for, named, read_datasets};
+use super::data::{locate_in_data, model_for, named, read_datasets, tell_fit};
 use super::data_gate::{DoNotFit, gate};
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print, print_answer, print_json, print_written, warn};
 use super::progress::Waiting;
+use super::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -24,10 +25,10 @@ pub struct Arguments {
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
     /// Output file for the calibration (TOML); an existing file is replaced
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Show how every effect missing from the model would shift the parameters at its plausible size
     #[arg(long)]
@@ -56,6 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         false => None,
     };
     drop(waiting);
+    tell_fit(&calibration);
     let corrections = unbelievable(&calibration);
     let absurd = unbelievable_sentence(&corrections);
     if let (Some(sentence), false) = (&absurd, arguments.force) {
@@ -70,6 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         if path.is_file() {
             calibration.check_residual(&named(&datasets), &read_calibration(path)?)?;
         }
+        print_written(path);
     }
     if arguments.json {
         let shifts = shifts.as_ref().map(documents::Shifts::of);
@@ -78,7 +81,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         gate.tell()?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;
-        print(&story(&calibration))?;
+        print_answer(&format!("{}\n{}", parameter_table(&calibration), fit_sentence(&calibration)))?;
+        print(&remarks(&calibration))?;
         let weighing = weighing_sentence(&calibration, &named(&datasets));
         if !weighing.is_empty() {
             print(&weighing)?;
@@ -88,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     match calibration.unconverged() {
         None => Ok(Outcome::Done),
         Some(other) => {
-            eprintln!("warning: the fit {}: do not use this calibration", other.in_words());
+            warn(&format!("warning: the fit {}: do not use this calibration", other.in_words()));
             Ok(Outcome::ExpectationFailed)
         }
     }
@@ -96,13 +100,29 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// A calibration in words and tables.
 pub fn story(c: &Calibration) -> String {
-    let mut out = parameter_table(c);
+    format!("{}\n{}\n{}", parameter_table(c), fit_sentence(c), remarks(c))
+}
+
+/// A fit in one sentence.
+fn fit_sentence(c: &Calibration) -> String {
+    format!(
+        "{} samples, {} independent parameters, {} {:.4} mm rms (3-D){}, chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps, {}",
+        c.samples,
+        c.rank,
+        RESIDUAL.name,
+        c.rms / MM,
+        orientation_words(c.rms_orientation),
+        c.chi2_per_dof,
+        c.dof,
+        c.iterations,
+        c.outcome.map_or("outcome not stated", FitOutcome::name)
+    )
+}
+
+/// What is to be known of a fit.
+fn remarks(c: &Calibration) -> String {
     let o = &c.observability;
-    out.push_str(&format!(
-        "\n{} samples, {} independent parameters, residual {:.4} mm rms (3-D){}, chi2/dof {:.2} on {} degrees of freedom, {} Gauss-Newton steps, {}\n",
-        c.samples, c.rank, c.rms / MM, orientation_words(c.rms_orientation), c.chi2_per_dof, c.dof, c.iterations, c.outcome.map_or("outcome not stated", FitOutcome::name)
-    ));
-    out.push_str(&wider_sentence(c));
+    let mut out = wider_sentence(c);
     if !c.noise_stated {
         out.push_str(
             "The data do not state their noise: uncertainties are scaled by the residuals, and chi2 says nothing of the fit.\n",

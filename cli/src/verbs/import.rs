@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use calibench::assess::data_fit;
-use calibench::files::{check_output_file, check_output_folder, write_whole};
+use calibench::files::{check_output_file, check_output_folder, is_standard_output, write_whole};
 use calibench::identify::Use;
 use calibench::import::{Holdout, ImportOptions, guess, import};
 use calibench::measure::{DATASET_TOML, SampleSet, write_dataset};
@@ -15,24 +15,25 @@ use serde_json::json;
 use super::choices::seed;
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{note, print, print_answer, print_json};
 use super::progress::Waiting;
+use super::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Format of the files: ur10-ipa, ur5-jacobi, mukca, or generic; or guess, which proposes a column map for generic
     format: String,
     /// Files to read (for mukca folders as well)
-    #[arg(required = true)]
+    #[arg(required = true, value_parser = input())]
     files: Vec<PathBuf>,
     /// Output folder for the dataset; an existing dataset is replaced. For guess the output file for the map
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: PathBuf,
     /// A file, or with mukca also the folder of a place, to keep for validation; may be repeated, and may be one of FILE...
     #[arg(long, value_name = "FILE")]
     validation: Vec<PathBuf>,
     /// For generic: file that assigns a meaning to each column
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     map: Option<PathBuf>,
     /// For guess: the measured robot, built-in, a robot file or a URDF; for mukca, if it is not the Panda
     #[arg(long, value_name = "ROBOT")]
@@ -62,6 +63,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.format == "guess" {
         return propose_map(arguments);
     }
+    if is_standard_output(&arguments.output) {
+        return Err("output: a dataset is a folder, and cannot be standard output; name one with -o".into());
+    }
     check_output_folder(&arguments.output, "dataset", DATASET_TOML)?;
     let holdout = arguments.holdout.map(|fraction| Holdout { fraction, seed: arguments.seed });
     let (files, sets) = sets(arguments)?;
@@ -84,7 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     print(&report.to_string())?;
     gate.tell()?;
-    print(&format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
+    print_answer(&format!("{all} samples, {kept} of them for validation; dataset in {folder}"))?;
     Ok(Outcome::Done)
 }
 
@@ -108,8 +112,13 @@ fn propose_map(arguments: &Arguments) -> Result<Outcome, Failure> {
     let found = guess(file, &robot, &reference)?;
     drop(waiting);
     write_whole(&arguments.output, found.map.as_bytes())?;
-    let options = ImportOptions { map: Some(arguments.output.clone()), ..ImportOptions::default() };
-    let (dataset, _) = import("generic", &arguments.files, &options)?;
+    // The map is tried as written, where it can be read again.
+    let dataset = if arguments.output.is_file() {
+        let options = ImportOptions { map: Some(arguments.output.clone()), ..ImportOptions::default() };
+        import("generic", &arguments.files, &options)?.0
+    } else {
+        found.dataset
+    };
     let misfit = data_fit(&[("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
     let misfit = misfit.as_ref().map(misfit_sentence);
     let outcome = if misfit.is_some() { Outcome::ExpectationFailed } else { Outcome::Done };
@@ -125,9 +134,11 @@ fn propose_map(arguments: &Arguments) -> Result<Outcome, Failure> {
     found.shown.iter().try_for_each(|row| print(&format!("  {row}")))?;
     let (file, map) = (file.display(), arguments.output.display());
     if let Some(misfit) = misfit {
-        print(&misfit)?;
+        print_answer(&misfit)?;
     }
-    print(&format!("Check them, and the map in {map}; then `calibench import generic {file} --map {map} -o DATASET`."))?;
+    print_answer(&format!(
+        "Next: check them, and the map in {map}; then `calibench import generic {file} --map {map} -o DATASET`."
+    ))?;
     Ok(outcome)
 }
 
@@ -137,7 +148,7 @@ fn sets(arguments: &Arguments) -> Result<(Vec<PathBuf>, Vec<SampleSet>), Failure
     let mut named: Vec<PathBuf> = Vec::new();
     for file in &arguments.files {
         if named.iter().any(|n| same(n, file)) {
-            eprintln!("{} is named twice; it is counted once.", file.display());
+            note(&format!("{} is named twice; it is counted once.", file.display()));
         } else {
             named.push(file.clone());
         }

@@ -5,15 +5,16 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    NoForecast, added_sentences, advice, disagreement_sentence, documents, ladder_step_sentence, ladder_step_table,
-    objection_sentence, symptom_sentence, top_sentences,
+    NoForecast, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called, in_question_sentence,
+    ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence, top_sentences,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, warn_of_poses};
+use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, is_detailed, print, print_answer, print_detail, print_json};
 use super::progress::Waiting;
+use super::streams::{input, output};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -21,13 +22,13 @@ pub struct Arguments {
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
     /// Initial model file; the default is the paper's model: base_frame, mdh, joint_compliance
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
     /// Campaigns not included in the fit: the robot is set up anew in each, and a step that makes one worse is refused
     #[arg(long, num_args = 1.., value_name = "DATASET")]
     check: Vec<PathBuf>,
     /// Output file for the recommended model (TOML), in the layout of --model; an existing file is replaced
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Write the model of the whole library, whatever is recommended
     #[arg(long, requires = "output")]
@@ -68,6 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             None => write_model(written, path)?,
         }
     }
+    tell_fit(&chosen.calibration);
     let beyond = warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
         let outside_range = documents::OutsideRange::of(&beyond);
@@ -94,11 +96,16 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if chosen.workspace.is_none() {
         print(&NoForecast::of(&chosen.undetermined).to_string())?;
     }
+    if is_detailed() {
+        print_detail(&choices_text(&climbed));
+    }
     disagreement_sentence(chosen, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
-    print(&advice(&climbed))?;
+    print_answer(&advice(&climbed))?;
+    let commands = recommended(&arguments.datasets, arguments.model.as_deref());
+    in_question_sentence(&climbed, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
     if let Some(path) = &arguments.output {
         let which = if arguments.whole { "model of the whole library" } else { "recommended model" };
-        print(&format!("The {which} is in {}.", path.display()))?;
+        print_answer(&format!("The {which} is in {}.", path.display()))?;
     }
     Ok(Outcome::Done)
 }
@@ -107,15 +114,15 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn narrate(waiting: &Waiting, climb: &Climb<'_>) {
     let say = |line: String| waiting.say(&line);
     match climb {
-        Climb::Trying(effect) => waiting.now(format!("trying {effect}")),
+        Climb::Trying(effect) => waiting.now(format!("trying {}", each_called(effect))),
         Climb::Refused(effect, objections) => {
-            say(format!("  not {effect}: {}", objections.first().map(objection_sentence).unwrap_or_default()));
+            say(format!("  not {}: {}", each_called(effect), objections.first().map(objection_sentence).unwrap_or_default()));
         }
         Climb::Reached(ladder_step) => {
             say(ladder_step_sentence(ladder_step));
             ladder_step.symptoms.iter().for_each(|s| say(format!("  {}", symptom_sentence(s))));
             waiting.now("looking for the next step");
         }
-        Climb::Choosing => waiting.now("choosing between steps, error curves and the whole library"),
+        Climb::Choosing => waiting.begin("choosing between steps, error curves and the whole library"),
     }
 }

@@ -12,8 +12,9 @@ use super::choices::PlantChoice;
 use super::choices::seed;
 use super::failure::{Failure, Interrupted, Outcome};
 use super::measure_cell;
-use super::output::print;
+use super::output::print_answer;
 use super::progress::{CampaignBar, Waiting};
+use super::streams::input;
 use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
 use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
@@ -40,7 +41,7 @@ pub struct Arguments {
     #[arg(long)]
     resume: bool,
     /// Plan file written by `plan`; the default is to plan anew
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     plan: Option<PathBuf>,
     /// Seed that replaces the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true, conflicts_with = "cell")]
@@ -97,7 +98,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
         OpenedJournal::Ready(journal) => *journal,
         OpenedJournal::Finished { probings } => {
             let dataset = output.display();
-            print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+            print_answer(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
             return Ok(Outcome::Done);
         }
         // A simulated cell has no guards of its own.
@@ -128,7 +129,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
     );
     let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
-    print(&summary)?;
+    print_answer(&summary)?;
     Ok(Outcome::Done)
 }
 

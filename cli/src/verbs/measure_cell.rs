@@ -18,7 +18,7 @@ use calibench::units::{DEG, MM};
 use super::cell::disagreement_verdict;
 use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
 use super::operator::{OperatedArguments, Operator};
-use super::output::print;
+use super::output::{note, print_answer, tell, warn};
 use super::progress::CampaignBar;
 use super::rehearsal::rehearse;
 use super::start::{Before, FirstMotion, begin, guard_conditions, preflight};
@@ -70,13 +70,13 @@ pub fn run(
     let mut gauges = open_gauges(&cell)?;
     let wall_clock_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
     if let Some(jump) = journal.clock_jump(wall_clock_s) {
-        eprintln!("warning: {jump}");
+        warn(&format!("warning: {jump}"));
     }
     let from_s = journal.clock_s(wall_clock_s) - robot.clock_s();
     prepare(&cell, robot.as_mut())?;
     let first = FirstMotion::from(&cell, &planned, &robot.joints().map_err(|e| hardware(&e))?)?;
     if let Some(words) = &first.words {
-        eprintln!("{words}");
+        tell(words);
     }
     let left = wanted(poses).saturating_sub(journal.done_before());
     let question = format!("The robot will move: {left} probings at {} %. Is the cell clear?", cell.speed_percent);
@@ -96,12 +96,12 @@ pub fn run(
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
     let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
-    print(&summary(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
+    print_answer(&summary(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
     if let Some(abort) = &record.aborted {
         return Err(interrupted(abort.to_string(), &journal).into());
     }
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
-    print(&format!("dataset in {}", output.display()))?;
+    print_answer(&format!("dataset in {}", output.display()))?;
     Ok(Outcome::Done)
 }
 
@@ -118,7 +118,7 @@ fn open_journal(
         OpenedJournal::Changed { what } => {
             let changed = format!("since the campaign was interrupted {}", what.join("; "));
             if arguments.accept_changes {
-                eprintln!("{changed}: accepted");
+                note(&format!("{changed}: accepted"));
             } else if arguments.operated.yes {
                 return Err(format!("{changed}; say --accept-changes to go on so, or put it back").into());
             } else {
@@ -132,7 +132,10 @@ fn open_journal(
     match case {
         OpenedJournal::Ready(journal) => Ok(Some(*journal)),
         OpenedJournal::Finished { probings } => {
-            print(&format!("nothing to do: the campaign is finished, its {probings} probings are in {}", output.display()))?;
+            print_answer(&format!(
+                "nothing to do: the campaign is finished, its {probings} probings are in {}",
+                output.display()
+            ))?;
             Ok(None)
         }
         OpenedJournal::Changed { what } => Err(format!("changed again meanwhile: {}", what.join("; ")).into()),
@@ -225,7 +228,7 @@ impl ReadyCampaign<'_> {
         match robot.move_along(&ways.home_from(at)) {
             Ok(()) => ArmAt::Home,
             Err(error) => {
-                eprintln!("warning: the arm did not go home: {error}");
+                warn(&format!("warning: the arm did not go home: {error}"));
                 ArmAt::Unknown
             }
         }

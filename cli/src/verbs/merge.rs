@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Waiting;
+use super::streams::output;
 use super::study_tables::{Products, study_json, study_text};
 use calibench_lab::study::merge;
 
@@ -14,7 +15,7 @@ pub struct Arguments {
     #[arg(required = true)]
     shards: Vec<PathBuf>,
     /// Output file for the combined table (CSV), byte-identical to that of a single run
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     #[command(flatten)]
     products: Products,
@@ -34,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&document)?;
     } else {
-        print(&study_text(&merged.summary, merged.extent))?;
+        print_answer(&study_text(&merged.summary, merged.extent))?;
     }
     Ok(Outcome::Done)
 }

@@ -14,6 +14,7 @@ mod design;
 mod design_tables;
 mod diagnose;
 mod failure;
+mod gallery;
 mod help;
 mod hidden_table;
 mod identify;
@@ -25,6 +26,7 @@ mod merge;
 mod next;
 mod operator;
 mod output;
+mod palette;
 mod plan;
 mod plan_cell;
 mod precision;
@@ -41,6 +43,7 @@ mod run;
 mod serve;
 mod shell;
 mod start;
+mod streams;
 mod study;
 mod study_tables;
 mod suite;
@@ -50,16 +53,19 @@ mod validate;
 mod workbench;
 
 use std::ffi::OsString;
-use std::io::Write;
 use std::process::ExitCode;
+use std::time::Instant;
 
 use calibench::files::one_line;
 use calibench::files::with_reasons;
 use calibench::identify::IdentifyError;
 use clap::error::ErrorKind;
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use self::failure::{BAD_INPUT, HARDWARE, Hardware, Interrupted, Outcome, hint, is_closed_pipe, is_of_disk};
+use self::failure::{BAD_INPUT, Failure, HARDWARE, Hardware, Interrupted, Outcome, hint, is_closed_pipe, is_of_disk};
+use self::output::{Level, Manner, tell};
+use self::palette::When;
+use self::streams::Streams;
 
 /// A simulation-first testbench for calibrating industrial robots.
 #[derive(Parser)]
@@ -70,6 +76,15 @@ struct Arguments {
     /// Do not fit tables and sentences to the terminal (or to COLUMNS)
     #[arg(long, global = true)]
     wide: bool,
+    /// Print the result alone; twice: without warnings
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "verbose")]
+    quiet: u8,
+    /// Print how the result came about as well: times, iterations, files, rules
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    verbose: u8,
+    /// When to use colour
+    #[arg(long = "color", visible_alias = "colour", global = true, value_enum, value_name = "WHEN", default_value_t)]
+    colour: When,
 }
 
 #[derive(Subcommand)]
@@ -125,6 +140,8 @@ enum Verb {
     Import(import::Arguments),
     /// List the catalogue of effects: what can be wrong with an arm
     Effects(catalogue::Arguments),
+    /// Draw what each effect looks like in the residuals of a simulated cell, or of your own postures and noise
+    Gallery(gallery::Arguments),
     /// List the built-in robots, show one, convert a URDF file, or check whether data fit a robot
     Robots(robots::Arguments),
     /// Print the script by which a shell completes verbs and options
@@ -147,8 +164,11 @@ pub fn main() -> ExitCode {
 pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> ExitCode {
     #[cfg(feature = "mujoco")]
     calibench_mujoco::provide();
-    let arguments = match command().try_get_matches_from(arguments).and_then(|m| Arguments::from_arg_matches(&m)) {
-        Ok(arguments) => arguments,
+    let parsed = command()
+        .try_get_matches_from(arguments)
+        .and_then(|matches| Ok((Arguments::from_arg_matches(&matches)?, Streams::of(&matches))));
+    let (arguments, streams) = match parsed {
+        Ok(parsed) => parsed,
         Err(e) => {
             // Help and version are not errors.
             if !e.use_stderr() || e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
@@ -158,8 +178,24 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
             return refuse(&misuse(&e), BAD_INPUT);
         }
     };
-    output::fit_to(terminal::columns(arguments.wide));
-    let result = match &arguments.verb {
+    output::print_in(Manner {
+        columns: terminal::columns(arguments.wide),
+        level: Level::of(arguments.quiet, arguments.verbose),
+        colour: arguments.colour,
+        beside: streams.holds_a_file(),
+    });
+    if let Some(problem) = streams.problem() {
+        return refuse(&problem, BAD_INPUT);
+    }
+    let begun = Instant::now();
+    let result = perform(&arguments.verb);
+    output::print_detail(&format!("{:.2} s in all", begun.elapsed().as_secs_f64()));
+    ended(result)
+}
+
+/// Does what a verb is for.
+fn perform(verb: &Verb) -> Result<Outcome, Failure> {
+    match verb {
         Verb::Run(a) => run::run(a),
         Verb::Plan(a) => plan::run(a),
         Verb::Measure(a) => measure::run(a),
@@ -185,10 +221,15 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
         Verb::Workbench(a) => workbench::run(a),
         Verb::Import(a) => import::run(a),
         Verb::Effects(a) => catalogue::effects(a),
+        Verb::Gallery(a) => gallery::run(a),
         Verb::Robots(a) => robots::run(a),
         Verb::Completions(a) => shell::completions(a),
         Verb::Man(a) => shell::man(a),
-    };
+    }
+}
+
+/// The exit code of a verb that has ended, its error printed.
+fn ended(result: Result<Outcome, Failure>) -> ExitCode {
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::ExpectationFailed) => ExitCode::from(1),
@@ -210,7 +251,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
 
 /// Prints one line on standard error and returns that exit code.
 fn refuse(message: &str, code: u8) -> ExitCode {
-    drop(writeln!(std::io::stderr(), "calibench: {}", one_line(message)));
+    tell(&format!("calibench: {}", one_line(message)));
     ExitCode::from(code)
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::assess::{CellLayout, Examination, HoldOut, WorkspacePoses, diagnose_examined, planned_for, propose};
+use calibench::assess::{CellLayout, Criterion, Examination, HoldOut, WorkspacePoses, diagnose_examined, planned_for, propose};
 use calibench::identify::Use;
 use calibench::measure::Dataset;
 use calibench::units::MM;
@@ -12,8 +12,9 @@ use super::choices::seed;
 use super::data::{locate_in_data, model_for, named, read_datasets};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print, print_answer, print_detail, print_json};
 use super::progress::Waiting;
+use super::streams::{input, output};
 use crate::proposal_files::write_proposal;
 use calibench_sim::planning::layout;
 use calibench_sim::scenario::load_scenario;
@@ -25,14 +26,14 @@ pub struct Arguments {
     datasets: Vec<PathBuf>,
     /// Model file to plan for; the default is the one that `ladder` recommends from the paper's model: base_frame, mdh,
     /// joint_compliance
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
     /// Scenario of the cell, for the bodies in it; without it only robot and balls are known
     #[arg(long)]
     scenario: Option<PathBuf>,
     /// Output file for the poses of the best probing action (TOML), and beside it, if they are better still, the points of a
     /// tracker (CSV); existing files are replaced
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Seed of the candidate postures
     #[arg(long, value_parser = seed, default_value = "1", allow_negative_numbers = true)]
@@ -73,9 +74,13 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = planned.as_ref().map_or(&model, |p| &p.ladder_step().model);
     let examination = Examination::new(&named, model).map_err(locate)?;
     let diagnosis = diagnose_examined(&named, &examination).map_err(locate)?;
-    waiting.now("designing");
+    waiting.begin("designing");
     let proposal = propose(&named, &examination, &diagnosis, &layout, arguments.seed).map_err(locate)?;
     drop(waiting);
+    print_detail(match proposal.criterion {
+        Criterion::Discrimination => "chosen to distinguish the effects in question",
+        _ => "chosen for accuracy over the workspace",
+    });
     let written = match &arguments.output {
         Some(path) => write_proposal(path, &proposal, &reference, Some(&layout))?,
         None => Vec::new(),
@@ -94,7 +99,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     print(&next_table(&proposal))?;
     planned.iter().try_for_each(|p| print(&planned_sentence(p)))?;
     for sentence in next_sentences(&proposal) {
-        print(&sentence)?;
+        let is_advice = ["Best:", "To be distinguished:"].iter().any(|label| sentence.starts_with(label));
+        if is_advice { print_answer(&sentence) } else { print(&sentence) }?;
     }
     for not in &proposal.not_offered {
         print(&format!("Not offered: {}: {}.", not.what, not.because))?;
@@ -104,7 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             "Nothing but robot and balls is known to stand in the cell: look at every pose before it is driven, or name a scenario.",
         )?;
     }
-    written.iter().try_for_each(|line| print(line))?;
+    written.iter().try_for_each(|line| print_answer(line))?;
     Ok(Outcome::Done)
 }
 

@@ -1,12 +1,14 @@
 //! Printing and output files of a verb.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use calibench::files::{FileError, check_output_file};
+use calibench_report::without_marks;
 
 use super::failure::Failure;
+use super::palette::{When, painted};
 use super::terminal::fitted;
 
 /// Checks that every requested file can be written, before the work that produces it.
@@ -14,19 +16,124 @@ pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a PathBuf>) -> Result
     files.into_iter().try_for_each(|file| check_output_file(file))
 }
 
-/// Columns that printed text may have; `None` for any number. Set once, before the verb runs.
-static COLUMNS: OnceLock<Option<usize>> = OnceLock::new();
-
-/// Fits all that is printed to a terminal of so many columns.
-pub fn fit_to(columns: Option<usize>) {
-    COLUMNS.get_or_init(|| columns);
+/// How much is printed, in the order of more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// The result alone; of what goes to standard error only what ends the verb.
+    Silent,
+    /// The result alone, with warnings.
+    Quiet,
+    /// Everything that a verb has to say.
+    Plain,
+    /// That, and how it came about.
+    Verbose,
 }
 
-/// Prints text for people to standard output, as wide as the terminal; a closed pipe is an error, not a panic.
+impl Level {
+    /// The level of so many `-q` and `-v`.
+    pub fn of(quiet: u8, verbose: u8) -> Self {
+        match (quiet, verbose) {
+            (0, 0) => Level::Plain,
+            (0, _) => Level::Verbose,
+            (1, _) => Level::Quiet,
+            _ => Level::Silent,
+        }
+    }
+}
+
+/// How output is printed.
+#[derive(Debug, Clone, Copy)]
+pub struct Manner {
+    /// Columns that text may have; `None` for any number.
+    pub columns: Option<usize>,
+    /// How much is printed.
+    pub level: Level,
+    /// When colour is used.
+    pub colour: When,
+    /// Standard output holds a file, so that text goes to standard error.
+    pub beside: bool,
+}
+
+/// As it is outside a program: everything, as wide as it is.
+const PLAIN: Manner = Manner { columns: None, level: Level::Plain, colour: When::Never, beside: false };
+
+/// Set once, before the verb runs.
+static MANNER: OnceLock<Manner> = OnceLock::new();
+
+fn manner() -> Manner {
+    MANNER.get().copied().unwrap_or(PLAIN)
+}
+
+/// Prints in this manner from now on.
+pub fn print_in(manner: Manner) {
+    MANNER.get_or_init(|| manner);
+}
+
+/// True if what is told beside the result is wanted.
+pub fn is_told() -> bool {
+    manner().level >= Level::Plain
+}
+
+/// True if it is wanted how the result came about.
+pub fn is_detailed() -> bool {
+    manner().level >= Level::Verbose
+}
+
+/// Prints what is told beside the result: not with `-q`.
 pub fn print(text: &str) -> Result<(), Failure> {
-    match COLUMNS.get().copied().flatten() {
-        Some(columns) => print_as_it_is(&fitted(text, columns)),
-        None => print_as_it_is(text),
+    if is_told() { print_answer(text) } else { Ok(()) }
+}
+
+/// Prints what was asked for, as wide as the terminal; a closed pipe is an error, not a panic.
+pub fn print_answer(text: &str) -> Result<(), Failure> {
+    let Manner { columns, colour, beside, .. } = manner();
+    if beside {
+        tell(text);
+        return Ok(());
+    }
+    let text = laid_out(text, columns);
+    print_as_it_is(&if colour.for_stream(&std::io::stdout()) { painted(&text) } else { text })
+}
+
+/// Prints how a result came about on standard error: with `-v` only.
+pub fn print_detail(text: &str) {
+    if is_detailed() {
+        tell(text);
+    }
+}
+
+/// Says that a file was written, with `-v` only: a verb says of itself where its main result is.
+pub fn print_written(path: &std::path::Path) {
+    print_detail(&format!("written: {}", path.display()));
+}
+
+/// Prints a remark on standard error: not with `-q`.
+pub fn note(text: &str) {
+    if is_told() {
+        tell(text);
+    }
+}
+
+/// Prints a warning on standard error: not with `-qq`.
+pub fn warn(text: &str) {
+    if manner().level >= Level::Quiet {
+        tell(text);
+    }
+}
+
+/// Prints the reason why a verb ends, or ends otherwise than hoped.
+pub fn tell(text: &str) {
+    let Manner { columns, colour, .. } = manner();
+    // COLUMNS counts for what a person reads; logs keep their lines.
+    let text = laid_out(text, columns.filter(|_| std::io::stderr().is_terminal()));
+    let text = if colour.for_stream(&std::io::stderr()) { painted(&text) } else { text };
+    drop(writeln!(std::io::stderr(), "{text}"));
+}
+
+fn laid_out(text: &str, columns: Option<usize>) -> String {
+    match columns {
+        Some(columns) => fitted(text, columns),
+        None => without_marks(text),
     }
 }
 

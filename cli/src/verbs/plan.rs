@@ -8,9 +8,10 @@ use calibench_report::{detectability_text, documents};
 
 use super::choices::seed;
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print, print_answer, print_json};
 use super::plan_cell::{is_cell, scenario_of};
 use super::progress::Waiting;
+use super::streams::output;
 use calibench_sim::planning::{Chosen, nominal_samples, plan_within, shown};
 use calibench_sim::scenario::load_scenario;
 
@@ -20,7 +21,7 @@ pub struct Arguments {
     #[arg(value_name = "SCENARIO|CELL")]
     scenario: PathBuf,
     /// Output file for the plan (TOML); an existing file is replaced
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Seed that replaces the scenario's
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
@@ -54,8 +55,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&documents::Detectability::of(&detectability))?;
         return Ok(Outcome::Done);
     }
-    print(&chosen_sentence("probings", plan.wanted(), &plan.trical))?;
+    print_answer(&chosen_sentence("probings", plan.wanted(), &plan.trical))?;
     print(&detectability_text(&detectability))?;
+    if let Some(path) = &arguments.output {
+        print(&format!("The plan is in {}.", path.display()))?;
+    }
     Ok(Outcome::Done)
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::choices::seed;
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{print_answer, print_json};
 use super::precision_tables::{precision_json, precision_text};
 use super::progress::Trials;
 use calibench::files::with_reasons;
@@ -57,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&precision_json(&scenario.name, seed, &setup, &test, &budget))?;
     } else {
-        print(&precision_text(&scenario.name, seed, &setup, &test, &budget))?;
+        print_answer(&precision_text(&scenario.name, seed, &setup, &test, &budget))?;
     }
     Ok(Outcome::Done)
 }

@@ -12,6 +12,7 @@ use calibench_lab::injection::NoiseChoice;
 
 use super::choices::seed;
 use super::failure::{Failure, Outcome};
+use super::streams::{input, output};
 
 /// Number of random parts of the postures if other divisions are requested.
 const FOLDS: usize = 5;
@@ -22,7 +23,7 @@ pub struct Arguments {
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
-    #[arg(long, conflicts_with_all = DIVIDING)]
+    #[arg(long, conflicts_with_all = DIVIDING, value_parser = input())]
     model: Option<PathBuf>,
     /// Noise of the injected measurements: that of the instrument, stated or from repeats, shows what the data can show once
     /// everything else is modelled; the residual of the fit, what they can show beside all that the model lacks today
@@ -67,7 +68,7 @@ pub struct Arguments {
     #[arg(long, value_parser = seed, allow_negative_numbers = true, default_value_t = 1)]
     seed: u64,
     /// Output file for the table: a page if its name ends in .html, otherwise Markdown; an existing file is replaced
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Print one JSON document instead of tables
     #[arg(long)]

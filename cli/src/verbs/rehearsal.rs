@@ -6,7 +6,7 @@ use calibench::units::{DEG, MM};
 use calibench_report::plain_table;
 
 use super::failure::{Failure, Outcome};
-use super::output::print;
+use super::output::print_answer;
 
 /// Prints the motions of the plan in order, each with its joints and the TCP of the nominal arm, the least clearance of each
 /// pose's path and approach, and the verdict of the guards.
@@ -25,18 +25,18 @@ pub fn rehearse(cell: &Cell, plan: &ProbingPlan) -> Result<Outcome, Failure> {
             from = Some(target);
         }
     }
-    print(&plain_table(&["probing", "ball", "motion", "joints deg", "TCP mm", "clearance mm", ""], &rows))?;
+    print_answer(&plain_table(&["probing", "ball", "motion", "joints deg", "TCP mm", "clearance mm", ""], &rows))?;
     let steps = format!(
         "at each contact up to {} steps of up to {:.1} mm along the tool's axes; speed override {} %",
         cell.centring.max_steps,
         cell.guards.max_step / MM,
         cell.speed_percent
     );
-    print(&format!("{} motions, {steps}; nothing was connected to and nothing moved", rows.len()))?;
+    print_answer(&format!("{} motions, {steps}; nothing was connected to and nothing moved", rows.len()))?;
     let known = plan.poses.iter().filter_map(|pose| Some((pose, pose.clearance?)));
     match known.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        Some((pose, gap)) => print(&format!("the least clearance is {:.1} mm, of '{}'", gap / MM, pose.id))?,
-        None => print("the plan does not say how clear its motions are: plan with `calibench plan CELL`")?,
+        Some((pose, gap)) => print_answer(&format!("the least clearance is {:.1} mm, of '{}'", gap / MM, pose.id))?,
+        None => print_answer("the plan does not say how clear its motions are: plan with `calibench plan CELL`")?,
     }
     if forbidden > 0 {
         return Err(

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::choices::PlantChoice;
 use super::choices::seed;
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{print_answer, print_json};
 use super::progress::Waiting;
 use super::repeatability_cell::{Asked, CellArguments, at_cell, places};
 use super::repeatability_tables::{Whose, repeatability_json, repeatability_text};
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let waiting = Waiting::new("choosing postures");
     let locate = |error: RepeatabilityError| located(&scenario, error);
     let stations = stations(&scenario, &balls, postures, seed).map_err(locate)?;
-    waiting.now("going back to them");
+    waiting.begin("going back to them");
     let visited = visit(&scenario, Streams { seed, trial: 0 }, &stations, &settings).map_err(locate)?;
     drop(waiting);
     let keys = vec![("scenario", json!(scenario.name)), ("plant", json!(scenario.plant.name())), ("seed", json!(seed))];
@@ -96,7 +96,7 @@ fn print_result(as_json: bool, whose: &Whose<'_>, visited: &Visited) -> Result<O
     if as_json {
         print_json(&repeatability_json(whose, visited))?;
     } else {
-        print(&repeatability_text(whose, visited))?;
+        print_answer(&repeatability_text(whose, visited))?;
     }
     Ok(Outcome::Done)
 }

@@ -13,7 +13,9 @@ use super::failure::Failure;
 use super::failure::hardware;
 use super::measure_cell::{open_gauges, prepare};
 use super::operator::{OperatedArguments, Operator};
+use super::output::tell;
 use super::start::{Before, FirstMotion, begin, preflight};
+use super::streams::input;
 use calibench_sim::repeatability::{RepeatabilityError, Visited, most_telling};
 
 #[derive(clap::Args)]
@@ -22,7 +24,7 @@ pub struct CellArguments {
     #[arg(long, requires = "plan")]
     pub cell: Option<PathBuf>,
     /// Plan of the cell that supplies postures and ways
-    #[arg(long, requires = "cell")]
+    #[arg(long, requires = "cell", value_parser = input())]
     pub plan: Option<PathBuf>,
     #[command(flatten)]
     operated: OperatedArguments,
@@ -57,7 +59,7 @@ pub fn at_cell(path: &Path, plan: &Path, arguments: &CellArguments, asked: &Aske
     prepare(&cell, robot.as_mut())?;
     let first = FirstMotion::from(&cell, &planned, &robot.joints().map_err(|e| hardware(&e))?)?;
     if let Some(words) = &first.words {
-        eprintln!("{words}");
+        tell(words);
     }
     let count = stations.len();
     let question = format!(

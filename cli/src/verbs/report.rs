@@ -6,13 +6,14 @@ use calibench::files::write_whole;
 use calibench::identify::{IdentifyError, Model, Use, read_calibration};
 use calibench::measure::read_dataset;
 use calibench_report::documents::Run;
-use calibench_report::{CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
+use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
 
 use super::data::{locate_in_data, model_for, read_datasets, recommended};
 use super::data_gate::gate;
 use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Waiting;
+use super::streams::{input, output};
 use crate::case::Case;
 
 /// Default file name of a report.
@@ -27,10 +28,13 @@ pub struct Arguments {
     #[arg(required = true, value_name = "RUN|DATASET")]
     folders: Vec<PathBuf>,
     /// Model file, for datasets; the default is the paper's model: base_frame, mdh, joint_compliance. A run has its own
-    #[arg(long)]
+    #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
+    /// A second model file, on the same data: both side by side, and which predicts rows better that neither was fitted to
+    #[arg(long, value_name = "MODEL")]
+    against: Option<PathBuf>,
     /// Output file for the page; the default is report.html, in the folder of the run
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Climb the whole ladder instead of the next step only; takes seconds
     #[arg(long)]
@@ -52,7 +56,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = arguments.model.as_deref();
     let case = open(&arguments.folders, model, arguments.force, arguments.json)?;
     let waiting = Waiting::new("diagnosing");
-    let page = page(&case, &arguments.folders, model, arguments.ladder)?;
+    let page = match &arguments.against {
+        Some(other) => page_against(&case, arguments, other)?,
+        None => page(&case, &arguments.folders, model, arguments.ladder)?,
+    };
     drop(waiting);
     if arguments.json {
         print_json(&page.document)?;
@@ -60,8 +67,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     write_whole(&path, page_html(&page.document).as_bytes())?;
     let say = |key: &str| page.document["verdict"][key].as_str().unwrap_or_default().to_owned();
-    case.misfits.iter().try_for_each(|(_, sentence)| print(sentence))?;
-    print(&format!("{}. {}\nWritten to {}", say("headline"), say("means"), path.display()))?;
+    case.misfits.iter().try_for_each(|(_, sentence)| print_answer(sentence))?;
+    print_answer(&format!("{}. {}", say("headline"), say("means")))?;
+    page.document["against"]["sentence"].as_str().map_or(Ok(()), print_answer)?;
+    print_answer(&format!("Written to {}", path.display()))?;
     Ok(Outcome::Done)
 }
 
@@ -76,6 +85,38 @@ fn page(case: &Case, folders: &[PathBuf], model: Option<&Path>, climb: bool) -> 
     let all: Vec<usize> = (0..case.datasets.len()).collect();
     let page = case.subject(&all, &case.model, &case.commands, |s| Page::new(&PageSubject { climb, ..s.clone() }));
     page.map_err(|e| locate_in_case(case, folders, model, &e).into())
+}
+
+/// The page with the model `other` beside its own.
+fn page_against(case: &Case, arguments: &Arguments, other: &Path) -> Result<Page, Failure> {
+    let model = arguments.model.as_deref();
+    let second = model_for(Some(other), &case.datasets)?;
+    let own = if run_folder(&arguments.folders).is_some() { "the model of the run" } else { "the default model" };
+    let (first_name, second_name) = told_apart(model, other);
+    let names = [first_name.as_deref().unwrap_or(own), second_name.as_str()];
+    let all: Vec<usize> = (0..case.datasets.len()).collect();
+    let page = case.subject(&all, &case.model, &case.commands, |s| {
+        Page::against(&PageSubject { climb: arguments.ladder, ..s.clone() }, &second, names)
+    });
+    page.map_err(|e| match e {
+        AgainstError::First(e) => locate_in_case(case, &arguments.folders, model, &e).into(),
+        AgainstError::Second(e) => locate_in_data(&data_folders(&arguments.folders), &case.datasets, Some(other), &e).into(),
+        other => format!("{other:?}").into(),
+    })
+}
+
+/// The names of two model files: those of the files or, if they are alike, their paths.
+fn told_apart(first: Option<&Path>, second: &Path) -> (Option<String>, String) {
+    let name = |p: &Path| p.file_name().map_or_else(|| p.display().to_string(), |n| n.to_string_lossy().into_owned());
+    match first {
+        Some(first) if name(first) == name(second) => (Some(first.display().to_string()), second.display().to_string()),
+        _ => (first.map(name), name(second)),
+    }
+}
+
+/// The folders of the data: of a run, that of its TriCal dataset.
+fn data_folders(folders: &[PathBuf]) -> Vec<PathBuf> {
+    run_folder(folders).map_or_else(|| folders.to_vec(), |run| vec![run.join("trical")])
 }
 
 /// Attributes an identification error to the opened folder or to the model.

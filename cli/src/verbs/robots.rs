@@ -18,7 +18,8 @@ use serde_json::{Value, json};
 
 use super::data::{named, read_datasets};
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
+use super::streams::output;
 
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -52,7 +53,7 @@ enum Errand {
         #[arg(long)]
         tool: Option<String>,
         /// Output file
-        #[arg(short, long, visible_alias = "out")]
+        #[arg(short, long, visible_alias = "out", value_parser = output())]
         output: PathBuf,
         /// Print the robot as one JSON document as well
         #[arg(long)]
@@ -83,8 +84,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             if *json {
                 print_json(&document_of(&read, &missing))?;
             } else {
-                missing.iter().try_for_each(|line| print(line))?;
-                print(&converted(&read, output))?;
+                missing.iter().try_for_each(|line| print_answer(line))?;
+                print_answer(&converted(&read, output))?;
             }
             Ok(Outcome::Done)
         }
@@ -103,14 +104,14 @@ fn list(as_json: bool) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     for robot in &all {
-        print(&format!("{} ({} joints): {}", robot.name, robot.joints(), robot.source))?;
-        print(&table(robot))?;
+        print_answer(&format!("{} ({} joints): {}", robot.name, robot.joints(), robot.source))?;
+        print_answer(&table(robot))?;
     }
     Ok(Outcome::Done)
 }
 
 fn show(robot: &Robot, as_json: bool) -> Result<Outcome, Failure> {
-    if as_json { print_json(&document(vec![entry(robot)])) } else { print(to_toml(robot).trim_end()) }?;
+    if as_json { print_json(&document(vec![entry(robot)])) } else { print_answer(to_toml(robot).trim_end()) }?;
     Ok(Outcome::Done)
 }
 
@@ -150,8 +151,8 @@ fn check(robot: &Robot, folders: &[PathBuf], as_json: bool) -> Result<Outcome, F
         });
         print_json(&json!({"format": "calibench-robot-check/1", "robot": robot.name, "datasets": rows.collect::<Vec<_>>()}))?;
     } else {
-        nominal_fit_lines(&fits).iter().try_for_each(|line| print(line))?;
-        misfits.clone().try_for_each(|misfit| print(&misfit_sentence(misfit)))?;
+        nominal_fit_lines(&fits).iter().try_for_each(|line| print_answer(line))?;
+        misfits.clone().try_for_each(|misfit| print_answer(&misfit_sentence(misfit)))?;
     }
     Ok(if misfits.count() == 0 { Outcome::Done } else { Outcome::ExpectationFailed })
 }

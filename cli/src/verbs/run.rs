@@ -2,19 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use calibench::assess::{Examination, WorkspacePoses};
 use calibench::files::{FileError, check_output_folder, replace_folder, write_whole};
 use calibench::identify::{write_calibration, write_model};
 use calibench::measure::{Phase, write_dataset};
 use calibench::units::{MM, UM};
 use calibench_report::documents::to_value;
-use calibench_report::{documents, histogram, plain_table, validation_row, validation_table};
+use calibench_report::{documents, histogram, judged_alike, plain_table, validation_row, validation_table};
 
 use super::choices::PlantChoice;
 use super::choices::seed;
+use super::data::forecast;
 use super::failure::{Failure, Outcome};
 use super::hidden_table::{hidden_effects, hidden_text, named};
 use super::identify::story;
-use super::output::{print, print_json};
+use super::output::{print, print_answer, print_json, warn};
 use super::plan::chosen_sentence;
 use super::progress::{CampaignBar, Waiting};
 #[cfg(feature = "mujoco")]
@@ -87,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         tell(&scenario, &run, &checks, &truth)?;
         if let Some(folder) = &arguments.out {
-            print(&format!("Written to {}", folder.display()))?;
+            print_answer(&format!("Written to {}", folder.display()))?;
         }
     }
     Ok(if checks.iter().all(Check::met) { Outcome::Done } else { Outcome::ExpectationFailed })
@@ -99,14 +101,14 @@ fn render(scenario: &Scenario, run: &Run, folder: &Path) {
     let streams = Streams { seed: run.seed, trial: 0 };
     let Some(first) = run.campaign.samples.first() else { return };
     if let Err(error) = calibench_mujoco::draw(scenario, &streams, &first.q, folder) {
-        eprintln!("calibench: {}", with_reasons(&error));
+        warn(&format!("warning: no picture: {}", with_reasons(&error)));
     }
 }
 
 #[cfg(not(feature = "mujoco"))]
 fn render(_: &Scenario, _: &Run, _: &Path) {
-    eprintln!(
-        "calibench: no picture: MuJoCo draws it, and this program was built without; run sim/setup.sh, then build with --features mujoco"
+    warn(
+        "warning: no picture: MuJoCo draws it, and this program was built without; run sim/setup.sh, then build with --features mujoco",
     );
 }
 
@@ -135,8 +137,11 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
     print(&centring_summary(run))?;
     print("\nPARAMETERS, by TriCal")?;
     print(&story(&run.trical.calibration))?;
-    print("POSITION ERRORS after calibration, on the tracker's validation poses (paper: Table 9)")?;
-    print(&errors_table(run))?;
+    print_answer(
+        "POSITION ERRORS after calibration, measured on rows not fitted: the tracker's validation poses (paper: Table 9)",
+    )?;
+    print_answer(&errors_table(run))?;
+    difference(run).iter().try_for_each(|sentence| print(sentence))?;
     print("\nHISTOGRAM of the TriCal's position errors")?;
     print(&histogram(&run.trical.validation, 12))?;
     print(
@@ -154,10 +159,10 @@ fn tell(scenario: &Scenario, run: &Run, checks: &[Check], truth: &GroundTruth) -
     print("\nHIDDEN in the simulated cell against what the TriCal's data show of it")?;
     print(&hidden_text(truth))?;
     if !checks.is_empty() {
-        print("\nEXPECTED")?;
+        print_answer("\nEXPECTED")?;
         for c in checks {
             let verdict = if c.met() { "met" } else { "NOT MET" };
-            print(&format!("  {:18} {:10.4}  in [{}, {}]  {verdict}", c.name, c.value, c.band[0], c.band[1]))?;
+            print_answer(&format!("  {:18} {:10.4}  in [{}, {}]  {verdict}", c.name, c.value, c.band[0], c.band[1]))?;
         }
     }
     Ok(())
@@ -182,6 +187,16 @@ fn errors_table(run: &Run) -> String {
         }
     }
     validation_table(&rows)
+}
+
+/// Why the TriCal's errors on the validation poses are not as expected there, if they are not.
+fn difference(run: &Run) -> Option<String> {
+    let Method { dataset, calibration, validation, .. } = &run.trical;
+    let fitted = [("trical", dataset)];
+    let examination = Examination::new(&fitted, &calibration.model).ok()?;
+    let at = WorkspacePoses::of(&[("validation", &run.validation)]);
+    let forecast = forecast(&fitted, &examination, &at).ok()?.ok()?;
+    judged_alike(validation, &forecast.error, forecast.extrapolation.outside)
 }
 
 fn compensation_text(run: &Run) -> String {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::choices::seed;
 use super::choices::{LoopChoice, MakerChoice, PlantChoice, ServerChoice};
 use super::failure::{Failure, Outcome};
+use super::output::note;
 use calibench_serve::{Injection, Manner, RobotManner, Service, serve};
 use calibench_sim::planning::plan;
 use calibench_sim::plans::session_s;
@@ -117,6 +118,6 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         serde_json::to_writer(&mut out, addresses)?;
         out.write_all(b"\n").and_then(|()| out.flush())
     })?;
-    eprintln!("{traffic}");
+    note(&traffic.to_string());
     Ok(Outcome::Done)
 }

@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 use super::command;
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_bytes};
+use super::output::{print_answer, print_bytes};
 
 #[derive(clap::Args)]
 pub struct Completions {
@@ -44,6 +44,6 @@ pub fn man(arguments: &Man) -> Result<Outcome, Failure> {
         clap_mangen::Man::new(page.clone()).title(name.clone()).render(&mut text)?;
         write_whole(&arguments.output.join(format!("{name}.1")), &text)?;
     }
-    print(&format!("{} pages in {}", pages.len(), arguments.output.display()))?;
+    print_answer(&format!("{} pages in {}", pages.len(), arguments.output.display()))?;
     Ok(Outcome::Done)
 }

@@ -8,7 +8,7 @@ use toml::Value;
 
 use super::choices::{MethodChoice, PlantChoice, seed};
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
 use super::progress::{Trials, Waiting};
 use super::study_tables::{Products, study_json, study_text};
 use calibench_lab::study::{Extent, RowsFile, Study, Summary, run as run_trials};
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         document["trials_per_second"] = if run_now > 0 { json!(run_now as f64 / seconds) } else { json!(null) };
         print_json(&document)?;
     } else {
-        print(&study_text(&summary, extent))?;
+        print_answer(&study_text(&summary, extent))?;
     }
     Ok(Outcome::Done)
 }

@@ -7,16 +7,17 @@ use calibench_report::plain_rows;
 use serde_json::{Map, Value, json};
 
 use super::failure::Failure;
+use super::streams::output;
 use calibench_lab::study::{Extent, MethodSummary, PERCENT, Quantile, Share, Spread, Summary, study_page, write_parquet};
 
 /// Optional products of a table of trials.
 #[derive(clap::Args)]
 pub struct Products {
     /// Output file for the table of trials in Parquet format
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     pub parquet: Option<PathBuf>,
     /// Output file for a self-contained page (HTML): response curves with their bands, and the numbers
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     pub report: Option<PathBuf>,
 }
 

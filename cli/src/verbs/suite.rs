@@ -8,8 +8,9 @@ use serde_json::json;
 
 use super::choices::seed;
 use super::failure::{Failure, Outcome};
-use super::output::{check_outputs, print, print_json};
+use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Trials;
+use super::streams::output;
 use super::suite_tables::{classes_text, suite_text};
 use calibench_lab::suite::{Advice, Case, FIRST_REPORTING_SEED, Suite, class_rows, designs, tally};
 use calibench_sim::scenario::{Scenario, load_scenario};
@@ -35,7 +36,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1)]
     every: usize,
     /// Output file for the table of trials (CSV); an existing file is replaced
-    #[arg(short, long, visible_alias = "out")]
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
     /// Number of robots to try instead: those with an ambiguous diagnosis are measured again as designed, D-optimally and at
     /// random
@@ -81,10 +82,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }))?;
     } else {
         if seed < FIRST_REPORTING_SEED {
-            print(&format!("Seed {seed} is for development: report figures of seeds from {FIRST_REPORTING_SEED} on.\n"))?;
+            print_answer(&format!(
+                "Seed {seed} is for development: report figures of seeds from {FIRST_REPORTING_SEED} on.\n"
+            ))?;
         }
-        print(&classes_text(&rows, arguments.advice))?;
-        print(&suite_text(&tally))?;
+        print_answer(&classes_text(&rows, arguments.advice))?;
+        print_answer(&suite_text(&tally))?;
     }
     Ok(Outcome::Done)
 }
@@ -129,8 +132,8 @@ fn compare_designs(scenario: &Scenario, seed: u64, trials: usize, arguments: &Ar
         })
         .collect();
     let cases = rows.first().map_or(0, |r| r.cases);
-    print(&format!("{cases} of {trials} robots were found to miss something, but not surely or not rightly named\n"))?;
+    print_answer(&format!("{cases} of {trials} robots were found to miss something, but not surely or not rightly named\n"))?;
     let header = ["measured more", "chosen", "measurements", "P(truth)", "named first", "resolved", "resolved, as expected"];
-    print(&plain_table(&header, &table))?;
+    print_answer(&plain_table(&header, &table))?;
     Ok(Outcome::Done)
 }

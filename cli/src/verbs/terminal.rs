@@ -1,8 +1,9 @@
-//! Output as wide as the terminal: sentences are wrapped between words, and a table that is wider wraps its cells or, where not
-//! even that fits, becomes a list.
+//! Output as wide as the terminal: sentences are wrapped between words. A table that is wider wraps its cells, leaves out the
+//! columns that may be left out and names them, and becomes a list where not even that fits.
 
 use std::io::IsTerminal;
 
+use calibench_report::{MARK, without_marks};
 use comfy_table::{
     CellAlignment, ColumnConstraint, ContentArrangement, Table, Width,
     presets::{NOTHING, UTF8_FULL_CONDENSED},
@@ -34,14 +35,15 @@ pub fn fitted(text: &str, columns: usize) -> String {
         while let Some(line) = lines.next_if(|line| line.starts_with(['│', '╞', '├', '└'])) {
             table.push(line);
         }
-        out.push(if table.iter().all(|line| width(line) <= columns) { table.join("\n") } else { narrowed(&table, columns) });
+        let fits = table.iter().all(|line| width(line) <= columns);
+        out.push(if fits { without_marks(&table.join("\n")) } else { narrowed(&table, columns) });
     }
     let end = if text.ends_with('\n') { "\n" } else { "" };
     format!("{}{end}", out.join("\n"))
 }
 
 fn width(text: &str) -> usize {
-    text.chars().filter(|c| *c != '\n').count()
+    text.chars().filter(|c| !['\n', MARK].contains(c)).count()
 }
 
 /// A line, further lines below its beginning.
@@ -76,28 +78,76 @@ fn cells(line: &str) -> Vec<String> {
     line.trim_matches('│').split('┆').map(|cell| cell.trim().to_owned()).collect()
 }
 
-/// A table that is too wide, with its cells wrapped, or as a list.
+/// Lines of a cell beyond which columns that may be left out are.
+const TALLEST: usize = 2;
+
+/// Lines of a header beyond which they are.
+const TALLEST_HEADER: usize = 3;
+
+/// A table that is too wide: with its cells wrapped, without the columns that may be left out, or as a list.
 fn narrowed(table: &[&str], columns: usize) -> String {
     let mut rows: Vec<Vec<String>> = table.iter().filter(|line| line.starts_with('│')).map(|line| cells(line)).collect();
-    let header = if table.iter().any(|line| line.starts_with('╞')) && !rows.is_empty() { rows.remove(0) } else { Vec::new() };
-    let count = rows.iter().chain([&header]).map(Vec::len).max().unwrap_or(0);
-    let longest = |column: usize| {
-        // A value stays with its uncertainty.
-        let joined = |cell: &String| cell.replace(" ± ", "_±_").split_whitespace().map(width).max();
-        rows.iter().chain([&header]).filter_map(|row| row.get(column)).filter_map(joined).max().unwrap_or(0)
+    let mut header =
+        if table.iter().any(|line| line.starts_with('╞')) && !rows.is_empty() { rows.remove(0) } else { Vec::new() };
+    let mut left_out: Vec<String> = Vec::new();
+    let fit = loop {
+        if let Some(fit) = wrapped_table(&header, &rows, columns) {
+            break Some(fit);
+        }
+        // The last of those with the most marks goes first.
+        let marks = |k: &usize| header[*k].chars().filter(|c| *c == MARK).count();
+        let Some(least) = (0..header.len()).filter(|k| marks(k) > 0).max_by_key(|k| (marks(k), *k)) else { break None };
+        left_out.push(without_marks(&header.remove(least)));
+        rows.iter_mut().filter(|row| least < row.len()).for_each(|row| drop(row.remove(least)));
     };
-    let least: Vec<usize> = (0..count).map(longest).collect();
-    let words: usize = least.iter().sum();
-    // With frames, without them, or not as a table.
+    let fit = fit.or_else(|| tall_table(&header, &rows, columns)).unwrap_or_else(|| listed(&header, &rows, columns));
+    if left_out.is_empty() {
+        return without_marks(&fit);
+    }
+    left_out.reverse();
+    let rest = filled("", &format!("not shown: {}; --wide shows all", left_out.join(", ")), 2, columns);
+    format!("{}\n{rest}", without_marks(&fit))
+}
+
+/// The widest word of each column; a value stays with its uncertainty.
+fn widest_words(header: &[String], rows: &[Vec<String>]) -> Vec<usize> {
+    let count = rows.iter().map(Vec::as_slice).chain([header]).map(<[String]>::len).max().unwrap_or(0);
+    let longest = |column: usize| {
+        let joined = |cell: &String| cell.replace(" ± ", "_±_").split_whitespace().map(width).max();
+        rows.iter().map(Vec::as_slice).chain([header]).filter_map(|row| row.get(column)).filter_map(joined).max().unwrap_or(0)
+    };
+    (0..count).map(longest).collect()
+}
+
+/// The table with cells of no more than a few lines; `None` if that does not fit.
+fn wrapped_table(header: &[String], rows: &[Vec<String>], columns: usize) -> Option<String> {
+    // A frame is worth a column that may be left out.
+    let text = tall_table(header, rows, columns).filter(|text| text.starts_with('┌'))?;
+    let (head, row) = heights(rows, &text);
+    (head <= TALLEST_HEADER && row <= TALLEST).then_some(text)
+}
+
+/// Lines of the header of a framed table, and of a row on average: a few tall ones are no harm.
+fn heights(rows: &[Vec<String>], text: &str) -> (usize, usize) {
+    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with(['┌', '└'])).collect();
+    let head = lines.iter().position(|line| line.starts_with('╞'));
+    let body = lines.len() - head.map_or(0, |head| head + 1);
+    (head.unwrap_or(0), body.div_ceil(rows.len().max(1)))
+}
+
+/// The table with its cells wrapped, in a frame if there is room for one; `None` if a word would have to be broken.
+fn tall_table(header: &[String], rows: &[Vec<String>], columns: usize) -> Option<String> {
+    let least = widest_words(header, rows);
+    let (count, words) = (least.len(), least.iter().sum::<usize>());
     let (preset, padding) = match columns {
         _ if words + 3 * count < columns => (UTF8_FULL_CONDENSED, (1, 1)),
         _ if words + 2 * count <= columns => (NOTHING, (0, 2)),
-        _ => return listed(&header, &rows, columns),
+        _ => return None,
     };
     let mut out = Table::new();
     out.load_preset(preset).set_content_arrangement(ContentArrangement::Dynamic);
-    out.set_width(u16::try_from(columns).unwrap_or(u16::MAX)).set_header(&header);
-    for row in &rows {
+    out.set_width(u16::try_from(columns).unwrap_or(u16::MAX)).set_header(header);
+    for row in rows {
         out.add_row(row);
     }
     for (k, column) in out.column_iter_mut().enumerate() {
@@ -107,7 +157,7 @@ fn narrowed(table: &[&str], columns: usize) -> String {
         column.set_padding(padding);
         column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(u16::try_from(least[k] + 2).unwrap_or(u16::MAX))));
     }
-    out.to_string()
+    Some(out.to_string())
 }
 
 /// Each row as its first cell, then the others by name.

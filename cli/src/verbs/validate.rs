@@ -4,17 +4,23 @@ use std::path::PathBuf;
 
 use calibench::assess::{Extrapolation, Validation};
 use calibench::identify::Use;
-use calibench::measure::SampleSet;
+use calibench::measure::{Dataset, SampleSet};
 use calibench_report::documents::{OutsideRange, Validated};
-use calibench_report::{documents, extrapolation_sentence, histogram, orientation_table, validation_row, validation_table};
+use calibench_report::{
+    NOT_FITTED, NoForecast, RESIDUAL, documents, extrapolation_sentence, histogram, judged_alike, orientation_table,
+    validation_row, validation_table,
+};
 
+use super::compare::of_fitted_rows;
 use super::data::{locate_in_data, named, read_calibration_to_use, read_datasets};
 use super::failure::{Failure, Outcome};
-use super::output::{print, print_json};
+use super::output::{print, print_answer, print_json, warn};
+use super::streams::input;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Calibration file written by `identify`
+    #[arg(value_parser = input())]
     calibration: PathBuf,
     /// Dataset folders; their rows of set 'validation' are used, or all rows if there are none
     #[arg(required = true)]
@@ -44,14 +50,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             which.takes(s)
         });
     if let Some(warning) = extrapolation_sentence(&beyond) {
-        eprintln!("{warning}");
+        warn(&warning);
     }
+    // Where the fitted rows are among the data, what is expected at the judged ones is known.
+    let expected = match held_out && datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Fit)) {
+        true => of_fitted_rows(&calibration, &named(&datasets)),
+        false => Err(NoForecast::OtherRows),
+    };
     if arguments.json {
         print_json(&Validated { errors: documents::Validation::of(&validation), outside_range: OutsideRange::of(&beyond) })?;
         return Ok(Outcome::Done);
     }
-    print(&validation_table(&[validation_row(&format!("{} samples", validation.samples), &validation)]))?;
-    validation.orientation.iter().try_for_each(|errors| print(&orientation_table(errors)))?;
+    // Rows to which the calibration was fitted have residuals, and no errors.
+    let is_fitted = |d: &Dataset| calibration.dataset_hashes.contains(&d.hash);
+    let figure = if !held_out && datasets.iter().any(|(_, d)| is_fitted(d)) { RESIDUAL } else { NOT_FITTED };
+    let name = format!("{}, {} samples", figure.name, validation.samples);
+    print_answer(&validation_table(&[validation_row(&name, &validation)]))?;
+    validation.orientation.iter().try_for_each(|errors| print_answer(&orientation_table(errors)))?;
+    if let Ok(forecast) = expected {
+        print(&forecast.sentence())?;
+        let differs = judged_alike(&validation, &forecast.error, beyond.outside);
+        differs.iter().try_for_each(|sentence| print(sentence))?;
+    }
     print(&histogram(&validation, 12))?;
     if !validation.from_fit_rows.is_empty() {
         print(&format!(

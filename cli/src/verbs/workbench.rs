@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::failure::{Failure, Outcome};
+use super::output::warn;
 use super::report::{locate_in_case, open, run_folder};
 use crate::workbench::{Bench, HEADER_PATIENCE, Place, Server};
 
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Arguments { folders, model, port, save_to, force } = arguments;
     let case = open(folders, model.as_deref(), *force, false)?;
     // The address must be the first line on standard output.
-    case.misfits.iter().for_each(|(_, sentence)| eprintln!("{sentence}"));
+    case.misfits.iter().for_each(|(_, sentence)| warn(sentence));
     let default = || match run_folder(folders) {
         // The run's own model and report stay unchanged.
         Some(run) => run.join("workbench"),

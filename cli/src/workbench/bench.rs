@@ -1,61 +1,41 @@
-//! State of the workbench: the opened data and the user's actions.
+//! The bench: the opened data, where the user stands, and the answers about it.
+//!
+//! A switch is answered with the figures of its fit; the judgement, the samples and the candidates' curves are computed in
+//! the background, for the present set of effects, in this order.
 
-use calibench::assess::{CellLayout, Examination, LadderStep, Objection, Proposal, ladder, propose, step};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+use calibench::assess::{FittedModel, Gain, LadderStep};
 use calibench::identify::{IdentifyError, Model};
-use calibench::measure::Dataset;
-use calibench_report::{Page, PageModel, PageSubject, Recommended, Views, advice, documents, objection_sentence};
+use calibench_report::{PageModel, PageSubject, Recommended, Views, documents};
 use serde_json::{Value, json};
 
-use super::own_effect::{self, Draft};
+use super::history::{History, Moment};
+use super::kept::{Kept, Set};
+use super::live::live;
 use super::refusal::Refusal;
-use super::saving::{Place, Saved};
+use super::saving::Place;
+use super::state::{State, listed};
+use super::switches::Switches;
 use crate::case::Case;
-use crate::step::Wanted;
-use calibench::files::with_reasons;
 
-/// Number of steps and choices that can be undone; each holds a fit of all samples.
-const MOST_STEPS: usize = 100;
-
-/// Seed of the candidate postures for the next experiment: the default of `next`.
-const NEXT_SEED: u64 = 1;
-
-/// One model on the chosen data.
-struct Step {
-    /// Objections to it.
-    objections: Vec<Objection>,
-    page_model: PageModel,
-    /// Present once computed.
-    views: Option<Views>,
-    /// The next measurements, once requested.
-    proposal: Option<Proposal>,
-}
-
-impl Step {
-    fn new(objections: Vec<Objection>, page_model: PageModel) -> Self {
-        Step { objections, page_model, views: None, proposal: None }
-    }
-}
-
-/// The steps since data were chosen: the initial model, and one per added effect.
-struct Hunt {
-    /// Datasets, by index.
-    chosen: Vec<usize>,
-    steps: Vec<Step>,
-}
-
-impl Hunt {
-    fn begun(case: &Case, chosen: Vec<usize>) -> Result<Self, IdentifyError> {
-        let page_model = case.subject(&chosen, &case.model, &case.commands, PageModel::new)?;
-        Ok(Hunt { chosen, steps: vec![Step::new(Vec::new(), page_model)] })
-    }
-}
-
-/// The opened data, and every step taken on them.
+/// The opened data, and every set of effects tried on them.
 pub struct Bench {
-    case: Case,
-    place: Place,
-    /// The last is the current one.
-    hunts: Vec<Hunt>,
+    pub(super) case: Case,
+    pub(super) place: Place,
+    pub(super) state: Mutex<State>,
+    /// Notified whenever something was computed, or is to be.
+    changed: Condvar,
+    /// Held by an action that leads to another set.
+    pub(super) acting: Mutex<()>,
+}
+
+/// A judged moment, with what is known of the one before.
+pub(super) struct Judged {
+    pub moment: Moment,
+    pub page_model: Arc<PageModel>,
+    /// The model before the last switch, if it was judged too.
+    pub before: Option<Arc<PageModel>>,
 }
 
 impl Bench {
@@ -65,306 +45,185 @@ impl Bench {
     /// If data and model do not match, or the data do not determine the unknowns; the data are returned so that the error can
     /// be located.
     pub fn new(case: Case, place: Place) -> Result<Self, (Box<Case>, IdentifyError)> {
-        let all = (0..case.datasets.len()).collect();
-        match Hunt::begun(&case, all) {
-            Ok(hunt) => Ok(Bench { case, place, hunts: vec![hunt] }),
-            Err(e) => Err((Box::new(case), e)),
+        let chosen = (0..case.datasets.len()).collect();
+        let first = Moment::new(chosen, Switches::of(case.model.clone()), None);
+        let state = State { history: History::new(first.clone()), kept: Kept::default(), poses: Vec::new(), wanted: None };
+        let bench = Bench { case, place, state: Mutex::new(state), changed: Condvar::new(), acting: Mutex::new(()) };
+        match bench.fit(&first) {
+            Ok(()) => {
+                bench.arrive(first, |history, first| *history = History::new(first));
+                Ok(bench)
+            }
+            Err(e) => Err((Box::new(bench.case), e)),
         }
     }
 
-    fn hunt(&self) -> &Hunt {
-        &self.hunts[self.hunts.len() - 1]
+    pub(super) fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn here(&self) -> &Step {
-        let steps = &self.hunt().steps;
-        &steps[steps.len() - 1]
+    /// Waits until something was computed.
+    pub(super) fn wait<'a>(&self, state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+        self.changed.wait(state).unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn here_mut(&mut self) -> &mut Step {
-        let hunt = self.hunts.len() - 1;
-        let step = self.hunts[hunt].steps.len() - 1;
-        &mut self.hunts[hunt].steps[step]
-    }
-
-    fn model(&self) -> &Model {
-        &self.here().page_model.ladder_step.model
+    /// Wakes all who wait.
+    pub(super) fn notify(&self) {
+        self.changed.notify_all();
     }
 
     /// The arguments of the commands recommended by the page: those of the terminal as long as nothing was done.
-    fn commands(&self) -> Recommended {
-        let hunt = self.hunt();
+    fn commands(&self, at: &Moment) -> Recommended {
         let mut commands = self.case.commands.clone();
-        if hunt.chosen.len() < self.case.datasets.len() {
-            commands.datasets = hunt.chosen.iter().map(|&k| self.case.datasets[k].0.as_str()).collect::<Vec<_>>().join(" ");
+        if at.chosen.len() < self.case.datasets.len() {
+            commands.datasets = at.chosen.iter().map(|&k| self.case.datasets[k].0.as_str()).collect::<Vec<_>>().join(" ");
         }
-        if hunt.steps.len() > 1 {
+        if !at.switches.are_initial() {
             commands.model = format!(" --model {}", self.place.model().display());
         }
         commands
     }
 
-    /// Calls `tell` with the present subject of the page.
-    fn subject<T>(&self, tell: impl FnOnce(&PageSubject<'_>) -> T) -> T {
-        self.case.subject(&self.hunt().chosen, self.model(), &self.commands(), tell)
+    /// Calls `tell` with the subject of the page at a moment.
+    pub(super) fn subject<T>(&self, at: &Moment, tell: impl FnOnce(&PageSubject<'_>) -> T) -> T {
+        self.case.subject(&at.chosen, &at.model, &self.commands(at), tell)
     }
 
-    /// The steps taken, as the page shows them.
-    fn ladder(&self) -> Value {
-        let steps = &self.hunt().steps;
-        let steps: Vec<&LadderStep> = steps.iter().map(|s| &s.page_model.ladder_step).collect();
-        let steps = documents::LadderStep::all(&steps);
-        let objections: Vec<String> = self.here().objections.iter().map(objection_sentence).collect();
-        let step = (steps.len() > 1)
-            .then(|| json!({"effect": self.here().page_model.ladder_step.added.join(" + "), "objections": objections}));
-        json!({"rungs": steps, "complete": true, "step": step})
+    /// Fits the set of a moment, unless it is kept.
+    pub(super) fn fit(&self, at: &Moment) -> Result<(), IdentifyError> {
+        if self.state().set_mut(at).is_some() {
+            return Ok(());
+        }
+        let set = self.subject(at, |subject| {
+            let fitted = FittedModel::new(subject.datasets, &at.model)?;
+            let figures = PageModel::first_figures(&fitted.scores, subject)?;
+            Ok::<_, IdentifyError>(Set::new(at.chosen.clone(), fitted, figures))
+        })?;
+        let mut state = self.state();
+        // The present set is never the one that was not used for the longest time.
+        let here = state.history.here().clone();
+        state.set_mut(&here);
+        state.kept.keep(set);
+        Ok(())
     }
 
-    /// The data beside the document: datasets that can be chosen, the model, and available actions.
-    fn live(&self) -> Value {
-        let hunt = self.hunt();
-        let datasets = self
-            .case
-            .datasets
-            .iter()
-            .enumerate()
-            .map(|(k, (name, d))| json!({"name": name, "samples": d.samples.len(), "chosen": hunt.chosen.contains(&k)}));
-        let joints = self.here().page_model.ladder_step.calibration.robot.joints();
-        let each = |from: usize, site: &'static str| (from..from + joints).map(move |j| format!("{site}:{j}"));
-        let sites: Vec<String> = each(1, "theta").chain(each(1, "d")).chain(each(0, "alpha")).chain(each(0, "a")).collect();
-        json!({
-            "datasets": datasets.collect::<Vec<_>>(),
-            "effects": self.model().effects,
-            "candidates": self.here().page_model.candidates(),
-            "sites": sites,
-            "can_undo": hunt.steps.len() > 1 || self.hunts.len() > 1,
-            "saves_to": self.place.folder().display().to_string(),
-        })
+    /// Puts a fitted moment into the history.
+    pub(super) fn arrive(&self, mut moment: Moment, into: impl FnOnce(&mut History, Moment)) {
+        let mut state = self.state();
+        let figures = state.set_mut(&moment).map(|set| set.figures.clone()).unwrap_or_default();
+        moment.rung = moment.first_rung(&figures);
+        into(&mut state.history, moment);
+        state.wanted = None;
+        drop(state);
+        self.notify();
     }
 
-    /// The current page without the views of the samples.
+    /// The present moment, once it is judged.
+    pub(super) fn judged(&self) -> Result<Judged, Refusal> {
+        let mut state = self.state();
+        loop {
+            match state.set().and_then(|set| set.judged.as_ref()) {
+                Some(Ok(page_model)) => {
+                    let page_model = page_model.clone();
+                    let before = state.history.before();
+                    let before = before.and_then(|b| state.kept.find(&b.chosen, &b.model)?.page_model().cloned());
+                    return Ok(Judged { moment: state.history.here().clone(), page_model, before });
+                }
+                Some(Err(because)) => return Err(Refusal::field("effect", because.clone())),
+                None => state = self.wait(state),
+            }
+        }
+    }
+
+    /// The present page without the views of the samples, and the last step as `add` prints it.
     ///
     /// # Errors
-    /// If the validation rows cannot be predicted.
+    /// If the model cannot be judged, or the validation rows cannot be predicted.
     pub fn document(&self) -> Result<Value, Refusal> {
-        let document = self.subject(|subject| self.here().page_model.json(subject, self.ladder()))?;
-        Ok(json!({"live": self.live(), "document": document}))
+        let judged = self.judged()?;
+        let Judged { moment, page_model, before } = &judged;
+        let gains = before.as_ref().and_then(|b| self.gains_over(moment, &b.ladder_step.model));
+        let [added, _] = &moment.changed;
+        let step = LadderStep { added: added.clone(), gains: gains.unwrap_or_default(), ..page_model.ladder_step.clone() };
+        let below: Vec<&LadderStep> = before.iter().map(|b| &b.ladder_step).collect();
+        let rung = moment.with_removed(documents::to_value(&documents::LadderStep::of(&step, &below)));
+        let below = before.as_ref().filter(|_| !added.is_empty()).map(|b| &b.ladder_step);
+        let objections = below.map(|below| step.objections(below));
+        let taken = below.zip(objections.as_ref());
+        let taken = taken.map(|(below, all)| documents::to_value(&documents::Step::of(below, &step, all, true)));
+        let ladder = {
+            let mut state = self.state();
+            let here = state.history.here_mut();
+            if here.model == moment.model && here.chosen == moment.chosen && here.changed == moment.changed {
+                here.rung = rung;
+                here.objections = objections.unwrap_or(std::mem::take(&mut here.objections));
+            }
+            state.ladder()
+        };
+        let document = self.subject(moment, |subject| page_model.json(subject, ladder))?;
+        Ok(json!({"live": self.live(), "document": document, "step": taken}))
     }
 
-    /// Computes the views and fits a candidate of the diagnosis, the first if `effect` is `None`; returns its index among those
-    /// fitted.
-    fn look(&mut self, effect: Option<&str>) -> Result<Option<usize>, Refusal> {
-        let looked = self.subject(|subject| {
-            let here = self.here();
-            let fresh = if here.views.is_none() { Some(Views::new(subject, &here.page_model)?) } else { None };
-            Ok::<_, IdentifyError>(fresh)
-        })?;
-        if looked.is_some() {
-            self.here_mut().views = looked;
+    fn gains_over(&self, at: &Moment, before: &Model) -> Option<Vec<Gain>> {
+        self.state().set_mut(at)?.gains_over(before).cloned()
+    }
+
+    /// The data beside the document.
+    pub(super) fn live(&self) -> Value {
+        live(&self.case, &self.place, &self.state())
+    }
+
+    /// The views of the present samples, once `is_enough` of the set.
+    pub(super) fn seen(&self, is_enough: impl Fn(&Set) -> bool) -> Result<(Judged, Views), Refusal> {
+        let judged = self.judged()?;
+        let mut state = self.state();
+        loop {
+            let Some(set) = state.set().filter(|set| set.scores.model == judged.moment.model) else {
+                return Err(Refusal::field("effect", "the model has changed in the meantime"));
+            };
+            match &set.views {
+                Some(Err(because)) => return Err(Refusal::field("effect", because.clone())),
+                Some(Ok(views)) if is_enough(set) => return Ok((judged, views.clone())),
+                _ => state = self.wait(state),
+            }
         }
-        let Some(mut views) = self.here_mut().views.take() else { return Ok(None) };
-        let place = self.subject(|subject| views.look_at(subject, &self.here().page_model, effect));
-        self.here_mut().views = Some(views);
-        Ok(place?)
     }
 
-    /// The views of the samples, with the first candidate.
+    /// The views of the samples, with the first candidate that the data determine.
     ///
     /// # Errors
     /// When the data do not determine the model.
-    pub fn views(&mut self) -> Result<Value, Refusal> {
-        // A candidate that the data do not determine is omitted.
-        match self.look(None) {
-            Ok(_) | Err(Refusal::Data(_)) => {}
-            Err(other) => return Err(other),
-        }
-        let here = self.here();
-        Ok(here.views.as_ref().map_or(Value::Null, |v| v.json(&here.page_model)))
+    pub fn views(&self) -> Result<Value, Refusal> {
+        let (judged, views) = self.seen(|set| listed(set).first().is_none_or(|first| set.has_tried(first)))?;
+        Ok(views.json(&judged.page_model))
+    }
+
+    /// The views with all candidates that the page lists.
+    pub(super) fn views_in_full(&self) -> Result<(Judged, Views), Refusal> {
+        self.seen(|set| listed(set).iter().all(|effect| set.has_tried(effect)))
     }
 
     /// The share of the residuals that one candidate would explain.
     ///
     /// # Errors
     /// If the diagnosis does not name it, or the data do not determine it.
-    pub fn candidate(&mut self, effect: &str) -> Result<Value, Refusal> {
-        let place = self.look(Some(effect))?;
-        let place = place.ok_or_else(|| Refusal::field("effect", format!("'{effect}' is no candidate of this diagnosis")))?;
-        let here = self.here();
-        Ok(here.views.as_ref().map_or(Value::Null, |v| v.candidate_json(&here.page_model, place)))
-    }
-
-    /// Starts over on a choice of the opened datasets.
-    ///
-    /// # Errors
-    /// If one is not open, none is named, or they do not determine the model.
-    pub fn choose(&mut self, names: &[String]) -> Result<Value, Refusal> {
-        let place = |name: &String| {
-            let place = self.case.datasets.iter().position(|(n, _)| n == name);
-            place.ok_or_else(|| Refusal::field("datasets", format!("no dataset '{name}' is open")))
-        };
-        let mut chosen = names.iter().map(place).collect::<Result<Vec<usize>, _>>()?;
-        chosen.sort_unstable();
-        chosen.dedup();
-        if chosen.is_empty() {
-            return Err(Refusal::field("datasets", "choose at least one dataset"));
+    pub fn candidate(&self, effect: &str) -> Result<Value, Refusal> {
+        let judged = self.judged()?;
+        if !judged.page_model.candidates().iter().any(|c| c == effect) {
+            return Err(Refusal::field("effect", format!("'{effect}' is no candidate of this diagnosis")));
         }
-        self.room()?;
-        let hunt = Hunt::begun(&self.case, chosen)?;
-        self.hunts.push(hunt);
-        self.document()
-    }
-
-    /// Adds an effect, as `add` does; a step that is refused is taken only with `force`.
-    ///
-    /// # Errors
-    /// If there is no such effect, or the data do not determine it.
-    pub fn add(&mut self, effect: &str, force: bool) -> Result<Value, Refusal> {
-        self.room()?;
-        let after = self.with_data(|datasets, here| {
-            let wanted = Wanted::parse(effect, &here.ladder_step.model, datasets)?;
-            wanted.take(datasets, &here.ladder_step, here.ground())
-        });
-        let after = after.map_err(|e| Refusal::field("effect", with_reasons(&e)))?;
-        self.taken(after, force)
-    }
-
-    /// Adds a user-defined effect.
-    ///
-    /// # Errors
-    /// If it is malformed, naming the field in error, or the data do not determine it.
-    pub fn own(&mut self, draft: &Draft, force: bool) -> Result<Value, Refusal> {
-        self.room()?;
-        let after = self.with_data(|datasets, here| {
-            let first = datasets[0].1;
-            let effect = own_effect::parse(draft, &here.ladder_step.model, first)?;
-            let mut model = here.ladder_step.model.with(&effect.name);
-            let name = effect.name.clone();
-            model.own.push(effect);
-            Ok::<_, Refusal>(step(datasets, &here.ladder_step, &model, vec![name], here.ground())?)
-        })?;
-        self.taken(after, force)
-    }
-
-    /// Continues with the model that the ladder recommends, in one step; without a step if it is the present one.
-    ///
-    /// # Errors
-    /// If the data do not determine the model.
-    pub fn recommend(&mut self) -> Result<Value, Refusal> {
-        self.room()?;
-        let climbed = self.with_data(|datasets, here| ladder(datasets, &here.ladder_step.model, here.ground(), &mut |_| ()))?;
-        let advice = advice(&climbed);
-        let recommended = climbed.recommended();
-        let present = &self.model().effects;
-        let added: Vec<String> = recommended.model.effects.iter().filter(|e| !present.contains(e)).cloned().collect();
-        if added.is_empty() {
-            return Ok(json!({"advice": advice}));
+        {
+            let mut state = self.state();
+            if state.set().is_some_and(|set| !set.has_tried(effect)) {
+                state.wanted = Some(effect.to_owned());
+                self.notify();
+            }
         }
-        // The ladder has already considered the objections.
-        let mut answer = self.accept(LadderStep { added, ..recommended.clone() }, Vec::new())?;
-        answer["advice"] = json!(advice);
-        Ok(answer)
-    }
-
-    fn with_data<T>(&self, act: impl FnOnce(&[(&str, &Dataset)], &PageModel) -> T) -> T {
-        self.subject(|subject| act(subject.datasets, &self.here().page_model))
-    }
-
-    /// Continues from a step, unless it is refused.
-    fn taken(&mut self, after: LadderStep, force: bool) -> Result<Value, Refusal> {
-        let before = &self.here().page_model;
-        let objections = after.objections(&before.ladder_step);
-        let accepted = force || !objections.iter().any(Objection::refuses);
-        if !accepted {
-            return Ok(json!({"step": documents::Step::of(&before.ladder_step, &after, &objections, accepted)}));
-        }
-        self.accept(after, objections)
-    }
-
-    fn accept(&mut self, after: LadderStep, objections: Vec<Objection>) -> Result<Value, Refusal> {
-        let before = &self.here().page_model;
-        let step = documents::Step::of(&before.ladder_step, &after, &objections, true);
-        let page_model = self.subject(|subject| before.stepped(after, subject))?;
-        let last = self.hunts.len() - 1;
-        self.hunts[last].steps.push(Step::new(objections, page_model));
-        let mut answer = self.document()?;
-        answer["step"] = documents::to_value(&step);
-        Ok(answer)
-    }
-
-    fn room(&self) -> Result<(), Refusal> {
-        let steps: usize = self.hunts.iter().map(|h| h.steps.len()).sum();
-        if steps < MOST_STEPS {
-            return Ok(());
-        }
-        Err(Refusal::field("effect", format!("{MOST_STEPS} steps are kept at most; save the model, and open it anew")))
-    }
-
-    /// Undoes the last step, or the last choice of data.
-    ///
-    /// # Errors
-    /// If there is nothing to undo.
-    pub fn undo(&mut self) -> Result<Value, Refusal> {
-        let last = self.hunts.len() - 1;
-        if self.hunts[last].steps.len() > 1 {
-            self.hunts[last].steps.pop();
-        } else if last > 0 {
-            self.hunts.pop();
-        } else {
-            return Err(Refusal::field("undo", "there is nothing to undo"));
-        }
-        self.document()
-    }
-
-    /// The next experiment, as `next` proposes it for these data without a scenario.
-    ///
-    /// # Errors
-    /// When the data do not determine the model.
-    pub fn next_experiment(&mut self) -> Result<Value, Refusal> {
-        let (proposal, cell_known) = self.with_data(|datasets, here| {
-            let examination = Examination::new(datasets, &here.ladder_step.model)?;
-            let first = datasets[0].1;
-            let layout = CellLayout::of_dataset(first);
-            let proposal = propose(datasets, &examination, &here.ladder_step.diagnosis, &layout, NEXT_SEED)?;
-            Ok::<_, Refusal>((proposal, layout.is_known))
-        })?;
-        let document = documents::Next { cell_known: Some(cell_known), ..documents::Next::of(&proposal) };
-        self.here_mut().proposal = Some(proposal);
-        Ok(json!({"next": document}))
-    }
-
-    /// Writes the poses of the next experiment requested here: `plan.toml` and, if they are best of all, beside it the points
-    /// of a tracker.
-    ///
-    /// # Errors
-    /// If no next experiment was requested, none of its actions can be planned, or the folder cannot be written.
-    pub fn save_plan(&mut self) -> Result<Saved, Refusal> {
-        let Some(proposal) = &self.here().proposal else {
-            return Err(Refusal::field("next", "ask for the next experiment first"));
-        };
-        let reference = &self.case.datasets[self.hunt().chosen[0]].1.robot_reference;
-        match self.place.save_plan(proposal, reference)? {
-            Some(saved) => Ok(saved),
-            None => Err(Refusal::field("next", "nothing on offer can be written as a plan")),
-        }
-    }
-
-    /// Writes the model to `model.toml`.
-    ///
-    /// # Errors
-    /// When the folder cannot be written.
-    pub fn save_model(&self) -> Result<Saved, Refusal> {
-        Ok(self.place.save_model(self.model())?)
-    }
-
-    /// Writes the page to `report.html`, with the steps taken and the candidates examined.
-    ///
-    /// # Errors
-    /// When the folder cannot be written.
-    pub fn save_report(&mut self) -> Result<Saved, Refusal> {
-        self.views()?;
-        let here = self.here();
-        let Some(views) = &here.views else { return Err(Refusal::field("report", "there is nothing to show yet")) };
-        let page = self.subject(|subject| Page::of(subject, &here.page_model, self.ladder(), views))?;
-        Ok(self.place.save_report(&page.document)?)
+        let (judged, views) = self.seen(|set| set.has_tried(effect))?;
+        views.candidate_json(&judged.page_model, effect).ok_or_else(|| {
+            let state = self.state();
+            let because = state.set().and_then(|set| set.not_fitted.iter().find(|(e, _)| e == effect));
+            Refusal::field("effect", because.map_or_else(String::new, |(_, because)| because.clone()))
+        })
     }
 }

@@ -2,7 +2,8 @@
 
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use axum::Router;
@@ -41,7 +42,7 @@ pub struct Server {
 /// Shared state from which every answer is made.
 struct Desk {
     gate: Gate,
-    bench: Mutex<Bench>,
+    bench: Bench,
     /// Held while a file is written, so that no file is left incomplete on exit.
     writing: Mutex<()>,
 }
@@ -57,7 +58,7 @@ impl Server {
     pub fn new(bench: Bench, port: u16, header_patience: Duration) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let gate = Gate::new(listener.local_addr()?.port()).map_err(io::Error::other)?;
-        let desk = Arc::new(Desk { gate, bench: Mutex::new(bench), writing: Mutex::new(()) });
+        let desk = Arc::new(Desk { gate, bench, writing: Mutex::new(()) });
         Ok(Server { listener, desk, header_patience })
     }
 
@@ -68,6 +69,9 @@ impl Server {
     pub fn run(self, announce: impl FnOnce(&str) -> io::Result<()>) -> io::Result<()> {
         let Server { listener, desk, header_patience } = self;
         listener.set_nonblocking(true)?;
+        // It ends with the program.
+        let bench = desk.clone();
+        thread::Builder::new().name("bench".into()).spawn(move || bench.bench.work())?;
         let runtime = runtime::Builder::new_multi_thread().worker_threads(WORKERS).enable_io().enable_time().build()?;
         let routes = routes(desk.clone());
         let result = runtime.block_on(async {
@@ -90,13 +94,17 @@ impl Server {
 fn routes(desk: Arc<Desk>) -> Router {
     Router::new()
         .route("/", get(shell))
-        .route("/api/document", get(|State(desk)| of_bench(desk, |bench| bench.document())))
+        .route("/api/document", get(|State(desk)| of_bench(desk, Bench::document)))
         .route("/api/views", get(|State(desk)| of_bench(desk, Bench::views)))
         .route("/api/candidate", post(|desk, body| act(desk, body, |bench, of: Named| bench.candidate(&of.effect))))
         .route("/api/choose", post(|desk, body| act(desk, body, |bench, of: Chosen| bench.choose(&of.datasets))))
-        .route("/api/add", post(|desk, body| act(desk, body, |bench, of: Named| bench.add(&of.effect, of.force))))
+        .route(
+            "/api/switch",
+            post(|desk, body| act(desk, body, |bench, of: Switched| bench.switch(&of.effect, of.on, of.force))),
+        )
         .route("/api/own", post(|desk, body| act(desk, body, |bench, of: Own| bench.own(&of.draft(), of.force))))
-        .route("/api/undo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.undo())))
+        .route("/api/undo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.turn(-1))))
+        .route("/api/redo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.turn(1))))
         .route("/api/recommend", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.recommend())))
         .route("/api/next", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.next_experiment())))
         .route("/api/save-model", post(|desk, body| write(desk, body, |bench| bench.save_model())))
@@ -113,6 +121,13 @@ fn routes(desk: Arc<Desk>) -> Router {
 #[serde(deny_unknown_fields)]
 struct Named {
     effect: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Switched {
+    effect: String,
+    on: bool,
     #[serde(default)]
     force: bool,
 }
@@ -194,10 +209,10 @@ async fn shell() -> Answer {
 }
 
 /// Runs an action on the bench in a thread separate from the server's.
-async fn of_bench(desk: Arc<Desk>, act: impl FnOnce(&mut Bench) -> Result<Value, Refusal> + Send + 'static) -> Answer {
+async fn of_bench(desk: Arc<Desk>, act: impl FnOnce(&Bench) -> Result<Value, Refusal> + Send + 'static) -> Answer {
     let done = tokio::task::spawn_blocking(move || {
         let began = Instant::now();
-        let result = act(&mut desk.bench());
+        let result = act(&desk.bench);
         (result, began.elapsed())
     });
     match done.await {
@@ -215,7 +230,7 @@ async fn of_bench(desk: Arc<Desk>, act: impl FnOnce(&mut Bench) -> Result<Value,
 async fn act<T: DeserializeOwned + Send + 'static>(
     State(desk): State<Arc<Desk>>,
     body: Bytes,
-    act: impl FnOnce(&mut Bench, T) -> Result<Value, Refusal> + Send + 'static,
+    act: impl FnOnce(&Bench, T) -> Result<Value, Refusal> + Send + 'static,
 ) -> Answer {
     match serde_json::from_slice::<T>(&body) {
         Ok(wanted) => of_bench(desk, move |bench| act(bench, wanted)).await,
@@ -227,7 +242,7 @@ async fn act<T: DeserializeOwned + Send + 'static>(
 async fn write(
     desk: State<Arc<Desk>>,
     body: Bytes,
-    save: impl FnOnce(&mut Bench) -> Result<super::saving::Saved, Refusal> + Send + 'static,
+    save: impl FnOnce(&Bench) -> Result<super::saving::Saved, Refusal> + Send + 'static,
 ) -> Answer {
     let lock = desk.0.clone();
     act(desk, body, move |bench, _: Nothing| {
@@ -235,13 +250,6 @@ async fn write(
         save(bench).map(|saved| saved.json())
     })
     .await
-}
-
-impl Desk {
-    /// Locks the bench; an action that failed half way has changed nothing that is shown.
-    fn bench(&self) -> MutexGuard<'_, Bench> {
-        self.bench.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 fn sent(status: StatusCode, value: &Value) -> Answer {

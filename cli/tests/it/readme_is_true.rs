@@ -1,6 +1,8 @@
-//! The README is correct: its commands run, its output is the program's, its tables, tree and links match the repository.
+//! README and the pages that it leads to are correct: tables, verbs, tree and links match the program and the repository. What they
+//! tell a user to type is run by `every_command_on_the_pages_runs`.
 //!
-//! `CALIBENCH_WRITE_README=1 cargo test --package calibench-cli readme_is_true` writes the program's present output into the README.
+//! `CALIBENCH_WRITE_README=1 cargo test --package calibench-cli readme_is_true` writes the present tables into the page of the
+//! validation.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,7 +13,16 @@ use serde_json::Value;
 
 const HOW_TO_REFRESH: &str = "refresh with `CALIBENCH_WRITE_README=1 cargo test --package calibench-cli readme_is_true`";
 
-/// Concurrent tests write the same README.
+/// The page that compares with the paper and with real robots.
+const VALIDATION: &str = "docs/validation.md";
+
+/// The page of all verbs.
+const VERBS: &str = "docs/verbs.md";
+
+/// The page that tells what is where.
+const REPOSITORY: &str = "docs/repository.md";
+
+/// Concurrent tests write the same page.
 static PAGE: Mutex<()> = Mutex::new(());
 
 /// Folders that are not part of the repository, in addition to Python environments.
@@ -33,135 +44,56 @@ fn help(arguments: &[&str]) -> String {
     String::from_utf8(program(arguments, &root()).stdout).expect("help is text")
 }
 
-/// Lines of the code blocks in the given language.
-fn code(language: &str) -> Vec<String> {
-    let fence = format!("```{language}");
-    let mut inside = false;
-    let mut lines = Vec::new();
-    for line in read("README.md").lines() {
-        if line == fence {
-            inside = true;
-        } else if line == "```" {
-            inside = false;
-        } else if inside {
-            lines.push(line.to_owned());
-        }
-    }
-    lines
-}
-
-/// Arguments of every call of the program in the README, in order. A `run` repeated with `--out` in later sections is made
-/// once.
-fn calls() -> Vec<Vec<String>> {
-    let mut calls: Vec<Vec<String>> = code("sh")
-        .iter()
-        .filter_map(|line| line.strip_prefix("cargo run --release -- ").or_else(|| line.strip_prefix("calibench ")))
-        .map(|line| line.split('#').next().unwrap_or_default().split_whitespace().map(str::to_owned).collect())
-        .collect();
-    let all = calls.clone();
-    calls.retain(|call| !all.iter().any(|other| other.len() > call.len() && other.starts_with(call)));
-    calls
-}
-
 #[test]
-fn its_commands_run_and_print_what_it_shows() {
+fn its_table_9_is_that_of_a_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    std::fs::create_dir(folder.path().join("scenarios")).expect("writable");
-    for file in std::fs::read_dir(root().join("scenarios")).expect("there are scenarios") {
-        let file = file.expect("readable");
-        std::fs::copy(file.path(), folder.path().join("scenarios").join(file.file_name())).expect("writable");
-    }
-    let mut story = None;
-    for call in calls() {
-        let arguments: Vec<&str> = call.iter().map(String::as_str).collect();
-        let output = program(&arguments, folder.path());
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "calibench {}: {}\n{said}", call.join(" "), output.status);
-        if arguments.starts_with(&["run", "scenarios/paper.toml"]) {
-            story = Some(String::from_utf8(output.stdout).expect("the story is text"));
-        }
-    }
-    let story = story.expect("the README runs scenarios/paper.toml");
-    let result = std::fs::read_to_string(folder.path().join("runs/paper/result.json")).expect("the run was kept");
+    let out = folder.path().join("paper");
+    let output = program(&["run", "scenarios/paper.toml", "--out", &out.to_string_lossy()], &root());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let result = std::fs::read_to_string(out.join("result.json")).expect("the run was kept");
     let result: Value = serde_json::from_str(&result).expect("the result is JSON");
-    let blocks = [("story", format!("```text\n{}```\n", excerpt(&story))), ("table 9", table_9(&result))];
-    if is_to_be_written(&blocks) {
+    let now = table_9(&result);
+    if is_to_be_written("table 9", &now) {
         return;
     }
-    let text = read("README.md");
-    for (name, now) in &blocks {
-        let (_, shown, _) = around(&text, name);
-        if let Err(difference) = same_as_printed(shown, now) {
-            panic!("README, {name}: {difference}; {HOW_TO_REFRESH}. It is now\n{now}");
-        }
+    let text = read(VALIDATION);
+    let (_, shown, _) = around(&text, "table 9");
+    if let Err(difference) = same_as_printed(shown, &now) {
+        panic!("{VALIDATION}, table 9: {difference}; {HOW_TO_REFRESH}. It is now\n{now}");
     }
 }
 
-/// Writes the blocks into the README if requested.
-fn is_to_be_written(blocks: &[(&str, String)]) -> bool {
+/// Writes the block into the page of the validation if requested.
+fn is_to_be_written(name: &str, now: &str) -> bool {
     let asked = std::env::var_os("CALIBENCH_WRITE_README").is_some();
     if asked {
         let _alone = PAGE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let written = blocks.iter().fold(read("README.md"), |text, (name, now)| {
-            let (before, _, after) = around(&text, name);
-            format!("{before}{now}{after}")
-        });
-        std::fs::write(root().join("README.md"), written).expect("the README can be written");
+        let text = read(VALIDATION);
+        let (before, _, after) = around(&text, name);
+        std::fs::write(root().join(VALIDATION), format!("{before}{now}{after}")).expect("the page can be written");
     }
     asked
 }
 
-/// The measurement by `docs/robots/make` takes half an hour and public data; comparing the README with its result takes
-/// neither.
+/// The measurement by `docs/robots/make` takes half an hour and public data; comparing the page with its result takes neither.
 #[test]
 fn its_public_robots_are_those_of_the_table() {
     let table = read("docs/robots/table.md");
     let (head, _) = table.split_once("## All divisions\n").expect("the table has a head");
-    if !is_to_be_written(&[("public robots", head.to_owned())]) {
-        let text = read("README.md");
+    if !is_to_be_written("public robots", head) {
+        let text = read(VALIDATION);
         let (_, shown, _) = around(&text, "public robots");
-        assert_eq!(shown, head, "README (left) and docs/robots/table.md (right); {HOW_TO_REFRESH}");
+        assert_eq!(shown, head, "{VALIDATION} (left) and docs/robots/table.md (right); {HOW_TO_REFRESH}");
     }
 }
 
 /// The text up to the end of the marker's line, the text between the markers, and the rest from the end marker on.
 fn around<'a>(text: &'a str, name: &str) -> (&'a str, &'a str, &'a str) {
     let marker = format!("<!-- {name}:");
-    let start = text.find(&marker).unwrap_or_else(|| panic!("the README has no place for the {name}"));
+    let start = text.find(&marker).unwrap_or_else(|| panic!("the page has no place for the {name}"));
     let from = start + text[start..].find('\n').expect("the marker's line ends") + 1;
     let to = from + text[from..].find("<!-- end -->").expect("the place ends");
     (&text[..from], &text[from..to], &text[to..])
-}
-
-/// The output without most rows of its tables.
-fn excerpt(story: &str) -> String {
-    let mut out = String::new();
-    let mut section = "";
-    let mut rows = 0;
-    for line in story.lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        if words.first().is_some_and(|w| w.len() > 2 && w.chars().all(|c| c.is_ascii_uppercase() || c == ',')) {
-            (section, rows) = (words[0].trim_end_matches(','), 0);
-        }
-        let row = line.starts_with('│');
-        rows += usize::from(row);
-        let shown = match section {
-            // The head and the first three probings, and effects.
-            "CENTRING" | "HIDDEN" => !row || rows <= 4,
-            // The head and some rows of each kind.
-            "PARAMETERS" => !row || rows == 1 || ["base_x", "base_y", "a1", "a2", "c2", "c3"].contains(&words[1]),
-            "HISTOGRAM" => false,
-            // The run is shown as without `--out`.
-            _ => !line.starts_with("Written to"),
-        };
-        if shown {
-            out.push_str(line.trim_end());
-            out.push('\n');
-        } else if row && !out.ends_with("...\n") {
-            out.push_str("...\n");
-        }
-    }
-    out
 }
 
 /// The paper's Table 9 beside that of the run.
@@ -221,7 +153,7 @@ fn numbers_are_compared_to_their_last_place() {
 
 /// Rows of the table of verbs: the words in the first cell, and the whole row.
 fn verb_rows() -> Vec<(Vec<String>, String)> {
-    let text = read("README.md");
+    let text = read(VERBS);
     text.lines()
         .skip_while(|line| !line.starts_with("| verb |"))
         .skip(2)
@@ -247,34 +179,31 @@ fn its_verbs_are_those_of_the_program() {
         .collect();
     let rows = verb_rows();
     let told: BTreeSet<String> = rows.iter().map(|(words, _)| words[0].clone()).collect();
-    assert_eq!(told, listed, "verbs of the README (left) and of the program (right)");
+    assert_eq!(told, listed, "verbs of the page (left) and of the program (right)");
     for (words, row) in &rows {
         let help = help(&[&words[0], "--help"]);
         let usage = help.lines().find(|line| line.starts_with("Usage:")).unwrap_or_default();
         for argument in &words[1..] {
             let name = argument.trim_end_matches("...").trim_end_matches('S');
             let taken = ["<", "["].iter().any(|open| usage.contains(&format!("{open}{name}")));
-            assert!(taken, "README: `{}` takes no {name}; {usage}", words[0]);
+            assert!(taken, "{VERBS}: `{}` takes no {name}; {usage}", words[0]);
         }
         for flag in row.split('`').filter(|quoted| quoted.starts_with("--")) {
-            assert!(help.contains(flag), "README: `{}` has no {flag}", words[0]);
+            assert!(help.contains(flag), "{VERBS}: `{}` has no {flag}", words[0]);
         }
     }
-    for line in read("README.md").lines().filter(|line| line.starts_with("`--json` on ")) {
+    for line in read(VERBS).lines().filter(|line| line.starts_with("`--json` on ")) {
         for verb in line.split(" prints").next().unwrap_or_default().split('`').skip(3).step_by(2) {
-            assert!(help(&[verb, "--help"]).contains("--json"), "README: `{verb}` has no --json");
+            assert!(help(&[verb, "--help"]).contains("--json"), "{VERBS}: `{verb}` has no --json");
         }
     }
 }
 
-/// Folders in the README's tree, relative to the root.
+/// Folders in the page's tree, relative to the root.
 fn tree() -> BTreeSet<String> {
     let mut above: Vec<String> = Vec::new();
     let mut folders = BTreeSet::new();
-    for line in read("README.md").lines().skip_while(|line| *line != "## The house").skip(1) {
-        if line.starts_with("## ") {
-            break;
-        }
+    for line in read(REPOSITORY).lines() {
         let name = line.split_whitespace().next().unwrap_or_default();
         let Some(name) = name.strip_suffix('/').filter(|n| !n.contains('`')) else { continue };
         let depth = (line.len() - line.trim_start().len()) / 2;
@@ -300,18 +229,19 @@ fn folders_in(folder: &str) -> BTreeSet<String> {
 fn its_tree_is_the_repository() {
     let tree = tree();
     for folder in &tree {
-        assert!(root().join(folder).is_dir(), "README: there is no folder {folder}");
+        assert!(root().join(folder).is_dir(), "{REPOSITORY}: there is no folder {folder}");
     }
     for listed in ["", "src", "report", "cli", "sim", "sim/src", "docs"] {
         let missing: Vec<String> = folders_in(listed).difference(&tree).cloned().collect();
-        assert!(missing.is_empty(), "README: the tree does not tell of {missing:?}");
+        assert!(missing.is_empty(), "{REPOSITORY}: the tree does not tell of {missing:?}");
     }
 }
 
 #[test]
 fn links_of_every_page_lead_somewhere() {
-    let mut pages = vec![PathBuf::from("README.md"), "CHANGELOG.md".into(), "benches/README.md".into()];
-    for folder in ["docs", "docs/formats", "docs/decisions", "docs/robots", "docs/studies"] {
+    let mut pages =
+        vec![PathBuf::from("README.md"), "CONTRIBUTING.md".into(), "CHANGELOG.md".into(), "benches/README.md".into()];
+    for folder in ["docs", "docs/first-hour", "docs/formats", "docs/decisions", "docs/robots", "docs/studies"] {
         let entries = std::fs::read_dir(root().join(folder)).expect("the folder is there").filter_map(Result::ok);
         pages.extend(
             entries.map(|e| Path::new(folder).join(e.file_name())).filter(|p| p.extension().is_some_and(|e| e == "md")),
@@ -354,8 +284,9 @@ fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
 #[test]
 fn its_scripts_can_be_executed() {
     use std::os::unix::fs::PermissionsExt;
-    for script in ["tests/run", "sim/setup.sh", ".ci/run", "docs/robots/make"] {
-        assert!(read("README.md").contains(script), "the README does not tell of {script}");
+    let pages = ["README.md", "docs/README.md", "docs/install.md", REPOSITORY, VALIDATION].map(read).concat();
+    for script in ["tests/run", "sim/setup.sh", ".ci/run", "docs/robots/make", "docs/book/make"] {
+        assert!(pages.contains(script), "no page tells of {script}");
         let mode = std::fs::metadata(root().join(script)).unwrap_or_else(|e| panic!("{script}: {e}")).permissions().mode();
         assert!(mode & 0o111 == 0o111, "{script} is not executable");
     }

@@ -64,7 +64,7 @@ fn one_file_the_same_every_time_with_the_numbers_of_the_other_verbs() {
 
     // One file: nothing is loaded, and a policy tells the browser so.
     let (outside, tags) = outside_scripts(&page);
-    assert_eq!(tags, [r#" type="application/json" id="data""#, "", ""]);
+    assert_eq!(tags, ["", r#" type="application/json" id="data""#, "", ""]);
     for loads in ["src=", "href=", "url(", "@import", "<link", "<img", "<iframe", "<base"] {
         assert!(!outside.contains(loads), "{loads}");
     }

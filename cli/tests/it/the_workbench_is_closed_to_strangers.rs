@@ -106,12 +106,12 @@ fn only_its_own_page_is_answered() {
     }
     assert_eq!(bench.ask("POST", document, &[], "{}").status, 405);
     assert_eq!(bench.ask("GET", "/api/undo", &[], "").status, 405);
-    assert_eq!(bench.ask("POST", "/api/add", &[], "not JSON").status, 400);
-    assert_eq!(bench.ask("POST", "/api/add", &[], r#"{"effect": 1}"#).status, 400);
+    assert_eq!(bench.ask("POST", "/api/switch", &[], "not JSON").status, 400);
+    assert_eq!(bench.ask("POST", "/api/switch", &[], r#"{"effect": 1}"#).status, 400);
     assert_eq!(bench.ask("POST", "/api/save-model", &[], r#"{"path": "../secret.toml"}"#).status, 400);
     let long = json!({"effect": "x".repeat(70_000)}).to_string();
-    assert_eq!(bench.ask("POST", "/api/add", &[], &long).status, 413);
-    let said_long = bench.ask("POST", "/api/add", &[("Content-Length", "99999999999")], "{}");
+    assert_eq!(bench.ask("POST", "/api/switch", &[], &long).status, 413);
+    let said_long = bench.ask("POST", "/api/switch", &[("Content-Length", "99999999999")], "{}");
     assert_eq!(said_long.status, 413);
     let endless = format!("GET {document} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nX-Long: {}\r\n\r\n", "x".repeat(1 << 20));
     assert!([400, 431, 0].contains(&bench.raw(endless.as_bytes()).status), "endless headers");
@@ -138,7 +138,7 @@ fn only_its_own_page_is_answered() {
             post("/api/own", json!({"name": name, "unit": unit, "site": site, "expressions": expressions}))
         };
         let all = [
-            post("/api/add", json!({"effect": hostile})),
+            post("/api/switch", json!({"effect": hostile, "on": true})),
             post("/api/candidate", json!({"effect": hostile})),
             post("/api/choose", json!({"datasets": [hostile]})),
             own(hostile, "deg", "theta:1", "q1"),

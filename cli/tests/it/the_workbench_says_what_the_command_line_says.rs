@@ -30,6 +30,15 @@ fn untimed(mut answer: Value) -> Value {
     answer
 }
 
+/// What is said of the model alone, without the way that led to it.
+fn without_history(answer: Value) -> Value {
+    let mut document = answer["document"].clone();
+    for key in ["ladder", "meanings"] {
+        document.as_object_mut().unwrap().remove(key);
+    }
+    document
+}
+
 #[test]
 fn steps_and_diagnoses_are_those_of_the_verbs() {
     let folder = ripple();
@@ -53,10 +62,17 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     let second = report["candidates"][1].clone();
     assert_eq!(bench.act("candidate", &json!({"effect": second["effect"]}))["candidate"], second);
 
-    // The step, and the fit after it.
-    let added = bench.act("add", &json!({"effect": effect}));
+    // The step: the figures of the fit first, then the page; and the fit after it.
+    let first = bench.act("switch", &json!({"effect": effect, "on": true}));
+    let added = untimed(bench.get("document"));
     let verb = printed(&at, &["add", &effect, "trical", "-o", "added.toml", "--json"]);
     assert_eq!(added["step"], verb);
+    assert_eq!((&first["accepted"], &first["objections"]), (&json!(true), &json!([])));
+    for (name, of) in [("before", &first["before"]), ("after", &first["after"])] {
+        for key in ["fit_rms_mm", "cv_rms_mm", "validation"] {
+            assert_eq!(of[key], verb[name][key], "{name}: {key} is never shown with two values");
+        }
+    }
     assert_eq!(added["document"]["ladder"]["rungs"], json!([verb["before"], verb["after"]]));
     let of_verb = printed(&at, &["diagnose", "trical", "--model", "added.toml", "--json"]);
     for (key, value) in of_verb.as_object().unwrap().iter().filter(|(key, _)| *key != "sentences") {
@@ -75,31 +91,40 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     assert_eq!(saved["ladder"]["rungs"], added["document"]["ladder"]["rungs"]);
 
     // Reloading shows the same state; undoing restores the original one.
-    assert_eq!(untimed(bench.get("document"))["document"], added["document"]);
-    assert_eq!(untimed(bench.act("undo", &json!({}))), begun);
+    assert_eq!(untimed(bench.get("document")), added);
+    bench.act("undo", &json!({}));
+    assert_eq!(untimed(bench.get("document"))["document"], begun["document"]);
     assert_eq!(bench.ask("POST", "/api/undo", &[], "{}").status, 422);
+    bench.act("redo", &json!({}));
+    assert_eq!(untimed(bench.get("document"))["document"], added["document"]);
+    assert_eq!(bench.ask("POST", "/api/redo", &[], "{}").status, 422);
+    bench.act("undo", &json!({}));
 
     // A step that `add` refuses is refused, but taken if forced.
     let verb = printed(&at, &["add", "harmonic1:5", "trical", "--json"]);
     assert_eq!(verb["accepted"], false, "the example of a step that does not help");
-    let refused = untimed(bench.act("add", &json!({"effect": "harmonic1:5"})));
-    assert_eq!(refused, json!({"step": verb}));
-    let forced = bench.act("add", &json!({"effect": "harmonic1:5", "force": true}));
-    assert_eq!(forced["step"]["after"], verb["after"]);
+    let refused = bench.act("switch", &json!({"effect": "harmonic1:5", "on": true}));
+    assert_eq!(refused["accepted"], false);
+    let [told, printed_too] = [&refused["objections"], &verb["objections"]].map(|o| o.as_array().unwrap().clone());
+    assert!(!told.is_empty() && printed_too.starts_with(&told), "{told:?}, {printed_too:?}");
+    assert_eq!(untimed(bench.get("document"))["document"], begun["document"], "the model is as it was");
+    let forced = bench.act("switch", &json!({"effect": "harmonic1:5", "on": true, "force": true}));
+    assert_eq!(forced["accepted"], true);
+    assert_eq!(bench.get("document")["step"]["after"], verb["after"]);
     bench.act("undo", &json!({}));
 
     // The recommendation is that of the ladder, taken in one step.
     let verb = printed(&at, &["ladder", "trical", "-o", "recommended.toml", "--json"]);
     let taken = bench.act("recommend", &json!({}));
     assert_eq!(taken["advice"], verb["advice"]);
-    assert_eq!(taken["document"]["ladder"]["rungs"].as_array().map(Vec::len), Some(2));
+    assert_eq!(bench.get("document")["document"]["ladder"]["rungs"].as_array().map(Vec::len), Some(2));
     bench.act("save-model", &json!({}));
     assert_eq!(
         fs::read_to_string(at.join("kept/model.toml")).unwrap(),
         fs::read_to_string(at.join("recommended.toml")).unwrap()
     );
     let nothing = bench.act("recommend", &json!({}));
-    assert!(nothing["step"].is_null() && nothing["advice"].is_string(), "{nothing}");
+    assert!(nothing["moved"] == false && nothing["advice"].is_string(), "{nothing}");
     bench.act("undo", &json!({}));
 
     // The next experiment, and its plan.
@@ -143,12 +168,19 @@ fn an_expression_is_fitted_as_a_model_file_has_it_and_a_slip_is_told_at_its_fiel
     assert_eq!(bench.get("document")["live"]["can_undo"], false, "a slip changes nothing");
 
     let (status, fitted) = own("teeth", "deg", "theta:3", "sin(202*q3)\ncos(202*q3)");
-    assert_eq!((status, &fitted["step"]["accepted"]), (200, &json!(true)), "{}", fitted["step"]);
+    assert_eq!((status, &fitted["accepted"]), (200, &json!(true)), "{fitted}");
+    let fitted = bench.get("document");
     bench.act("save-model", &json!({}));
     let verb = printed(&at, &["diagnose", "trical", "--model", "kept/model.toml", "--json"]);
     for key in ["rms_mm", "noise_mm", "dof", "verdict", "findings"] {
         assert_eq!(fitted["document"]["diagnosis"][key], verb[key], "{key}");
     }
+    // Off, it is no part of the model; on again, it is the same one.
+    bench.act("switch", &json!({"effect": "teeth", "on": false}));
+    bench.act("save-model", &json!({}));
+    assert!(!fs::read_to_string(at.join("kept/model.toml")).unwrap().contains("teeth"));
+    bench.act("switch", &json!({"effect": "teeth", "on": true}));
+    assert_eq!(without_history(bench.get("document")), without_history(fitted));
 }
 
 #[test]
@@ -176,13 +208,15 @@ fn datasets_are_chosen_among_those_that_are_open() {
     let both = untimed(bench.get("document"));
     let verb = printed(&at, &["diagnose", "trical", "tracker", "--json"]);
     assert_eq!(both["document"]["diagnosis"], verb);
-    let one = bench.act("choose", &json!({"datasets": ["tracker"]}));
+    bench.act("choose", &json!({"datasets": ["tracker"]}));
+    let one = bench.get("document");
     let verb = printed(&at, &["diagnose", "tracker", "--json"]);
     for key in ["rms_mm", "samples", "findings", "verdict"] {
         assert_eq!(one["document"]["diagnosis"][key], verb[key], "{key}");
     }
     assert_eq!(bench.ask("POST", "/api/choose", &[], r#"{"datasets": []}"#).status, 422);
-    assert_eq!(untimed(bench.act("undo", &json!({}))), both);
+    bench.act("undo", &json!({}));
+    assert_eq!(untimed(bench.get("document"))["document"], both["document"]);
 }
 
 /// A copy of a dataset in which one joint is counted with the opposite sign.
@@ -218,10 +252,64 @@ fn data_that_do_not_fit_are_opened_by_force_alone_and_the_page_says_so() {
     // The sentence appears with the data it refers to, and nowhere else.
     let bench = Workbench::start(&at, &["trical", "slip", "--force", "--save-to", "kept"]);
     assert_eq!(bench.get("document")["document"]["misfit"], report["misfit"]);
-    let fits = bench.act("choose", &json!({"datasets": ["trical"]}));
-    assert_eq!(fits["document"]["misfit"], Value::Null);
-    let again = bench.act("choose", &json!({"datasets": ["slip"]}));
+    bench.act("choose", &json!({"datasets": ["trical"]}));
+    assert_eq!(bench.get("document")["document"]["misfit"], Value::Null);
+    bench.act("choose", &json!({"datasets": ["slip"]}));
+    let again = bench.get("document");
     assert_eq!(again["document"]["misfit"], report["misfit"]);
     bench.act("save-report", &json!({}));
     assert!(fs::read_to_string(at.join("kept/report.html")).unwrap().contains("joint 4 counted"));
+}
+
+#[test]
+fn switches_turned_in_any_order_give_the_same_bytes() {
+    let folder = ripple();
+    let at = folder.path().join("run");
+    let bench = Workbench::start(&at, &["trical", "--save-to", "kept"]);
+    let turn = |effect: &str, on: bool| {
+        let told = bench.act("switch", &json!({"effect": effect, "on": on, "force": true}));
+        assert_eq!(told["accepted"], true, "{told}");
+        told["after"].to_string()
+    };
+    let page = || without_history(bench.get("document")).to_string();
+    let [a, b, c] = ["harmonic:3:202", "harmonic1:5", "joint_scale:2"];
+    let begun = page();
+    let mut seen: Vec<(String, String, String)> = Vec::new();
+    for order in [[a, b, c], [a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]] {
+        let figures = order.map(|effect| turn(effect, true))[2].clone();
+        // Judged once, looked up afterwards: the orders differ in what was judged on the way.
+        bench.act("save-model", &json!({}));
+        let model = fs::read_to_string(at.join("kept/model.toml")).unwrap();
+        seen.push((figures, page(), model));
+        order.map(|effect| turn(effect, false));
+    }
+    assert!(seen.iter().all(|s| *s == seen[0]), "an order gives other figures");
+    assert_eq!(page(), begun);
+
+    // The same set, fitted by a program that came to it another way.
+    let other = Workbench::start(&at, &["trical", "--save-to", "other"]);
+    for effect in [c, b, a] {
+        other.act("switch", &json!({"effect": effect, "on": true, "force": true}));
+    }
+    let (same, kept) = (without_history(other.get("document")).to_string(), &seen[0].1);
+    // The page names the folder of the model that it recommends to use.
+    assert_eq!(same.replace("other/model.toml", "kept/model.toml"), *kept);
+
+    // On, on, off leaves the other, as if it alone had been switched on.
+    turn(a, true);
+    turn(b, true);
+    turn(a, false);
+    let live = bench.get("document")["live"].clone();
+    assert_eq!(live["effects"], json!(["base_frame", "mdh", "joint_compliance", b]));
+    turn(b, false);
+
+    // So do effects of the initial model, where the rest is determined; what is off already is so already.
+    turn("joint_compliance", false);
+    assert_eq!(bench.get("document")["live"]["effects"], json!(["base_frame", "mdh"]));
+    let again = bench.act("switch", &json!({"effect": "joint_compliance", "on": false}));
+    assert_eq!((&again["accepted"], &again["moved"]), (&json!(true), &json!(false)));
+    turn("joint_compliance", true);
+    assert_eq!(page(), begun);
+    let never = bench.ask("POST", "/api/switch", &[], r#"{"effect": "joint_scale:5", "on": false}"#);
+    assert!(never.status == 422 && never.body.contains("not in the model"), "{}", never.body);
 }

@@ -9,6 +9,8 @@ use super::step::Moment;
 use super::{HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag};
 use crate::diagnosis_sentences::sentences;
 use crate::finding_notes::parted_by;
+use crate::ladder_sentences::objection_sentence;
+use crate::next_step::{command, next_step_sentences};
 use crate::recommended::Recommended;
 use crate::workspace::Forecast;
 
@@ -180,12 +182,59 @@ pub struct Diagnosis {
     pub outside_range: Option<OutsideRange>,
     /// The diagnosis in words.
     pub sentences: Vec<String>,
+    /// What to do next; absent where the steps of the ladder were not asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Advised>,
     /// Scatter of the data.
     #[serde(flatten)]
     pub scatter: Scatter,
     /// Warning that the data do not fit the robot, if used nevertheless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit: Option<String>,
+}
+
+/// What to do next about a model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Advised {
+    /// `nothing`, `unknown`, `add`, `distinguish` or `choose`.
+    pub to_do: String,
+    /// The effects of the step that the ladder takes first; with `distinguish`, that it would take.
+    pub effects: Vec<String>,
+    /// The command that does it; null if there is nothing to do.
+    pub command: Option<String>,
+    /// Effects that the ladder refused before that step.
+    pub refused: Vec<RefusedEffect>,
+    /// The advice in words.
+    pub sentences: Vec<String>,
+}
+
+/// An effect that the ladder refused.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct RefusedEffect {
+    /// Id of the effect.
+    pub effect: String,
+    /// The objections to it.
+    pub objections: Vec<String>,
+}
+
+impl Advised {
+    /// The document of an advice on the model of a diagnosis.
+    #[must_use]
+    pub fn of(advice: &assess::Advice, d: &assess::Diagnosis, commands: &Recommended) -> Self {
+        let refused = |(effect, objections): &(String, Vec<assess::Objection>)| RefusedEffect {
+            effect: effect.clone(),
+            objections: objections.iter().map(objection_sentence).collect(),
+        };
+        let is_done = matches!(advice.to_do, assess::ToDo::Nothing | assess::ToDo::Unknown);
+        let command = (!is_done).then(|| command(advice, d, commands).trim_matches('`').to_owned());
+        Advised {
+            to_do: advice.to_do.name().into(),
+            effects: advice.effects().to_vec(),
+            command,
+            refused: advice.refused.iter().map(refused).collect(),
+            sentences: next_step_sentences(advice, d, commands),
+        }
+    }
 }
 
 impl Finding {
@@ -264,6 +313,7 @@ impl Diagnosis {
             workspace: forecast.map(Workspace::of_forecast),
             outside_range: forecast.and_then(|o| OutsideRange::of(&o.extrapolation)),
             sentences: sentences(d, commands),
+            advice: None,
             scatter: Scatter::of(&d.scatter),
             misfit: None,
         }

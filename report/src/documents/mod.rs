@@ -42,7 +42,8 @@ pub use self::compensation::{
     Frame, NotRewritten, RigidPart, TargetOutcome,
 };
 pub use self::diagnosis::{
-    Contribution, CurveFamily, Diagnosis, DiagnosisFormat, Explained, Finding, FindingPlace, FoundParameter, Unbelievable,
+    Advised, Contribution, CurveFamily, Diagnosis, DiagnosisFormat, Explained, Finding, FindingPlace, FoundParameter,
+    RefusedEffect, Unbelievable,
 };
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
 pub use self::import::{ImportFormat, ImportReport, NominalFit};

@@ -192,7 +192,7 @@ impl EffectNote {
 }
 
 impl ErrorSummary {
-    fn of(v: &assess::Validation) -> Self {
+    pub(crate) fn of(v: &assess::Validation) -> Self {
         ErrorSummary { samples: v.samples, mean_mm: v.mean / MM, max_mm: v.max / MM, std_mm: v.std / MM, rms_mm: v.rms / MM }
     }
 }

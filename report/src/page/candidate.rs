@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::residuals::Residuals;
 use super::{short, shorts};
 use crate::meaning::{meaning, what};
-use calibench::assess::{Comparison, Curve, Diagnosis, Finding, Verdict};
+use crate::symptom_sentence;
+use calibench::assess::{Comparison, Curve, Diagnosis, Finding, Symptom, Verdict};
 use calibench::effects::{EffectId, family, in_words};
 use calibench::identify::{Calibration, IdentifyError, Model, Problem, Use, fit};
 use calibench::measure::Dataset;
@@ -33,6 +34,8 @@ pub(super) struct Candidate {
     pub of_balls: Vec<Vector3<f64>>,
     /// Residual with the candidate, rms, m.
     pub rms_after: f64,
+    /// Parameters that are physically impossible with it.
+    symptoms: Vec<Symptom>,
     /// For an effect periodic in a joint's angle: joint, order, and the phase of every drawn sample within a period, rad.
     pub phase: Option<(usize, u32, Vec<f64>)>,
 }
@@ -77,7 +80,8 @@ impl Candidate {
         let fitted = fit(&problem)?;
         let after = problem.residuals(&fitted.values);
         let takes: Vec<Vector3<f64>> = before.points.iter().zip(&after).map(|(p, r)| p.residual - r).collect();
-        let with = Comparison::of(&Calibration::of(datasets, &wider, &problem, &fitted), datasets, Use::Fit)?;
+        let calibration = Calibration::of(datasets, &wider, &problem, &fitted);
+        let with = Comparison::of(&calibration, datasets, Use::Fit)?;
         let of_view = |curve: &calibench::assess::JointCurve| {
             let same = with.joints.iter().find(|c| c.joint == curve.joint && c.against == curve.against)?;
             (same.bins.len() == curve.bins.len())
@@ -91,6 +95,7 @@ impl Candidate {
             takes,
             shown: before.shown.clone(),
             rms_after: fitted.rms,
+            symptoms: Symptom::of(&calibration, datasets),
             phase: period.and_then(|(joint, order)| phase(before, joint, order)),
         })
     }
@@ -110,6 +115,7 @@ impl Candidate {
             "of_balls_um": self.of_balls.iter().map(|d| shorts((0..3).map(|k| d[k] / UM))).collect::<Vec<_>>(),
             "rms_after_mm": short(self.rms_after / MM),
             "phase": phase,
+            "symptoms": self.symptoms.iter().map(|s| json!({"parameter": s.parameter, "words": symptom_sentence(s)})).collect::<Vec<_>>(),
         })
     }
 }
@@ -137,14 +143,51 @@ pub(super) fn meanings(diagnosis: &Diagnosis, ladder: &Value) -> Value {
     let mut named: BTreeSet<String> = diagnosis.findings.iter().map(|f| f.hypothesis.in_model.clone()).collect();
     named.extend(diagnosis.contributions.iter().map(|c| c.effect.clone()));
     named.extend(diagnosis.fitted.iter().cloned());
+    named.extend(diagnosis.set95.iter().cloned());
+    named.extend(diagnosis.findings.iter().flat_map(|f| f.rivals.iter().chain(&f.exactly_same)).cloned());
+    named.extend(diagnosis.together.iter().map(|t| t.effect.clone()));
+    named.extend(diagnosis.curve_family.iter().map(|f| f.effect.clone()));
+    named.extend(diagnosis.unbelievable.iter().map(|(effect, _)| effect.clone()));
+    named.extend(diagnosis.untestable.iter().map(|u| u.effect.clone()));
     named.extend(diagnosis.heat_map.curve.as_ref().map(curve_id));
     effects_in(ladder, &mut named);
-    let one = |effect: String| {
-        let m = meaning(&effect);
-        let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look});
-        (effect, said)
-    };
-    Value::Object(named.into_iter().map(one).collect::<Map<String, Value>>())
+    Value::Object(named.into_iter().map(meaning_of).collect())
+}
+
+/// Adds the effects that the sentences of a page speak of to its meanings.
+pub(super) fn add_spoken_of(document: &mut Value) {
+    let mut spoken = BTreeSet::new();
+    effects_spoken_of(document, false, &mut spoken);
+    let Some(meanings) = document["meanings"].as_object_mut() else { return };
+    for id in spoken {
+        meanings.entry(id.clone()).or_insert_with(|| meaning_of(id).1);
+    }
+}
+
+/// The name and meaning of an effect, by its id.
+fn meaning_of(effect: String) -> (String, Value) {
+    let m = meaning(&effect);
+    let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look});
+    (effect, said)
+}
+
+/// Collects the ids of effects in the sentences of a document.
+fn effects_spoken_of(document: &Value, sentence: bool, ids: &mut BTreeSet<String>) {
+    match document {
+        Value::String(text) if sentence => {
+            let words = text.split(|c: char| !(c.is_alphanumeric() || "_:.@+-".contains(c)));
+            let id = |word: &str| word.trim_end_matches([':', '.']).to_owned();
+            ids.extend(words.map(id).filter(|id| id.contains([':', '_']) && family(id).is_some()));
+        }
+        Value::Array(items) => items.iter().for_each(|item| effects_spoken_of(item, sentence, ids)),
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                let sentence = matches!(key.as_str(), "sentences" | "symptoms" | "words" | "objections" | "advice");
+                effects_spoken_of(value, sentence, ids);
+            }
+        }
+        _ => {}
+    }
 }
 
 /// Collects the ids of effects that a document of the ladder names.

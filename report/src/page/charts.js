@@ -9,26 +9,59 @@ function colours() {
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
-// A chart that `option(colours, width)` describes; `label` is what it says to those who do not see it.
+// A chart that `option(colours, width)` describes; `label` is what it says to those who do not see it. A height may depend on the width.
 function chart(label, height, option) {
   const host = element("div", { class: "chart", role: "img", "aria-label": label });
-  host.style.height = `${height}px`;
+  // A height that depends on the width is known once it is drawn; until then room is kept for it.
+  host.style.height = `${typeof height === "number" ? height : 300}px`;
   drawn.push({ host, height, option, chart: null });
   return host;
 }
 
 function draw(within = document) {
-  const theme = colours();
-  const fontFamily = getComputedStyle(document.body).fontFamily;
-  for (const one of drawn) {
-    if (within !== document && !within.contains(one.host)) continue;
-    one.chart?.dispose();
-    one.chart = null;
-    const width = one.host.clientWidth;
-    if (!one.host.isConnected || width === 0) continue;
-    one.chart = echarts.init(one.host, null, { renderer: "svg", width, height: one.height });
-    one.chart.setOption({ animation: false, textStyle: { fontFamily }, ...one.option(theme, width) });
+  const [theme, fontFamily] = [colours(), getComputedStyle(document.body).fontFamily];
+  for (const one of drawn) if (within === document || within.contains(one.host)) draw_one(one, theme, fontFamily);
+}
+
+// Those that are in sight at once, the others in slices in which the page still answers; `then` when all are drawn.
+function draw_soon(parts, then) {
+  const of_parts = drawn.filter((one) => parts.some((part) => part.contains(one.host)));
+  const in_sight = ({ host }) => { const { top, bottom } = host.getBoundingClientRect(); return bottom > 0 && top < innerHeight; };
+  const [theme, fontFamily] = [colours(), getComputedStyle(document.body).fontFamily];
+  const first = new Set(of_parts.filter(in_sight));
+  for (const one of first) draw_one(one, theme, fontFamily);
+  // What has been drawn meanwhile, or is no longer on the page, is not drawn again.
+  const later = of_parts.filter((one) => !first.has(one));
+  const slice = () => {
+    const until = performance.now() + SLICE;
+    while (later.length && performance.now() < until) {
+      const one = later.shift();
+      if (!one.chart && drawn.includes(one)) draw_one(one, colours(), fontFamily);
+    }
+    if (later.length) setTimeout(slice);
+    else then();
+  };
+  setTimeout(slice);
+}
+
+// How long a slice of drawing takes, ms.
+const SLICE = 40;
+
+function draw_one(one, theme, fontFamily) {
+  one.chart?.dispose();
+  one.chart = null;
+  const width = one.host.clientWidth;
+  if (!one.host.isConnected || width === 0) return;
+  const height = typeof one.height === "number" ? one.height : one.height(width);
+  one.host.style.height = `${height}px`;
+  if (one.paint) {
+    one.chart = one.paint(theme, width, height);
+    return;
   }
+  one.chart = echarts.init(one.host, null, { renderer: "svg", width, height });
+  const option = one.option(theme, width);
+  one.chart.setOption({ animation: false, textStyle: { fontFamily }, ...option });
+  link(one, option);
 }
 
 function axis(theme, name, gap, more = {}) {
@@ -123,13 +156,15 @@ const zero = (theme) => ({
 });
 
 // Rectangles over two lengths, each with its number and a colour of its own scale; `cells` are [x0, x1, y0, y1, value, poses].
-function cells(theme, { x_name, y_name, rows, points, name, low, high }) {
+function cells(theme, { x_name, y_name, rows, points, name, low, high, counts = false, unit = "poses", width = 600 }) {
+  // Labels of the heights may be as long as "-1,000".
+  const label = 7 * Math.max(...rows.flatMap((row) => [row[2], row[3]]).map((y) => Math.round(y).toLocaleString("en").length)) + 8;
   const scale = (x) => cividis((x - low) / (high - low || 1));
   return {
-    grid: { left: 62, right: 26, top: 12, bottom: 44, outerBoundsMode: "none" },
-    tooltip: tooltip(theme, ({ value }) => `${name} ${digits(value[4])} mm\nmean of ${value[5]} poses`),
-    xAxis: axis(theme, x_name, 27, { splitLine: { show: false } }),
-    yAxis: axis(theme, y_name, 46, { splitLine: { show: false } }),
+    grid: { left: label + 24, right: 26, top: 12, bottom: 44, outerBoundsMode: "none" },
+    tooltip: tooltip(theme, ({ value }) => `${name} ${digits(value[4])} mm\nmean of ${value[5]} ${unit}`),
+    xAxis: axis(theme, x_name, 27, { splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } }),
+    yAxis: axis(theme, y_name, label + 6, { splitLine: { show: false }, axisLine: { show: true, onZero: false, lineStyle: { color: theme.noise } } }),
     series: [
       {
         type: "custom", data: rows, encode: { x: [0, 1], y: [2, 3] }, clip: true,
@@ -148,7 +183,7 @@ function cells(theme, { x_name, y_name, rows, points, name, low, high }) {
         renderItem: (_, api) => {
           const [x, y] = api.coord([(api.value(0) + api.value(1)) / 2, (api.value(2) + api.value(3)) / 2]);
           const [colour, ink] = scale(api.value(4));
-          return { type: "text", style: { text: fixed(api.value(4), 3), x, y, align: "center", verticalAlign: "middle", fill: ink, stroke: colour, lineWidth: 3, fontSize: 12, fontWeight: 600 } };
+          return { type: "text", style: { text: counts ? `${fixed(api.value(4), 3)}\n${api.value(5)}` : fixed(api.value(4), 3), x, y, align: "center", verticalAlign: "middle", fill: ink, stroke: colour, lineWidth: 3, fontSize: width < 420 ? 10 : 12, lineHeight: width < 420 ? 12 : 15, fontWeight: 600 } };
         },
       },
     ],

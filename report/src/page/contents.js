@@ -3,11 +3,24 @@
 
 const in_sight = new Set();
 let watcher = null;
+let sizes = null;
 
 function contents() {
   const sections = [...document.querySelectorAll("main > section, main > .first > section")].filter((s) => !s.hidden && s.dataset.short);
   const links = sections.map((s) => element("a", { href: `#${s.id}` }, s.dataset.short));
-  document.getElementById("contents").replaceChildren(element("ul", {}, links.map((link) => element("li", {}, link))));
+  const bar = element("ul", {}, links.map((link) => element("li", {}, link)));
+  const nav = document.getElementById("contents");
+  nav.replaceChildren(bar);
+  const hint = () => {
+    const more = [bar.scrollLeft > 4 && "left", bar.scrollLeft + bar.clientWidth < bar.scrollWidth - 4 && "right"].filter(Boolean);
+    nav.dataset.more = more.join(" ");
+    // A heading that is jumped to must not end up under the bar.
+    document.documentElement.style.setProperty("--bar", `${nav.offsetHeight}px`);
+  };
+  bar.addEventListener("scroll", hint);
+  sizes?.disconnect();
+  sizes = new ResizeObserver(hint);
+  sizes.observe(bar);
   watcher?.disconnect();
   in_sight.clear();
   const mark = () => {
@@ -18,7 +31,6 @@ function contents() {
       else link.removeAttribute("aria-current");
     }
     // The bar itself is scrolled, never the page.
-    const bar = document.getElementById("contents").firstChild;
     const { offsetLeft, offsetWidth } = links[at];
     if (offsetLeft < bar.scrollLeft || offsetLeft + offsetWidth > bar.scrollLeft + bar.clientWidth) bar.scrollLeft = offsetLeft - 24;
   };

@@ -6,13 +6,31 @@ function element(tag, attributes = {}, ...children) {
   for (const [name, value] of Object.entries(attributes)) {
     if (value !== null && value !== undefined) made.setAttribute(name, value);
   }
-  made.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  made.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
   return made;
 }
 
 // A sentence of the program, what stands between backticks as code.
 function sentence(text) {
   return text.split("`").map((part, k) => (k % 2 ? element("code", {}, part) : part));
+}
+
+// A sentence of the program with the effects in words: at the first mention, as `seen` knows it, the id stands beside.
+function worded(report, text, seen = new Set()) {
+  const ids = Object.keys(report.meanings).filter((id) => report.meanings[id].name !== id).sort((a, b) => b.length - a.length);
+  if (!ids.length) return sentence(text);
+  const any = new RegExp(`(?<![\\w:@])(${ids.map((id) => id.replace(/[.*+?^${}()|[\]\\]/g, "\\$&")).join("|")})(?!\\w|[:@]\\w)`, "g");
+  const plain = (part, first) => part.split(any).flatMap((piece, k, pieces) => {
+    if (k % 2 === 0) return piece;
+    // Where words stand before the id already, it is the id beside them.
+    if (pieces[k - 1].endsWith("(") && pieces[k + 1].startsWith(")")) return element("code", {}, piece);
+    const begins = (first && k === 1 && pieces[0] === "") || /\. $/.test(pieces[k - 1]);
+    const words = begins ? capital(named(report, piece)) : named(report, piece);
+    if (seen.has(piece)) return words;
+    seen.add(piece);
+    return [words, " (", element("code", {}, piece), ")"];
+  });
+  return text.split("`").flatMap((part, k) => (k % 2 ? element("code", {}, part) : plain(part, k === 0)));
 }
 
 // A unit as people read it: files write micro as u.
@@ -46,7 +64,7 @@ function thousandths(x) {
 
 function percent(share) {
   const of100 = 100 * share;
-  if (of100 > 0 && of100 < 0.1) return "under 0.1 %";
+  if (of100 > 0 && of100 < 0.1) return "< 0.1 %";
   return of100 > 0 && of100 < 1 ? `${of100.toFixed(1)} %` : `${fixed(of100, 0)} %`;
 }
 
@@ -80,6 +98,9 @@ const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 // An effect in words; of one that the page has no words for, its id.
 const named = (report, effect) => report.meanings[effect]?.name ?? effect;
+
+// An effect in words, its id beside.
+const with_id = (report, effect) => [named(report, effect), " ", element("code", {}, effect)];
 
 // The effects added in one step, in words; if there are many, their number.
 const in_words = (report, added) => (added.length > 3 ? `${added.length} effects at once` : added.map((effect) => named(report, effect)).join(" + "));

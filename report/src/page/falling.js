@@ -4,7 +4,10 @@
 // The models of the page, from the nominal one to the last.
 function models(report) {
   const { ladder: it, drawn: as_drawn } = report;
-  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? `+ ${in_words(report, r.added)}` : "calibrated" }));
+  const first = report.against ? `A: ${report.against.names[0]}` : "calibrated";
+  const changed = (r) => (r.removed?.length ? `− ${in_words(report, r.removed)}` : `+ ${in_words(report, r.added)}`);
+  const rungs = it.rungs.map((r, k) => ({ ...r, name: k ? changed(r) : first }));
+  if (report.against) rungs.push({ ...report.against.rung, name: `B: ${report.against.names[1]}` });
   if (it.other) rungs.push({ ...it.other, name: `+ ${it.recommended.kind.replaceAll("_", " ")} (${it.other.added.length})` });
   const rows = rungs.map((r) => ({
     name: r.name, fit: r.fit_rms_mm, cv: r.cv_rms_mm, expected: r.workspace?.mean_mm, band: r.workspace?.mean_band_mm,
@@ -38,13 +41,22 @@ function ladder(report) {
   const most = Math.max(...fitted.flatMap(of_row));
   const all = Math.max(...rows.flatMap(of_row));
   const [last, apart] = ticks(all < 2.5 * most ? all : 1.15 * most);
-  const picture = chart(label, 96 + 44 * rows.length, (theme, width) => {
-    const narrow = width < 620;
-    const left = narrow ? 126 : 240;
-    const spread = (k) => (k - (kinds.length - 1) / 2) * 0.2;
+  // On a phone the name of a model stands over its line, not beside it.
+  const is_narrow = (width) => width < 620;
+  // Names of figures that would not stand in one line stand under each other.
+  const is_stacked = (width) => width < 240 + 190 * kinds.length;
+  const above = (width) => (is_stacked(width) ? 20 * kinds.length + 4 : 44);
+  const height = (width) => above(width) + 52 + (is_narrow(width) ? 74 : 48) * rows.length;
+  const picture = chart(label, height, (theme, width) => {
+    const [narrow, stacked] = [is_narrow(width), is_stacked(width)];
+    const left = narrow ? 10 : 240;
+    const name_of = (row, y, x, w) => (narrow
+      ? { text: row.name, x, y: y - 22, align: "left", verticalAlign: "bottom", fill: theme.ink, fontSize: 12, fontWeight: 600, width: w, overflow: "truncate" }
+      : { text: row.name, x: left - 12, y, align: "right", verticalAlign: "middle", fill: theme.ink, fontSize: 12, lineHeight: 15, width: left - 14, overflow: "break" });
+    const spread = (k) => (k - (kinds.length - 1) / 2) * (narrow ? 0.14 : 0.18) + (narrow ? 0.12 : 0);
     return {
-      grid: { left, right: 20, top: narrow ? 20 * kinds.length : 44, bottom: 44, outerBoundsMode: "none" },
-      legend: { top: 0, left: narrow ? 0 : left - 5, orient: narrow ? "vertical" : "horizontal", itemGap: narrow ? 2 : 14, textStyle: { color: theme.ink, fontSize: 12 }, itemWidth: 11, itemHeight: 11, selectedMode: false },
+      grid: { left, right: 20, top: above(width), bottom: 44, outerBoundsMode: "none" },
+      legend: { top: 0, left: narrow ? 0 : left - 5, orient: stacked ? "vertical" : "horizontal", itemGap: stacked ? 2 : 14, textStyle: { color: theme.ink, fontSize: 12 }, itemWidth: 11, itemHeight: 11, selectedMode: false },
       tooltip: tooltip(theme, ({ value, seriesName }) => {
         const row = rows[Math.round(value[1])];
         const range = row[kinds.find(([, what]) => what === seriesName)?.[4]];
@@ -61,7 +73,7 @@ function ladder(report) {
             const [, y] = api.coord([1, parameters.dataIndex]);
             const children = [
               { type: "line", shape: { x1: x, y1: y, x2: x + w, y2: y }, style: { stroke: theme.grid, lineWidth: 1 } },
-              { type: "text", style: { text: row.name, x: left - 12, y, align: "right", verticalAlign: "middle", fill: theme.ink, fontSize: 12, width: left - 14, overflow: "break" } },
+              { type: "text", style: name_of(row, y, x, w) },
             ];
             for (const [k, [name, , , colour, range]] of kinds.entries()) {
               const [, high] = api.coord([1, parameters.dataIndex + spread(k)]);
@@ -88,12 +100,12 @@ function ladder(report) {
     [`${names.noise_left}, mm`, (r) => millimetres(r.noise)], ["χ²/dof", (r) => digits(r.chi2)],
   ].filter(([heading]) => !heading.startsWith(names.not_fitted) || rows.some((r) => Number.isFinite(r.measured)));
   const step = it.step && (it.step.objections.length
-    ? element("p", {}, "Against adding ", element("code", {}, it.step.effect), `: ${it.step.objections.join("; ")}.`)
-    : element("p", {}, "Nothing speaks against adding ", element("code", {}, it.step.effect), `: blocks that were not fitted are predicted better, and the error ${names.workspace} falls.`));
+    ? element("p", {}, "Against adding ", with_id(report, it.step.effect), ": ", worded(report, it.step.objections.join("; "), new Set([it.step.effect])), ".")
+    : element("p", {}, "Nothing speaks against adding ", with_id(report, it.step.effect), `: blocks that were not fitted are predicted better, and the error ${names.workspace} falls.`));
   return [
-    element("figure", {}, picture, element("figcaption", {}, `Each line is a model, with what it leaves; bars are the 10 to 90 % band of what is expected and two standard errors of a measured mean. Dashes: ${names.noise_left}. The calibrated model holds ${report.diagnosis.fitted.map((id) => in_words(report, [id])).join(" + ")}.`)),
+    element("figure", {}, picture, element("figcaption", {}, `Each line is a model, with what it leaves; bars are the 10 to 90 % band of what is expected and two standard errors of a measured mean, as of independent poses. Dashes: ${names.noise_left}. The calibrated model holds ${report.diagnosis.fitted.map((id) => in_words(report, [id])).join(" + ")}.`)),
     step,
-    it.stopped?.tried?.length ? unfold("Steps that were refused", element("ul", {}, it.stopped.tried.map((t) => element("li", {}, element("code", {}, t.effect), `: ${t.objections.join("; ")}`)))) : null,
+    it.stopped?.tried?.length ? unfold("Steps that were refused", element("ul", {}, it.stopped.tried.map((t) => element("li", {}, with_id(report, t.effect), ": ", worded(report, t.objections.join("; "), new Set([t.effect])))))) : null,
     !it.complete && it.command && element("p", { class: "quiet" }, "This is the next step alone. ", element("code", {}, it.command), " climbs to the end."),
     unfold("The numbers of the ladder", table("Errors by model", columns, rows)),
   ];

@@ -5,11 +5,17 @@ use serde_json::Value;
 const PAGE: &str = include_str!("index.html");
 const CHART_PAGE: &str = include_str!("charts.html");
 const STYLE: &str = include_str!("page.css");
-const DRAWING: &str = concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("redraw.js"));
+const THEME: &str = include_str!("theme.js");
+const DRAWING: &str =
+    concat!(include_str!("elements.js"), include_str!("charts.js"), include_str!("linked.js"), include_str!("redraw.js"));
 const SCRIPT: &str = concat!(
     include_str!("contents.js"),
     include_str!("page.js"),
     include_str!("falling.js"),
+    include_str!("candidates.js"),
+    include_str!("against.js"),
+    include_str!("space.js"),
+    include_str!("maps.js"),
     include_str!("residuals.js"),
     include_str!("sections.js")
 );
@@ -34,6 +40,7 @@ pub fn chart_page_html(title: &str, script: &str, document: &Value) -> String {
     let parts = [
         ("POLICY", POLICY),
         ("TITLE", title),
+        ("THEME", THEME),
         ("STYLE", STYLE),
         ("NOTICE", NOTICE),
         ("DATA", &data),
@@ -73,6 +80,7 @@ fn laid_out(data: &str, live: &LivePage<'_>) -> String {
     let nonce = if live.nonce.is_empty() { String::new() } else { format!(" nonce=\"{}\"", live.nonce) };
     let parts = [
         ("POLICY", live.policy),
+        ("THEME", THEME),
         ("STYLE", STYLE),
         ("LIVE_STYLE", live.style),
         ("LIVE", live.markup),
@@ -112,7 +120,7 @@ mod tests {
         let hostile = "</script><script>alert(1)</script><!-- {{SCRIPT}}";
         let page = page_html(&json!({"title": hostile, "verdict": {"headline": ""}}));
         assert!(!page.contains("<script>alert") && page.contains("\\u003c/script\\u003e"));
-        for part in [STYLE, DRAWING, SCRIPT, CHARTS] {
+        for part in [THEME, STYLE, DRAWING, SCRIPT, CHARTS] {
             assert_eq!(page.matches(part).count(), 1);
             assert!(!part.contains("</script") && !part.contains("</style") && !part.contains("<!--"));
         }

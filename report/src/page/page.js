@@ -3,14 +3,22 @@
 
 const AXES = ["x", "y", "z"];
 
-const sections = () => ({ told, telling, ladder, by_pose, accuracy, workspace, ranking, residuals, parameters, cell, centring, provenance });
+const sections = () => ({ told, telling, ladder, against, by_pose, accuracy, workspace, space, ranking, residuals, parameters, cell, centring, provenance });
+
+// The samples in space that are drawn: what does not change keeps its view.
+let drawn_in_space = null;
 
 // `ids` names the sections that have changed.
 function render(report, ids = Object.keys(sections())) {
+  const in_space = report.residuals?.space ?? null;
+  if (ids.includes("residuals") && !ids.includes("space") && in_space !== drawn_in_space) ids = [...ids, "space"];
+  if (ids.includes("space")) drawn_in_space = in_space;
+  delete document.body.dataset.ready;
   const parts = ids.map((id) => document.getElementById(id));
   // Their charts are gone with their hosts.
   for (let i = drawn.length - 1; i >= 0; i -= 1) if (parts.some((part) => part.contains(drawn[i].host))) drawn.splice(i, 1)[0].chart?.dispose();
   document.title = `${report.title}: ${report.verdict.headline}`;
+  document.getElementById("verdict").replaceChildren(...verdict(report).flat().filter(Boolean));
   for (const [k, id] of ids.entries()) {
     const [section, fill] = [parts[k], sections()[id]];
     section.replaceChildren(section.querySelector("h2"));
@@ -18,13 +26,11 @@ function render(report, ids = Object.keys(sections())) {
     section.hidden = filled === null;
     if (filled) section.append(...filled.flat().filter(Boolean));
   }
-  document.getElementById("verdict").replaceChildren(...verdict(report).flat().filter(Boolean));
   contents();
   for (const part of parts) {
     for (const unfolded of part.querySelectorAll("details")) unfolded.addEventListener("toggle", () => unfolded.open && draw(unfolded));
-    draw(part);
   }
-  document.body.dataset.ready = "1";
+  draw_soon(parts, () => { document.body.dataset.ready = "1"; });
 }
 
 function verdict(report) {
@@ -49,25 +55,41 @@ function verdict(report) {
     question && element("p", { class: "quiet" }, `Asked: ${question}`),
     element("dl", { class: "figures" }, tiles.map(([name, value, beside]) => element("div", {}, element("dt", {}, name),
       element("dd", {}, element("div", { class: "value" }, value), element("div", { class: "beside" }, beside))))),
+    said.symptoms.length ? flags(report, said.symptoms) : null,
     figures.disagreement && element("p", { class: "warning" }, sentence(figures.disagreement)),
   ];
+}
+
+// Parameters outside the range that physics leaves them: nothing that follows is to be read without that.
+function flags(report, symptoms) {
+  return element("div", { class: "warning", role: "note" }, element("b", {}, symptoms.length === 1 ? "A parameter is outside its physical range" : `${symptoms.length} parameters are outside their physical range`),
+    symptoms.map((text) => element("p", {}, worded(report, text))));
+}
+
+// What a sentence is about, before it: a word of its own, or one by what it says.
+function labelled(text) {
+  const [, word, rest] = text.match(/^(Saw|Means|Do|Not tested|Order|Repeats|WARNING|Not believable at this size): (.*)$/s) ?? [null, null, text];
+  if (word === "Not believable at this size") return ["Beware", `Not believable at this size: ${rest}`];
+  if (word) return [word === "WARNING" ? "Warning" : word, /^[a-z]+[ ,]/.test(rest) ? capital(rest) : rest];
+  const by_what = [["Explained", /explains \d+ % of the squares/], ["Residual", /samples? leaves? /], ["Look at", /^Look at /]].find(([, of]) => of.test(text));
+  return [by_what?.[0] ?? "Noted", text];
 }
 
 // What was seen, what it means, what to do; and what these data cannot tell.
 function told(report) {
   const { verdict: said, diagnosis, commands_from } = report;
-  const worded = diagnosis.sentences.filter((text) => !text.startsWith("Verdict:")).map((text) => text.match(/^(Saw|Means|Do|Not tested): (.*)$/s) ?? [null, "Left", text]);
-  // A curve drawn in letters stands beside the picture of it.
-  for (const one of worded) one[2] = one[2].replace(/[▁-█]{5,} */, "");
-  const line = ([, word, rest], label = word) => element("li", {}, element("b", {}, label), element("span", {}, sentence(rest)));
-  const untested = worded.filter(([, word]) => word === "Not tested").map(([, , rest]) => element("li", {}, sentence(rest)));
+  const seen = new Set();
+  // A curve drawn in letters stands beside the picture of it; the verdict is the heading of the page.
+  const lines = diagnosis.sentences.filter((text) => !text.startsWith("Verdict:")).map((text) => labelled(text.replace(/[▁-█]{5,} */, "")));
+  const line = ([word, rest]) => element("li", {}, element("b", {}, word), element("span", {}, worded(report, rest, seen)));
+  const said_lines = lines.filter(([word]) => word !== "Not tested").map(line);
+  const untested = lines.filter(([word]) => word === "Not tested").map(([, rest]) => element("li", {}, worded(report, rest, seen)));
   return [
-    element("ul", { class: "told" }, worded.filter(([, word]) => word !== "Not tested").map((w) => line(w))),
-    report.ladder?.advice && element("p", { class: "advice" }, report.ladder.advice),
+    element("ul", { class: "told" }, said_lines),
+    report.ladder?.advice && element("p", { class: "advice" }, worded(report, report.ladder.advice, seen)),
     commands_from && element("p", { class: "quiet" }, `Commands are to be given in ${commands_from}.`),
-    said.symptoms.map((text) => element("p", { class: "warning" }, text)),
     untested.length ? unfold("What these data cannot test", element("ul", {}, untested)) : null,
-    said.warning ? unfold("Poses outside the range that was seen", element("p", {}, said.warning)) : null,
+    said.warning ? unfold("Poses outside the range that was seen", element("p", {}, capital(said.warning.replace(/^warning: /, "")))) : null,
   ];
 }
 
@@ -197,12 +219,12 @@ function add_band(host, at, mean, sigma) {
 
 function contribution_chart(report, most) {
   const names = most.map((c) => named(report, c.effect));
-  return chart("Contributions, largest first: " + most.slice(0, 5).map((c, k) => `${names[k]} ${percent(c.share)}`).join(", "), 60 + 22 * most.length, (theme) => ({
-    grid: { left: 208, right: 46, top: 6, bottom: 44, outerBoundsMode: "none" },
+  return chart("Contributions, largest first: " + most.slice(0, 5).map((c, k) => `${names[k]} ${percent(c.share)}`).join(", "), 60 + 22 * most.length, (theme, width) => ({
+    grid: { left: Math.min(330, 0.42 * width) + 13, right: 46, top: 6, bottom: 44, outerBoundsMode: "none" },
     tooltip: tooltip(theme, ({ dataIndex }) => `${names[dataIndex]} (${most[dataIndex].effect})\n${digits(100 * most[dataIndex].share)} % of what is left\n${digits(most[dataIndex].size_plausible)} plausible sizes`),
     xAxis: axis(theme, "share of the residual, %", 27, { min: 0 }),
     yAxis: { type: "category", inverse: true, data: names, axisTick: { show: false }, axisLine: { lineStyle: { color: theme.noise } },
-      axisLabel: { color: theme.ink, fontSize: 12, width: 195, overflow: "truncate", interval: 0 } },
+      axisLabel: { color: theme.ink, fontSize: 12, width: Math.min(330, 0.42 * width), overflow: "truncate", interval: 0 } },
     series: [{ type: "bar", data: most.map((c) => 100 * c.share), barWidth: "62%", itemStyle: { color: theme.residual },
       label: { show: true, position: "right", color: theme.ink, fontSize: 11, formatter: ({ value }) => digits(value, 2) } }],
   }));

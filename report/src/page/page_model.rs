@@ -1,5 +1,7 @@
 //! A fitted and judged model: the parts of a page that do not need individual samples.
 
+use std::sync::Arc;
+
 use serde_json::{Map, Value, json};
 
 use super::candidate::{self, Offered};
@@ -12,7 +14,9 @@ use crate::figures;
 use crate::meaning::meaning;
 use crate::workspace::extrapolation_sentence;
 use crate::{Forecast, NoForecast, symptom_sentence, unconverged_sentence, unresolved_sentences};
-use calibench::assess::{Extrapolation, HoldOut, LadderStep, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step};
+use calibench::assess::{
+    Extrapolation, FitScores, FittedModel, HoldOut, LadderStep, PoseSource, Validation, Verdict, WorkspacePoses, ladder_step,
+};
 use calibench::effects::{in_words, variable_in_words};
 use calibench::identify::{Calibration, IdentifyError, Prediction, Use};
 use calibench::measure::{Dataset, SampleSet};
@@ -23,7 +27,7 @@ use calibench::units::{DEG, MM};
 pub struct PageModel {
     /// The model, fitted and judged.
     pub ladder_step: LadderStep,
-    poses: WorkspacePoses,
+    poses: Arc<WorkspacePoses>,
 }
 
 impl PageModel {
@@ -32,18 +36,47 @@ impl PageModel {
     /// # Errors
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
-        let poses = judged_at(subject);
+        let poses = PageModel::poses(subject);
         let ground = HoldOut { poses: &poses.q, checks: &[] };
         let ladder_step = judge(ladder_step(subject.datasets, subject.model, ground)?, subject.judged)?;
         Ok(PageModel { ladder_step, poses })
     }
 
-    /// The state after one more step, judged on the same poses.
+    /// Judges a fitted model of the subject at these poses; the result is that of [`PageModel::new`] for the same model.
+    ///
+    /// # Errors
+    /// As [`PageModel::new`].
+    pub fn of_fitted(
+        fitted: FittedModel,
+        subject: &PageSubject<'_>,
+        poses: Arc<WorkspacePoses>,
+    ) -> Result<Self, IdentifyError> {
+        let ground = HoldOut { poses: &poses.q, checks: &[] };
+        let ladder_step = judge(fitted.judge(subject.datasets, ground)?, subject.judged)?;
+        Ok(PageModel { ladder_step, poses })
+    }
+
+    /// The poses at which models of these data are judged: those of the validation rows, of `judged` or else of `datasets`;
+    /// random ones if there are none.
+    pub fn poses(subject: &PageSubject<'_>) -> Arc<WorkspacePoses> {
+        let poses = WorkspacePoses::of(subject.judged);
+        let drawn = poses.source == PoseSource::Drawn;
+        Arc::new(if drawn { WorkspacePoses::of(subject.datasets) } else { poses })
+    }
+
+    /// The figures of a fit that are known before it is judged, by their keys in a step of the ladder.
     ///
     /// # Errors
     /// If the validation rows cannot be predicted.
-    pub fn stepped(&self, ladder_step: LadderStep, subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
-        Ok(PageModel { ladder_step: judge(ladder_step, subject.judged)?, poses: self.poses.clone() })
+    pub fn first_figures(scores: &FitScores, subject: &PageSubject<'_>) -> Result<Value, IdentifyError> {
+        let predicted = |rows| scores.calibration.predict(rows, Use::Validation);
+        let validation = has_validation(subject.judged).then(|| predicted(subject.judged)).transpose()?;
+        let validation = validation.as_ref().and_then(Validation::of);
+        Ok(json!({
+            "fit_rms_mm": scores.fit / MM,
+            "cv_rms_mm": scores.cross_validated / MM,
+            "validation": validation.as_ref().map(documents::ErrorSummary::of),
+        }))
     }
 
     /// The effects that may be added, by the id a model accepts, most credible first.
@@ -51,7 +84,12 @@ impl PageModel {
         Offered::all(&self.ladder_step.model, &self.ladder_step.diagnosis).into_iter().map(|o| o.effect).collect()
     }
 
-    /// The poses on which a step is judged.
+    /// The poses at which it was judged.
+    pub fn judged_at(&self) -> Arc<WorkspacePoses> {
+        self.poses.clone()
+    }
+
+    /// The same as the ground of a step.
     pub fn ground(&self) -> HoldOut<'_> {
         HoldOut { poses: &self.poses.q, checks: &[] }
     }
@@ -100,12 +138,6 @@ impl PageModel {
         }
         Ok(document)
     }
-}
-
-/// The poses of the validation rows, of `judged` or else of `datasets`; random ones if there are none.
-fn judged_at(subject: &PageSubject<'_>) -> WorkspacePoses {
-    let poses = WorkspacePoses::of(subject.judged);
-    if poses.source == PoseSource::Drawn { WorkspacePoses::of(subject.datasets) } else { poses }
 }
 
 /// The verdict as a headline, its meaning, and the expected error of the robot.
@@ -193,7 +225,7 @@ fn capital(text: &str) -> String {
 }
 
 /// The key figures.
-fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
+pub(super) fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
     let d = &first.diagnosis;
     json!({
         "samples": d.samples,
@@ -208,7 +240,7 @@ fn key_figures(first: &LadderStep, forecast: Option<&Forecast>) -> Value {
 }
 
 /// The calibration with the details shown only on a page.
-fn fitted(c: &Calibration) -> Value {
+pub(super) fn fitted(c: &Calibration) -> Value {
     let mut value = documents::to_value(&documents::Calibration::of(c));
     let free: Vec<usize> = (0..c.estimates.len()).filter(|&k| c.estimates[k].stated_sigma.is_none()).collect();
     let rows = free.iter().map(|&r| free.iter().map(|&k| (c.correlation[(r, k)] * 1000.0).round() / 1000.0).collect());
@@ -227,7 +259,7 @@ fn fitted(c: &Calibration) -> Value {
 }
 
 /// The same with a warning beside each parameter whose value is physically impossible.
-fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
+pub(super) fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
     for parameter in calibration["parameters"].as_array_mut().into_iter().flatten() {
         let symptom = step.symptoms.iter().find(|s| parameter["name"] == s.parameter.as_str());
         if let Some(symptom) = symptom {
@@ -238,7 +270,7 @@ fn flagged(mut calibration: Value, step: &LadderStep) -> Value {
 }
 
 /// True if there are validation rows.
-fn has_validation(datasets: &[(&str, &Dataset)]) -> bool {
+pub(super) fn has_validation(datasets: &[(&str, &Dataset)]) -> bool {
     datasets.iter().any(|(_, d)| d.samples.iter().any(|s| s.set == SampleSet::Validation))
 }
 

@@ -11,7 +11,14 @@ function on_paper(paper) {
   draw();
 }
 
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw());
+const theme_button = document.getElementById("theme");
+function name_theme() {
+  theme_button.textContent = appearance.now() === "dark" ? "Light page" : "Dark page";
+}
+theme_button.hidden = false;
+theme_button.addEventListener("click", () => appearance.choose(appearance.now() === "dark" ? "light" : "dark"));
+name_theme();
+document.addEventListener("theme", () => { name_theme(); draw(); });
 matchMedia("print").addEventListener("change", ({ matches }) => on_paper(matches));
 addEventListener("beforeprint", () => on_paper(true));
 addEventListener("afterprint", () => on_paper(false));

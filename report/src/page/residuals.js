@@ -91,6 +91,7 @@ function residuals(report) {
     return element("label", {}, input, named(report, c.effect), " ", element("code", {}, c.effect));
   };
   fill(first.candidate ?? (candidates.length ? 0 : -1));
+  const told_ids = new Set();
   const worst = comparison.worst.slice(0, 10);
   return [
     element("p", {}, "A residual is measured minus predicted. What a joint seems to err by is the turn of it, actual minus reported, that would take up the most of a residual; samples in which it has less than a fifth of its longest lever are not drawn. A residual after a fit is not the error: the fit has bent the model to the data.",
@@ -98,7 +99,7 @@ function residuals(report) {
     candidates.length > 1 ? element("fieldset", {}, element("legend", {}, "Candidate drawn over the residuals"), candidates.map(option)) : null,
     panels,
     element("h3", {}, "What stands out, in words"),
-    element("ul", {}, comparison.sentences.map((text) => element("li", {}, sentence(text)))),
+    element("ul", {}, comparison.sentences.map((text) => element("li", {}, worded(report, text, told_ids)))),
     unfold("The samples that fit worst", table("Worst first", [["sample", (w) => w.id, "words"], ["x, µm", (w) => digits(w.residual_um[0])], ["y, µm", (w) => digits(w.residual_um[1])],
       ["z, µm", (w) => digits(w.residual_um[2])], ["length, µm", (w) => digits(w.norm_um)], ["in units of noise", (w) => digits(w.normalised)], ["special", (w) => w.special.join("; "), "words"]], worst)),
     unfold(samples.length < of ? `${samples.length} of the ${of} samples as a table` : `All ${of} samples as a table`, table("Residuals", [["sample", (s) => s.id, "words"], ["ball", (s) => (s.ball === null ? "–" : balls[s.ball].ball), "words"],

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
+use super::space::{Stance, space};
 use super::{short, shorts};
 use calibench::assess::{Comparison, JointVariable, SeenSample, Variable, ViewTest};
 use calibench::identify::{IdentifyError, Model, Problem, Use, fit};
@@ -66,6 +67,8 @@ pub(super) struct Residuals {
     pub points: Vec<Point>,
     /// Indices of the samples that are drawn, ascending.
     pub shown: Vec<usize>,
+    /// The arm at every sample.
+    pub stances: Vec<Stance>,
 }
 
 impl Residuals {
@@ -100,7 +103,7 @@ impl Residuals {
         let points: Vec<Point> = seen.iter().map(point).collect();
         let stride = points.len().div_ceil(MOST_POINTS).max(1);
         let shown = (0..points.len()).filter(|&i| i % stride == 0 || spoken_of(&points[i].id)).collect();
-        Ok(Residuals { joints, points, shown })
+        Ok(Residuals { joints, points, shown, stances: Stance::all(&problem, &fitted.values) })
     }
 
     /// Apparent angle error of every joint in every drawn sample, urad: one list per joint.
@@ -148,7 +151,8 @@ impl Residuals {
                     "sigma_um": shorts((0..3).map(|k| b.sigma[k] / UM)), "test": tested(&b.test)})
             })
             .collect();
-        json!({"samples": samples, "of": self.points.len(), "angles_urad": self.as_angles(|i| self.points[i].residual), "views": views, "balls": balls})
+        json!({"samples": samples, "of": self.points.len(), "angles_urad": self.as_angles(|i| self.points[i].residual), "views": views, "balls": balls,
+            "space": space(&self.stances, &self.shown, |i| self.ball_view(&self.points[i], comparison))})
     }
 
     /// Index of a sample's ball among the comparison's balls.

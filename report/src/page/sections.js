@@ -54,8 +54,7 @@ function workspace(report) {
   const { radius_mm: r, height_mm: h, cells: grid } = expected.map;
   const flat = (map) => map.flatMap((row, k) => row.map((cell, c) => cell && [r[c], r[c + 1], h[k], h[k + 1], cell.mean_mm, cell.poses])).filter(Boolean);
   const all = [["predicted", flat(grid)], ...(it.measured ? [["measured", flat(it.measured)]] : [])];
-  const values = all.flatMap(([, rows]) => rows.map((row) => row[4]));
-  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const [low, high] = error_range(report);
   const range = (rows) => `${millimetres(Math.min(...rows.map((c) => c[4])))} to ${millimetres(Math.max(...rows.map((c) => c[4])))} mm`;
   const picture = ([name, rows]) => element("figure", {}, it.measured ? element("p", { class: "title" }, name === "predicted" ? `${names.workspace}, from the fitted rows alone` : `${names.not_fitted}, ${validation?.samples ?? ""} poses`) : null,
     chart(`Position error ${name} by distance from axis 1 and height over the base: ${range(rows)}.`, 400, (theme) => cells(theme, {
@@ -64,47 +63,12 @@ function workspace(report) {
   const heights = grid.map((row, k) => ({ name: `${h[k].toFixed(0)} to ${h[k + 1].toFixed(0)}`, row })).reverse();
   return [
     element("p", {}, report.verdict.expected),
+    colour_key(report),
     element("div", { class: "pair" }, all.map(picture)),
     element("p", { class: "quiet" }, "Numbers are millimetres: the mean over the poses (dots) of a cell. Yellow is worse. The prediction carries every effect of the catalogue, at every size that these data allow, to these poses.", it.measured ? " What was measured holds the noise of the instrument too." : ""),
     unfold("The map as a table", table("Expected error, mm; columns are distances from axis 1, mm",
       [["height, mm", (x) => x.name], ...r.slice(0, -1).map((from, c) => [`${from.toFixed(0)} to ${r[c + 1].toFixed(0)}`, (x) => (x.row[c] ? thousandths(x.row[c].mean_mm) : "")])], heights)),
   ];
-}
-
-function ranking(report) {
-  const { diagnosis: d, meanings } = report;
-  const size = (f) => f.parameters.slice(0, 3).map((p) => `${p.name} ${digits(p.value)} ± ${digits(p.sigma, 2)} ${printed(p.unit)}`).join(", ") + (f.parameters.length > 3 ? ", …" : "");
-  const columns = [
-    ["effect", (f) => [capital(named(report, f.in_model)), " ", element("code", {}, f.in_model), element("div", { class: "quiet" }, meanings[f.in_model]?.what ?? "")], "words"],
-    ["probability", (f) => share(f.probability)], ["explains", (f) => share(f.explains)], ["visible", (f) => share(f.visible)],
-    ["gain", (f) => percent(f.cv_gain)], ["as it would be fitted", size, "words"],
-    ["aliased with", (f) => f.rivals.join(", "), "words"],
-  ];
-  const map = d.heat_map.cells;
-  const plain = (variable) => variable.replace(/[() ]/g, "");
-  const variables = [...new Set(map.map((c) => plain(c.against)))];
-  const joints = [...new Set(map.map((c) => c.joint))];
-  const most = Math.max(3, ...map.map((c) => c.ln_evidence_against_background));
-  const heat = map.length ? [
-    element("h3", {}, "Which joint’s error follows what, whatever its shape"),
-    element("figure", {}, element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Map of joints and variables" },
-      wide(chart(`Evidence that the error of a joint follows a variable; best: ${d.heat_map.best ? `joint ${d.heat_map.best.joint} follows ${d.heat_map.best.against}` : "none"}.`, 40 + 30 * joints.length, (theme, width) => matrix(theme, {
-        columns: variables, rows: joints.map((j) => `joint ${j}`), low: 0, high: most, colours: [theme.panel, theme.residual],
-        data: map.map((c) => ({ value: [variables.indexOf(plain(c.against)), joints.indexOf(c.joint), c.ln_evidence_against_background],
-          label: { color: c.ln_evidence_against_background > 0.6 * most ? theme.paper : theme.ink } })),
-        text: ({ value }) => fixed(value[2], 1), say: ({ value }) => `joint ${joints[value[1]]} follows ${variables[value[0]]}\nln evidence ${fixed(value[2], 1)}`,
-      }, width)), 560)),
-      element("figcaption", {}, "Log evidence vs. the usual model discrepancy of a robot: above 3 is worth a look, far below 0 is nothing.")),
-  ] : [];
-  const contributions = d.contributions.slice(0, 10);
-  return [
-    element("p", {}, `Probability that nothing is missing beyond the usual model discrepancy: ${percent(d.nothing_probability)}.`,
-      d.set95.length ? ` In the 95 % credible set: ${d.set95.map((id) => named(report, id)).join("; ")}.` : ""),
-    d.findings.length ? table("Effects of the catalogue, most credible first", columns, d.findings, (f) => (d.set95.includes(f.effect) ? "emphasis" : null)) : null,
-    element("p", { class: "quiet" }, "Explains: share of the squares left that it takes. Visible: share of the effect that shows in these residuals at all; the rest hides in wrong parameters and comes out elsewhere. Gain: how much the residual of blocks that were not fitted falls (cross-validation)."),
-    contributions.length ? [element("h3", {}, "What contributes most when everything is fitted at once"), element("figure", {}, contribution_chart(report, contributions))] : null,
-    heat,
-  ].flat(2);
 }
 
 // A chart that needs so many pixels, and scrolls where there are fewer.
@@ -118,7 +82,7 @@ function parameters(report) {
   const truths = new Map((run?.methods?.find((m) => m.name === "trical")?.score ?? []).map((p) => [p.name, p.truth]));
   const places = (p) => Math.min(6, Math.max(3, 1 - Math.floor(Math.log10(p.sigma || 1))));
   const columns = [
-    ["parameter", (p) => (p.warning ? [p.name, element("div", { class: "warning flag" }, p.warning)] : p.name), "words"], ["nominal", (p) => fixed(p.nominal, 3)], ["identified", (p) => fixed(p.value, places(p))], ["one sigma", (p) => fixed(p.sigma, places(p))],
+    ["parameter", (p) => (p.warning ? [p.name, element("div", { class: "warning flag" }, worded(report, p.warning))] : p.name), "words"], ["nominal", (p) => fixed(p.nominal, 3)], ["identified", (p) => fixed(p.value, places(p))], ["one sigma", (p) => fixed(p.sigma, places(p))],
     ["correction", (p) => signed(fixed(p.value - p.nominal, places(p)))], ["unit", (p) => printed(p.unit), "words"],
     ...(truths.size ? [["truth", (p) => fixed(truths.get(p.name), places(p))], ["off, in sigmas", (p) => (truths.has(p.name) ? signed(fixed((p.value - truths.get(p.name)) / p.sigma, 1)) : "–")]] : []),
   ];
@@ -139,7 +103,7 @@ function parameters(report) {
   const ranges = c.joint_ranges;
   return [
     element("p", {}, `${c.samples} samples, ${c.rank} independent parameters, ${c.dof} degrees of freedom; residual ${millimetres(c.rms_mm)} mm rms (3-D), χ²/dof ${digits(c.chi2_per_dof)}. One sigma is of the noise ${c.noise_stated ? "as stated" : "as the residuals show it"}; it knows nothing of effects that are not in the model.`),
-    table(`Parameters of ${c.effects.join(" + ")}`, columns, c.parameters),
+    table(`Parameters of: ${c.effects.map((id) => named(report, id)).join("; ")}`, columns, c.parameters),
     c.stated_parameters.length ? unfold("Certified values, carried along with their uncertainty", table("Certified values", [["parameter", (p) => p.name, "words"], ["stated", (p) => fixed(p.nominal, 4)], ["one sigma", (p) => fixed(p.stated_sigma, 4)],
       ["found", (p) => fixed(p.value, 4)], ["one sigma after", (p) => fixed(p.sigma, 4)], ["unit", (p) => printed(p.unit), "words"]], c.stated_parameters)) : null,
     element("h3", {}, "How well the poses show them"),

@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use super::PageSubject;
 use super::page_model::judge;
 use crate::documents::{Ladder, LadderStep as StepDocument, to_value};
-use crate::objection_sentence;
-use calibench::assess::{HoldOut, LadderStep, Objection, best_step, ladder as climb};
+use crate::{next_step_sentences, objection_sentence};
+use calibench::assess::{Advice, HoldOut, LadderStep, Objection, ToDo, ladder as climb};
 use calibench::identify::IdentifyError;
 
 /// The ladder as a document; its key `complete` is true if it was climbed to its end.
@@ -22,25 +22,24 @@ pub(super) fn ladder(subject: &PageSubject<'_>, first: &LadderStep, ground: Hold
         whole["complete"] = json!(true);
         return Ok(whole);
     }
-    let d = &first.diagnosis;
-    if d.verdict.is_noise() {
-        return Ok(
-            json!({"rungs": [StepDocument::of(first, &[])], "complete": true, "advice": "The residual is noise: there is nothing to add."}),
-        );
+    let judged = Advice::on(subject.datasets, first, ground)?;
+    let advice = next_step_sentences(&judged, &first.diagnosis, &subject.commands).join(" ");
+    if judged.to_do == ToDo::Nothing {
+        return Ok(json!({"rungs": [StepDocument::of(first, &[])], "complete": true, "advice": advice}));
     }
     let command = format!("calibench ladder {}{}", subject.commands.datasets, subject.commands.model);
-    let (steps, step) = match best_step(subject.datasets, first, ground, &mut |_| ())? {
-        Ok(next) => {
+    let (steps, step) = match judged.step {
+        Some(next) => {
             let next = judge(*next, subject.judged)?;
             let step = step_json(&next.added.join(" + "), &next.objections(first));
             (vec![StepDocument::of(first, &[]), StepDocument::of(&next, &[first])], step)
         }
-        Err(tried) => {
-            let step = tried.first().map_or(Value::Null, |(effect, objections)| step_json(effect, objections));
+        None => {
+            let step = judged.refused.first().map_or(Value::Null, |(effect, objections)| step_json(effect, objections));
             (vec![StepDocument::of(first, &[])], step)
         }
     };
-    Ok(json!({"rungs": steps, "complete": false, "step": step, "command": command}))
+    Ok(json!({"rungs": steps, "complete": false, "step": step, "command": command, "advice": advice}))
 }
 
 fn step_json(effect: &str, objections: &[Objection]) -> Value {

@@ -20,9 +20,9 @@ const WORTH_A_VIEW: f64 = 0.25;
 /// * `agreement`: residual against the candidate's effect, if the means show little of it;
 /// * `samples`: a sample that disagrees with all others, or the length of every residual if there is nothing to show;
 /// * `contributions`: if the verdict is "unexplained" and no curve is offered.
-pub(super) fn telling(d: &Diagnosis, points: &Residuals, candidates: &[Candidate], comparison: &Comparison) -> Value {
+pub(super) fn telling(d: &Diagnosis, points: &Residuals, first: Option<&Candidate>, comparison: &Comparison) -> Value {
     let nothing = d.verdict.is_noise();
-    let Some(first) = candidates.first().filter(|_| !nothing) else { return json!({"kind": "samples", "candidate": null}) };
+    let Some(first) = first.filter(|_| !nothing) else { return json!({"kind": "samples", "candidate": null}) };
     if d.verdict == Verdict::Unexplained && !first.effect.starts_with("curve:") {
         return json!({"kind": "contributions", "candidate": null});
     }

@@ -3,6 +3,7 @@
 use super::{Comparison, SIGNIFICANCE, Standout, Subject};
 use crate::assess::noise_floor::NoiseSource;
 use crate::assess::residual_views::{JointCurve, JointVariable};
+use crate::effects::{in_words, variable_in_words};
 use crate::units::{DEG, MM, UM, URAD};
 
 /// Three significant digits, but at most six decimals and all digits before the point.
@@ -39,12 +40,13 @@ fn explains(finding: &Standout) -> String {
     format!("explains {}, {}", percent(finding.test.explains), chance(finding.test.p_family))
 }
 
-/// Advice to try the effects that a finding suggests; `otherwise` if there are none.
-fn try_effects(finding: &Standout, otherwise: &str) -> String {
+/// The effects that a finding suggests, among which a diagnosis decides; `otherwise` if there are none.
+fn suggested(finding: &Standout, otherwise: &str) -> String {
+    let called = |id: &String| format!("{} ({id})", in_words(id));
     match finding.effects.as_slice() {
         [] => otherwise.to_owned(),
-        [one] => format!("try the effect {one}"),
-        many => format!("try the effects {}", many.join(", ")),
+        [one] => format!("it could be {}", called(one)),
+        many => format!("it could be one of {}", many.iter().map(called).collect::<Vec<_>>().join("; ")),
     }
 }
 
@@ -64,12 +66,12 @@ fn of_curve(finding: &Standout, curve: &JointCurve) -> String {
         JointVariable::Time | JointVariable::Temperature => ("it drifts", "let the robot warm up"),
     };
     format!(
-        "Joint {} against {} stands out ({}): its apparent angle error swings by {} µrad; {meaning}: {}.",
+        "Joint {} against the {} stands out ({}): its apparent angle error swings by {} µrad; {meaning}: {}.",
         curve.joint,
-        curve.against.name(),
+        variable_in_words(&curve.against.name()),
         explains(finding),
         three(curve.swing() / URAD),
-        try_effects(finding, otherwise)
+        suggested(finding, otherwise)
     )
 }
 
@@ -80,6 +82,7 @@ impl Comparison {
         said.extend(self.of_contradiction());
         said.extend(self.of_lack_of_fit());
         said.extend(self.of_standing());
+        said.extend(self.of_first_look());
         said.extend(self.findings.iter().map(|f| self.of_finding(f)));
         said.extend(self.of_what_is_left());
         said.extend(self.of_strays());
@@ -88,20 +91,20 @@ impl Comparison {
 
     fn of_noise(&self) -> String {
         let Some(level) = self.noise.level else {
-            return "The noise is unknown: the data neither state it nor hold replicates, so the views can only be judged against each \
+            return "The instrument noise is unknown: the data neither state it nor hold replicates, so the views can only be judged against each \
                     other. State it in [noise] of dataset.toml, or measure ten targets twice and name them in the column repeat."
                 .into();
         };
         let size = format!("{} µm per axis, {} mm rms in 3-D", three(level.per_axis / UM), three(level.rms / MM));
         match (self.noise.source, self.noise.replicates, level.interval) {
             (NoiseSource::Replicates, Some(r), Some([low, high])) => format!(
-                "The noise is {size} (95 %: {} to {} mm), from the scatter of {} replicates of {} targets.",
+                "Instrument noise {size} (95 %: {} to {} mm), from the scatter of {} replicates of {} targets.",
                 three(low / MM),
                 three(high / MM),
                 r.samples,
                 r.groups
             ),
-            _ => format!("The noise is {size}, as the data state it."),
+            _ => format!("Instrument noise {size}, as the data state it."),
         }
     }
 
@@ -124,7 +127,7 @@ impl Comparison {
         let fit = &self.lack_of_fit;
         let (noise, unexplained) = (fit.noise_left?, fit.unexplained?);
         let [low, high] = fit.interval?;
-        let balance = format!("Noise explains {} of {} mm", three(noise / MM), three(self.rms / MM));
+        let balance = format!("Noise left {} mm in a residual of {} mm", three(noise / MM), three(self.rms / MM));
         Some(match fit.p {
             Some(p) if p < SIGNIFICANCE => format!(
                 "{balance}; {} mm (95 %: {} to {}) is unexplained ({}).",
@@ -203,7 +206,7 @@ impl Comparison {
                  diagnosis tries each), master the gauge again and check the TCP; if both are right, {}.",
                 self.place(s),
                 vector(sizes, sigmas, UM),
-                try_effects(finding, "compare the scale of the artifact with that of the arm")
+                suggested(finding, "compare the scale of the artifact with that of the arm")
             ),
             Subject::World(s) => format!(
                 "The base{} stands out ({explains}): the robot seems moved by {} µm and turned by {} µrad (world axes). Where it or the \
@@ -211,7 +214,7 @@ impl Comparison {
                 self.place(s),
                 vector(&sizes[..3], &sigmas[..3], UM),
                 vector(&sizes[3..], &sigmas[3..], URAD),
-                try_effects(finding, "look for a base that tips or drifts")
+                suggested(finding, "look for a base that tips or drifts")
             ),
             Subject::Curve(c) => of_curve(finding, &self.joints[c]),
             Subject::Offset(k) => format!(
@@ -233,6 +236,22 @@ impl Comparison {
                 )
             }
         }
+    }
+
+    /// Of several findings, the one to look at first, and why.
+    fn of_first_look(&self) -> Option<String> {
+        let first = self.first_look().filter(|_| self.findings.len() > 1)?;
+        let look = self.look_at(first.subject);
+        let name = match first.subject {
+            Subject::Ball(b) => format!("ball {}", self.balls[b].ball),
+            Subject::Tool(s) => format!("the tool{}", self.place(s)),
+            Subject::World(s) => format!("the base{}", self.place(s)),
+            Subject::Curve(c) => format!("joint {} against {}", self.joints[c].joint, self.joints[c].against.name()),
+            Subject::Offset(k) => format!("joint {}", self.offsets[k].joint),
+            Subject::Sample(w) => format!("sample {}", self.worst[w].id),
+        };
+        let weaker = if std::ptr::eq(first, &self.findings[0]) { "" } else { ", even if more is explained elsewhere" };
+        Some(format!("Look first at {name}{weaker}. {}", look.because()))
     }
 
     fn of_what_is_left(&self) -> Option<String> {

@@ -1,5 +1,7 @@
 //! Findings of a comparison.
 
+use super::Comparison;
+use crate::assess::look::Look;
 use crate::assess::residual_views::ViewTest;
 
 /// Subject of a finding, with its index in the respective list of the comparison.
@@ -33,4 +35,23 @@ pub struct Standout {
     pub sigmas: Vec<f64>,
     /// Effects of the catalogue that the model does not contain and that would show in this way.
     pub effects: Vec<String>,
+}
+
+impl Comparison {
+    /// The finding to look at first: not the one that explains most, but the one that would mislead about the others; the
+    /// stronger of two of a kind.
+    pub fn first_look(&self) -> Option<&Standout> {
+        self.findings.iter().min_by_key(|f| self.look_at(f.subject))
+    }
+
+    /// The step of the order at which a subject is met.
+    pub fn look_at(&self, subject: Subject) -> Look {
+        match subject {
+            Subject::Sample(_) => Look::Samples,
+            Subject::Curve(c) => Look::at_variable(self.joints[c].against),
+            Subject::Tool(_) | Subject::World(_) => Look::SetUps,
+            Subject::Ball(_) => Look::Balls,
+            Subject::Offset(_) => Look::Angles,
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::super::streams::{input, output};
 use calibench::compensate::WorkFrame;
 use calibench::robot::FramePose;
 
@@ -10,14 +11,15 @@ use super::options;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// Calibration file written by `identify`
+    #[arg(value_parser = input())]
     pub calibration: PathBuf,
     /// Targets: id with x_mm, y_mm, z_mm, a_deg, b_deg, c_deg of the TCP, or id with q1_deg ... at which a nominal robot would
     /// reach it. Or robot programs that belong together: .src and .dat (KRL), .script (URScript), .mod, .modx, .prg (RAPID),
     /// .ls (FANUC)
-    #[arg(requires = "out", value_name = "TARGETS.csv|PROGRAM")]
+    #[arg(requires = "out", value_name = "TARGETS.csv|PROGRAM", value_parser = input())]
     pub targets: Vec<PathBuf>,
     /// Output file for the fake targets, one row per target, or for the program; a folder for several programs
-    #[arg(short, long, visible_alias = "output", value_name = "FAKE.csv|PROGRAM|FOLDER", requires = "targets")]
+    #[arg(short, long, visible_alias = "output", value_name = "FAKE.csv|PROGRAM|FOLDER", requires = "targets", value_parser = output())]
     pub out: Option<PathBuf>,
     /// Write programs of which some positions cannot be rewritten
     #[arg(long, requires = "targets")]
@@ -46,16 +48,16 @@ pub struct Arguments {
     #[arg(long, requires = "krl")]
     pub lin: bool,
     /// Write the rigid part of the identified robot as a URDF
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     pub urdf: Option<PathBuf>,
     /// URDF file of the robot: `--urdf` writes the same file with calibrated joint origins, and all else as it is
     #[arg(long, value_name = "FILE.urdf[#BASE:TOOL]", requires = "urdf")]
     pub urdf_of: Option<String>,
     /// Write the origins of the joints of `--urdf-of` as the kinematics file of the ROS package ur_description (YAML)
-    #[arg(long, value_name = "FILE", requires = "urdf_of")]
+    #[arg(long, value_name = "FILE", requires = "urdf_of", value_parser = output())]
     pub ur_kinematics: Option<PathBuf>,
     /// Write the rigid part of the identified robot as a robot file, for use by a dataset
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output())]
     pub mdh: Option<PathBuf>,
     /// Print one JSON document instead of sentences
     #[arg(long)]

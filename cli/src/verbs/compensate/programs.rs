@@ -14,7 +14,7 @@ use calibench_report::documents::{CompensatedProgram, CompensatedPrograms, NotRe
 use calibench_report::extrapolation_sentence;
 
 use super::super::failure::{Failure, Outcome};
-use super::super::output::{check_outputs, print};
+use super::super::output::{check_outputs, print, print_answer, print_written, warn};
 use super::arguments::Arguments;
 use super::telling::{MOST_TOLD, tell_setting};
 
@@ -73,13 +73,14 @@ impl Programs {
         if written {
             for (out, result) in self.outs.iter().zip(&results) {
                 write_whole(out, &result.bytes)?;
+                print_written(out);
             }
         }
         let calibration = compensator.calibration();
         let reached = results.iter().flat_map(|r| r.rewritten.iter().map(|one| one.fake.q.as_slice()));
         let beyond = Extrapolation::of(&calibration.robot, &calibration.joint_ranges, &calibration.model, reached);
         if let Some(warning) = extrapolation_sentence(&beyond) {
-            eprintln!("{warning}");
+            warn(&warning);
         }
         let outcome = if whole { Outcome::Done } else { Outcome::ExpectationFailed };
         let assumed = assumptions(compensator, &results);
@@ -99,8 +100,8 @@ impl Programs {
         }
         tell_setting(compensator, &assumed)?;
         if !written {
-            eprintln!(
-                "no program was written, because some positions would stay as they are; correct them, or write the rest with --partly"
+            warn(
+                "no program was written, because some positions would stay as they are; correct them, or write the rest with --partly",
             );
         }
         Ok((None, outcome))
@@ -174,12 +175,17 @@ fn of(program: &Program, written: Option<&PathBuf>, result: &RewrittenProgram) -
 
 fn tell(path: &Path, result: &RewrittenProgram) -> Result<(), Failure> {
     let shift = largest_shift_mm(result).map_or_else(String::new, |mm| format!(", shifted by up to {mm:.3} mm"));
-    print(&format!("{}: {} of {} positions rewritten{shift}", path.display(), result.rewritten.len(), result.positions))?;
+    print_answer(&format!(
+        "{}: {} of {} positions rewritten{shift}",
+        path.display(),
+        result.rewritten.len(),
+        result.positions
+    ))?;
     for (mark, blocks) in [("not rewritten", true), ("check", false)] {
         let remarks: Vec<&Remark> = result.remarks.iter().filter(|remark| remark.blocks == blocks).collect();
         for remark in remarks.iter().take(MOST_TOLD) {
             let Remark { line, what, reason, remedy, .. } = remark;
-            print(&format!("{mark}: {}:{line}: {what}: {reason}; {remedy}", path.display()))?;
+            print_answer(&format!("{mark}: {}:{line}: {what}: {reason}; {remedy}", path.display()))?;
         }
         if remarks.len() > MOST_TOLD {
             print(&format!("and {} more; --json lists all", remarks.len() - MOST_TOLD))?;

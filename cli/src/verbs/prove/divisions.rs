@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::super::data::{named, read_datasets};
 use super::super::failure::{Failure, Outcome};
-use super::super::output::{check_outputs, print, print_json};
+use super::super::output::{check_outputs, print_answer, print_json};
 use super::super::progress::Waiting;
 use super::{Arguments, FOLDS, thin};
 
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         print_json(&json!({"format": "calibench-proof/1", "summary": Summary::of(&proofs), "proofs": proofs}))?;
     } else {
-        print(&table)?;
+        print_answer(&table)?;
     }
     Ok(Outcome::Done)
 }

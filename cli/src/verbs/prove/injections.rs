@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 use super::super::data::{locate_in_data, model_for, named, read_datasets};
 use super::super::data_gate::gate;
 use super::super::failure::{Failure, Outcome};
-use super::super::output::{check_outputs, print, print_json};
+use super::super::output::{check_outputs, print, print_answer, print_json, print_written};
 use super::super::progress::{Trials, Waiting};
-use super::injections_text::{markdown, page, text};
+use super::injections_text::{markdown, page, sentences, text};
 use super::{Arguments, thin};
 
 /// Fitted rows used of each dataset if not stated: a minute's work.
@@ -48,12 +48,14 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let is_page = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html"));
         let whole = if is_page { page(&found, rows) } else { markdown(&found, rows) };
         write_whole(path, whole.as_bytes())?;
+        print_written(path);
     }
     if arguments.json {
         print_json(&document)?;
     } else {
         gate.tell()?;
-        print(&text(&found, rows))?;
+        print_answer(&format!("{}\n", sentences(&found, rows)))?;
+        print(&text(&found))?;
     }
     Ok(Outcome::Done)
 }

@@ -8,11 +8,11 @@ use calibench_report::{plain_rows, what};
 
 const HEADER: [&str; 7] = ["effect", "injected", "found", "named", "size", "error before, mm", "after"];
 
-/// In a terminal.
-pub fn text(found: &Injections, rows: [usize; 2]) -> String {
+/// The tables in a terminal.
+pub fn text(found: &Injections) -> String {
     let header: Vec<String> = HEADER.map(String::from).to_vec();
     let table: Vec<Vec<String>> = found.families.iter().map(|row| cells(row).to_vec()).collect();
-    let mut out = format!("{}\n\n{}\n\n{}", sentences(found, rows), plain_rows(&header, &table), legend());
+    let mut out = format!("{}\n\n{}", plain_rows(&header, &table), legend());
     let missed: Vec<String> = found.effects.iter().filter(|t| !t.named).map(missed).collect();
     if !missed.is_empty() {
         let _ = write!(out, "\n\nNot named:\n{}", missed.iter().map(|m| format!("  {m}\n")).collect::<String>());
@@ -99,7 +99,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// What was done and what came of it.
-fn sentences(found: &Injections, [used, all]: [usize; 2]) -> String {
+pub fn sentences(found: &Injections, [used, all]: [usize; 2]) -> String {
     let noise = match found.noise.source {
         "stated" => "the stated noise",
         "replicates" => "the noise of its repeats",

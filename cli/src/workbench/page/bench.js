@@ -7,9 +7,19 @@ const bench = {
   live: null,
   // Counts what was laid out: an answer that comes after the next one was laid out is of no use.
   turn: 0,
-  busy: false,
+  // Actions are sent one after the other.
+  queue: Promise.resolve(),
+  queued: 0,
   hovering: null,
+  // The figures of the fit before the last switch and after it, while the rest is being computed.
+  first: null,
 };
+
+// The sections that are of the model; the others are of the data.
+const OF_THE_MODEL = ["verdict", "told", "telling", "ladder", "by_pose", "accuracy", "workspace", "ranking", "residuals", "parameters"];
+
+// Number of candidates that are listed.
+const LISTED = 8;
 
 const by_id = (id) => document.getElementById(id);
 
@@ -31,30 +41,34 @@ function say(text, failed = false) {
 
 const unbroken = (part) => percent(part).replaceAll(" ", "\u00a0");
 
-const seconds = (ms) => (ms < 1000 ? `${ms} ms` : `${(ms / 1000).toFixed(1)} s`);
+const seconds = (ms) => (ms < 1000 ? `${Math.round(ms)} ms` : `${(ms / 1000).toFixed(1)} s`);
 
-function set_busy(busy) {
-  bench.busy = busy;
-  document.body.setAttribute("aria-busy", busy);
-  for (const button of document.querySelectorAll("#bar button, #bench button")) button.disabled = busy;
-  by_id("undo").disabled = busy || !bench.live?.can_undo;
+function set_busy(change) {
+  bench.queued += change;
+  document.body.setAttribute("aria-busy", bench.queued > 0);
+  by_id("undo").disabled = !bench.live?.can_undo;
+  by_id("redo").disabled = !bench.live?.can_redo;
 }
 
-// One thing at a time: `before` and `after` say what is done, `act` does it, a mistake stands at its field.
-async function act(before, path, body, after, mistake = (error) => say(error.message, true)) {
-  if (bench.busy) return;
-  say(before);
-  set_busy(true);
-  try {
-    const told = await ask(path, body);
-    if (told.document) show(told);
-    set_busy(false);
-    say(after(told));
-  } catch (error) {
-    set_busy(false);
-    say("Not done.", true);
-    mistake(error);
-  }
+// `before` and `after` say what is done, `act` does it once everything before it is done; a mistake stands at its field.
+function act(before, path, body, after, mistake = (error) => say(error.message, true)) {
+  set_busy(1);
+  bench.queue = bench.queue.then(async () => {
+    say(before);
+    const began = performance.now();
+    try {
+      const told = await ask(path, body);
+      if (told.live) await show(told);
+      set_busy(-1);
+      say(after({ ...told, took_ms: performance.now() - began }));
+    } catch (error) {
+      set_busy(-1);
+      say("Not done.", true);
+      effects_listed();
+      mistake(error);
+    }
+  });
+  return bench.queue;
 }
 
 function at_field(form, fallback) {
@@ -74,29 +88,37 @@ function without_mistakes() {
   by_id("refused").hidden = true;
 }
 
-// A step that was taken, or refused: then it can be taken all the same.
-function stepped(told, again) {
-  const { step, took_ms } = told;
-  const name = step.after.added_words;
-  const [before, after] = [step.before.cv_rms_mm, step.after.cv_rms_mm];
-  if (step.accepted) return `Added ${name} in ${seconds(took_ms)}: cross-validated ${millimetres(before)} to ${millimetres(after)} mm.`;
+// A switch that was turned, or refused: then it can be turned all the same.
+function turned(told, again) {
+  const { accepted, added, removed, objections, before, after, took_ms } = told;
+  if (added.length + removed.length === 0) return "This is so already.";
+  const said = [added.length && `on ${listed(added)}`, removed.length && `off ${listed(removed)}`].filter(Boolean).join(" and ");
+  if (accepted) {
+    return `Switched ${said} in ${seconds(took_ms)}: ${bench.report.names.cross_validated} ${millimetres(before.cv_rms_mm)} to ${millimetres(after.cv_rms_mm)} mm.`;
+  }
   const notice = by_id("refused");
-  const force = element("button", { type: "button" }, "Add it all the same");
+  const force = element("button", { type: "button" }, "Switch it on all the same");
   force.addEventListener("click", again);
-  notice.replaceChildren(element("p", {}, "Against adding ", element("code", {}, name), `: ${step.objections.join("; ")}.`), force);
+  notice.replaceChildren(element("p", {}, `Against switching ${said}: ${objections.join("; ")}.`), force);
   notice.hidden = false;
   notice.focus();
-  return `${name} is refused; the model is as it was.`;
+  return `Not switched ${said}: there is evidence against it, and the model is as it was.`;
 }
 
-function add(effect, force = false, mistake = undefined) {
+const listed = (words) => (words.length > 3 ? `${words.length} effects` : words.join(" and "));
+
+function turn(effect, on, force = false, mistake = undefined) {
   without_mistakes();
-  return act(`Fitting the model with ${effect} …`, "add", { effect, force }, (told) => stepped(told, () => add(effect, true)), mistake);
+  const row = row_of(effect)?.querySelector(".switch");
+  row?.setAttribute("aria-busy", "true");
+  const words = bench.report ? named(bench.report, effect) : effect;
+  return act(on ? `Fitting the model with ${words} …` : `Fitting the model without ${words} …`, "switch", { effect, on, force },
+    (told) => turned(told, () => turn(effect, on, true)), mistake);
 }
 
 function recommend() {
   without_mistakes();
-  const after = ({ step, advice, took_ms }) => `${step ? "Taken" : "Nothing to add"} (${seconds(took_ms)}). ${advice}`;
+  const after = ({ added, advice, took_ms }) => `${added.length ? "Taken" : "Nothing to add"} (${seconds(took_ms)}). ${advice}`;
   return act("Climbing the ladder, and holding its steps against the error curves of all joints …", "recommend", {}, after);
 }
 
@@ -104,110 +126,162 @@ function own(force = false) {
   without_mistakes();
   const form = by_id("own");
   const { name, unit, site, expressions } = Object.fromEntries(new FormData(form));
-  return act("Fitting the model with your expression …", "own", { name, unit, site, expressions, force }, (told) => stepped(told, () => own(true)), at_field(form, "expressions"));
+  return act("Fitting the model with your expression …", "own", { name, unit, site, expressions, force }, (told) => turned(told, () => own(true)), at_field(form, "expressions"));
 }
 
-// The four numbers that fall, with those of the step before.
+// The steps that are shown: those of the document, and the present one while no more than its fit is known.
+function rungs() {
+  const { rungs: known } = bench.report.ladder;
+  if (!bench.first) return known;
+  return bench.first.taken ? [bench.first.before, bench.first.after] : [bench.first.after];
+}
+
+// The figures by which the model is judged, each beside its value before the last switch.
 function now() {
-  const { rungs } = bench.report.ladder;
-  const [last, before] = [rungs.at(-1), rungs.at(-2)];
+  const { names, figures } = bench.report;
+  const [before, last] = [rungs().at(-2), rungs().at(-1)];
   const tile = (name, of, beside) => {
     const [value, from] = [of(last), before && of(before)];
-    if (!Number.isFinite(value)) return null;
+    const title = element("dt", {}, capital(name));
+    if (!Number.isFinite(value)) {
+      // Not known yet, or not at all.
+      return bench.first ? element("div", { class: "waits" }, title, element("dd", {}, element("div", { class: "value waiting" }, "…"), element("div", { class: "beside" }, "being computed"))) : null;
+    }
     const percents = Number.isFinite(from) && from > 0 ? 100 * (value / from - 1) : null;
-    const moved = percents === null ? beside : Math.abs(percents) < 0.05 ? "unchanged by the last step" : `${signed(fixed(percents, 1))} % by the last step`;
-    return element("div", {}, element("dt", {}, name), element("dd", {},
-      element("div", { class: "value" }, Number.isFinite(from) ? element("span", { class: "from" }, `${millimetres(from)} → `) : null, `${millimetres(value)} mm`), element("div", { class: "beside" }, moved)));
+    const moved = percents === null ? null : Math.abs(percents) < 0.05 ? "unchanged by the last switch" : `${signed(fixed(percents, 1))} % by the last switch`;
+    const text = [moved, beside(last)].filter(Boolean).join("; ");
+    return element("div", {}, title, element("dd", {},
+      element("div", { class: "value" }, Number.isFinite(from) ? element("span", { class: "from" }, `${millimetres(from)} → `) : null, `${millimetres(value)} mm`), element("div", { class: "beside" }, text)));
   };
-  const expected = (r) => r.workspace?.mean_mm;
+  const band = (r) => r.workspace?.mean_band_mm && `${millimetres(r.workspace.mean_band_mm[0])} to ${millimetres(r.workspace.mean_band_mm[1])} mm`;
   return [
-    tile("Residual of the fit, rms", (r) => r.fit_rms_mm, `${bench.report.figures.samples} samples`),
-    tile("Cross-validated, rms", (r) => r.cv_rms_mm, "blocks that were not fitted"),
-    tile("Measured on other poses, rms", (r) => r.validation?.rms_mm, "rows kept for validation") ?? tile("Predicted over the workspace", expected, "mean; no rows are kept for validation"),
-    tile("Floor: noise alone", (r) => r.noise_mm, bench.report.figures.noise_stated ? "as stated" : "as the best explanation leaves it"),
+    tile(`${names.residual}, rms`, (r) => r.fit_rms_mm, () => `${figures.samples} samples`),
+    tile(`${names.cross_validated}, rms`, (r) => r.cv_rms_mm, () => "blocks that were not fitted"),
+    bench.report.validation && tile(`${names.not_fitted}, rms`, (r) => r.validation?.rms_mm, (r) => `${r.validation.samples} poses`),
+    tile(`${names.workspace}, mean`, (r) => r.workspace?.mean_mm, band),
+    tile(`${names.noise_left}, rms`, (r) => r.noise_mm, () => (figures.noise_stated ? "as stated" : "as the best explanation leaves it")),
   ].filter(Boolean);
 }
 
+const step_name = (r, k) => (k === 0 ? "to begin with" : r.removed?.length ? `− ${in_words(bench.report, r.removed)}` : `+ ${in_words(bench.report, r.added ?? [])}`);
+
 // The same over the steps.
 function stairs() {
-  const { rungs } = bench.report.ladder;
-  if (rungs.length < 2) return [];
-  const names = rungs.map((r, k) => (k ? `+ ${r.added_words}` : "to begin with"));
+  const { names, ladder } = bench.report;
+  const steps = bench.first ? [...(bench.first.taken ? ladder.rungs : []), bench.first.after] : ladder.rungs;
+  if (steps.length < 2) return [];
+  const titles = steps.map(step_name);
   const lines = [
-    ["fit", (r) => r.fit_rms_mm, "residual", "circle"], ["cross-validated", (r) => r.cv_rms_mm, "other", "triangle"],
-    ["measured on other poses", (r) => r.validation?.rms_mm, "measured", "rect"], ["predicted, mean", (r) => r.workspace?.mean_mm, "predicted", "diamond"], ["floor", (r) => r.noise_mm, "noise", "none"],
-  ].filter(([, of]) => rungs.some((r) => Number.isFinite(of(r))));
-  const label = "The error by step: " + lines.map(([name, of]) => `${name} ${rungs.map((r) => millimetres(of(r))).join(", ")} mm`).join("; ");
-  return [element("figure", {}, chart(label, 210, (theme, width) => ({
-    grid: { left: 62, right: 24, top: 34, bottom: 34, outerBoundsMode: "none" },
-    legend: { top: 0, left: 56, itemWidth: 16, itemHeight: 9, textStyle: { color: theme.ink, fontSize: 12 }, selectedMode: false },
-    tooltip: tooltip(theme, ({ seriesName, dataIndex, value }) => `${names[dataIndex]}\n${seriesName}: ${millimetres(value)} mm`),
-    xAxis: { type: "category", data: names, axisTick: { show: false }, axisLine: { lineStyle: { color: theme.noise } },
-      axisLabel: { color: theme.ink, fontSize: 11, interval: 0, hideOverlap: true, width: Math.max(40, (width - 90) / names.length - 8), overflow: "truncate" } },
+    [names.residual, (r) => r.fit_rms_mm, "residual", "circle"], [names.cross_validated, (r) => r.cv_rms_mm, "other", "triangle"],
+    [names.not_fitted, (r) => r.validation?.rms_mm, "measured", "rect"], [`${names.workspace}, mean`, (r) => r.workspace?.mean_mm, "predicted", "diamond"], [names.noise_left, (r) => r.noise_mm, "noise", "none"],
+  ].filter(([, of]) => steps.some((r) => Number.isFinite(of(r))));
+  const values = (of) => steps.map((r) => (Number.isFinite(of(r)) ? millimetres(of(r)) : "pending")).join(", ");
+  const label = "The error by step: " + lines.map(([name, of]) => `${name} ${values(of)} mm`).join("; ");
+  return [element("figure", {}, chart(label, 240, (theme, width) => ({
+    grid: { left: 62, right: 24, top: width < 620 ? 20 * lines.length + 10 : 34, bottom: 34, outerBoundsMode: "none" },
+    legend: { top: 0, left: width < 620 ? 0 : 56, orient: width < 620 ? "vertical" : "horizontal", itemGap: width < 620 ? 2 : 14, itemWidth: 16, itemHeight: 9, textStyle: { color: theme.ink, fontSize: 12 }, selectedMode: false },
+    tooltip: tooltip(theme, ({ seriesName, dataIndex, value }) => `${titles[dataIndex]}\n${seriesName}: ${millimetres(value)} mm`),
+    xAxis: { type: "category", data: titles, axisTick: { show: false }, axisLine: { lineStyle: { color: theme.noise } },
+      axisLabel: { color: theme.ink, fontSize: 11, interval: 0, hideOverlap: true, width: Math.max(40, (width - 90) / titles.length - 8), overflow: "truncate" } },
     yAxis: axis(theme, "error, mm", 46, { min: 0, scale: false }),
     series: lines.map(([name, of, colour, symbol]) => ({
-      name, type: "line", step: "middle", data: rungs.map((r) => of(r) ?? null), symbol, symbolSize: 8,
-      lineStyle: { color: theme[colour], width: 2, type: name === "floor" ? "dashed" : "solid" }, itemStyle: { color: theme[colour] },
+      name, type: "line", step: "middle", data: steps.map((r) => of(r) ?? null), symbol, symbolSize: 8,
+      lineStyle: { color: theme[colour], width: 2, type: name === names.noise_left ? "dashed" : "solid" }, itemStyle: { color: theme[colour] },
     })),
   })))];
 }
 
-function candidates() {
+const row_of = (effect) => [...by_id("candidates").children].find((row) => row.dataset.effect === effect);
+
+// Every effect as a switch: those of the model, then the candidates, then what was switched off.
+function effects_listed() {
   const { diagnosis, meanings } = bench.report;
-  return bench.live.candidates.slice(0, 8).map((effect) => {
-    const found = diagnosis.findings.find((f) => f.in_model === effect);
-    const said = found ? `${meanings[effect]?.what ?? ""}; probability ${unbroken(found.probability)}, explains ${unbroken(found.explains)}` : "the curve that this joint’s error follows, whatever its shape";
-    const button = element("button", { type: "button", "aria-label": `Add ${effect}` }, "Add");
-    button.addEventListener("click", () => add(effect));
-    const row = element("li", { "data-effect": effect }, element("div", {}, element("code", {}, effect), element("div", { class: "quiet" }, said)), button);
-    row.addEventListener("pointerenter", () => hover(effect));
-    row.addEventListener("focusin", () => hover(effect));
-    return row;
-  });
+  const { switches } = bench.live;
+  const offered = (bench.live.candidates ?? bench.candidates ?? []).slice(0, LISTED);
+  bench.candidates = offered;
+  const is_on = (effect) => switches.some((s) => s.on && (s.asked === effect || s.effect === effect));
+  const fresh = offered.filter((effect) => !is_on(effect)).map((effect) => ({ effect, words: named(bench.report, effect), on: false, offered: true, flags: [] }));
+  const off = switches.filter((s) => !s.on && !fresh.some((f) => f.effect === s.effect || f.effect === s.asked));
+  const focused = document.activeElement?.closest?.("#candidates li")?.dataset.effect;
+  const shown = by_id("candidates").querySelector(".shown")?.dataset.effect;
+  by_id("candidates").replaceChildren(...[...switches.filter((s) => s.on), ...fresh, ...off].map((s) => row(s, diagnosis, meanings)));
+  if (shown) mark(shown);
+  if (focused) row_of(focused)?.querySelector(".switch").focus();
+}
+
+function row({ effect, words, on, offered, initial, flags }, diagnosis, meanings) {
+  const found = offered && diagnosis.findings.find((f) => f.in_model === effect);
+  const curve = offered && effect.startsWith("curve:") ? "the curve that this joint’s error follows, whatever its shape" : null;
+  const said = found ? `probability ${unbroken(found.probability)}, explains ${unbroken(found.explains)}; ${meanings[effect]?.what ?? ""}` : curve ?? (on ? (initial ? "of the initial model" : "switched on") : "switched off");
+  const button = element("button", { type: "button", class: "switch", "aria-pressed": String(on) }, element("i", { "aria-hidden": "true" }), words);
+  button.addEventListener("click", () => turn(effect, !on));
+  const waits = bench.first && offered;
+  const made = element("li", { "data-effect": effect, class: on ? "model" : null }, button,
+    element("div", { class: `beside${waits ? " pending" : ""}` }, words === effect ? null : element("code", {}, effect), " ", element("span", { class: "quiet" }, said)),
+    flags.map((text) => element("p", { class: "warning" }, sentence(text))));
+  if (offered) {
+    made.addEventListener("pointerenter", () => hover(effect));
+    made.addEventListener("focusin", () => hover(effect));
+  }
+  return made;
 }
 
 // Draws a candidate over the residuals, when the pointer has come to rest on it.
 function hover(effect) {
   clearTimeout(bench.hovering);
-  bench.hovering = setTimeout(() => show_candidate(effect), 120);
+  bench.hovering = setTimeout(() => show_candidate(effect), 40);
+}
+
+// Asks for a candidate, unless it is known; true if the page is still the same.
+async function look_at(effect) {
+  const { turn: then, report } = bench;
+  const at = report.candidates.findIndex((c) => c.effect === effect);
+  if (report.candidates[at]?.telling) return true;
+  const { candidate, telling } = await ask("candidate", { effect });
+  if (then !== bench.turn) return false;
+  const place = report.candidates.findIndex((c) => c.effect === effect);
+  report.candidates[place < 0 ? report.candidates.length : place] = { ...candidate, telling };
+  return true;
 }
 
 async function show_candidate(effect) {
-  const { turn, report } = bench;
-  if (!report.telling || bench.busy || by_id("candidates").querySelector(".shown")?.dataset.effect === effect) return;
+  const { turn: then, report } = bench;
+  if (bench.first || !report.telling || by_id("candidates").querySelector(".shown")?.dataset.effect === effect) return;
+  bench.looked_at = effect;
   try {
-    let at = report.candidates.findIndex((c) => c.effect === effect);
-    if (at < 0 || !report.candidates[at].telling) {
-      const { candidate, telling } = await ask("candidate", { effect });
-      if (turn !== bench.turn) return;
-      at = report.candidates.findIndex((c) => c.effect === effect);
-      if (at < 0) at = report.candidates.length;
-      report.candidates[at] = { ...candidate, telling };
-    }
+    if (!(await look_at(effect)) || bench.looked_at !== effect) return;
+    const at = report.candidates.findIndex((c) => c.effect === effect);
     report.telling = { ...report.candidates[at].telling, candidate: at };
     mark(effect);
-    render(report, ["telling", "residuals"]);
+    render(report, ["telling"]);
+    // The picture first, the views of all joints when there is time.
+    clearTimeout(bench.later);
+    bench.later = setTimeout(() => then === bench.turn && render(report, ["residuals"]), 150);
   } catch (error) {
-    if (turn === bench.turn) say(error.message, true);
+    if (then === bench.turn) say(error.message, true);
   }
 }
 
 function mark(effect) {
-  for (const row of by_id("candidates").children) row.classList.toggle("shown", row.dataset.effect === effect);
+  for (const one of by_id("candidates").children) one.classList.toggle("shown", one.dataset.effect === effect);
 }
 
-// Lays out an answer at once; what is said of every sample follows.
-async function show({ live, document: told }) {
-  bench.turn += 1;
-  const { turn } = bench;
-  document.body.dataset.settled = "0";
-  bench.live = live;
-  bench.report = told;
+function pending(is) {
+  for (const id of OF_THE_MODEL) {
+    by_id(id).classList.toggle("pending", is);
+    by_id(id).toggleAttribute("aria-busy", is);
+    if (is) by_id(id).setAttribute("aria-busy", "true");
+  }
+}
+
+// The part of the page above the report.
+function lay_out_bench() {
+  const { live } = bench;
   for (let i = drawn.length - 1; i >= 0; i -= 1) if (by_id("stairs").contains(drawn[i].host)) drawn.splice(i, 1)[0].chart?.dispose();
   by_id("opened").textContent = live.datasets.filter((d) => d.chosen).map((d) => d.name).join(", ");
   by_id("now").replaceChildren(...now());
   by_id("stairs").replaceChildren(...stairs());
-  by_id("candidates").replaceChildren(...candidates());
+  effects_listed();
   by_id("proposal").hidden = true;
   by_id("bench").hidden = false;
   by_id("choice").hidden = live.datasets.length < 2;
@@ -218,17 +292,72 @@ async function show({ live, document: told }) {
   }));
   by_id("sites").replaceChildren(...live.sites.map((site) => element("option", { value: site })));
   draw(by_id("stairs"));
+  set_busy(0);
+}
+
+// Lays out the answer to an action: the figures of the fit at once, the rest as it comes. What is judged already comes at once.
+async function show(told) {
+  if (!told.moved) {
+    bench.live = told.live;
+    effects_listed();
+    return;
+  }
+  bench.turn += 1;
+  document.body.dataset.settled = "0";
+  document.body.dataset.ahead = "0";
+  bench.live = told.live;
+  if (told.live.candidates) {
+    const { turn: then } = bench;
+    const document_of = await ask("document");
+    if (then === bench.turn) { lay_out(document_of); see(then); }
+    return;
+  }
+  bench.first = { before: told.before, after: { ...told.after, added: told.added, removed: told.removed }, taken: told.added.length + told.removed.length > 0 };
+  lay_out_bench();
+  pending(true);
+  follow(bench.turn);
+}
+
+function lay_out({ live, document: told }) {
+  bench.first = null;
+  bench.live = live;
+  bench.report = told;
+  lay_out_bench();
   render(told);
+  pending(false);
+}
+
+async function follow(then) {
+  try {
+    const told = await ask("document");
+    if (then !== bench.turn) return;
+    lay_out(told);
+    await see(then);
+  } catch (error) {
+    if (then === bench.turn) say(error.message, true);
+  }
+}
+
+// What is said of every sample, then the candidates that are listed, so that looking at one is a look-up.
+async function see(then) {
+  const { report } = bench;
   try {
     const views = await ask("views");
-    if (turn !== bench.turn) return;
-    Object.assign(told, views);
-    mark(told.candidates[told.telling.candidate]?.effect);
-    render(told, ["telling", "residuals"]);
+    if (then !== bench.turn) return;
+    Object.assign(report, views);
+    mark(report.candidates[report.telling.candidate]?.effect);
+    render(report, ["telling", "residuals"]);
   } catch (error) {
-    if (turn === bench.turn) say(error.message, true);
+    if (then === bench.turn) say(error.message, true);
   }
-  if (turn === bench.turn) document.body.dataset.settled = "1";
+  if (then !== bench.turn) return;
+  document.body.dataset.settled = "1";
+  for (const effect of bench.candidates) {
+    if (then !== bench.turn) return;
+    // One that cannot be fitted says so when it is looked at.
+    await look_at(effect).catch(() => false);
+  }
+  if (then === bench.turn) document.body.dataset.ahead = "1";
 }
 
 // Writes the poses that are proposed.
@@ -263,6 +392,7 @@ by_id("picture").append(by_id("telling"));
 by_id("verdict").after(by_id("bench"));
 
 by_id("undo").addEventListener("click", () => { without_mistakes(); act("Taking the last step back …", "undo", {}, ({ took_ms }) => `Taken back in ${seconds(took_ms)}.`); });
+by_id("redo").addEventListener("click", () => { without_mistakes(); act("Taking the step again …", "redo", {}, ({ took_ms }) => `Taken again in ${seconds(took_ms)}.`); });
 by_id("recommend").addEventListener("click", recommend);
 by_id("next").addEventListener("click", () => act("Looking for the measurements that would tell most …", "next", {}, proposed));
 for (const what of ["save-model", "save-report"]) {
@@ -270,8 +400,7 @@ for (const what of ["save-model", "save-report"]) {
 }
 by_id("other").addEventListener("submit", (event) => {
   event.preventDefault();
-  const effect = by_id("effect").value.trim();
-  add(effect, false, at_field(event.target, "effect"));
+  turn(by_id("effect").value.trim(), true, false, at_field(event.target, "effect"));
 });
 by_id("own").addEventListener("submit", (event) => { event.preventDefault(); own(); });
 by_id("choice").addEventListener("submit", (event) => {
@@ -281,8 +410,14 @@ by_id("choice").addEventListener("submit", (event) => {
   act("Fitting …", "choose", { datasets }, ({ took_ms }) => `Begun anew in ${seconds(took_ms)}.`, (error) => { by_id("datasets-error").textContent = error.message; });
 });
 
-set_busy(true);
+set_busy(1);
 ask("document").then(
-  (told) => { show(told); set_busy(false); say(`Fitted. ${told.live.effects.join(" + ")}`); },
+  (told) => {
+    for (const id of ["recommend", "next", "save-model", "save-report"]) by_id(id).disabled = false;
+    lay_out(told);
+    set_busy(-1);
+    say(`Fitted. ${told.live.switches.filter((s) => s.on).map((s) => s.words).join(" + ")}`);
+    see(bench.turn);
+  },
   (error) => say(error.message, true),
 );

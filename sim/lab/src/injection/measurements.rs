@@ -22,7 +22,7 @@ struct Draw {
 
 impl Subject<'_> {
     /// The datasets as the robot `truth` would have given them.
-    pub(super) fn measured(&self, truth: &Calibration, random: &mut ChaCha8Rng) -> Result<Vec<Dataset>, IdentifyError> {
+    pub(crate) fn measured(&self, truth: &Calibration, random: &mut ChaCha8Rng) -> Result<Vec<Dataset>, IdentifyError> {
         let mut datasets: Vec<Dataset> = self.datasets.iter().map(|(_, d)| (*d).clone()).collect();
         let mut normal = || Vector3::from_fn(|_, _| random.sample::<f64, _>(StandardNormal) * self.noise.factor);
         let draws: Vec<Draw> = fitted(&mut datasets).map(|_| Draw { position: normal(), turn: normal() }).collect();

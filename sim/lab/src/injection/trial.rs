@@ -1,7 +1,8 @@
 //! One injection: measured, calibrated, diagnosed, and compared with what was injected.
 
 use calibench::assess::{Diagnosis, Examination, Validation, diagnose_examined};
-use calibench::identify::{Calibration, Estimate, IdentifyError, Parameter, Problem, Use, identify};
+use calibench::effects::ParameterSpec;
+use calibench::identify::{Calibration, Estimate, IdentifyError, Model, Parameter, Problem, Use, identify};
 use calibench::measure::Dataset;
 use calibench::units::{MM, Unit};
 use calibench_sim::effect_names::{family_of, same};
@@ -119,27 +120,34 @@ impl Subject<'_> {
             }
         }
         let Some(id) = effect else { return Ok((truth, Vec::new())) };
-        let model = self.model.with(id);
-        let problem = Problem::new(self.datasets, &model, Use::Fit)?;
-        // An effect adds parameters, or frees certified ones.
-        let is_known = |p: &Parameter| known.parameters().iter().any(|k| k.name == p.name && k.knowledge == p.knowledge);
-        let added: Vec<_> = problem.parameters().iter().filter(|p| !is_known(p)).collect();
+        let (model, added) = self.added(id)?;
         let drawn: Vec<f64> = added.iter().map(|_| random.sample(StandardNormal)).collect();
         let rms = (drawn.iter().map(|d| d * d).sum::<f64>() / drawn.len().max(1) as f64).sqrt();
-        let estimate = |(p, d): (&&Parameter, &f64)| Estimate {
-            name: p.name.clone(),
-            effect: p.effect.clone(),
-            unit: p.spec.unit,
-            value: p.start + d / rms * p.spec.prior,
-            sigma: 0.0,
-            sigma_noise: 0.0,
-            nominal: p.start,
-            stated_sigma: None,
-        };
-        let injected: Vec<Estimate> = added.iter().zip(&drawn).map(estimate).collect();
-        truth.estimates.retain(|e| injected.iter().all(|i| i.name != e.name));
-        truth.estimates.extend(injected.iter().cloned());
-        Ok((Calibration { model, ..truth }, injected))
+        Ok(with(truth, model, injected_of(&added, drawn.iter().map(|d| d / rms))))
+    }
+
+    /// The calibrated robot with an effect whose parameters deviate by `sizes`, in plausible sizes, from their nominal values.
+    pub(crate) fn truth_of_size(&self, id: &str, sizes: &[f64]) -> Result<(Calibration, Vec<Estimate>), IdentifyError> {
+        let (model, added) = self.added(id)?;
+        Ok(with(self.baseline.clone(), model, injected_of(&added, sizes.iter().copied())))
+    }
+
+    /// The parameters of an effect.
+    pub(crate) fn parameters_of(&self, id: &str) -> Result<Vec<ParameterSpec>, IdentifyError> {
+        Ok(self.added(id)?.1.into_iter().map(|p| p.spec).collect())
+    }
+
+    /// The model with an effect, and the parameters that the effect adds to it, or frees; those of an effect that it holds.
+    fn added(&self, id: &str) -> Result<(Model, Vec<Parameter>), IdentifyError> {
+        if self.model.effects.iter().any(|e| e == id) {
+            let problem = Problem::new(self.datasets, &self.model, Use::Fit)?;
+            return Ok((self.model.clone(), problem.parameters().iter().filter(|p| p.effect == id).cloned().collect()));
+        }
+        let known = Problem::new(self.datasets, &self.model, Use::Fit)?;
+        let model = self.model.with(id);
+        let problem = Problem::new(self.datasets, &model, Use::Fit)?;
+        let is_known = |p: &Parameter| known.parameters().iter().any(|k| k.name == p.name && k.knowledge == p.knowledge);
+        Ok((model, problem.parameters().iter().filter(|p| !is_known(p)).cloned().collect()))
     }
 
     /// Mean position error over the workspace, mm.
@@ -149,6 +157,28 @@ impl Subject<'_> {
         let prediction = anew.as_ref().unwrap_or(calibration).predict(&[(name, there)], Use::Validation).ok()?;
         Validation::of(&prediction).map(|v| v.mean / MM)
     }
+}
+
+/// The parameters of an effect as injected: `sizes` are in plausible sizes.
+fn injected_of(added: &[Parameter], sizes: impl Iterator<Item = f64>) -> Vec<Estimate> {
+    let estimate = |(p, size): (&Parameter, f64)| Estimate {
+        name: p.name.clone(),
+        effect: p.effect.clone(),
+        unit: p.spec.unit,
+        value: p.start + size * p.spec.prior,
+        sigma: 0.0,
+        sigma_noise: 0.0,
+        nominal: p.start,
+        stated_sigma: None,
+    };
+    added.iter().zip(sizes).map(estimate).collect()
+}
+
+/// A robot with these parameters in place of its own.
+fn with(mut truth: Calibration, model: Model, injected: Vec<Estimate>) -> (Calibration, Vec<Estimate>) {
+    truth.estimates.retain(|e| injected.iter().all(|i| i.name != e.name));
+    truth.estimates.extend(injected.iter().cloned());
+    (Calibration { model, ..truth }, injected)
 }
 
 /// The first finding of a diagnosis that names one.

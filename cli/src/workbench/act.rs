@@ -1,0 +1,289 @@
+//! The user's actions: each leads to another set of effects, is answered with the figures of its fit, and refused if there is
+//! evidence against it.
+
+use std::sync::{Arc, MutexGuard, PoisonError};
+use std::thread;
+
+use calibench::assess::{CellLayout, Examination, Gain, Objection, ladder, needs_diagnosis, propose, step_gains};
+use calibench::effects::in_words;
+use calibench::files::with_reasons;
+use calibench::identify::IdentifyError;
+use calibench_report::{Page, advice, documents, objection_sentence};
+use serde_json::{Value, json};
+
+use super::bench::{Bench, Judged};
+use super::history::{History, Moment};
+use super::own_effect::{self, Draft};
+use super::refusal::Refusal;
+use super::saving::Saved;
+use super::switches::Switches;
+use crate::step::Wanted;
+
+/// Seed of the candidate postures for the next experiment: the default of `next`.
+const NEXT_SEED: u64 = 1;
+
+impl Bench {
+    fn act(&self) -> MutexGuard<'_, ()> {
+        self.acting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn here(&self) -> Moment {
+        self.state().history.here().clone()
+    }
+
+    /// Switches an effect on or off. Switched on, it is added as `add` does; if that is refused, only with `force`.
+    ///
+    /// # Errors
+    /// If there is no such effect, or the data do not determine what is left.
+    pub fn switch(&self, id: &str, on: bool, force: bool) -> Result<Value, Refusal> {
+        let _alone = self.act();
+        let here = self.here();
+        let known = here.switches.find(id);
+        if known.map_or(!on, |s| s.on == on) {
+            return match known {
+                Some(_) => Ok(self.answer(&here, &here, &[])),
+                None => Err(Refusal::field("effect", format!("'{id}' is not in the model"))),
+            };
+        }
+        let switches = if known.is_some() {
+            here.switches.turned(id, on)
+        } else {
+            let wider = self.subject(&here, |subject| {
+                let wanted = Wanted::parse(id, &here.model, subject.datasets)?;
+                wanted.wider(subject.datasets, &here.model)
+            });
+            let (wider, added) = wider.map_err(|e| Refusal::field("effect", with_reasons(&e)))?;
+            here.switches.with(&wider, &[added], id)
+        };
+        self.go(&here, switches, force).map_err(|e| match e {
+            Refusal::Data(e) if !on => {
+                Refusal::field("effect", format!("{} cannot be switched off: {}", in_words(id), with_reasons(&e)))
+            }
+            Refusal::Data(e) => Refusal::field("effect", with_reasons(&e)),
+            other => other,
+        })
+    }
+
+    /// Adds a user-defined effect.
+    ///
+    /// # Errors
+    /// If it is malformed, naming the field in error, or the data do not determine it.
+    pub fn own(&self, draft: &Draft, force: bool) -> Result<Value, Refusal> {
+        let _alone = self.act();
+        let here = self.here();
+        let effect = self.subject(&here, |subject| own_effect::parse(draft, &here.model, subject.datasets[0].1))?;
+        let name = effect.name.clone();
+        let mut wider = here.model.with(&name);
+        wider.own.push(effect);
+        self.go(&here, here.switches.with(&wider, std::slice::from_ref(&name), &name), force)
+    }
+
+    /// Continues with the model that the ladder recommends, in one step; without a step if it is the present one.
+    ///
+    /// # Errors
+    /// If the data do not determine the model.
+    pub fn recommend(&self) -> Result<Value, Refusal> {
+        let _alone = self.act();
+        let Judged { moment: here, page_model, .. } = self.judged()?;
+        let climbed = self.subject(&here, |subject| ladder(subject.datasets, &here.model, page_model.ground(), &mut |_| ()))?;
+        let advice = advice(&climbed);
+        let recommended = &climbed.recommended().model;
+        let added: Vec<String> = recommended.effects.iter().filter(|e| !here.model.effects.contains(e)).cloned().collect();
+        let asked = added.first().cloned().unwrap_or_default();
+        // The ladder has already considered the objections.
+        let mut answer = if added.is_empty() {
+            self.answer(&here, &here, &[])
+        } else {
+            self.go(&here, here.switches.with(recommended, &added, &asked), true)?
+        };
+        answer["advice"] = json!(advice);
+        Ok(answer)
+    }
+
+    /// Starts over on a choice of the opened datasets, with the initial model.
+    ///
+    /// # Errors
+    /// If one is not open, none is named, or they do not determine the model.
+    pub fn choose(&self, names: &[String]) -> Result<Value, Refusal> {
+        let place = |name: &String| {
+            let place = self.case.datasets.iter().position(|(n, _)| n == name);
+            place.ok_or_else(|| Refusal::field("datasets", format!("no dataset '{name}' is open")))
+        };
+        let mut chosen = names.iter().map(place).collect::<Result<Vec<usize>, _>>()?;
+        chosen.sort_unstable();
+        chosen.dedup();
+        if chosen.is_empty() {
+            return Err(Refusal::field("datasets", "choose at least one dataset"));
+        }
+        let _alone = self.act();
+        let here = self.here();
+        let next = Moment::new(chosen, here.switches.begun_anew(), None);
+        self.fit(&next)?;
+        self.arrive(next.clone(), History::go_on);
+        Ok(self.moved(&next))
+    }
+
+    /// Goes back by one step, or choice of data, or forward again.
+    ///
+    /// # Errors
+    /// If there is nothing there.
+    pub fn turn(&self, by: isize) -> Result<Value, Refusal> {
+        let _alone = self.act();
+        let nothing = || Refusal::field("undo", format!("there is nothing to {}", if by < 0 { "undo" } else { "redo" }));
+        let there = self.state().history.away(by).cloned().ok_or_else(nothing)?;
+        self.fit(&there)?;
+        let mut state = self.state();
+        state.history.turn(by);
+        state.set_mut(&there);
+        drop(state);
+        self.notify();
+        Ok(self.moved(&there))
+    }
+
+    /// Goes from the present moment to these switches, unless there is evidence against it.
+    fn go(&self, here: &Moment, switches: Switches, force: bool) -> Result<Value, Refusal> {
+        let mut next = Moment::new(here.chosen.clone(), switches, Some(here));
+        // Both fits take a core.
+        let (fitted, gains) = thread::scope(|scope| {
+            let gains = scope.spawn(|| self.gains(here, &next));
+            (self.fit(&next), gains.join())
+        });
+        fitted?;
+        let Ok(gains) = gains else { return Err(Refusal::field("effect", "the step cannot be judged")) };
+        next.objections = self.objections(here, &next, &gains?)?;
+        if !force && next.objections.iter().any(Objection::refuses) {
+            return Ok(self.answer(here, &next, &next.objections));
+        }
+        self.arrive(next.clone(), History::go_on);
+        Ok(self.answer(here, &next, &next.objections))
+    }
+
+    /// The gains of a step, computed once.
+    fn gains(&self, before: &Moment, after: &Moment) -> Result<Vec<Gain>, IdentifyError> {
+        let [added, _] = &after.changed;
+        if added.is_empty() {
+            return Ok(Vec::new());
+        }
+        if let Some(known) = self.state().set_mut(after).and_then(|set| set.gains_over(&before.model).cloned()) {
+            return Ok(known);
+        }
+        self.subject(after, |subject| step_gains(subject.datasets, &before.model, &after.model))
+    }
+
+    /// Objections to a step, judged against the set before it; none to switching off, which takes nothing for granted.
+    fn objections(&self, before: &Moment, after: &Moment, gains: &[Gain]) -> Result<Vec<Objection>, Refusal> {
+        let [added, _] = &after.changed;
+        if added.is_empty() {
+            return Ok(Vec::new());
+        }
+        let below = if needs_diagnosis(added) { Some(self.judged()?.page_model) } else { None };
+        let mut state = self.state();
+        let Some(scores) = state.set_mut(before).map(|set| set.scores.clone()) else { return Ok(Vec::new()) };
+        let Some(set) = state.set_mut(after) else { return Ok(Vec::new()) };
+        if set.gains_over(&before.model).is_none() {
+            set.gains.push((before.model.clone(), gains.to_vec()));
+        }
+        Ok(set.scores.objections((added, gains), &scores, below.as_ref().map(|p| &p.ladder_step)))
+    }
+
+    /// The answer to an action: whether it was done, the objections to it, and the figures of the fit before and after; the
+    /// page is asked for next.
+    fn answer(&self, before: &Moment, after: &Moment, objections: &[Objection]) -> Value {
+        let (accepted, figures) = {
+            let mut state = self.state();
+            let accepted = state.history.here().model == after.model && state.history.here().chosen == after.chosen;
+            let mut figures = |of: &Moment| state.set_mut(of).map(|set| set.figures.clone());
+            (accepted, [figures(before), figures(after)])
+        };
+        let [from, to] = figures;
+        let [added, removed] = &after.changed;
+        let is_step = before.model != after.model;
+        let words = |ids: &[String]| ids.iter().map(|id| words(after, id)).collect::<Vec<_>>();
+        json!({
+            "accepted": accepted,
+            "moved": accepted && is_step,
+            "added": if is_step { words(added) } else { Vec::new() },
+            "removed": if is_step { words(removed) } else { Vec::new() },
+            "objections": objections.iter().map(objection_sentence).collect::<Vec<_>>(),
+            "before": from,
+            "after": to,
+            "live": self.live(),
+        })
+    }
+
+    /// The answer to an action that leads elsewhere without a step.
+    fn moved(&self, to: &Moment) -> Value {
+        let mut answer = self.answer(to, to, &[]);
+        answer["moved"] = json!(true);
+        answer
+    }
+
+    /// The next experiment, as `next` proposes it for these data without a scenario.
+    ///
+    /// # Errors
+    /// When the data do not determine the model.
+    pub fn next_experiment(&self) -> Result<Value, Refusal> {
+        let Judged { moment: here, page_model, .. } = self.judged()?;
+        let known = self.state().set_mut(&here).and_then(|set| set.proposal.clone());
+        let (proposal, cell_known) = self.subject(&here, |subject| {
+            let datasets = subject.datasets;
+            let layout = CellLayout::of_dataset(datasets[0].1);
+            let proposal = match known {
+                Some(proposal) => proposal,
+                None => {
+                    let examination = Examination::new(datasets, &here.model)?;
+                    Arc::new(propose(datasets, &examination, &page_model.ladder_step.diagnosis, &layout, NEXT_SEED)?)
+                }
+            };
+            Ok::<_, Refusal>((proposal, layout.is_known))
+        })?;
+        let document = documents::Next { cell_known: Some(cell_known), ..documents::Next::of(&proposal) };
+        if let Some(set) = self.state().set_mut(&here) {
+            set.proposal = Some(proposal);
+        }
+        Ok(json!({"next": document}))
+    }
+
+    /// Writes the poses of the next experiment requested here: `plan.toml` and, if they are best of all, beside it the points
+    /// of a tracker.
+    ///
+    /// # Errors
+    /// If no next experiment was requested, none of its actions can be planned, or the folder cannot be written.
+    pub fn save_plan(&self) -> Result<Saved, Refusal> {
+        let here = self.here();
+        let Some(proposal) = self.state().set_mut(&here).and_then(|set| set.proposal.clone()) else {
+            return Err(Refusal::field("next", "ask for the next experiment first"));
+        };
+        let reference = &self.case.datasets[here.chosen[0]].1.robot_reference;
+        match self.place.save_plan(&proposal, reference)? {
+            Some(saved) => Ok(saved),
+            None => Err(Refusal::field("next", "nothing on offer can be written as a plan")),
+        }
+    }
+
+    /// Writes the model to `model.toml`.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn save_model(&self) -> Result<Saved, Refusal> {
+        Ok(self.place.save_model(&self.here().model)?)
+    }
+
+    /// Writes the page to `report.html`, with the steps taken and the listed candidates.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn save_report(&self) -> Result<Saved, Refusal> {
+        // Completes the figures of the last step.
+        self.document()?;
+        let (judged, views) = self.views_in_full()?;
+        let ladder = self.state().ladder();
+        let page = self.subject(&judged.moment, |subject| Page::of(subject, &judged.page_model, ladder, &views))?;
+        Ok(self.place.save_report(&page.document)?)
+    }
+}
+
+/// An effect in words, as it was asked for.
+fn words(at: &Moment, id: &str) -> String {
+    at.switches.find(id).map_or_else(|| in_words(id), |switch| switch.words())
+}

@@ -1,0 +1,50 @@
+//! What changes as the user acts.
+
+use std::sync::Arc;
+
+use calibench::assess::WorkspacePoses;
+use calibench_report::objection_sentence;
+use serde_json::{Value, json};
+
+use super::history::{History, Moment};
+use super::kept::{Kept, Set};
+
+/// Number of candidates that are fitted before anyone asks for them: those that the page lists.
+const LISTED: usize = 8;
+
+/// What changes as the user acts.
+pub(super) struct State {
+    pub history: History,
+    pub kept: Kept,
+    /// Poses at which models of chosen data are judged.
+    pub poses: Vec<(Vec<usize>, Arc<WorkspacePoses>)>,
+    /// The candidate that someone waits for.
+    pub wanted: Option<String>,
+}
+
+impl State {
+    /// What is kept of the present set.
+    pub fn set(&self) -> Option<&Set> {
+        let here = self.history.here();
+        self.kept.find(&here.chosen, &here.model)
+    }
+
+    /// What is kept of a moment's set, to be added to.
+    pub fn set_mut(&mut self, of: &Moment) -> Option<&mut Set> {
+        self.kept.find_mut(&of.chosen, &of.model)
+    }
+
+    /// The steps taken, as the page shows them.
+    pub fn ladder(&self) -> Value {
+        let here = self.history.here();
+        let objections: Vec<String> = here.objections.iter().map(objection_sentence).collect();
+        let [added, _] = &here.changed;
+        let step = (!added.is_empty()).then(|| json!({"effect": added.join(" + "), "objections": objections}));
+        json!({"rungs": self.history.rungs(), "complete": true, "step": step})
+    }
+}
+
+/// The candidates of a set that the page lists.
+pub(super) fn listed(set: &Set) -> Vec<String> {
+    set.page_model().map_or_else(Vec::new, |p| p.candidates().into_iter().take(LISTED).collect())
+}

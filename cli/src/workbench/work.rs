@@ -1,0 +1,127 @@
+//! What is computed in the background for the present set of effects: first its judgement, then its samples, then the curves
+//! of its candidates, so that looking at one is a look-up.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread;
+
+use calibench::assess::{FittedModel, WorkspacePoses};
+use calibench::files::with_reasons;
+use calibench::identify::IdentifyError;
+use calibench_report::{FittedCandidate, PageModel, Views};
+
+use super::bench::Bench;
+use super::history::Moment;
+use super::state::{State, listed};
+
+/// Number of candidates fitted at the same time; a candidate that is wanted waits for no more than these.
+const TOGETHER: usize = 2;
+
+/// Something to be computed, with all that it needs.
+enum Task {
+    Judge(Moment, Box<FittedModel>),
+    Look(Moment, Arc<PageModel>),
+    Candidates(Moment, Arc<PageModel>, Views, Vec<String>),
+}
+
+impl State {
+    /// The most urgent task; `None` if everything is computed.
+    fn next_task(&mut self) -> Option<Task> {
+        let here = self.history.here().clone();
+        let wanted = self.wanted.clone();
+        let set = self.set_mut(&here)?;
+        if set.judged.is_none() {
+            return set.fitted.take().map(|fitted| Task::Judge(here, Box::new(fitted)));
+        }
+        let page_model = set.page_model()?.clone();
+        let views = match &set.views {
+            None => return Some(Task::Look(here, page_model)),
+            Some(Ok(views)) => views.clone(),
+            Some(Err(_)) => return None,
+        };
+        let ahead = listed(set);
+        let all = wanted.iter().chain(&ahead).filter(|effect| !set.has_tried(effect));
+        let effects: Vec<String> = all.take(TOGETHER).cloned().collect();
+        (!effects.is_empty()).then_some(Task::Candidates(here, page_model, views, effects))
+    }
+}
+
+impl Bench {
+    /// Computes what there is to compute, for ever.
+    pub fn work(&self) {
+        loop {
+            let mut state = self.state();
+            let task = loop {
+                match state.next_task() {
+                    Some(task) => break task,
+                    None => state = self.wait(state),
+                }
+            };
+            drop(state);
+            match task {
+                Task::Judge(at, fitted) => self.judge(&at, *fitted),
+                Task::Look(at, page_model) => self.look(&at, &page_model),
+                Task::Candidates(at, page_model, views, effects) => self.fit_candidates(&at, &page_model, &views, &effects),
+            }
+            self.notify();
+        }
+    }
+
+    fn poses(&self, at: &Moment) -> Arc<WorkspacePoses> {
+        let known = self.state().poses.iter().find(|(chosen, _)| *chosen == at.chosen).map(|(_, poses)| poses.clone());
+        known.unwrap_or_else(|| {
+            let poses = self.subject(at, PageModel::poses);
+            self.state().poses.push((at.chosen.clone(), poses.clone()));
+            poses
+        })
+    }
+
+    fn judge(&self, at: &Moment, fitted: FittedModel) {
+        let judged = computed(|| {
+            let poses = self.poses(at);
+            self.subject(at, |subject| PageModel::of_fitted(fitted, subject, poses))
+        });
+        if let Some(set) = self.state().set_mut(at) {
+            set.judged = Some(judged.map(Arc::new));
+        }
+    }
+
+    fn look(&self, at: &Moment, page_model: &PageModel) {
+        let views = computed(|| self.subject(at, |subject| Views::new(subject, page_model)));
+        if let Some(set) = self.state().set_mut(at) {
+            set.views = Some(views);
+        }
+    }
+
+    fn fit_candidates(&self, at: &Moment, page_model: &PageModel, views: &Views, effects: &[String]) {
+        let one = |effect: &String| -> Result<Option<FittedCandidate>, String> {
+            computed(|| self.subject(at, |subject| views.fit_candidate(subject, page_model, effect)))
+        };
+        let fitted: Vec<_> = thread::scope(|scope| {
+            let running: Vec<_> = effects.iter().map(|effect| scope.spawn(move || one(effect))).collect();
+            running.into_iter().map(|thread| thread.join().unwrap_or_else(|because| Err(panicked(&*because)))).collect()
+        });
+        let mut state = self.state();
+        let Some(set) = state.set_mut(at) else { return };
+        for (effect, result) in effects.iter().zip(fitted) {
+            match (result, &mut set.views) {
+                (Ok(Some(candidate)), Some(Ok(views))) => views.keep(candidate, page_model),
+                (Ok(_), _) => set.not_fitted.push((effect.clone(), format!("'{effect}' is no candidate of this diagnosis"))),
+                (Err(because), _) => set.not_fitted.push((effect.clone(), because)),
+            }
+        }
+    }
+}
+
+/// The result, or why there is none.
+fn computed<T>(compute: impl FnOnce() -> Result<T, IdentifyError>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(compute)) {
+        Ok(result) => result.map_err(|e| with_reasons(&e)),
+        Err(because) => Err(panicked(&*because)),
+    }
+}
+
+fn panicked(_: &(dyn Any + Send)) -> String {
+    "this cannot be computed; switch back, or save and open it anew".to_owned()
+}

@@ -1,0 +1,237 @@
+//! The choice of the picture: the view in which the curve of an effect shows most of it.
+
+use calibench::effects::{EffectId, Family, Follows, Period, family, set_aside_by};
+use calibench::identify::{IdentifyError, Model};
+use calibench::math::rms;
+use calibench::measure::Dataset;
+use calibench::units::UM;
+
+use super::plot::Plot;
+use super::scene::Scene;
+use super::variable::{Abscissa, Ordinate};
+
+/// Number of points drawn.
+const MOST_POINTS: usize = 300;
+
+/// Share of the squares of a view that the curve must take to be drawn in it.
+const WORTH_A_CURVE: f64 = 0.5;
+
+/// Share of the whole effect that a view must show.
+const WORTH_A_VIEW: f64 = 0.1;
+
+/// Number of bins of a curve at most, and of samples in each at least.
+const MOST_BINS: usize = 24;
+const LEAST_IN_BIN: usize = 5;
+
+/// An effect as it is seen in data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// The picture.
+    pub plot: Plot,
+    /// Residual of the fit without and with the effect, rms, m.
+    pub rms: [f64; 2],
+}
+
+/// Draws an effect that `model` lacks, in the residuals of set `fit`.
+///
+/// # Errors
+/// If the data do not determine the model, without or with the effect.
+pub fn see(datasets: &[(&str, &Dataset)], model: &Model, effect: &str) -> Result<Seen, IdentifyError> {
+    let scene = Scene::new(datasets, model, effect)?;
+    let left: Vec<_> = scene.rows.iter().map(|r| r.residual).collect();
+    let after: Vec<_> = scene.rows.iter().map(|r| r.residual - r.taken).collect();
+    let plot = match set_aside_by(effect) {
+        Some(sample) => lengths(&scene, sample),
+        None => best(&scene, effect).unwrap_or_else(|| agreement(&scene)),
+    };
+    Ok(Seen { plot, rms: [rms(&left), rms(&after)] })
+}
+
+/// The best view: of those that the effect's family names, or else of all; `None` if no view shows it.
+fn best(scene: &Scene<'_>, effect: &str) -> Option<Plot> {
+    let id = EffectId::new(effect);
+    let family = family(effect);
+    if let Some((joint, order)) = family.and_then(|f| Some((f.joint(&id)?.checked_sub(1)?, f.period.per_turn(&id)?))) {
+        return view(scene, Ordinate::Joint(joint), Abscissa::Phase(joint, order)).map(|(_, plot)| plot);
+    }
+    let among = |views: Vec<(Ordinate, Abscissa)>| {
+        let seen = views.into_iter().filter_map(|(y, x)| view(scene, y, x));
+        let worth = seen.filter(|(shown, plot)| plot.explained > WORTH_A_CURVE && *shown > WORTH_A_VIEW);
+        worth.max_by(|(a, p), (b, q)| (a * p.explained).total_cmp(&(b * q.explained))).map(|(_, plot)| plot)
+    };
+    family.and_then(|f| among(natural(f, &id, scene.joints))).or_else(|| among(all(scene.joints)))
+}
+
+/// The views that a family's facts name.
+fn natural(family: &Family, id: &EffectId<'_>, joints: usize) -> Vec<(Ordinate, Abscissa)> {
+    let own: Vec<usize> = family.joint(id).and_then(|j| j.checked_sub(1)).map_or_else(|| (0..joints).collect(), |j| vec![j]);
+    let any: Vec<usize> = (0..joints).collect();
+    let second: Vec<usize> = id.number(1).and_then(|j| j.checked_sub(1)).map_or_else(|| any.clone(), |j| vec![j]);
+    let follows = |f: Follows| family.follows.contains(&f);
+    let in_time = [Abscissa::Time];
+    let mut views: Vec<(Ordinate, Abscissa)> = Vec::new();
+    let room = |x: Abscissa| (0..3).map(move |a| (Ordinate::Room(a), x));
+    let tool = |x: Abscissa| (0..3).map(move |a| (Ordinate::Tool(a), x));
+    let of_joints = |x: &dyn Fn(usize) -> Abscissa| own.iter().map(|&j| (Ordinate::Joint(j), x(j))).collect::<Vec<_>>();
+    if follows(Follows::Time) {
+        let (of_room, of_tool) = (follows(Follows::World) || follows(Follows::Ball), follows(Follows::Tool));
+        views.extend(in_time.iter().flat_map(|x| room(*x).filter(|_| of_room).chain(tool(*x).filter(|_| of_tool))));
+        if !of_room && !of_tool {
+            views.extend(of_joints(&|_| Abscissa::Time));
+            views.extend(in_time.iter().flat_map(|x| tool(*x).chain(room(*x))));
+        }
+        return views;
+    }
+    for follows in family.follows {
+        match follows {
+            Follows::JointAngle | Follows::JointAngleInProportion => views.extend(of_joints(&Abscissa::Angle)),
+            Follows::OtherAngles => views.extend(any.iter().flat_map(|&j| any.iter().map(move |&k| (Ordinate::Joint(j), Abscissa::Angle(k))))),
+            Follows::JointTorque => views.extend(of_joints(&Abscissa::Torque)),
+            Follows::OtherTorque => views.extend(own.iter().flat_map(|&j| second.iter().map(move |&k| (Ordinate::Joint(j), Abscissa::Torque(k))))),
+            Follows::Load => views.extend(any.iter().flat_map(|&j| any.iter().map(move |&k| (Ordinate::Joint(j), Abscissa::Torque(k))))),
+            Follows::Payload => {}
+            Follows::Approach => views.extend(of_joints(&Abscissa::Approach)),
+            Follows::Commanded => views.extend(of_joints(&Abscissa::Lag)),
+            Follows::LastMove => views.extend(of_joints(&Abscissa::Move)),
+            Follows::Temperature => views.extend(any.iter().map(|&j| (Ordinate::Joint(j), Abscissa::Temperature))),
+            Follows::World | Follows::Point => views.extend(room(Abscissa::Order)),
+            Follows::Tool => views.extend(tool(Abscissa::Order).chain((0..3).map(|a| (Ordinate::Turn(a), Abscissa::Order)))),
+            Follows::Reading => views.extend((0..3).flat_map(|i| [(Ordinate::Tool(i), Abscissa::Reading(i)), (Ordinate::Tool(i), Abscissa::OtherReadings(i))])),
+            Follows::Plunger => views.extend((0..3).map(|i| (Ordinate::Tool(i), Abscissa::Plunger(i)))),
+            Follows::Ball | Follows::PlaceInArtifact => views.extend(room(Abscissa::Ball)),
+            Follows::Time | Follows::Sample => {}
+        }
+    }
+    if family.period == Period::None { views } else { Vec::new() }
+}
+
+/// All views.
+fn all(joints: usize) -> Vec<(Ordinate, Abscissa)> {
+    let mut views = Vec::new();
+    for j in 0..joints {
+        let of_joint = |k: usize| [Abscissa::Angle(k), Abscissa::Torque(k)];
+        views.extend((0..joints).flat_map(of_joint).map(|x| (Ordinate::Joint(j), x)));
+        views.extend([Abscissa::Approach(j), Abscissa::Lag(j), Abscissa::Move(j), Abscissa::Time].map(|x| (Ordinate::Joint(j), x)));
+    }
+    for axis in 0..3 {
+        for y in [Ordinate::Room(axis), Ordinate::Tool(axis)] {
+            views.extend([Abscissa::Time, Abscissa::Ball, Abscissa::Order].map(|x| (y, x)));
+            views.extend((0..joints).map(|j| (y, Abscissa::Angle(j))));
+        }
+    }
+    views
+}
+
+/// One view, and the share of the effect that its curve shows; `None` if the samples do not hold the variables.
+fn view(scene: &Scene<'_>, y: Ordinate, x: Abscissa) -> Option<(f64, Plot)> {
+    let mut seen: Vec<(f64, [f64; 2], f64)> = (0..scene.rows.len())
+        .filter_map(|k| Some((x.of(scene, k)?, y.pair(&scene.rows[k])?, y.weight(&scene.rows[k]))))
+        .collect();
+    let missing = scene.rows.len() - seen.len();
+    // A joint whose lever is short in most samples, or a column that few of them have, makes no picture.
+    if seen.len() < 3 * LEAST_IN_BIN || missing > scene.rows.len() / 2 {
+        return None;
+    }
+    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let names = x.names(scene);
+    let bins = binned(&seen, names.is_some());
+    let curve_at = |k: usize| bins.iter().find(|b| b.range.contains(&k)).map_or(0.0, |b| b.mean);
+    let whole: f64 = match y {
+        Ordinate::Turn(_) => scene.rows.iter().filter_map(|r| r.turn).map(|t| (t[1] / 1e-6).norm_squared()).sum(),
+        _ => scene.rows.iter().map(|r| (r.taken / UM).norm_squared()).sum(),
+    };
+    let shown: f64 = seen.iter().enumerate().map(|(k, (_, _, weight))| weight * curve_at(k) * curve_at(k)).sum();
+    let points: Vec<[f64; 2]> = seen.iter().map(|(x, [left, _], _)| [*x, *left]).collect();
+    let explained = Plot::share(&points, (0..points.len()).map(curve_at));
+    let first = names.as_ref().map_or(0.0, |(first, _)| *first);
+    // Samples of one name stand beside each other, not on top of each other.
+    let beside = |k: usize| if names.is_some() { ((k as f64 * 0.618).fract() - 0.5) * 0.5 } else { 0.0 };
+    let stride = points.len().div_ceil(MOST_POINTS).max(1);
+    let drawn = points.iter().enumerate().step_by(stride).map(|(k, p)| [p[0] - first + beside(k), p[1]]).collect();
+    let curve = if names.is_some() {
+        bins.iter().map(|b| vec![[b.x - first - 0.35, b.mean], [b.x - first + 0.35, b.mean]]).collect()
+    } else {
+        vec![bins.iter().map(|b| [b.x, b.mean]).collect()]
+    };
+    let plot = Plot {
+        title: format!("{} against {}", y.name(), x.against()),
+        x: x.label(),
+        y: y.label(),
+        points: drawn,
+        marked: Vec::new(),
+        curve,
+        names: names.map_or_else(Vec::new, |(_, names)| names),
+        explained,
+    };
+    Some((if whole > 0.0 { shown / whole } else { 0.0 }, plot))
+}
+
+/// A part of the samples, in the order of the abscissa.
+struct Bin {
+    range: std::ops::Range<usize>,
+    /// Means of the abscissa and of what the effect takes.
+    x: f64,
+    mean: f64,
+}
+
+fn binned(seen: &[(f64, [f64; 2], f64)], by_value: bool) -> Vec<Bin> {
+    let count = (seen.len() / LEAST_IN_BIN).clamp(1, MOST_BINS);
+    let mut ends: Vec<usize> = if by_value {
+        (1..seen.len()).filter(|&k| seen[k].0 > seen[k - 1].0).collect()
+    } else {
+        (1..count).map(|b| b * seen.len() / count).collect()
+    };
+    ends.push(seen.len());
+    let mut start = 0;
+    let mut bins = Vec::with_capacity(ends.len());
+    for end in ends {
+        let part = &seen[start..end];
+        let mean = |of: &dyn Fn(&(f64, [f64; 2], f64)) -> f64| part.iter().map(of).sum::<f64>() / part.len() as f64;
+        bins.push(Bin { range: start..end, x: mean(&|s| s.0), mean: mean(&|s| s.1[1]) });
+        start = end;
+    }
+    bins
+}
+
+/// The residual of every sample, thrice, against what the effect takes of it.
+fn agreement(scene: &Scene<'_>) -> Plot {
+    let all = scene.rows.iter().flat_map(|r| (0..3).map(|a| [r.taken[a] / UM, r.residual[a] / UM]));
+    let points: Vec<[f64; 2]> = all.collect();
+    let most = points.iter().map(|p| p[0].abs()).fold(0.0, f64::max);
+    let explained = Plot::share(&points, points.iter().map(|p| p[0]));
+    let stride = points.len().div_ceil(MOST_POINTS).max(1);
+    Plot {
+        title: "Residual against what the effect takes of it".into(),
+        x: "what the effect takes of a sample (x, y and z of the room), µm".into(),
+        y: "residual, µm".into(),
+        points: points.into_iter().step_by(stride).collect(),
+        marked: Vec::new(),
+        curve: vec![vec![[-most, -most], [most, most]]],
+        names: Vec::new(),
+        explained,
+    }
+}
+
+/// The length of every residual, in order, one sample marked.
+fn lengths(scene: &Scene<'_>, sample: &str) -> Plot {
+    let mut order: Vec<usize> = (0..scene.rows.len()).collect();
+    order.sort_by(|&a, &b| {
+        let time = |k: usize| scene.rows[k].sample.time_s.unwrap_or(k as f64);
+        time(a).total_cmp(&time(b))
+    });
+    let length = |k: &usize| scene.rows[*k].residual.norm() / UM;
+    let points: Vec<[f64; 2]> = order.iter().enumerate().map(|(n, k)| [n as f64 + 1.0, length(k)]).collect();
+    let marked: Vec<usize> = (0..order.len()).filter(|&n| scene.rows[order[n]].sample.id == sample).collect();
+    let squares = |k: usize| points[k][1] * points[k][1];
+    let explained = marked.iter().map(|&k| squares(k)).sum::<f64>() / (0..points.len()).map(squares).sum::<f64>();
+    Plot {
+        title: "The length of every residual, in the order of measurement".into(),
+        x: Abscissa::Order.label(),
+        y: "length of the residual, µm".into(),
+        points,
+        marked,
+        curve: Vec::new(),
+        names: Vec::new(),
+        explained,
+    }
+}

@@ -1,0 +1,120 @@
+//! A picture as SVG: a few kilobytes, readable on light and on dark, without script and without fonts of its own.
+
+use std::fmt::Write;
+
+use super::plot::Plot;
+use super::ticks::{label, ticks};
+
+/// Size of the picture, and the rectangle in which points are drawn: left, top, right, bottom.
+const SIZE: [f64; 2] = [560.0, 330.0];
+const INSIDE: [f64; 4] = [64.0, 58.0, 546.0, 280.0];
+
+/// Names longer than this are cut.
+const LONGEST_NAME: usize = 12;
+
+const STYLE: &str = "\
+text{font:12px system-ui,sans-serif;fill:#333}.t{font-size:14px;font-weight:600}.b{fill:#fff}.g{stroke:#ddd}.z{stroke:#999}\
+.p{stroke:#0072b2;stroke-opacity:.55}.m{stroke:#d55e00}.c{stroke:#d55e00}\
+@media(prefers-color-scheme:dark){text{fill:#ddd}.b{fill:#16191d}.g{stroke:#333a42}.z{stroke:#778}.p{stroke:#6cb8ec}.m,.c{stroke:#ff9d5c}}";
+
+impl Plot {
+    /// The picture.
+    pub fn svg(&self) -> String {
+        let [width, height] = SIZE;
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\">\n\
+             <title>{}</title>\n<style>{STYLE}</style>\n<rect class=\"b\" width=\"{width}\" height=\"{height}\"/>\n",
+            escaped(&self.title)
+        );
+        self.heading(&mut out);
+        self.axes(&mut out);
+        let at = |p: &[f64; 2]| format!("{:.1} {:.1}", self.place(0, p[0]), self.place(1, p[1]));
+        let dots = |wanted: bool| -> String {
+            let of = self.points.iter().enumerate().filter(|(k, _)| self.marked.contains(k) == wanted);
+            of.map(|(_, p)| format!("M{}h0", at(p))).collect()
+        };
+        stroke(&mut out, "p", &dots(false), 5.0);
+        stroke(&mut out, "m", &dots(true), 10.0);
+        let piece = |points: &Vec<[f64; 2]>| format!("M{}", points.iter().map(at).collect::<Vec<_>>().join("L"));
+        stroke(&mut out, "c", &self.curve.iter().map(piece).collect::<String>(), 3.0);
+        out.push_str("</svg>\n");
+        out
+    }
+
+    fn heading(&self, out: &mut String) {
+        text(out, [INSIDE[0], 20.0], "class=\"t\"", &self.title);
+        let effect = if self.marked.is_empty() { "the effect in it" } else { "the sample with the effect" };
+        let [x, y] = [INSIDE[0], 38.0];
+        stroke(out, "p", &format!("M{} {}h0", x + 4.0, y), 6.0);
+        text(out, [x + 14.0, y + 4.0], "", "what the fit leaves");
+        if self.marked.is_empty() {
+            stroke(out, "c", &format!("M{} {}h22", x + 150.0, y), 3.0);
+        } else {
+            stroke(out, "m", &format!("M{} {}h0", x + 161.0, y), 10.0);
+        }
+        text(out, [x + 180.0, y + 4.0], "", effect);
+    }
+
+    fn axes(&self, out: &mut String) {
+        let [left, top, right, bottom] = INSIDE;
+        let across = ticks(self.range(1), self.y.ends_with("deg"));
+        for y in &across {
+            let at = self.place(1, *y);
+            line(out, if *y == 0.0 { "z" } else { "g" }, [left, at, right, at]);
+            text(out, [left - 6.0, at + 4.0], "text-anchor=\"end\"", &label(*y, &across));
+        }
+        let along = ticks(self.range(0), self.x.ends_with("deg"));
+        let named = self.names.iter().enumerate().map(|(k, name)| (k as f64, cut(name)));
+        let numbers = along.iter().map(|x| (*x, label(*x, &along)));
+        let places: Vec<(f64, String)> = if self.names.is_empty() { numbers.collect() } else { named.collect() };
+        // Names that do not stand side by side are thinned.
+        let widest = places.iter().map(|(_, name)| name.chars().count()).max().unwrap_or(1) as f64 * 7.0 + 10.0;
+        let every = (widest * places.len() as f64 / (right - left)).ceil().max(1.0) as usize;
+        for (x, name) in places.iter().step_by(every) {
+            let at = self.place(0, *x);
+            line(out, "g", [at, top, at, bottom]);
+            text(out, [at, bottom + 17.0], "text-anchor=\"middle\"", name);
+        }
+        let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
+        text(out, [middle[0], SIZE[1] - 10.0], "text-anchor=\"middle\"", &self.x);
+        let turned = format!("text-anchor=\"middle\" transform=\"rotate(-90 16 {})\"", middle[1]);
+        text(out, [16.0, middle[1]], &turned, &self.y);
+    }
+
+    /// Place of a value in the picture.
+    fn place(&self, axis: usize, value: f64) -> f64 {
+        let [low, high] = self.range(axis);
+        let room = if axis == 0 && !self.names.is_empty() { 0.0 } else { 0.04 * (high - low) };
+        let share = (value - low + room) / (high - low + 2.0 * room).max(f64::MIN_POSITIVE);
+        match axis {
+            0 => INSIDE[0] + share * (INSIDE[2] - INSIDE[0]),
+            _ => INSIDE[3] - share * (INSIDE[3] - INSIDE[1]),
+        }
+    }
+}
+
+fn stroke(out: &mut String, class: &str, path: &str, width: f64) {
+    if !path.is_empty() {
+        _ = writeln!(
+            out,
+            "<path class=\"{class}\" d=\"{path}\" fill=\"none\" stroke-width=\"{width}\" stroke-linecap=\"round\" stroke-linejoin=\"round\"/>"
+        );
+    }
+}
+
+fn line(out: &mut String, class: &str, [x1, y1, x2, y2]: [f64; 4]) {
+    _ = writeln!(out, "<path class=\"{class}\" d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\"/>");
+}
+
+fn text(out: &mut String, [x, y]: [f64; 2], attributes: &str, content: &str) {
+    let space = if attributes.is_empty() { "" } else { " " };
+    _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\"{space}{attributes}>{}</text>", escaped(content));
+}
+
+fn cut(name: &str) -> String {
+    if name.chars().count() <= LONGEST_NAME { name.to_owned() } else { name.chars().take(LONGEST_NAME - 1).chain(['…']).collect() }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

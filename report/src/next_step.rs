@@ -1,0 +1,83 @@
+//! What to do next, in words: the one advice that is given on a model, whoever gives it.
+
+use calibench::assess::{Advice, Diagnosis, Ladder, ToDo, Verdict};
+
+use super::effect_names::{all_called, called};
+use super::ladder_sentences::objection_sentence;
+use super::recommended::Recommended;
+
+/// Refused effects that are named.
+const MOST_REFUSED: usize = 3;
+
+/// The advice in sentences, the first of which begins with `Next:` and names a command where there is one to give; then what was
+/// refused before that step. `diagnosis` is that of the model.
+#[must_use]
+pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> Vec<String> {
+    let next = match advice.to_do {
+        ToDo::Unknown => return Vec::new(),
+        ToDo::Nothing => "Next: nothing is to be added; what remains is noise.".to_owned(),
+        ToDo::Add => {
+            let step = match advice.effects() {
+                [one] => called(one),
+                several => format!("{} samples set aside together", several.len()),
+            };
+            let command = command(advice, diagnosis, commands);
+            format!("Next: {command}: {step}, which predicts postures better that were not fitted.")
+        }
+        ToDo::Distinguish => {
+            let without = match advice.effects() {
+                [] => String::new(),
+                effects => format!(" Without them `ladder` would add {}, which may be the wrong one.", all_called(effects)),
+            };
+            format!(
+                "Next: {} names the few measurements that would distinguish them.{without}",
+                command(advice, diagnosis, commands)
+            )
+        }
+        ToDo::Choose => format!(
+            "Next: {} compares the error curves of all joints and the whole library; no single effect predicts postures better that were not fitted.",
+            command(advice, diagnosis, commands)
+        ),
+    };
+    let refused = advice.refused.iter().take(MOST_REFUSED);
+    let refused = refused.map(|(effect, objections)| {
+        let why = objections.first().map(objection_sentence).unwrap_or_default();
+        format!("Not {}: {why}.", each_called(effect))
+    });
+    std::iter::once(next).chain(refused).collect()
+}
+
+/// The effects of a refused step, whose ids are joined by `and`.
+#[must_use]
+pub fn each_called(ids: &str) -> String {
+    ids.split(" and ").map(called).collect::<Vec<_>>().join(" and ")
+}
+
+/// The command that does it.
+pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recommended) -> String {
+    let curve = diagnosis.heat_map.curve.as_ref();
+    match (advice.to_do, advice.effects()) {
+        (ToDo::Add, [one]) => match curve.filter(|curve| curve.effect_name() == *one) {
+            Some(curve) => commands.add(&format!("curve:{}:{}", curve.joint + 1, curve.variable.name())),
+            None => commands.add(one),
+        },
+        (ToDo::Distinguish, _) => commands.verb("next"),
+        _ => commands.verb("ladder"),
+    }
+}
+
+/// Says of a ladder whose first step adds one of several effects that the data cannot distinguish, that this is to be settled
+/// first; as [`next_step_sentences`] does before the climb.
+#[must_use]
+pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<String> {
+    let first = &ladder.first().diagnosis;
+    let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);
+    let step = ladder.steps.get(1).filter(|step| step.added != first.without_suspects())?;
+    (verdict == Verdict::Indistinguishable).then(|| {
+        format!(
+            "Next: {} names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
+            commands.verb("next"),
+            all_called(&step.added)
+        )
+    })
+}
