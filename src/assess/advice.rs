@@ -2,7 +2,8 @@
 
 use super::hold_out::HoldOut;
 use super::ladder::{Climb, best_step};
-use super::ladder_step::{LadderStep, Objection, step};
+use super::ladder_step::{LadderStep, step};
+use super::objections::Objection;
 use super::verdict::Verdict;
 use crate::identify::IdentifyError;
 use crate::measure::Dataset;
