@@ -56,28 +56,31 @@ impl Views {
 
     /// The same, showing the samples that `other` shows.
     pub(super) fn showing_as(mut self, other: &Views) -> Self {
-        self.residuals.shown.clone_from(&other.residuals.shown);
+        // Views that were just computed share their data with no clone yet.
+        if let Some(samples) = Arc::get_mut(&mut self.samples) {
+            samples.residuals.shown.clone_from(&other.samples.residuals.shown);
+        }
         self
     }
 
     /// The comparison by views.
     pub(super) fn comparison(&self) -> &Comparison {
-        &self.comparison
+        &self.samples.comparison
     }
 
     /// The arm at every sample.
     pub(super) fn stances(&self) -> &[Stance] {
-        &self.residuals.stances
+        &self.samples.residuals.stances
     }
 
     /// Indices of the samples that are drawn.
     pub(super) fn shown(&self) -> &[usize] {
-        &self.residuals.shown
+        &self.samples.residuals.shown
     }
 
     /// Lengths of the residuals of the drawn samples, um.
     pub(super) fn lengths_um(&self) -> Value {
-        let Residuals { points, shown, .. } = &self.residuals;
+        let Residuals { points, shown, .. } = &self.samples.residuals;
         shorts(shown.iter().map(|&i| points[i].residual.norm() / UM))
     }
 
