@@ -118,7 +118,6 @@ def drive(play, program, dataset, keep, pictures, url, effect):
         """Turns a switch; the figures of the fit stand before the rest is computed, which is marked until then."""
         began = time.monotonic()
         switch(effect).click()
-        page.wait_for_selector("body[aria-busy='true'], body[data-settled='0']", timeout=PATIENCE)
         page.wait_for_selector("body[aria-busy='false']", timeout=PATIENCE)
         took.append((name, time.monotonic() - began))
         if page.is_visible("#refused"):
@@ -193,7 +192,7 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     other = page.locator("#candidates li:not(.model)").first.get_attribute("data-effect")
     switch(other).focus()
     page.keyboard.press("Space")
-    page.wait_for_selector("body[data-settled='0']", timeout=PATIENCE)
+    page.wait_for_selector("body[aria-busy='false']", timeout=PATIENCE)
     settled(page)
     if page.is_visible("#refused"):
         looked_at(page, "refused", pictures, found)

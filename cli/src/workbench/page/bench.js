@@ -196,12 +196,13 @@ const row_of = (effect) => [...by_id("candidates").children].find((row) => row.d
 // Every effect as a switch: those of the model, then the candidates, then what was switched off.
 function effects_listed() {
   const { diagnosis, meanings } = bench.report;
-  const { switches } = bench.live;
+  // A curve has the id by which it was asked for; in a model it has a name.
+  const switches = bench.live.switches.map((s) => ({ ...s, effect: s.asked }));
   const offered = (bench.live.candidates ?? bench.candidates ?? []).slice(0, LISTED);
   bench.candidates = offered;
-  const is_on = (effect) => switches.some((s) => s.on && (s.asked === effect || s.effect === effect));
+  const is_on = (effect) => switches.some((s) => s.on && s.effect === effect);
   const fresh = offered.filter((effect) => !is_on(effect)).map((effect) => ({ effect, words: named(bench.report, effect), on: false, offered: true, flags: [] }));
-  const off = switches.filter((s) => !s.on && !fresh.some((f) => f.effect === s.effect || f.effect === s.asked));
+  const off = switches.filter((s) => !s.on && !fresh.some((f) => f.effect === s.effect));
   const focused = document.activeElement?.closest?.("#candidates li")?.dataset.effect;
   const shown = by_id("candidates").querySelector(".shown")?.dataset.effect;
   by_id("candidates").replaceChildren(...[...switches.filter((s) => s.on), ...fresh, ...off].map((s) => row(s, diagnosis, meanings)));
