@@ -126,8 +126,8 @@ fn balls(c: &Comparison) -> String {
         "mean x µm",
         "mean y µm",
         "mean z µm",
-        optional!(2, "chi2"),
-        optional!(2, "dof"),
+        optional!(3, "chi2"),
+        optional!(3, "dof"),
         "p",
         optional!(1, "a displacement by, µm, would leave it"),
     ];
@@ -150,7 +150,7 @@ fn balls(c: &Comparison) -> String {
 
 fn tool(c: &Comparison) -> String {
     let header =
-        ["set-up", "samples", "rms mm", "axis 1 µm", "axis 2 µm", "axis 3 µm", optional!(1, "chi2"), optional!(1, "dof"), "p"];
+        ["set-up", "samples", "rms mm", "axis 1 µm", "axis 2 µm", "axis 3 µm", optional!(3, "chi2"), optional!(3, "dof"), "p"];
     let mut rows: Vec<[String; 9]> = Vec::new();
     let mut row = |name: String, samples: usize, rms: f64, view: &calibench::assess::ToolView| {
         let [x, y, z] = unless_absorbed(&view.test, with_sigma(&view.mean, &view.sigma, UM));
@@ -175,8 +175,8 @@ fn world(c: &Comparison) -> String {
         "about z µrad",
         "rms mm",
         "after mm",
-        optional!(1, "chi2"),
-        optional!(1, "dof"),
+        optional!(3, "chi2"),
+        optional!(3, "dof"),
         "p",
     ];
     let mut rows: Vec<[String; 12]> = Vec::new();
@@ -205,8 +205,8 @@ fn curves(c: &Comparison) -> String {
         "swing µrad",
         optional!(1, "sigma µrad"),
         "explains %",
-        optional!(1, "chi2"),
-        optional!(1, "dof"),
+        optional!(3, "chi2"),
+        optional!(3, "dof"),
         "p",
     ];
     let rows: Vec<[String; 12]> = c
@@ -247,7 +247,7 @@ fn offsets(c: &Comparison) -> String {
             [o.joint.to_string(), format!("{:+.1} ± {:.1}", o.mean / URAD, o.sigma / URAD), chi2, dof, p]
         })
         .collect();
-    plain_table(&["joint", "mean µrad", optional!(1, "chi2"), optional!(1, "dof"), "p"], &rows)
+    plain_table(&["joint", "mean µrad", optional!(3, "chi2"), optional!(3, "dof"), "p"], &rows)
 }
 
 fn worst(c: &Comparison) -> String {

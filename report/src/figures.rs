@@ -29,7 +29,7 @@ macro_rules! path {
 pub const RESIDUAL: Figure = Figure {
     name: "residual of the fit",
     meaning: "measured minus predicted on the rows that were fitted, rms of the 3-D length",
-    verbs: &["identify", "diagnose", "compare", "ladder"],
+    verbs: &["identify", "compare", "diagnose", "add", "ladder", "prove"],
     keys: &["residual_mm", "rms_mm", "fit_rms_mm"],
     function: path!(calibench::math::rms),
 };
@@ -47,7 +47,7 @@ pub const CROSS_VALIDATED: Figure = Figure {
 pub const NOT_FITTED: Figure = Figure {
     name: "measured on rows not fitted",
     meaning: "measured minus predicted on rows kept for validation, or of a campaign that was not fitted; the instrument's noise is part of it",
-    verbs: &["validate", "add", "ladder"],
+    verbs: &["validate", "compare", "add", "ladder", "run"],
     keys: &["validation", "checks"],
     function: path!(calibench::assess::Validation::of),
 };
@@ -56,7 +56,7 @@ pub const NOT_FITTED: Figure = Figure {
 pub const WORKSPACE: Figure = Figure {
     name: "expected over the workspace",
     meaning: "the position error to expect at postures all over the workspace, drawn from everything that the data leave possible; without the instrument's noise",
-    verbs: &["diagnose", "compare", "ladder"],
+    verbs: &["validate", "compare", "diagnose", "add", "ladder", "next"],
     keys: &["workspace"],
     function: path!(calibench::assess::WorkspaceError::predict),
 };
@@ -83,7 +83,7 @@ pub const NOISE: Figure = Figure {
 pub const NOISE_LEFT: Figure = Figure {
     name: "noise left",
     meaning: "the part of that noise which the fit leaves in its residual, rms of the 3-D length; its parameters absorb the rest",
-    verbs: &["diagnose", "compare", "ladder"],
+    verbs: &["compare", "diagnose", "add", "ladder"],
     keys: &["noise_left_mm"],
     function: path!(calibench::assess::noise_left),
 };

@@ -1,9 +1,11 @@
 //! Proposed measurements and the detectability of a plan: words and tables.
 
 use super::effect_names::{called, capital};
+use super::figures::WORKSPACE;
 use super::tables::plain_table;
 use crate::optional;
 use calibench::assess::{Criterion, Detectability, Offer, Proposal, Step};
+use calibench::effects::in_words;
 use calibench::units::MM;
 
 /// One minute, s.
@@ -64,7 +66,7 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
         let minutes = offer.action.duration(step.count) / MINUTE;
         let what = match (p.criterion, step.forecast, step.error) {
             (Criterion::Discrimination, Some(forecast), _) => format!("resolve with chance {:.2}", forecast.resolved),
-            (_, _, Some(error)) => format!("leave {:.3} mm over the workspace", error / MM),
+            (_, _, Some(error)) => format!("leave {:.3} mm {}", error / MM, WORKSPACE.name),
             _ => "change nothing that could be measured".into(),
         };
         format!("{} {} {what}, in {minutes:.0} min", step.count, offer.action.words())
@@ -92,11 +94,12 @@ pub fn next_sentences(p: &Proposal) -> Vec<String> {
 /// The detectability of effects by a plan as a table, best first, followed by a list of undetectable effects.
 pub fn detectability_text(d: &Detectability) -> String {
     let seen = d.sights.iter().filter(|s| s.smallest.is_some());
-    let rows: Vec<[String; 6]> = seen
+    let rows: Vec<[String; 7]> = seen
         .map(|s| {
             let size = s.smallest_size().map_or(0.0, |v| s.unit.from_si(v));
             [
                 s.effect.clone(),
+                in_words(&s.effect),
                 format!("{:.2}", 100.0 * s.absorbed),
                 format!("{:.2}", s.visible),
                 s.directions.to_string(),
@@ -107,8 +110,9 @@ pub fn detectability_text(d: &Detectability) -> String {
         .collect();
     let header = [
         "effect",
+        optional!(1, "in words"),
         optional!(2, "absorbed %"),
-        optional!(1, "detectability, in noise"),
+        optional!(2, "detectability, in noise"),
         optional!(3, "directions"),
         "smallest seen, plausible sizes",
         "which is",

@@ -1,6 +1,7 @@
 //! What to do next, in words: the one advice that is given on a model, whoever gives it.
 
 use calibench::assess::{Advice, Diagnosis, Ladder, ToDo, Verdict};
+use calibench::effects;
 
 use super::effect_names::{all_called, called};
 use super::ladder_sentences::objection_sentence;
@@ -17,12 +18,19 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         ToDo::Unknown => return Vec::new(),
         ToDo::Nothing => "Next: nothing is to be added; what remains is noise.".to_owned(),
         ToDo::Add => {
-            let step = match advice.effects() {
-                [one] => called(one),
-                several => format!("{} samples set aside together", several.len()),
-            };
             let command = command(advice, diagnosis, commands);
-            format!("Next: {command}: {step}, which predicts postures better that were not fitted.")
+            match advice.effects() {
+                [one] if effects::set_aside_by(one).is_some() => {
+                    format!("Next: {command}: {}, which disagrees with all others.", called(one))
+                }
+                [one] => {
+                    format!("Next: {command}: with {}, postures that were not fitted are predicted better.", called(one))
+                }
+                several => format!(
+                    "Next: {command} sets the first of {} samples aside that disagree with all others; the ladder begins with all of them.",
+                    several.len()
+                ),
+            }
         }
         ToDo::Distinguish => {
             let without = match advice.effects() {
@@ -35,7 +43,7 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
             )
         }
         ToDo::Choose => format!(
-            "Next: {} compares the error curves of all joints and the whole library; no single effect predicts postures better that were not fitted.",
+            "Next: {} compares the error curves of all joints and the whole library; with no single effect are postures that were not fitted predicted better.",
             command(advice, diagnosis, commands)
         ),
     };
@@ -61,23 +69,31 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
             Some(curve) => commands.add(&format!("curve:{}:{}", curve.joint + 1, curve.variable.name())),
             None => commands.add(one),
         },
+        (ToDo::Add, [first, ..]) => commands.add(first),
         (ToDo::Distinguish, _) => commands.verb("next"),
         _ => commands.verb("ladder"),
     }
 }
 
-/// Says of a ladder whose first step adds one of several effects that the data cannot distinguish, that this is to be settled
-/// first; as [`next_step_sentences`] does before the climb.
+/// What is to be settled before the steps of a ladder are believed, as [`next_step_sentences`] says before the climb: that its
+/// first step adds one of several effects that the data cannot distinguish, or sets samples aside in which a shape shows.
 #[must_use]
 pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<String> {
     let first = &ladder.first().diagnosis;
     let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);
     let step = ladder.steps.get(1).filter(|step| step.added != first.without_suspects())?;
-    (verdict == Verdict::Indistinguishable).then(|| {
-        format!(
+    let sets_aside = step.added.iter().all(|effect| effects::set_aside_by(effect).is_some());
+    match (verdict, &first.heat_map.curve) {
+        (Verdict::Indistinguishable, _) => Some(format!(
             "Next: {} names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
             commands.verb("next"),
             all_called(&step.added)
-        )
-    })
+        )),
+        (Verdict::Unexplained, Some(curve)) if sets_aside && !first.heat_map.credible().is_empty() => Some(format!(
+            "Note: the first step sets samples aside in which the error of joint {} shows most; {} judges its curve instead.",
+            curve.joint + 1,
+            commands.add(&format!("curve:{}:{}", curve.joint + 1, curve.variable.name()))
+        )),
+        _ => None,
+    }
 }

@@ -5,6 +5,7 @@ use super::ladder::{Climb, best_step};
 use super::ladder_step::{LadderStep, step};
 use super::objections::Objection;
 use super::verdict::Verdict;
+use crate::effects;
 use crate::identify::IdentifyError;
 use crate::measure::Dataset;
 
@@ -42,8 +43,8 @@ impl ToDo {
 pub struct Advice {
     /// What to do.
     pub to_do: ToDo,
-    /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none, the curve of
-    /// the joint that stands out, if that predicts better. `None` if nothing does.
+    /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none, or would set
+    /// samples aside that are no suspects, the curve of the joint that stands out, if that predicts better. `None` if nothing does.
     pub step: Option<Box<LadderStep>>,
     /// Effects that the ladder tried before, and the objections to each.
     pub refused: Vec<(String, Vec<Objection>)>,
@@ -73,6 +74,8 @@ impl Advice {
             }
         })?;
         let step = match next {
+            // A sample in which a shape shows most is no bad sample: the shape is what is missing.
+            Ok(step) if hides_a_shape(&step.added, below) => Some(curve(datasets, below, ground)?.unwrap_or(step)),
             Ok(step) => Some(step),
             Err(_) => curve(datasets, below, ground)?,
         };
@@ -91,6 +94,12 @@ impl Advice {
     pub fn effects(&self) -> &[String] {
         self.step.as_ref().map_or(&[], |step| &step.added)
     }
+}
+
+/// True if a step only sets samples aside that are no suspects of the diagnosis.
+fn hides_a_shape(added: &[String], below: &LadderStep) -> bool {
+    let samples = added.iter().all(|effect| effects::set_aside_by(effect).is_some());
+    samples && added != below.diagnosis.without_suspects()
 }
 
 /// The step that adds the curve of the joint whose error follows a variable, if no effect of the catalogue explains the residual

@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let beyond = warn_of_poses(&after.calibration, &poses);
     if !arguments.json {
         disagreement_sentence(&after, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
-        print(&format!("What the model with it lacks: {}.", after.diagnosis.verdict.in_words()))?;
+        print(&format!("Verdict with it: {}.", after.diagnosis.verdict.in_words()))?;
         if let (Some(path), true) = (target, accepted && !after.diagnosis.verdict.is_noise()) {
             print_answer(&format!("Next: {}", recommended(&arguments.datasets, Some(path)).diagnose()))?;
         }

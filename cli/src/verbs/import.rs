@@ -136,9 +136,7 @@ fn propose_map(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(misfit) = misfit {
         print_answer(&misfit)?;
     }
-    print_answer(&format!(
-        "Next: check them, and the map in {map}; then `calibench import generic {file} --map {map} -o DATASET`."
-    ))?;
+    print_answer(&format!("Check them, and the map in {map}; then `calibench import generic {file} --map {map} -o DATASET`."))?;
     Ok(outcome)
 }
 

@@ -59,8 +59,17 @@ fn wrapped(line: &str, columns: usize) -> String {
 
 /// Words after `label`, in lines that begin `hanging` columns in.
 fn filled(label: &str, text: &str, hanging: usize, columns: usize) -> String {
+    /// What stays with the number before it.
+    const UNITS: [&str; 7] = ["%", "mm", "µm", "µrad", "deg", "min", "±"];
     let (mut out, mut line) = (String::new(), label.to_owned());
-    for word in text.split_whitespace() {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let is_unit = |word: &&&str| UNITS.contains(&word.trim_end_matches([',', ';', '.', ')', ':']));
+    let mut place = 0;
+    while let Some(word) = words.get(place) {
+        let number = word.ends_with(|c: char| c.is_ascii_digit());
+        let joined = words.get(place + 1).filter(|_| number).filter(is_unit).map(|unit| format!("{word} {unit}"));
+        place += if joined.is_some() { 2 } else { 1 };
+        let word = joined.as_deref().unwrap_or(word);
         let empty = line.trim().is_empty();
         if !empty && width(&line) + 1 + width(word) > columns {
             out.push_str(&line);
@@ -94,11 +103,13 @@ fn narrowed(table: &[&str], columns: usize) -> String {
         if let Some(fit) = wrapped_table(&header, &rows, columns) {
             break Some(fit);
         }
-        // The last of those with the most marks goes first.
-        let marks = |k: &usize| header[*k].chars().filter(|c| *c == MARK).count();
-        let Some(least) = (0..header.len()).filter(|k| marks(k) > 0).max_by_key(|k| (marks(k), *k)) else { break None };
-        left_out.push(without_marks(&header.remove(least)));
-        rows.iter_mut().filter(|row| least < row.len()).for_each(|row| drop(row.remove(least)));
+        // Columns of one rank mean little without each other.
+        let rank = |k: &usize| header[*k].chars().filter(|c| *c == MARK).count();
+        let Some(highest) = (0..header.len()).map(|k| rank(&k)).max().filter(|rank| *rank > 0) else { break None };
+        for place in (0..header.len()).filter(|k| rank(k) == highest).collect::<Vec<_>>().into_iter().rev() {
+            left_out.push(without_marks(&header.remove(place)));
+            rows.iter_mut().filter(|row| place < row.len()).for_each(|row| drop(row.remove(place)));
+        }
     };
     let fit = fit.or_else(|| tall_table(&header, &rows, columns)).unwrap_or_else(|| listed(&header, &rows, columns));
     if left_out.is_empty() {

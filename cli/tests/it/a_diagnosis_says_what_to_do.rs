@@ -28,9 +28,9 @@ fn sentences(v: &Value) -> Vec<String> {
     v["sentences"].as_array().unwrap().iter().map(|s| s.as_str().unwrap().to_owned()).collect()
 }
 
-/// The first command in a sentence beginning with `Do:`, without the program's name.
-fn command(said: &[String]) -> Vec<String> {
-    let quoted = said.iter().filter(|s| s.starts_with("Do:")).find_map(|s| s.split('`').nth(1)).unwrap();
+/// The first command in a sentence beginning with this label, without the program's name.
+fn command(label: &str, said: &[String]) -> Vec<String> {
+    let quoted = said.iter().filter(|s| s.starts_with(label)).find_map(|s| s.split('`').nth(1)).unwrap();
     quoted.strip_prefix("calibench ").unwrap().split(' ').map(str::to_owned).collect()
 }
 
@@ -62,12 +62,14 @@ fn a_moved_ball_is_named_and_to_be_looked_at() {
     assert_eq!((&v["format"], &v["verdict"]), (&"calibench-diagnosis/1".into(), &"identified".into()));
     assert_eq!(v["findings"][0]["effect"], "ball:3");
     let said = sentences(&v);
-    let saw = said.iter().find(|s| s.starts_with("Saw: ball:3")).unwrap();
+    let saw = said.iter().find(|s| s.starts_with("Saw: ") && s.contains("(ball:3)")).unwrap();
     assert!(saw.contains("mm") && saw.contains("explains") && saw.contains("the fitted model hides"), "{saw}");
     assert!(said.iter().any(|s| s.starts_with("Do: look at that ball")), "{said:?}");
-    let arguments = command(&said);
+    let next: Vec<String> = v["advice"]["sentences"].as_array().unwrap().iter().map(|s| s.as_str().unwrap().into()).collect();
+    let arguments = command("Next:", &next);
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     assert_eq!(arguments, ["add", "ball:3", "run/trical"]);
+    assert_eq!(v["advice"]["command"], "calibench add ball:3 run/trical");
     let step = calibench(folder.path(), &arguments);
     assert!(step.status.success(), "{}", String::from_utf8_lossy(&step.stderr));
     // A map of the workspace with a number in every ring that contains a pose.
@@ -84,9 +86,9 @@ fn what_no_catalogue_holds_is_shown_as_a_curve_to_add() {
     let v = diagnosed(folder.path(), &["run/trical"]);
     assert_eq!(v["verdict"], "unexplained");
     let said = sentences(&v);
-    assert!(said.iter().any(|s| s.starts_with("Saw: the error of joint 3 follows q3")), "{said:?}");
+    assert!(said.iter().any(|s| s.starts_with("Saw: the error of joint 3 follows the angle of joint 3 (q3)")), "{said:?}");
     assert!(said.iter().any(|s| s.contains("µrad, one-sigma")), "{said:?}");
-    let arguments = command(&said);
+    let arguments = command("Do:", &said);
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).chain(["--json"]).collect();
     assert_eq!(arguments[..2], ["add", "curve:3:q3"]);
     let step = calibench(folder.path(), &arguments);

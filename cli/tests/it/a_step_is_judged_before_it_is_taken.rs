@@ -136,7 +136,7 @@ fn a_sample_that_the_diagnosis_advises_to_set_aside_is_set_aside() {
     let mut aside = Vec::new();
     for _ in 0..2 {
         let told = document(&calibench(at, &["diagnose", "run/trical", "--model", "model.toml", "--json"]));
-        let said = told["sentences"].as_array().unwrap().iter().filter_map(Value::as_str);
+        let said = told["advice"]["sentences"].as_array().unwrap().iter().filter_map(Value::as_str);
         let mut commands = said.flat_map(|s| s.split('`')).filter_map(|c| c.strip_prefix("calibench add outlier:"));
         let Some((sample, rest)) = commands.next().and_then(|c| c.split_once(' ')) else { break };
         let effect = format!("outlier:{sample}");

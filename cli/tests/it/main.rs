@@ -40,6 +40,7 @@ mod the_report_is_one_honest_file;
 mod the_report_sets_two_models_side_by_side;
 mod the_shell_knows_the_program;
 mod the_terminal_is_wide_enough;
+mod the_terminal_says_what_is_asked;
 mod the_workbench_is_closed_to_strangers;
 mod the_workbench_says_what_the_command_line_says;
 mod third_party_is_listed;

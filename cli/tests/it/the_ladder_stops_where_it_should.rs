@@ -41,7 +41,7 @@ fn one_missing_effect_is_one_rung() {
     let output = calibench(folder.path(), &["ladder", "run/trical", "-o", "model.toml"]);
     let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{told}");
-    assert!(told.contains("+ ball:3: fit") && said.contains("+ ball:3"), "{told}\n{said}");
+    assert!(told.contains("(ball:3): residual of the fit") && said.contains("+ ball:3"), "{told}\n{said}");
     assert!(said.contains("the residual is noise") && said.contains("Use the last step"), "{said}");
     let model = fs::read_to_string(folder.path().join("model.toml")).unwrap();
     assert!(model.contains("\"ball:3\"]"), "{model}");

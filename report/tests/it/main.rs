@@ -4,6 +4,7 @@
 mod a_step_is_reported_where_it_happened;
 #[path = "../../../tests/it/effect_cell.rs"]
 mod effect_cell;
+mod figures_have_one_name;
 mod file_formats_are_written_down;
 mod format_page;
 mod schemas_are_written_down;

@@ -269,8 +269,8 @@ impl Comparison {
         let left = format!("With {} taken away", if self.findings.len() == 1 { "that" } else { "those" });
         let rms = three(self.rms * self.left.sqrt() / MM);
         Some(match self.lack_of_fit.noise_left.filter(|_| known) {
-            Some(noise) => format!("{left} about {rms} mm rms would be left, where noise leaves {}.", three(noise / MM)),
-            None => format!("{left} about {rms} mm rms would be left."),
+            Some(noise) => format!("{left} about {rms} mm rms would remain (noise left {} mm).", three(noise / MM)),
+            None => format!("{left} about {rms} mm rms would remain."),
         })
     }
 
