@@ -1,6 +1,7 @@
 //! A diagnosis in words: the findings, their meaning and the recommended action.
 
 use super::finding_notes::{moment_words, same_words};
+use super::gallery::gallery_page;
 use super::heat_map::curve_line;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::{meaning, what};
@@ -209,7 +210,8 @@ fn saw_means_do(f: &Finding, commands: &Recommended) -> [String; 3] {
         f.probability
     );
     let meaning = meaning(&h.in_model);
-    let means = format!("Means: {}{}.", meaning.physics, same_to_the_data(f));
+    let page = gallery_page(&h.in_model).map_or(String::new(), |page| format!(" ({page} shows how it looks)"));
+    let means = format!("Means: {}{}{page}.", meaning.physics, same_to_the_data(f));
     let look = if meaning.look.is_empty() { String::new() } else { format!("{}; or ", meaning.look) };
     [saw, means, format!("Do: {look}{}.", commands.add(&h.in_model))]
 }

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::residuals::Residuals;
 use super::{short, shorts};
+use crate::gallery::gallery_page;
 use crate::meaning::{meaning, what};
 use calibench::assess::{Comparison, Curve, Diagnosis, Finding, Verdict};
 use calibench::effects::{EffectId, family, in_words};
@@ -141,7 +142,8 @@ pub(super) fn meanings(diagnosis: &Diagnosis, ladder: &Value) -> Value {
     effects_in(ladder, &mut named);
     let one = |effect: String| {
         let m = meaning(&effect);
-        let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look});
+        let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look,
+            "gallery": gallery_page(&effect)});
         (effect, said)
     };
     Value::Object(named.into_iter().map(one).collect::<Map<String, Value>>())

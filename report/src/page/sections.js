@@ -75,7 +75,7 @@ function ranking(report) {
   const { diagnosis: d, meanings } = report;
   const size = (f) => f.parameters.slice(0, 3).map((p) => `${p.name} ${digits(p.value)} ± ${digits(p.sigma, 2)} ${printed(p.unit)}`).join(", ") + (f.parameters.length > 3 ? ", …" : "");
   const columns = [
-    ["effect", (f) => [capital(named(report, f.in_model)), " ", element("code", {}, f.in_model), element("div", { class: "quiet" }, meanings[f.in_model]?.what ?? "")], "words"],
+    ["effect", (f) => [capital(named(report, f.in_model)), " ", element("code", {}, f.in_model), element("div", { class: "quiet" }, [meanings[f.in_model]?.what, meanings[f.in_model]?.gallery].filter(Boolean).join("; picture in "))], "words"],
     ["probability", (f) => share(f.probability)], ["explains", (f) => share(f.explains)], ["visible", (f) => share(f.visible)],
     ["gain", (f) => percent(f.cv_gain)], ["as it would be fitted", size, "words"],
     ["aliased with", (f) => f.rivals.join(", "), "words"],
