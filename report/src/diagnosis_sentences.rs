@@ -3,6 +3,7 @@
 use super::effect_names::{all_called, called, capital};
 use super::figures::{NOISE_LEFT, RESIDUAL, UNEXPLAINED};
 use super::finding_notes::{moment_words, same_words};
+use super::gallery::gallery_page;
 use super::heat_map::curve_line;
 use super::ladder_sentences::unconverged_sentence;
 use super::meaning::meaning;
@@ -220,7 +221,8 @@ fn saw_means_do(f: &Finding) -> Vec<String> {
         f.probability
     );
     let meaning = meaning(&h.in_model);
-    let means = format!("Means: {}{}.", meaning.physics, same_to_the_data(f));
+    let page = gallery_page(&h.in_model).map_or(String::new(), |page| format!(" ({page} shows how it looks)"));
+    let means = format!("Means: {}{}{page}.", meaning.physics, same_to_the_data(f));
     let look = (!meaning.look.is_empty()).then(|| format!("Do: {}.", meaning.look));
     [saw, means].into_iter().chain(look).collect()
 }

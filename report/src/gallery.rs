@@ -33,10 +33,7 @@ pub struct Gallery {
 impl Gallery {
     /// The files of the gallery: names and contents. The first marks the folder.
     pub fn files(&self) -> Vec<(String, String)> {
-        let mut files = vec![
-            (GALLERY_MARK.to_owned(), first_look_page(self)),
-            ("README.md".to_owned(), index_page(self)),
-        ];
+        let mut files = vec![(GALLERY_MARK.to_owned(), first_look_page(self)), ("README.md".to_owned(), index_page(self))];
         for entry in &self.entries {
             files.push((format!("{}.md", entry.family), entry.page()));
             files.push((format!("{}.svg", entry.family), entry.seen.plot.svg()));

@@ -36,7 +36,8 @@ impl fmt::Display for Plausible {
         match &self.0[..] {
             [(first, unit), .., (last, same)] if self.0.len() > 2 && unit == same => write!(f, "{first} ... {last} {unit}"),
             sizes => {
-                let all: Vec<String> = sizes.iter().map(|(size, unit)| format!("{size} {unit}").trim_end().to_owned()).collect();
+                let all: Vec<String> =
+                    sizes.iter().map(|(size, unit)| format!("{size} {unit}").trim_end().to_owned()).collect();
                 f.write_str(&all.join(", "))
             }
         }

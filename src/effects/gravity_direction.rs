@@ -30,7 +30,7 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "One side of the cell hangs low and the other high, as far as the joints are soft.",
-            "Against the first joint it is one swing per turn, though nothing is wrong with that joint.",
+            "The loaded joints err by an amount that turns with the first joint, though nothing is wrong with that joint.",
             "It is gone with a stiff arm.",
         ],
         parted_by: "A spirit level on the base; or two payloads on opposite sides of the cell.",

@@ -31,8 +31,8 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "The tool hangs low, lower the farther the arm reaches out.",
-            "Against the torque of a joint the points lie on a straight line through zero.",
-            "With a lighter payload the line is the same and the points move along it.",
+            "Against the torque of a joint the error is a straight line through zero; fitted lengths and zeros bend with it and leave waves about that line.",
+            "With a lighter payload it shrinks in proportion.",
         ],
         parted_by: "The same postures with a light and a heavy payload; without a change of load, the weight of the links alone looks much like wrong geometry.",
     },

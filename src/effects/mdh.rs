@@ -27,7 +27,7 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "The residual changes smoothly with posture and is the same whenever the arm comes back to it.",
-            "Against the angle of a joint it is one slow swing, never a ripple.",
+            "Against the angles of the joints it is slow swings, never a ripple.",
             "It is largest where the arm is stretched out and does not change with the payload.",
         ],
         parted_by: "Postures spread over the whole range of every joint; the same postures with another payload, which leave geometry as it is and move everything elastic.",

@@ -68,6 +68,7 @@ pub use id::EffectId;
 pub use outlier::{set_aside_by, setting_aside};
 pub use own::{OwnEffect, OwnEffectError, OwnTerm};
 pub use probe_rotation::PROBE_ROTATION;
+pub use reference_torque::reference_torque;
 pub use registry::{Registry, family, ids};
 pub use situation::{ArtifactShape, Kind, Situation};
 pub use target::place_of_target;

@@ -24,7 +24,7 @@ thread_local! {
 }
 
 /// Largest gravity torque of each joint over evenly spread postures, N·m (N).
-pub(super) fn reference_torque(robot: &Robot) -> Vec<f64> {
+pub fn reference_torque(robot: &Robot) -> Vec<f64> {
     LAST.with_borrow_mut(|(links, torque)| {
         if *links != robot.links || torque.is_empty() {
             *torque = largest_torque(robot);

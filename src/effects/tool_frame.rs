@@ -26,7 +26,7 @@ pub(super) const FAMILY: Family = Family {
     meaning: Meaning { physics: "the TCP is not where it was measured to be", look: "measure the tool again" },
     signature: Signature {
         looks: [
-            "Every residual is the same when it is looked at in the axes of the tool.",
+            "With the arm known, every residual is the same in the axes of the tool; a fit of the arm hides nearly all of that in its last links.",
             "In the axes of the room it turns with the hand and looks like scatter.",
             "It does not grow with the reach of the arm.",
         ],

@@ -30,7 +30,7 @@ pub(super) const FAMILY: Family = Family {
     signature: Signature {
         looks: [
             "A wrist joint errs although it was not moved itself.",
-            "Against the angle of the wrist joint before it the points lie on a straight line.",
+            "Against the angle of the wrist joint before it the points follow a line, of which the fit has levelled the middle part.",
             "Moving the big joints changes nothing.",
         ],
         parted_by: "Wrist postures in which one joint is turned through its range while the next one stands still.",

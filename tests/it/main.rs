@@ -58,6 +58,7 @@ mod robots_come_from_urdf;
 mod selection_reaches_the_golden_observability;
 mod several_points_of_a_tool_share_it;
 mod tables_are_read_however_they_come;
+mod the_gallery_is_whole;
 mod the_loop_makes_the_golden_centrings;
 mod what_stands_out_is_what_is_wrong;
 #[path = "../../benches/works/mod.rs"]

@@ -202,6 +202,27 @@ fn an_error_once_a_turn_shows_at_its_joint_first() {
 }
 
 #[test]
+fn a_bad_sample_is_looked_at_before_the_joint_that_explains_more() {
+    let mut cell = Cell::new(8);
+    let error = |q: &[f64]| vec![400.0 * URAD * q[0].sin(), 0.0, 0.0, 0.0, 0.0, 0.0];
+    let mut samples = cell.points(200, &error);
+    if let Measured::Point(at) = &mut samples[70].measured {
+        at.z += 0.6 * MM;
+    }
+    let data = cell.dataset(samples);
+    let c = compare(&data, &data, Use::Fit);
+    assert!(matches!(c.findings[0].subject, Subject::Curve(_)), "{:?}", c.findings);
+    let first = c.first_look().map(|f| f.subject);
+    assert!(matches!(first, Some(Subject::Sample(w)) if c.worst[w].id == "p70"), "{first:?}");
+    let said = c.sentences();
+    let place = |begin: &str| said.iter().position(|s| s.starts_with(begin));
+    assert!(
+        place("Look first at sample p70, even if more is explained elsewhere.").unwrap() < place("Joint 1").unwrap(),
+        "{said:?}"
+    );
+}
+
+#[test]
 fn a_moved_base_shows_in_the_world() {
     let mut cell = Cell::new(4);
     let samples = cell.points(120, &exact);

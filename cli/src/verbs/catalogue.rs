@@ -1,8 +1,8 @@
 //! `effects`: the built-in effects.
 
-use calibench::effects::{CATALOGUE, EffectId, Family, Origin, Scan, Subject, build};
+use calibench::effects::{CATALOGUE, EffectId, Family, Origin, Scan, Subject, build, family};
 use calibench::robot::built_in;
-use calibench_report::{Plausible, optional, plain_table};
+use calibench_report::{Plausible, gallery_page, optional, plain_table};
 use serde_json::json;
 
 use super::failure::{Failure, Outcome};
@@ -10,6 +10,9 @@ use super::output::{print_answer, print_json};
 
 #[derive(clap::Args)]
 pub struct Arguments {
+    /// Tell one family in full: what it looks like, what parts it from others, and its page in the gallery
+    #[arg(value_name = "NAME", conflicts_with = "json")]
+    name: Option<String>,
     /// Print one JSON document instead of a table
     #[arg(long)]
     json: bool,
@@ -19,6 +22,12 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
     let robot = built_in("kr6_r700").ok_or("the KR6 is built in")?;
     let balls = ["1".to_owned()];
     let subject = Subject::new(&robot, &balls);
+    if let Some(name) = &arguments.name {
+        let family =
+            family(name).ok_or_else(|| format!("'{name}' is no effect of the catalogue; `calibench effects` lists it"))?;
+        print(&told(family, &subject)?)?;
+        return Ok(Outcome::Done);
+    }
     let mut documents = Vec::new();
     for origin in Origin::ALL {
         let mut rows = Vec::new();
@@ -59,6 +68,24 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_answer("tau: the load's moment about a joint. c: its compliance in the model. The sizes are those of the KR6.")?;
     }
     Ok(Outcome::Done)
+}
+
+/// One family in full.
+fn told(family: &Family, subject: &Subject<'_>) -> Result<String, Failure> {
+    let effect = build(&example(family, subject), subject)?;
+    let needs: Vec<&str> = effect.needs().iter().map(|n| n.words()).collect();
+    let mut lines = vec![format!("{}{}: {} ({}).", family.id, family.arguments, family.what, family.meaning.physics)];
+    lines.extend(family.signature.looks.iter().map(|&sentence| sentence.to_owned()));
+    lines.push(format!("What parts it from others: {}", family.signature.parted_by));
+    if !family.meaning.look.is_empty() {
+        lines.push(format!("On the machine: {}.", family.meaning.look));
+    }
+    lines.push(format!("Equation: {}; plausible: {}.", family.equation, Plausible::of(effect.as_ref())));
+    if !needs.is_empty() {
+        lines.push(format!("Needs: {}.", needs.join(", ")));
+    }
+    lines.extend(gallery_page(family.id).map(|page| format!("Pictures: {page}")));
+    Ok(lines.join("\n"))
 }
 
 /// An example of a family: the member for joint 2, ball 1 or indicator 1, with order 17 or time 600 if it needs such an

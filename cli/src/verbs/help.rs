@@ -52,7 +52,7 @@ const EXAMPLES: [(&str, &[&str]); 28] = [
     ("serve", &["serve scenarios/paper.toml"]),
     ("workbench", &["workbench runs/ur10", "workbench runs/A runs/B --model model.toml"]),
     ("import", &["import guess measurements.csv -o map.toml", "import generic measurements.csv --map map.toml -o runs/mine"]),
-    ("effects", &["effects", "effects --json"]),
+    ("effects", &["effects", "effects harmonic", "effects --json"]),
     ("gallery", &["gallery scenarios/gallery.toml -o docs/gallery", "gallery runs/ur10 -o gallery"]),
     ("robots", &["robots", "robots from-urdf arm.urdf -o arm.robot.toml"]),
     ("completions", &["completions bash > ~/.local/share/bash-completion/completions/calibench"]),

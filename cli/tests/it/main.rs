@@ -32,6 +32,7 @@ mod rivals_measure_as_specified;
 mod same_seed_same_bytes;
 mod scenarios_meet_their_expectations;
 mod served;
+mod the_gallery_shows_what_it_says;
 mod the_house_stands;
 mod the_ladder_stops_where_it_should;
 mod the_precision_test_lands_where_the_paper_did;

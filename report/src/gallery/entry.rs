@@ -6,7 +6,6 @@ use calibench::assess::Look;
 use calibench::effects::{Follows, Needs, family, in_words};
 
 use super::see::Seen;
-use super::variable::millimetres;
 use crate::plausible::Plausible;
 
 /// Share of an effect below which another is no imitation of it.
@@ -89,9 +88,18 @@ impl Entry {
 
     /// What the picture shows.
     fn picture(&self) -> String {
-        let sizes: Vec<String> = self.sizes.iter().take(6).map(|(name, value, unit)| format!("{name} {} {unit}", signed(*value)).trim_end().to_owned()).collect();
+        let sizes: Vec<String> = self
+            .sizes
+            .iter()
+            .take(6)
+            .map(|(name, value, unit)| format!("{name} {} {unit}", signed(*value)).trim_end().to_owned())
+            .collect();
         let more = if self.sizes.len() > 6 { format!(" and {} more", self.sizes.len() - 6) } else { String::new() };
-        let times = if (self.times - 1.0).abs() < 0.05 { "one plausible size".to_owned() } else { format!("{} times its plausible size", two(self.times)) };
+        let times = if (self.times - 1.0).abs() < 0.05 {
+            "one plausible size".to_owned()
+        } else {
+            format!("{} times its plausible size", two(self.times))
+        };
         let faint = if self.visible < 1.0 {
             format!("\nAt one plausible size it would be {} of the noise: these data do not show it.", two(self.visible))
         } else {
@@ -103,9 +111,13 @@ impl Entry {
             self.campaign,
             in_words(&self.effect),
             sizes.join(", "),
-            millimetres(self.seen.rms[0]),
-            millimetres(self.seen.rms[1]),
-            if self.seen.plot.marked.is_empty() { "curve takes" } else { "marked sample holds" },
+            self.seen.rms[0],
+            self.seen.rms[1],
+            match (self.seen.plot.marked.is_empty(), self.seen.plot.taken.is_empty()) {
+                (true, true) => "curve takes",
+                (true, false) => "diamonds take",
+                (false, _) => "marked sample holds",
+            },
             100.0 * self.seen.plot.explained,
         )
     }
@@ -114,11 +126,16 @@ impl Entry {
         let worth: Vec<&Imitator> = self.imitators.iter().filter(|i| i.share >= WORTH_A_NAME).take(4).collect();
         let [first, ..] = worth[..] else {
             return match self.imitators.first() {
-                Some(i) => format!("Nothing in this campaign: no other effect takes more than {:.0} % of it.\n", (100.0 * i.share).ceil()),
+                Some(i) => format!(
+                    "Nothing in this campaign: no other effect takes more than {:.0} % of it.\n",
+                    (100.0 * i.share).ceil()
+                ),
                 None => "Nothing in this campaign.\n".to_owned(),
             };
         };
-        let mut out = String::from("Fitted in its place, another effect takes at best so much of what the model leaves of it in this campaign:\n\n| effect | takes of it |\n|---|---|\n");
+        let mut out = String::from(
+            "Fitted in its place, another effect takes at best so much of what the model leaves of it in this campaign:\n\n| effect | takes of it |\n|---|---|\n",
+        );
         for i in &worth {
             let page = family(&i.effect).map_or(String::new(), |f| format!("[{}]({}.md)", in_words(&i.effect), f.id));
             _ = writeln!(out, "| {page} | {:.0} % |", 100.0 * i.share);
@@ -131,7 +148,7 @@ impl Entry {
                 out,
                 "\nWith the {} fitted in its place {} is left, and this is where it shows:\n\n![{}]({}-beside.svg)",
                 in_words(&first.effect),
-                millimetres(beside.rms[0]),
+                beside.rms[0],
                 beside.plot.title,
                 self.family
             );
@@ -175,7 +192,11 @@ fn follows(all: &[Follows]) -> String {
 }
 
 fn needs(all: &[Needs]) -> String {
-    if all.is_empty() { "joint angles and positions".to_owned() } else { all.iter().map(|n| n.words()).collect::<Vec<_>>().join(", ") }
+    if all.is_empty() {
+        "joint angles and positions".to_owned()
+    } else {
+        all.iter().map(|n| n.words()).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// Two significant digits.

@@ -66,7 +66,14 @@ pub(super) fn first_look_page(gallery: &Gallery) -> String {
          * The picture that tells most, at the head of the report, is a different question: it shows the one effect that explains most.\n",
     );
     for look in Look::ALL {
-        _ = writeln!(out, "\n## {}. {}\n\n{}\nWhat it rules out: {}.", look as usize + 1, look.picture(), look.because(), look.rules_out());
+        _ = writeln!(
+            out,
+            "\n## {}. {}\n\n{}\nWhat it rules out: {}.",
+            look as usize + 1,
+            look.picture(),
+            look.because(),
+            look.rules_out()
+        );
         let entries = met(gallery, look);
         if !entries.is_empty() {
             let links: Vec<String> =

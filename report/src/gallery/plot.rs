@@ -13,11 +13,13 @@ pub struct Plot {
     pub points: Vec<[f64; 2]>,
     /// Indices of points that are emphasised.
     pub marked: Vec<usize>,
-    /// The curve of the effect: pieces of a polyline.
+    /// The curve of the effect: pieces of a polyline. Empty if what is drawn is no function of the abscissa.
     pub curve: Vec<Vec<[f64; 2]>>,
+    /// What the effect takes of each point, in their order, where there is no curve.
+    pub taken: Vec<f64>,
     /// Names of the places 0, 1, ... of the abscissa; empty if it is a number.
     pub names: Vec<String>,
-    /// Share of the squares of the ordinates that the curve (or the emphasised points) take, at most 1.
+    /// Share of the squares of the ordinates that the curve (or what is drawn in its place) takes, at most 1.
     pub explained: f64,
 }
 
@@ -31,7 +33,8 @@ impl Plot {
 
     /// The smallest and largest value of a coordinate, curve included; both directions of the ordinate from zero.
     pub(super) fn range(&self, axis: usize) -> [f64; 2] {
-        let all = self.points.iter().chain(self.curve.iter().flatten()).map(|p| p[axis]);
+        let taken = self.taken.iter().filter(|_| axis == 1).copied();
+        let all = self.points.iter().chain(self.curve.iter().flatten()).map(|p| p[axis]).chain(taken);
         let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
         match axis {
             0 if !self.names.is_empty() => [-0.5, self.names.len() as f64 - 0.5],

@@ -1,7 +1,7 @@
 //! The samples of a fit: what it leaves of each, and what an effect would take of that.
 
 use calibench::assess::SeenSample;
-use calibench::identify::{IdentifyError, Model, Problem, Use, fit};
+use calibench::identify::{BACKGROUND_WIDTH, IdentifyError, Model, Problem, Use, fit};
 use calibench::measure::{Dataset, Sample};
 use nalgebra::{Rotation3, Vector3};
 
@@ -19,6 +19,8 @@ pub struct Row<'a> {
     pub ball: Option<&'a str>,
     /// Moments of the load about the joints, N·m.
     pub tau: Vec<f64>,
+    /// Mass on the flange, kg.
+    pub payload: f64,
     /// Joint angles of the sample before, in the order of measurement, rad.
     pub before: Option<&'a [f64]>,
     /// Displacement of the TCP per angle of each joint, world, m/rad; zero where the lever is too short to tell an angle.
@@ -39,27 +41,36 @@ pub struct Scene<'a> {
     pub joints: usize,
     /// Names of the balls, in the order of the artifact.
     pub balls: Vec<String>,
+    /// The masses on the flange, ascending, kg.
+    pub payloads: Vec<f64>,
 }
 
 impl<'a> Scene<'a> {
-    /// Fits `model` without and with `effect` to the rows of set `fit`.
+    /// Fits `model` without and with `effect` to the rows of set `fit`; the effect may be as large as `times` its plausible
+    /// size.
     ///
     /// # Errors
     /// If the data do not determine either.
-    pub fn new(datasets: &[(&str, &'a Dataset)], model: &Model, effect: &str) -> Result<Self, IdentifyError> {
+    pub fn new(datasets: &[(&str, &'a Dataset)], model: &Model, effect: &str, times: f64) -> Result<Self, IdentifyError> {
         let problem = Problem::new(datasets, model, Use::Fit)?;
         let fitted = fit(&problem)?;
-        let wider = Problem::new(datasets, &model.with(effect), Use::Fit)?;
+        let mut with = model.with(effect);
+        if !with.is_unregularised(effect) {
+            with.width.insert(effect.to_owned(), BACKGROUND_WIDTH * times.max(1.0));
+        }
+        let wider = Problem::new(datasets, &with, Use::Fit)?;
         let with = fit(&wider)?;
         let after = wider.residuals(&with.values);
         let turns = [problem.orientation_residuals(&fitted.values), wider.orientation_residuals(&with.values)];
-        let samples: Vec<&Sample> =
-            datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
+        let samples: Vec<&Sample> = datasets.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s))).collect();
         let joints = problem.robot().joints();
         let seen = SeenSample::all(&problem, &fitted.values, &samples, datasets);
         let longest = |j: usize| seen.iter().map(|s| s.joint_columns[j].norm()).fold(0.0, f64::max);
         let shortest: Vec<f64> = (0..joints).map(|j| (SHORTEST_LEVER * longest(j)).max(LEAST_LEVER)).collect();
         let usable = |(j, lever): (usize, &Vector3<f64>)| if lever.norm() > shortest[j] { *lever } else { Vector3::zeros() };
+        let mut payloads: Vec<f64> = seen.iter().map(|s| s.payload).collect();
+        payloads.sort_by(f64::total_cmp);
+        payloads.dedup();
         let rows = seen.into_iter().zip(after).enumerate().map(|(k, (s, after))| Row {
             ball: s.ball().map(|b| datasets[s.dataset].1.balls[b].id.as_str()),
             before: before(&samples, k),
@@ -69,9 +80,15 @@ impl<'a> Scene<'a> {
             taken: s.residual - after,
             turn: turns[0].get(k).copied().flatten().zip(turns[1].get(k).copied().flatten()).map(|(a, b)| [a, a - b]),
             tau: s.tau,
+            payload: s.payload,
             sample: s.sample,
         });
-        Ok(Scene { rows: rows.collect(), joints, balls: datasets.first().map_or_else(Vec::new, |(_, d)| d.ball_ids()) })
+        Ok(Scene {
+            payloads,
+            rows: rows.collect(),
+            joints,
+            balls: datasets.first().map_or_else(Vec::new, |(_, d)| d.ball_ids()),
+        })
     }
 }
 

@@ -7,10 +7,13 @@ use super::ticks::{label, ticks};
 
 /// Size of the picture, and the rectangle in which points are drawn: left, top, right, bottom.
 const SIZE: [f64; 2] = [560.0, 330.0];
-const INSIDE: [f64; 4] = [64.0, 58.0, 546.0, 280.0];
+const INSIDE: [f64; 4] = [78.0, 58.0, 546.0, 280.0];
+
+/// A diamond about the place at which it is drawn.
+const DIAMOND: &str = "m0-4l4 4-4 4-4-4z";
 
 /// Names longer than this are cut.
-const LONGEST_NAME: usize = 12;
+const LONGEST_NAME: usize = 16;
 
 const STYLE: &str = "\
 text{font:12px system-ui,sans-serif;fill:#333}.t{font-size:14px;font-weight:600}.b{fill:#fff}.g{stroke:#ddd}.z{stroke:#999}\
@@ -34,6 +37,8 @@ impl Plot {
             of.map(|(_, p)| format!("M{}h0", at(p))).collect()
         };
         stroke(&mut out, "p", &dots(false), 5.0);
+        let diamond = |(p, y): (&[f64; 2], &f64)| format!("M{}{DIAMOND}", at(&[p[0], *y]));
+        stroke(&mut out, "c", &self.points.iter().zip(&self.taken).map(diamond).collect::<String>(), 1.2);
         stroke(&mut out, "m", &dots(true), 10.0);
         let piece = |points: &Vec<[f64; 2]>| format!("M{}", points.iter().map(at).collect::<Vec<_>>().join("L"));
         stroke(&mut out, "c", &self.curve.iter().map(piece).collect::<String>(), 3.0);
@@ -47,10 +52,10 @@ impl Plot {
         let [x, y] = [INSIDE[0], 38.0];
         stroke(out, "p", &format!("M{} {}h0", x + 4.0, y), 6.0);
         text(out, [x + 14.0, y + 4.0], "", "what the fit leaves");
-        if self.marked.is_empty() {
-            stroke(out, "c", &format!("M{} {}h22", x + 150.0, y), 3.0);
-        } else {
-            stroke(out, "m", &format!("M{} {}h0", x + 161.0, y), 10.0);
+        match (self.marked.is_empty(), self.taken.is_empty()) {
+            (true, true) => stroke(out, "c", &format!("M{} {}h22", x + 150.0, y), 3.0),
+            (true, false) => stroke(out, "c", &format!("M{} {}{DIAMOND}", x + 161.0, y), 1.2),
+            (false, _) => stroke(out, "m", &format!("M{} {}h0", x + 161.0, y), 10.0),
         }
         text(out, [x + 180.0, y + 4.0], "", effect);
     }
@@ -112,7 +117,11 @@ fn text(out: &mut String, [x, y]: [f64; 2], attributes: &str, content: &str) {
 }
 
 fn cut(name: &str) -> String {
-    if name.chars().count() <= LONGEST_NAME { name.to_owned() } else { name.chars().take(LONGEST_NAME - 1).chain(['…']).collect() }
+    if name.chars().count() <= LONGEST_NAME {
+        name.to_owned()
+    } else {
+        name.chars().take(LONGEST_NAME - 1).chain(['…']).collect()
+    }
 }
 
 fn escaped(text: &str) -> String {

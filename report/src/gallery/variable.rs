@@ -15,6 +15,7 @@ pub enum Abscissa {
     Approach(usize),
     Lag(usize),
     Move(usize),
+    Payload,
     Time,
     Temperature,
     /// The number of the sample, as measured.
@@ -57,6 +58,7 @@ impl Abscissa {
             Abscissa::Approach(j) => row.sample.approach.as_ref()?.get(j).map(|side| f64::from(*side)),
             Abscissa::Lag(j) => Some((row.sample.q_commanded.as_ref()?.get(j)? - q(j)?) / DEG),
             Abscissa::Move(j) => Some((q(j)? - row.before?.get(j)?) / DEG),
+            Abscissa::Payload => scene.payloads.iter().position(|m| *m == row.payload).map(|k| k as f64),
             Abscissa::Time => row.sample.time_s.map(|t| t / 60.0),
             Abscissa::Temperature => row.sample.temp_c,
             Abscissa::Order => Some(k as f64 + 1.0),
@@ -77,6 +79,7 @@ impl Abscissa {
             Abscissa::Approach(j) => format!("side from which joint {} came", j + 1),
             Abscissa::Lag(j) => format!("commanded minus reported angle of joint {}, deg", j + 1),
             Abscissa::Move(j) => format!("last move of joint {}, deg", j + 1),
+            Abscissa::Payload => "payload".into(),
             Abscissa::Time => "time since the session began, min".into(),
             Abscissa::Temperature => "temperature of the robot, °C".into(),
             Abscissa::Order => "sample, in the order of measurement".into(),
@@ -97,6 +100,7 @@ impl Abscissa {
             Abscissa::Approach(_) | Abscissa::Plunger(_) => "the side of approach".into(),
             Abscissa::Lag(_) => "commanded minus reported angle".into(),
             Abscissa::Move(_) => "the last move".into(),
+            Abscissa::Payload => "the payload".into(),
             Abscissa::Time => "time".into(),
             Abscissa::Temperature => "temperature".into(),
             Abscissa::Order => "the order of measurement".into(),
@@ -109,8 +113,11 @@ impl Abscissa {
     /// Names of its values, if they are few: the value of the first, and the names of it and the next ones.
     pub fn names(self, scene: &Scene<'_>) -> Option<(f64, Vec<String>)> {
         match self {
-            Abscissa::Approach(_) | Abscissa::Plunger(_) => Some((-1.0, ["from above (−)", "", "from below (+)"].map(String::from).to_vec())),
+            Abscissa::Approach(_) | Abscissa::Plunger(_) => {
+                Some((-1.0, ["negative side", "", "positive side"].map(String::from).to_vec()))
+            }
             Abscissa::Ball => Some((0.0, scene.balls.clone())),
+            Abscissa::Payload => Some((0.0, scene.payloads.iter().map(|m| format!("{m:.1} kg")).collect())),
             _ => None,
         }
     }
@@ -164,7 +171,7 @@ impl Ordinate {
             Ordinate::Joint(j) => format!("Joint {}", j + 1),
             Ordinate::Room(axis) => format!("Room axis {}", AXES[axis]),
             Ordinate::Tool(axis) => format!("Tool axis {}", AXES[axis]),
-            Ordinate::Turn(axis) => format!("Orientation about tool axis {}", AXES[axis]),
+            Ordinate::Turn(axis) => format!("Turn about tool axis {}", AXES[axis]),
         }
     }
 }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::residuals::Residuals;
 use super::{short, shorts};
+use crate::gallery::gallery_page;
 use crate::meaning::{meaning, what};
 use crate::symptom_sentence;
 use calibench::assess::{Comparison, Curve, Diagnosis, Finding, Symptom, Verdict};
@@ -167,7 +168,8 @@ pub(super) fn add_spoken_of(document: &mut Value) {
 /// The name and meaning of an effect, by its id.
 fn meaning_of(effect: String) -> (String, Value) {
     let m = meaning(&effect);
-    let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look});
+    let said = json!({"name": in_words(&effect), "what": what(&effect), "physics": m.physics, "look": m.look,
+        "gallery": gallery_page(&effect)});
     (effect, said)
 }
 

@@ -29,7 +29,7 @@ function ranking(report) {
   const [first, rest] = [d.findings.slice(0, FIRST_CANDIDATES), d.findings.slice(FIRST_CANDIDATES)];
   const more = [
     ["effect", (f) => [capital(named(report, f.in_model)), " ", element("code", {}, f.in_model)], "words"], ["what it is", (f) => report.meanings[f.in_model]?.what ?? "", "words"],
-    ["where to look", (f) => report.meanings[f.in_model]?.look ?? "", "words"], ["in these data the same as", (f) => f.rivals.map((id) => named(report, id)).join("; ") || "–", "words"],
+    ["where to look", (f) => [report.meanings[f.in_model]?.look, report.meanings[f.in_model]?.gallery && element("div", { class: "quiet" }, `picture in ${report.meanings[f.in_model].gallery}`)].filter(Boolean), "words"], ["in these data the same as", (f) => f.rivals.map((id) => named(report, id)).join("; ") || "–", "words"],
     ["as it would be fitted", (f) => size(f, 3), "words"],
   ];
   const contributions = d.contributions.slice(0, 10);

@@ -3,10 +3,15 @@
 
 mod campaigns;
 
+use std::sync::OnceLock;
+
 use calibench::assess::{Examination, Look};
-use calibench::effects::{CATALOGUE, EffectError, EffectId, Family, Offered, Physical, Scan, build, setting_aside};
+use calibench::effects::{
+    CATALOGUE, EffectError, EffectId, Family, Follows, Offered, Physical, Scan, build, reference_torque, setting_aside,
+};
 use calibench::identify::{Estimate, IdentifyError, Model, Use, missing};
 use calibench::measure::{Dataset, Measured};
+use calibench::units::Unit;
 use calibench_report::{Entry, Imitator, Plausible, Seen, see};
 use calibench_sim::random::{Streams, fnv1a};
 use rayon::prelude::*;
@@ -27,6 +32,12 @@ const BESIDE: std::ops::Range<f64> = 0.5..0.97;
 /// Order of a ripple, per turn, and part of the session after which events occur.
 const ORDER: &str = "17";
 const DURING: f64 = 0.4;
+
+/// Share of the best score from which a member is as good as the best; the first of them is shown.
+const NEARLY: f64 = 0.5;
+
+/// Weight of a coupling of joints that are no neighbours.
+const UNLIKELY: f64 = 0.1;
 
 /// Least part of the noise that must be left of one plausible size, for an effect to be shown in a campaign.
 const LEAST: f64 = 1e-3;
@@ -73,12 +84,22 @@ pub fn gallery(
 ) -> Result<(Vec<Entry>, Vec<(String, String)>), GalleryError> {
     let named: Vec<Vec<(&str, &Dataset)>> =
         campaigns.iter().map(|c| c.datasets.iter().map(|(name, d)| (name.as_str(), d)).collect()).collect();
-    let ground = |(k, campaign): (usize, _)| Ground::new(campaign, named[k].as_slice(), seed);
-    let grounds: Vec<Ground<'_>> = campaigns.par_iter().enumerate().map(ground).collect::<Result<_, _>>()?;
+    let grounds: Vec<OnceLock<Ground<'_>>> = campaigns.iter().map(|_| OnceLock::new()).collect();
+    // A campaign is calibrated when the first effect asks for it.
+    let ground = |k: usize| -> Result<&Ground<'_>, GalleryError> {
+        if let Some(ground) = grounds[k].get() {
+            return Ok(ground);
+        }
+        let new = Ground::new(&campaigns[k], named[k].as_slice(), seed)?;
+        Ok(grounds[k].get_or_init(|| new))
+    };
+    if only.is_empty() {
+        (0..campaigns.len()).into_par_iter().try_for_each(|k| ground(k).map(drop))?;
+    }
     let families: Vec<&'static Family> =
         CATALOGUE.iter().filter(|f| only.is_empty() || only.iter().any(|name| EffectId::new(name).family() == f.id)).collect();
     let one = |family: &&'static Family| {
-        let entry = match choose(family, &grounds)? {
+        let entry = match choose(family, campaigns.len(), &ground)? {
             Ok(chosen) => Ok(chosen.entry(seed)?),
             Err(lack) => Err((family.id.to_owned(), lack)),
         };
@@ -133,6 +154,39 @@ impl<'a> Ground<'a> {
         Some(format!("{:.0}", DURING * last))
     }
 
+    /// The first of a family's members that shows nearly as much as any.
+    fn shown<'g>(&'g self, family: &'static Family, members: Vec<String>) -> Result<Option<Chosen<'g, 'a>>, GalleryError> {
+        let injected: Vec<(String, Vec<f64>)> =
+            members.into_iter().map(|id| signs(family, self, &id).map(|signs| (id, signs))).collect::<Result<_, _>>()?;
+        let held = self.campaign.model.effects.iter().any(|e| e == family.id);
+        let visible = if held { vec![f64::INFINITY; injected.len()] } else { self.visible(&injected)? };
+        let score = |k: usize| visible[k] * self.likely(family, &injected[k].0);
+        let most = (0..injected.len()).map(score).fold(0.0, f64::max);
+        let first = (0..injected.len()).find(|&k| score(k) >= NEARLY * most && visible[k] > LEAST);
+        Ok(first.map(|k| {
+            let (id, signs) = injected[k].clone();
+            Chosen { family, id, ground: self, signs, visible: visible[k] }
+        }))
+    }
+
+    /// How likely a member is to be met, of the most likely: what follows a joint's torque belongs to a loaded joint, and what
+    /// couples two joints to neighbours.
+    fn likely(&self, family: &Family, id: &str) -> f64 {
+        let id = EffectId::new(id);
+        let (_, first) = self.named[0];
+        let torque = reference_torque(&first.robot);
+        let loaded = match family.joint(&id) {
+            Some(j) if family.follows.contains(&Follows::JointTorque) => {
+                torque.get(j - 1).copied().unwrap_or(0.0) / torque.iter().copied().fold(f64::MIN_POSITIVE, f64::max)
+            }
+            _ => 1.0,
+        };
+        match (family.arguments, id.number(0), id.number(1)) {
+            (":J:K", Some(a), Some(b)) if a.abs_diff(b) != 1 => UNLIKELY * loaded,
+            _ => loaded,
+        }
+    }
+
     /// True if a diagnosis of this campaign would offer an effect, or if it is only ever asked for.
     fn offers(&self, family: &Family, id: &str) -> bool {
         let balls_alone = || {
@@ -167,30 +221,33 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// The member of a family that shows best, in the first campaign that shows any; or what they lack.
-fn choose<'g, 'a>(family: &'static Family, grounds: &'g [Ground<'a>]) -> Result<Result<Chosen<'g, 'a>, String>, GalleryError> {
+/// The member of a family that shows, in the first campaign that shows one at its plausible size, or else in that which shows
+/// most of it; or what they lack.
+fn choose<'g, 'a: 'g>(
+    family: &'static Family,
+    campaigns: usize,
+    ground: &(dyn Fn(usize) -> Result<&'g Ground<'a>, GalleryError> + Sync),
+) -> Result<Result<Chosen<'g, 'a>, String>, GalleryError> {
     let mut lack = "a robot or an artifact that has it".to_owned();
-    for ground in grounds {
+    let mut best: Option<Chosen<'_, '_>> = None;
+    for k in 0..campaigns {
+        let ground = ground(k)?;
         let members: Vec<String> = ground.members(family).into_iter().filter(|id| ground.offers(family, id)).collect();
         let (testable, lacking): (Vec<String>, Vec<String>) = members.into_iter().partition(|id| ground.lacks(id).is_none());
         if let Some(needs) = lacking.first().and_then(|id| ground.lacks(id)) {
             lack = needs.to_owned();
-        }
-        let injected: Vec<(String, Vec<f64>)> =
-            testable.into_iter().map(|id| signs(family, ground, &id).map(|signs| (id, signs))).collect::<Result<_, _>>()?;
-        let held = ground.campaign.model.effects.iter().any(|e| e == family.id);
-        let visible = if held { vec![f64::INFINITY] } else { ground.visible(&injected)? };
-        let best = injected.into_iter().zip(visible).filter(|(_, visible)| *visible > LEAST);
-        // Of equals, the first.
-        let best = best.reduce(|a, b| if b.1 > 1.001 * a.1 { b } else { a });
-        if let Some(((id, signs), visible)) = best {
-            return Ok(Ok(Chosen { family, id, ground, signs, visible }));
-        }
-        if lacking.is_empty() {
+        } else if !testable.is_empty() {
             lack = "measurements that the fitted model does not absorb".to_owned();
         }
+        let shown = ground.shown(family, testable)?;
+        if let Some(chosen) = shown.filter(|c| c.visible > best.as_ref().map_or(LEAST, |b| b.visible)) {
+            best = Some(chosen);
+        }
+        if best.as_ref().is_some_and(|b| b.visible >= 1.0) {
+            break;
+        }
     }
-    Ok(Err(lack))
+    Ok(best.ok_or(lack))
 }
 
 /// The parameters of an effect, each one plausible size, with signs that physics allows; otherwise mixed, as equal ones would
@@ -200,6 +257,7 @@ fn signs(family: &Family, ground: &Ground<'_>, id: &str) -> Result<Vec<f64>, Gal
     let sign = |k: usize| match family.physical {
         Physical::AtLeast(..) | Physical::AtLeastMinusPayload(_) => 1.0,
         Physical::AtMost(..) => -1.0,
+        Physical::Any if k == 0 => 1.0,
         Physical::Any if fnv1a(&[k as u8]) & 8 == 0 => 1.0,
         Physical::Any => -1.0,
     };
@@ -217,9 +275,9 @@ impl Chosen<'_, '_> {
         let measured = ground.subject.measured(&truth, &mut random)?;
         let data: Vec<(&str, &Dataset)> = ground.named.iter().zip(&measured).map(|((name, _), d)| (*name, d)).collect();
         let model = if held { ground.campaign.model.without(id) } else { ground.campaign.model.clone() };
-        let seen = see(&data, &model, id)?;
+        let seen = see(&data, &model, id, times)?;
         let imitators = if held { Vec::new() } else { self.imitators(&injected)? };
-        let beside = self.beside(&data, &model, &imitators);
+        let beside = self.beside(&data, &model, &imitators, times);
         let (_, first) = ground.named[0];
         let balls = first.ball_ids();
         let effect = build(id, &ground.campaign.model.subject(&first.robot, &balls))?;
@@ -269,13 +327,15 @@ impl Chosen<'_, '_> {
     }
 
     /// The effect with its best imitator in the model, if that leaves something to see.
-    fn beside(&self, data: &[(&str, &Dataset)], model: &Model, imitators: &[Imitator]) -> Option<Seen> {
+    fn beside(&self, data: &[(&str, &Dataset)], model: &Model, imitators: &[Imitator], times: f64) -> Option<Seen> {
         let rival = imitators.first().filter(|i| BESIDE.contains(&i.share))?;
-        see(data, &model.with(&rival.effect), &self.id).ok()
+        let seen = see(data, &model.with(&rival.effect), &self.id, times).ok()?;
+        seen.in_a_view.then_some(seen)
     }
 }
 
 /// A parameter, in the unit in which it is shown.
 fn shown(e: &Estimate) -> (String, f64, String) {
-    (e.name.clone(), e.unit.from_si(e.value - e.nominal), e.unit.printed().to_string())
+    let unit = if e.unit == Unit::RATIO { String::new() } else { e.unit.printed().to_string() };
+    (e.name.clone(), e.unit.from_si(e.value - e.nominal), unit)
 }

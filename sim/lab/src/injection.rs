@@ -18,6 +18,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub(crate) use measurements::measured_by;
 pub use summary::{FamilyRow, Injections};
 pub use trial::{Injected, InjectedParameter};
 

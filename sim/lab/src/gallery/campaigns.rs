@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use calibench::identify::Model;
+use calibench::identify::{Calibration, Model};
 use calibench::measure::{CampaignObserver, Dataset, Measured, Orientation, Sample, SampleSet, ToolTarget};
-use calibench::robot::{Payload, world_from_tool};
+use calibench::robot::{Payload, Robot, world_from_tool};
 use calibench::units::{DEG, MM, UM, URAD};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::{Streams, fnv1a};
 use calibench_sim::run::{RunError, run};
 use calibench_sim::scenario::Scenario;
 use nalgebra::Vector3;
+
+use crate::injection::measured_by;
 
 /// Datasets of one robot that are fitted together.
 pub struct Campaign {
@@ -42,34 +44,59 @@ const ORIENTATION_NOISE: f64 = 100.0 * URAD;
 pub fn of_scenario(scenario: &Scenario, seed: u64, observer: &mut dyn CampaignObserver) -> Result<Vec<Campaign>, RunError> {
     let plans = Plans::new(scenario, seed)?;
     let run = run(scenario, plans, Streams { seed, trial: 0 }, observer)?;
-    let balls = logged(run.trical.dataset);
-    let points = logged(timed(run.tracker.dataset));
+    let [by_gauge, by_tracker] = [&run.trical.calibration, &run.tracker.calibration];
+    let balls = logged(run.trical.dataset.clone());
+    let points = logged(timed(run.tracker.dataset.clone()));
     let count = |d: &Dataset| d.samples.iter().filter(|s| s.set == SampleSet::Fit).count();
-    let (probings, points_count) = (count(&balls), count(&points));
     let loads = if balls.payloads.len() > 1 { " with two payloads" } else { "" };
-    let of_balls = format!("{probings} probings of {} balls{loads}", balls.balls.len());
-    let of_points = format!("{points_count} points of a tracker on two targets of the tool{loads}");
+    let of_balls = format!("{} probings of {} balls{loads}", count(&balls), balls.balls.len());
+    let tracker = format!("{} points of a tracker", count(&points));
+    let of_points = format!("{tracker} on two targets of the tool{loads}");
     let model = &scenario.model;
-    let campaign = |words: String, dataset: Dataset, model: &Model| Campaign {
-        words: format!("{}, {words}", scenario.robot().name),
-        datasets: vec![("simulated".to_owned(), dataset)],
-        model: model.clone(),
-    };
-    let rigid = model.without("joint_compliance");
-    Ok(vec![
-        campaign(of_balls.clone(), balls.clone(), model),
-        campaign(format!("{of_balls}, stopped on purpose up to 0.3 mm from zero"), stopped(balls.clone()), model),
-        campaign(of_points.clone(), points.clone(), model),
-        campaign(format!("{of_points}, with orientations"), oriented(points.clone()), model),
-        campaign(format!("{of_balls} and {of_points}"), both(balls, &points), model),
-        campaign(format!("{of_points}, the masses of the links unknown"), without_masses(points.clone()), &rigid),
-        campaign(format!("{points_count} points of a tracker, no payload entered"), without_payload(points), model),
-    ])
+    let rigid = Calibration { model: model.without("joint_compliance"), ..without_compliance(by_tracker) };
+    let of: [(String, Dataset, &Calibration); 7] = [
+        (of_balls.clone(), balls.clone(), by_gauge),
+        (format!("{of_balls}, stopped on purpose up to 0.3 mm from zero"), stopped(balls.clone()), by_gauge),
+        (of_points.clone(), points.clone(), by_tracker),
+        (format!("{of_points}, with orientations"), oriented(points.clone()), by_tracker),
+        (format!("{of_balls} and {of_points}"), both(balls, &points), by_gauge),
+        (format!("{of_points}, the masses of the links unknown"), without_masses(points.clone()), &rigid),
+        (format!("{tracker}, no payload entered"), without_payload(points), by_tracker),
+    ];
+    of.into_iter()
+        .map(|(words, dataset, truth)| {
+            let mut random = Streams { seed, trial: 0 }.stream(&words);
+            // With other columns the same samples are measured anew.
+            let datasets = measured_by(&[(NAME, &dataset)], truth, 1.0, &mut random)?;
+            Ok(Campaign {
+                words: format!("{}, {words}", scenario.robot().name),
+                datasets: datasets.into_iter().map(|d| (NAME.to_owned(), d)).collect(),
+                model: truth.model.clone(),
+            })
+        })
+        .collect()
+}
+
+/// Name of the dataset of a simulated campaign.
+const NAME: &str = "simulated";
+
+/// A calibration of a robot whose joints are stiff and whose links weigh nothing.
+fn without_compliance(calibration: &Calibration) -> Calibration {
+    let mut stiff = calibration.clone();
+    weightless(&mut stiff.robot);
+    stiff.estimates.retain(|e| e.effect != "joint_compliance");
+    stiff
 }
 
 /// A number in −1..1 that depends on nothing but a name.
 fn spread(name: &str) -> f64 {
-    (fnv1a(name.as_bytes()) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    // The last letters of a name reach the high bits of its hash only by a further mixing (Stafford's Mix13).
+    let mixed = |h: u64| {
+        let h = (h ^ (h >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let h = (h ^ (h >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        h ^ (h >> 31)
+    };
+    (mixed(fnv1a(name.as_bytes())) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
 /// Points measured one after the other, every third on the second target and every second with the second payload.
@@ -123,8 +150,12 @@ fn both(balls: Dataset, points: &Dataset) -> Dataset {
 }
 
 fn without_masses(mut dataset: Dataset) -> Dataset {
-    Arc::make_mut(&mut dataset.robot).links.iter_mut().for_each(|link| link.mass = 0.0);
+    weightless(&mut dataset.robot);
     dataset
+}
+
+fn weightless(robot: &mut Arc<Robot>) {
+    Arc::make_mut(robot).links.iter_mut().for_each(|link| link.mass = 0.0);
 }
 
 fn without_payload(mut dataset: Dataset) -> Dataset {

@@ -20,50 +20,63 @@ struct Draw {
     turn: Vector3<f64>,
 }
 
+/// The datasets as the robot `truth` would have given them, with noise of `factor` times the stated one.
+///
+/// # Errors
+/// If the datasets are of another robot.
+pub(crate) fn measured_by(
+    named: &[(&str, &Dataset)],
+    truth: &Calibration,
+    factor: f64,
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<Dataset>, IdentifyError> {
+    let mut datasets: Vec<Dataset> = named.iter().map(|(_, d)| (*d).clone()).collect();
+    let mut normal = || Vector3::from_fn(|_, _| random.sample::<f64, _>(StandardNormal) * factor);
+    let draws: Vec<Draw> = fitted(&mut datasets).map(|_| Draw { position: normal(), turn: normal() }).collect();
+    let balls = fitted(&mut datasets).any(|s| matches!(s.measured, Measured::Ball { .. }));
+    for _ in 0..if balls { CENTRINGS } else { 1 } {
+        let now: Vec<(&str, &Dataset)> = named.iter().zip(&datasets).map(|((name, _), d)| (*name, d)).collect();
+        let corrections = corrections(truth, &now, &draws)?;
+        for (sample, correction) in fitted(&mut datasets).zip(corrections) {
+            correction.apply(sample);
+        }
+    }
+    datasets.iter_mut().for_each(|d| state(d, factor));
+    Ok(datasets)
+}
+
+/// How each sample has to change for its residual under `truth` to be the noise drawn for it.
+fn corrections(truth: &Calibration, named: &[(&str, &Dataset)], draws: &[Draw]) -> Result<Vec<Correction>, IdentifyError> {
+    let truly = truth.apply(named, Use::Fit)?;
+    let samples: Vec<(&Dataset, &Sample)> =
+        named.iter().flat_map(|(_, d)| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (*d, s))).collect();
+    let mut corrections = Vec::with_capacity(samples.len());
+    truly.problem.for_each_sample(&truly.values, &mut |posed| {
+        let ((dataset, sample), draw) = (samples[posed.place], &draws[posed.place]);
+        let noise = match posed.sight {
+            Some(sight) => sight * posed.variance.sqrt() * draw.position.x,
+            None => posed.whitener.try_inverse().unwrap_or_default() * draw.position,
+        };
+        let too_far = posed.residual - noise;
+        let turn = posed.turn.zip(dataset.sigma_orientation(sample));
+        corrections.push(Correction {
+            shift: too_far,
+            along_sight: posed.sight.map_or(0.0, |sight| sight.dot(&too_far)),
+            joints: if matches!(sample.measured, Measured::Ball { .. }) {
+                joints_for(posed.posture, sample.q.len(), &too_far)
+            } else {
+                Vec::new()
+            },
+            turn: turn.map(|(residual, sigma)| Rotation3::new(draw.turn * sigma) * Rotation3::new(-residual)),
+        });
+    });
+    Ok(corrections)
+}
+
 impl Subject<'_> {
     /// The datasets as the robot `truth` would have given them.
     pub(crate) fn measured(&self, truth: &Calibration, random: &mut ChaCha8Rng) -> Result<Vec<Dataset>, IdentifyError> {
-        let mut datasets: Vec<Dataset> = self.datasets.iter().map(|(_, d)| (*d).clone()).collect();
-        let mut normal = || Vector3::from_fn(|_, _| random.sample::<f64, _>(StandardNormal) * self.noise.factor);
-        let draws: Vec<Draw> = fitted(&mut datasets).map(|_| Draw { position: normal(), turn: normal() }).collect();
-        let balls = fitted(&mut datasets).any(|s| matches!(s.measured, Measured::Ball { .. }));
-        for _ in 0..if balls { CENTRINGS } else { 1 } {
-            let corrections = self.corrections(truth, &datasets, &draws)?;
-            for (sample, correction) in fitted(&mut datasets).zip(corrections) {
-                correction.apply(sample);
-            }
-        }
-        datasets.iter_mut().for_each(|d| state(d, self.noise.factor));
-        Ok(datasets)
-    }
-
-    /// How each sample has to change for its residual under `truth` to be the noise drawn for it.
-    fn corrections(&self, truth: &Calibration, datasets: &[Dataset], draws: &[Draw]) -> Result<Vec<Correction>, IdentifyError> {
-        let named: Vec<(&str, &Dataset)> = self.datasets.iter().zip(datasets).map(|((name, _), d)| (*name, d)).collect();
-        let truly = truth.apply(&named, Use::Fit)?;
-        let samples: Vec<(&Dataset, &Sample)> =
-            datasets.iter().flat_map(|d| d.samples.iter().filter(|s| Use::Fit.takes(s)).map(move |s| (d, s))).collect();
-        let mut corrections = Vec::with_capacity(samples.len());
-        truly.problem.for_each_sample(&truly.values, &mut |posed| {
-            let ((dataset, sample), draw) = (samples[posed.place], &draws[posed.place]);
-            let noise = match posed.sight {
-                Some(sight) => sight * posed.variance.sqrt() * draw.position.x,
-                None => posed.whitener.try_inverse().unwrap_or_default() * draw.position,
-            };
-            let too_far = posed.residual - noise;
-            let turn = posed.turn.zip(dataset.sigma_orientation(sample));
-            corrections.push(Correction {
-                shift: too_far,
-                along_sight: posed.sight.map_or(0.0, |sight| sight.dot(&too_far)),
-                joints: if matches!(sample.measured, Measured::Ball { .. }) {
-                    joints_for(posed.posture, sample.q.len(), &too_far)
-                } else {
-                    Vec::new()
-                },
-                turn: turn.map(|(residual, sigma)| Rotation3::new(draw.turn * sigma) * Rotation3::new(-residual)),
-            });
-        });
-        Ok(corrections)
+        measured_by(self.datasets, truth, self.noise.factor, random)
     }
 
     /// Poses of the workspace, measured without noise on the robot `truth`, at the end of the first session; `None` if the data
