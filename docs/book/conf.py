@@ -41,10 +41,9 @@ pygments_style = "a11y-high-contrast-light"
 pygments_dark_style = "a11y-high-contrast-dark"
 
 
-def links(text: str) -> list[str]:
-    """The pages that a list of contents links to, as Sphinx names them, relative to that list."""
-    found = re.findall(r"\]\(([\w./-]+)\.md(?:#[\w-]*)?\)", text)
-    return list(dict.fromkeys(found))
+def links(text: str) -> list[tuple[str, str]]:
+    """The lines of a list of contents: what each says, and the page that it links to, as Sphinx names pages."""
+    return [(said, str(Path("docs", page))) for said, page in re.findall(r"^\* \[(.+)\]\(([\w./-]+)\.md\)$", text, re.MULTILINE)]
 
 
 def toctree(entries: list[str], caption: str = "") -> str:
@@ -57,8 +56,8 @@ def with_contents(app, name, source):
     """Gives the first page the contents of docs/README.md, a caption a heading, and the README of a folder the pages beside it."""
     if name == root_doc:
         for part in re.split(r"^## ", (ROOT / "docs/README.md").read_text(), flags=re.MULTILINE)[1:]:
-            pages = [link.removeprefix("../") if link.startswith("../") else f"docs/{link}" for link in links(part)]
-            source[0] += toctree([page for page in pages if page != root_doc], part.split("\n")[0])
+            pages = [(said, page.removeprefix("docs/../")) for said, page in links(part)]
+            source[0] += toctree([f"{said} <{page}>" for said, page in pages if page != root_doc], part.split("\n")[0])
         source[0] += toctree(["docs/README"], "All pages")
     elif name.endswith("/README") and name != "docs/README":
         folder = (ROOT / name).parent
@@ -74,6 +73,7 @@ MENDED = {
     '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
     '<aside class="toc-drawer no-toc">': '<aside class="toc-drawer no-toc" aria-label="On this page">',
     '<div class="table-wrapper ': '<div tabindex="0" class="table-wrapper ',
+    '<th class="head"><p></p></th>': "<td></td>",
     "<pre>": '<pre tabindex="0">',
     '<div id="search-results">': '<h1>Search</h1><div  id="search-results">',
 }

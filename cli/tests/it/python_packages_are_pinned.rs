@@ -1,7 +1,7 @@
 //! Every downloaded Python package is pinned with hashes, for byte-identical environments.
 
 /// The requirements, the pinned packages, and the main package of each set.
-const SETS: [(&str, &str, &str); 6] = [
+const SETS: [(&str, &str, &str); 7] = [
     (include_str!("../../../sim/mujoco/requirements.in"), include_str!("../../../sim/mujoco/requirements.txt"), "mujoco"),
     (include_str!("../../../sim/view/requirements.in"), include_str!("../../../sim/view/requirements.txt"), "rerun-sdk"),
     (
@@ -19,6 +19,7 @@ const SETS: [(&str, &str, &str); 6] = [
         include_str!("../../../tests/clients/requirements.txt"),
         "pyserial",
     ),
+    (include_str!("../../../docs/book/requirements.in"), include_str!("../../../docs/book/requirements.txt"), "sphinx"),
     (
         include_str!("../../../docs/robots/requirements.in"),
         include_str!("../../../docs/robots/requirements.txt"),

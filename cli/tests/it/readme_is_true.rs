@@ -280,6 +280,18 @@ fn the_script_of_all_checks_runs_the_commands_of_the_readme() {
     assert!(script.contains("export CALIBENCH_REQUIRE_ALL=1"), ".ci/run would pass over tests that are skipped");
 }
 
+#[test]
+fn its_picture_moves_where_motion_is_wanted_and_takes_nothing_from_elsewhere() {
+    let picture = read("docs/pictures/fall.svg");
+    assert!(read("README.md").contains("](docs/pictures/fall.svg)"), "the README shows another picture");
+    let (still, moving) = picture.split_once("@media (prefers-reduced-motion: no-preference)").expect("it asks for motion");
+    assert!(!still.contains("animation") && moving.contains("animation"), "it moves where motion is not wanted");
+    assert!(picture.contains("prefers-color-scheme: dark"), "it has no dark dress");
+    assert!(picture.contains("<title id="), "it does not say what it shows");
+    assert_eq!(picture.matches("http").count(), 1, "it links to more than the name of its format");
+    assert!(picture.len() < 20_000, "it is too large: {} bytes", picture.len());
+}
+
 #[cfg(unix)]
 #[test]
 fn its_scripts_can_be_executed() {
