@@ -25,7 +25,7 @@ pub fn effects(arguments: &Arguments) -> Result<Outcome, Failure> {
     if let Some(name) = &arguments.name {
         let family =
             family(name).ok_or_else(|| format!("'{name}' is no effect of the catalogue; `calibench effects` lists it"))?;
-        print(&told(family, &subject)?)?;
+        print_answer(&told(family, &subject)?)?;
         return Ok(Outcome::Done);
     }
     let mut documents = Vec::new();

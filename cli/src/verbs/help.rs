@@ -14,7 +14,7 @@ const STAGES: [(&str, &[&str]); 7] = [
 ];
 
 /// Command lines of each verb, without the name of the program.
-const EXAMPLES: [(&str, &[&str]); 28] = [
+const EXAMPLES: [(&str, &[&str]); 29] = [
     ("run", &["run scenarios/paper.toml", "run scenarios/paper.toml --out runs/paper --seed 7"]),
     ("plan", &["plan scenarios/paper.toml -o plan.toml", "plan cell.toml -o plan.toml"]),
     (
