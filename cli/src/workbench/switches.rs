@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-use calibench::effects::{CATALOGUE, EffectId, OwnEffect, in_words};
+use calibench::effects::{CATALOGUE, EffectId, OwnEffect, Scan, in_words};
 use calibench::identify::Model;
 
 /// An effect, on or off.
@@ -143,9 +143,14 @@ impl Switches {
     }
 }
 
-/// Orders ids by family, then argument by argument, numbers by size.
+/// Orders ids as a ladder lists the whole library: by family, those last whose order or moment a scan finds; then argument by
+/// argument, numbers by size.
 fn in_order(a: &str, b: &str) -> Ordering {
-    let family = |id: &str| CATALOGUE.iter().position(|f| f.id == EffectId::new(id).family()).unwrap_or(CATALOGUE.len());
+    let family = |id: &str| {
+        let place = CATALOGUE.iter().position(|f| f.id == EffectId::new(id).family());
+        let place = place.unwrap_or(CATALOGUE.len());
+        (CATALOGUE.get(place).is_none_or(|f| f.scan != Scan::None), place)
+    };
     let number = |part: &str| part.parse::<u64>().ok();
     let parts = |(a, b): (&str, &str)| match (number(a), number(b)) {
         (Some(a), Some(b)) => a.cmp(&b),
