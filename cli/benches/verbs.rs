@@ -9,15 +9,13 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use calibench::assess::{
-    Examination, Extrapolation, HoldOut, WorkspaceError, WorkspacePoses, best_step, data_fit, diagnose_examined, ladder_step,
-};
+use calibench::assess::{Advice, HoldOut, WorkspacePoses, best_step, data_fit, ladder_step};
 use calibench::identify::{Model, Use};
 use calibench::import::{ImportOptions, import};
 use calibench::measure::Dataset;
 use calibench_cli::case::Case;
 use calibench_cli::workbench::{Bench, Place};
-use calibench_report::{Forecast, Recommended, diagnosis_text};
+use calibench_report::{Recommended, diagnosis_tables, next_step_sentences, sentences};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
 use calibench_sim::run::measure_all;
@@ -45,15 +43,14 @@ fn ur10() -> Dataset {
 /// `diagnose`, from the gate to the printed text.
 fn diagnose(named: &[(&str, &Dataset)], model: &Model) -> String {
     assert!(data_fit(named, Use::Fit).iter().all(|fit| fit.misfit.is_none()));
-    let examination = Examination::new(named, model).unwrap();
-    let diagnosis = diagnose_examined(named, &examination).unwrap();
     let poses = WorkspacePoses::of(named);
-    let error = WorkspaceError::predict(named, &examination, &poses.q).unwrap();
-    let ranges = examination.problem().joint_ranges();
-    let extrapolation =
-        Extrapolation::of(examination.problem().robot(), &ranges, examination.model(), poses.q.iter().map(Vec::as_slice));
-    let outlook = Ok(Forecast { error: error.unwrap(), source: poses.source, extrapolation });
-    diagnosis_text(&diagnosis, &outlook, &Recommended::default(), false)
+    let ground = HoldOut { poses: &poses.q, checks: &[] };
+    let step = ladder_step(named, model, ground).unwrap();
+    let advice = Advice::on(named, &step, ground).unwrap();
+    let commands = Recommended::default();
+    let mut said = sentences(&step.diagnosis, &commands);
+    said.extend(next_step_sentences(&advice, &step.diagnosis, &commands));
+    said.join("\n") + &diagnosis_tables(&step.diagnosis, false)
 }
 
 fn verbs(c: &mut Criterion) {

@@ -228,7 +228,13 @@ pub fn choices_text(ladder: &Ladder) -> String {
         let chosen = if k == ladder.recommendation.chosen { "chosen" } else { "" };
         let convinces = if choice.convinces() { "yes" } else { "no" };
         let left = format!("{:.0}", 100.0 * choice.left());
-        [choice.kind.name().replace('_', " "), choice.added.len().to_string(), left, convinces.into(), chosen.to_owned()]
+        [
+            if choice.kind == ChoiceKind::Begin { "the first".into() } else { choice.kind.name().replace('_', " ") },
+            choice.added.len().to_string(),
+            left,
+            convinces.into(),
+            chosen.to_owned(),
+        ]
     };
     let rows: Vec<[String; 5]> = ladder.recommendation.choices.iter().enumerate().map(row).collect();
     format!(

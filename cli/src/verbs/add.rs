@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use calibench::assess::{HoldOut, Objection, WorkspacePoses, ladder_step};
-use calibench::files::is_standard_input;
+use calibench::files::{is_standard_input, is_standard_output};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
     added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence, parameter_rows,
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let document = documents::Step::of(&before, &after, &objections, accepted);
         print_json(&documents::Step { misfit: gate.misfit, ..document })?;
     } else {
-        gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
+        gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
         print_answer(&ladder_step_table(&[&before, &after]))?;
         print(&format!("\nFOUND: {found}\n{}", parameter_rows(&after.calibration, &after.added)))?;
         added_sentences(&after.added, &[&before]).iter().try_for_each(|sentence| print(sentence))?;
@@ -107,8 +107,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !arguments.json {
         disagreement_sentence(&after, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
         print(&format!("Verdict with it: {}.", after.diagnosis.verdict.in_words()))?;
-        if let (Some(path), true) = (target, accepted && !after.diagnosis.verdict.is_noise()) {
-            print_answer(&format!("Next: {}", recommended(&arguments.datasets, Some(path)).diagnose()))?;
+        let goes_on = accepted && !after.diagnosis.verdict.is_noise();
+        if let Some(path) = target.filter(|path| goes_on && !is_standard_output(path)) {
+            print_answer(&format!(
+                "Next: {} says what is missing beside it.",
+                recommended(&arguments.datasets, Some(path)).diagnose()
+            ))?;
         }
     }
     if accepted {

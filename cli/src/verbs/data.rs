@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench::effects::Subject;
-use calibench::files::with_reasons;
+use calibench::files::{is_standard_input, with_reasons};
 use calibench::identify::{Calibration, IdentifyError, Model, Outcome, ProblemError, read_calibration, read_model};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
 use calibench_report::{Forecast, NoForecast, Recommended, extrapolation_sentence};
@@ -145,6 +145,9 @@ pub fn tell_fit(calibration: &Calibration) {
 /// The arguments of recommended commands after the verb.
 pub fn recommended(folders: &[PathBuf], model: Option<&Path>) -> Recommended {
     let quoted = |path: &Path| {
+        if is_standard_input(path) {
+            return "-".to_owned();
+        }
         let text = path.display().to_string();
         let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+:".contains(c));
         if plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }

@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         print_json(&document)?;
         return Ok(Outcome::Done);
     }
-    gate.misfit.iter().try_for_each(|sentence| print(sentence))?;
+    gate.misfit.iter().try_for_each(|sentence| print_answer(sentence))?;
     print(&next_table(&proposal))?;
     planned.iter().try_for_each(|p| print(&planned_sentence(p)))?;
     for sentence in next_sentences(&proposal) {
