@@ -82,7 +82,7 @@ impl Entry {
         say(&format!("| depends on | {} |", follows(f.follows)));
         say(&format!("| columns and data needed | {} |", needs(&self.needs)));
         say(&format!("| met at | [step {}](first-look.md): {} |", look as usize + 1, lower(look.picture())));
-        say(&format!("| add it | `calibench add DATASET {}` |", self.effect));
+        say(&format!("| add it | `calibench add {} DATASET` |", self.effect));
         out
     }
 
