@@ -65,6 +65,7 @@ def painted(page):
 
 def looked_at(page, name, pictures, found, axe=True):
     """What is wrong with the page as it stands: texts upon each other, too wide, or hard to read by ear."""
+    painted(page)
     if page.evaluate("document.documentElement.scrollWidth > document.documentElement.clientWidth + 1"):
         found.append(f"{name}: the page is wider than the window")
     found += [f"{name}: nothing is drawn of: {label}" for label in page.evaluate(EMPTY)[:5]]

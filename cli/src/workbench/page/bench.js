@@ -178,8 +178,8 @@ function stairs() {
   const values = (of) => steps.map((r) => (Number.isFinite(of(r)) ? millimetres(of(r)) : "pending")).join(", ");
   const label = "The error by step: " + lines.map(([name, of]) => `${name} ${values(of)} mm`).join("; ");
   return [element("figure", {}, chart(label, 240, (theme, width) => ({
-    grid: { left: 62, right: 24, top: width < 620 ? 20 * lines.length + 10 : 34, bottom: 34, outerBoundsMode: "none" },
-    legend: { top: 0, left: width < 620 ? 0 : 56, orient: width < 620 ? "vertical" : "horizontal", itemGap: width < 620 ? 2 : 14, itemWidth: 16, itemHeight: 9, textStyle: { color: theme.ink, fontSize: 12 }, selectedMode: false },
+    grid: { left: 62, right: 24, top: width < 620 ? 24 * lines.length + 10 : 34, bottom: 34, outerBoundsMode: "none" },
+    legend: { top: 0, left: width < 620 ? 0 : 56, orient: width < 620 ? "vertical" : "horizontal", itemGap: width < 620 ? 7 : 14, itemWidth: 16, itemHeight: 9, textStyle: { color: theme.ink, fontSize: 12 }, selectedMode: false },
     tooltip: tooltip(theme, ({ seriesName, dataIndex, value }) => `${titles[dataIndex]}\n${seriesName}: ${millimetres(value)} mm`),
     xAxis: { type: "category", data: titles, axisTick: { show: false }, axisLine: { lineStyle: { color: theme.noise } },
       axisLabel: { color: theme.ink, fontSize: 11, interval: 0, hideOverlap: true, width: Math.max(40, (width - 90) / titles.length - 8), overflow: "truncate" } },
