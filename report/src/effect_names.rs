@@ -15,6 +15,12 @@ pub(super) fn all_called<'a>(ids: impl IntoIterator<Item = &'a String>) -> Strin
     ids.into_iter().map(|id| called(id)).collect::<Vec<_>>().join("; ")
 }
 
+/// The effects of a refused step, whose ids are joined by `and`.
+#[must_use]
+pub fn each_called(ids: &str) -> String {
+    ids.split(" and ").map(called).collect::<Vec<_>>().join(" and ")
+}
+
 /// The same text with an initial capital.
 pub(super) fn capital(text: &str) -> String {
     let mut letters = text.chars();

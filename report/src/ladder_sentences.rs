@@ -1,8 +1,7 @@
 //! A ladder in words: each step as it is reached, the objections to it, the reason for stopping, and the model to use.
 
-use super::effect_names::{all_called, called};
+use super::effect_names::{all_called, called, each_called};
 use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
-use super::next_step::each_called;
 use super::recommended::Recommended;
 use super::tables::plain_table;
 use calibench::assess::{

@@ -32,7 +32,7 @@ pub use comparison_tables::{comparison_headline, comparison_sentences, compariso
 pub use diagnosis::diagnosis_tables;
 pub use diagnosis_sentences::sentences;
 pub use disagreement::{disagreement_sentence, judged_alike};
-pub use effect_names::called;
+pub use effect_names::{called, each_called};
 pub use figures::{
     CROSS_VALIDATED, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED, RESIDUAL, UNEXPLAINED, WORKSPACE, figures_table,
 };
@@ -47,7 +47,7 @@ pub use ladder_sentences::{
 pub use meaning::what;
 pub use misfit::{misfit_sentence, nominal_fit_line, nominal_fit_lines, unbelievable_sentence};
 pub use next::{detectability_text, next_sentences, next_table};
-pub use next_step::{each_called, in_question_sentence, next_step_sentences};
+pub use next_step::{in_question_sentence, next_step_sentences};
 pub use page::{
     AgainstError, CampaignRecord, CellPicture, CentringRecord, FittedCandidate, LivePage, Page, PageModel, PageSubject, Views,
     chart_page_html, page_html,

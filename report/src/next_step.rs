@@ -3,7 +3,7 @@
 use calibench::assess::{Advice, Diagnosis, Ladder, ToDo, Verdict};
 use calibench::effects;
 
-use super::effect_names::{all_called, called};
+use super::effect_names::{all_called, called, each_called};
 use super::ladder_sentences::objection_sentence;
 use super::recommended::Recommended;
 
@@ -53,12 +53,6 @@ pub fn next_step_sentences(advice: &Advice, diagnosis: &Diagnosis, commands: &Re
         format!("Not {}: {why}.", each_called(effect))
     });
     std::iter::once(next).chain(refused).collect()
-}
-
-/// The effects of a refused step, whose ids are joined by `and`.
-#[must_use]
-pub fn each_called(ids: &str) -> String {
-    ids.split(" and ").map(called).collect::<Vec<_>>().join(" and ")
 }
 
 /// The command that does it.
