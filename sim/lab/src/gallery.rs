@@ -36,6 +36,9 @@ const DURING: f64 = 0.4;
 /// Share of the best score from which a member is as good as the best; the first of them is shown.
 const NEARLY: f64 = 0.5;
 
+/// How much more a later campaign must show to be preferred.
+const BETTER: f64 = 1.5;
+
 /// Weight of a coupling of joints that are no neighbours.
 const UNLIKELY: f64 = 0.1;
 
@@ -240,7 +243,7 @@ fn choose<'g, 'a: 'g>(
             lack = "measurements that the fitted model does not absorb".to_owned();
         }
         let shown = ground.shown(family, testable)?;
-        if let Some(chosen) = shown.filter(|c| c.visible > best.as_ref().map_or(LEAST, |b| b.visible)) {
+        if let Some(chosen) = shown.filter(|c| c.visible > best.as_ref().map_or(LEAST, |b| BETTER * b.visible)) {
             best = Some(chosen);
         }
         if best.as_ref().is_some_and(|b| b.visible >= 1.0) {
