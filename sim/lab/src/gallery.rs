@@ -45,6 +45,9 @@ const UNLIKELY: f64 = 0.1;
 /// Least part of the noise that must be left of one plausible size, for an effect to be shown in a campaign.
 const LEAST: f64 = 1e-3;
 
+/// A family that no campaign can show, and what they lack.
+pub type Lack = (String, String);
+
 /// Why there is no gallery.
 #[derive(Debug, Error)]
 pub enum GalleryError {
@@ -84,7 +87,7 @@ pub fn gallery(
     only: &[String],
     seed: u64,
     done: &(dyn Fn() + Sync),
-) -> Result<(Vec<Entry>, Vec<(String, String)>), GalleryError> {
+) -> Result<(Vec<Entry>, Vec<Lack>), GalleryError> {
     let named: Vec<Vec<(&str, &Dataset)>> =
         campaigns.iter().map(|c| c.datasets.iter().map(|(name, d)| (name.as_str(), d)).collect()).collect();
     let grounds: Vec<OnceLock<Ground<'_>>> = campaigns.iter().map(|_| OnceLock::new()).collect();
@@ -109,7 +112,7 @@ pub fn gallery(
         done();
         Ok::<_, GalleryError>(entry)
     };
-    let shown: Vec<Result<Entry, (String, String)>> = families.par_iter().map(one).collect::<Result<_, _>>()?;
+    let shown: Vec<Result<Entry, Lack>> = families.par_iter().map(one).collect::<Result<_, _>>()?;
     let (mut entries, mut lacking) = (Vec::new(), Vec::new());
     for one in shown {
         match one {
