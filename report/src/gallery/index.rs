@@ -62,7 +62,7 @@ pub(super) fn first_look_page(gallery: &Gallery) -> String {
          This is that order, and what is ruled out when a picture shows nothing.\n\n\
          The program keeps to it:\n\n\
          * `calibench diagnose` sets samples that disagree with all others aside before anything else, and says so first.\n\
-         * `calibench compare`, and the section *Residuals from every side* of the [report](../report.md), list what stands out by the share that it explains; where several things do, the sentence \"Look first at ...\" names the one that comes first below, even if another explains more.\n\
+         * `calibench compare`, and the section *Residuals from every side* of the [report](../report.md), list what stands out by the share that it explains; where the strongest is not the one that comes first below, the sentence \"Look first at ...\" names that one.\n\
          * The picture that tells most, at the head of the report, is a different question: it shows the one effect that explains most.\n",
     );
     for look in Look::ALL {

@@ -1,6 +1,6 @@
 //! The choice of the picture: the view in which the curve of an effect shows most of it.
 
-use calibench::effects::{EffectId, Family, Follows, Period, Scan, family, set_aside_by};
+use calibench::effects::{EffectId, Family, Follows, Offered, Period, Scan, family, set_aside_by};
 use calibench::identify::{IdentifyError, Model};
 use calibench::math::rms;
 use calibench::measure::Dataset;
@@ -27,6 +27,9 @@ const LEAST_IN_BIN: usize = 5;
 /// Share of an effect in a view from which its means make a curve; below, every sample is drawn.
 const A_FUNCTION: f64 = 0.8;
 
+/// Share from which the samples show the tendency; below, the view is not worth drawing.
+const A_TENDENCY: f64 = 0.3;
+
 /// An effect as it is seen in data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
@@ -44,7 +47,7 @@ pub struct Seen {
 /// If the data do not determine the model, without or with the effect.
 pub fn see(datasets: &[(&str, &Dataset)], model: &Model, effect: &str, times: f64) -> Result<Seen, IdentifyError> {
     let scene = Scene::new(datasets, model, effect, times)?;
-    let turned = scene.rows.iter().all(|r| r.taken.norm() < UM) && scene.rows.iter().any(|r| r.turn.is_some());
+    let turned = family(effect).is_some_and(|f| f.offered == Offered::ToOrientations);
     let both: [Vec<Vector3<f64>>; 2] = if turned {
         [0, 1].map(|k| scene.rows.iter().filter_map(|r| r.turn.map(|t| t[0] - t[1] * k as f64)).collect())
     } else {
@@ -55,7 +58,11 @@ pub fn see(datasets: &[(&str, &Dataset)], model: &Model, effect: &str, times: f6
         Some(sample) => Some(lengths(&scene, sample)),
         None => best(&scene, effect),
     };
-    Ok(Seen { in_a_view: plot.is_some(), plot: plot.unwrap_or_else(|| agreement(&scene)), rms: both.map(|r| words(rms(&r))) })
+    Ok(Seen {
+        in_a_view: plot.is_some(),
+        plot: plot.unwrap_or_else(|| agreement(&scene, turned)),
+        rms: both.map(|r| words(rms(&r))),
+    })
 }
 
 /// The best view: of those that the effect's family names, or else of all; `None` if no view shows it.
@@ -68,8 +75,11 @@ fn best(scene: &Scene<'_>, effect: &str) -> Option<Plot> {
     }
     let among = |views: Vec<(Ordinate, Abscissa)>, curve: bool| {
         let seen = views.into_iter().filter_map(|(y, x)| view(scene, y, x, event));
-        let worth =
-            seen.filter(|s| s.plot.explained > WORTH_A_CURVE && s.shown > WORTH_A_VIEW && (s.plot.taken.is_empty() || !curve));
+        let worth = seen.filter(|s| {
+            s.plot.explained > WORTH_A_CURVE
+                && s.shown > WORTH_A_VIEW
+                && (s.plot.taken.is_empty() || (!curve && s.means > A_TENDENCY))
+        });
         worth.max_by(|a, b| (a.shown * a.plot.explained).total_cmp(&(b.shown * b.plot.explained))).map(|s| s.plot)
     };
     let named = family.map_or_else(Vec::new, |f| natural(f, &id, scene.joints));
@@ -96,6 +106,7 @@ fn natural(family: &Family, id: &EffectId<'_>, joints: usize) -> Vec<(Ordinate, 
         }
         return views;
     }
+    let follows_first = |f: &Follows| family.follows.first() == Some(f);
     for follows in family.follows {
         match follows {
             Follows::JointAngle | Follows::JointAngleInProportion => views.extend(of_joints(&Abscissa::Angle)),
@@ -106,15 +117,13 @@ fn natural(family: &Family, id: &EffectId<'_>, joints: usize) -> Vec<(Ordinate, 
             Follows::OtherTorque => {
                 views.extend(own.iter().flat_map(|&j| second.iter().map(move |&k| (Ordinate::Joint(j), Abscissa::Torque(k)))))
             }
-            Follows::Load => {
-                views.extend(any.iter().flat_map(|&j| any.iter().map(move |&k| (Ordinate::Joint(j), Abscissa::Torque(k)))))
-            }
+            Follows::Load => views.extend(any.iter().map(|&j| (Ordinate::Joint(j), Abscissa::Torque(j)))),
             Follows::Payload => views.extend(room(Abscissa::Payload)),
             Follows::Approach => views.extend(of_joints(&Abscissa::Approach)),
             Follows::Commanded => views.extend(of_joints(&Abscissa::Lag)),
             Follows::LastMove => views.extend(of_joints(&Abscissa::Move)),
             Follows::Temperature => views.extend(any.iter().map(|&j| (Ordinate::Joint(j), Abscissa::Temperature))),
-            Follows::World | Follows::Point => views.extend(room(Abscissa::Order)),
+            Follows::World | Follows::Point if follows_first(follows) => views.extend(room(Abscissa::Order)),
             Follows::Tool => views.extend(tool(Abscissa::Order).chain((0..3).map(|a| (Ordinate::Turn(a), Abscissa::Order)))),
             Follows::Reading => views
                 .extend((0..3).flat_map(|i| {
@@ -122,7 +131,7 @@ fn natural(family: &Family, id: &EffectId<'_>, joints: usize) -> Vec<(Ordinate, 
                 })),
             Follows::Plunger => views.extend((0..3).map(|i| (Ordinate::Tool(i), Abscissa::Plunger(i)))),
             Follows::Ball | Follows::PlaceInArtifact => views.extend(room(Abscissa::Ball)),
-            Follows::Time | Follows::Sample => {}
+            Follows::World | Follows::Point | Follows::Time | Follows::Sample => {}
         }
     }
     if family.period == Period::None { views } else { Vec::new() }
@@ -150,8 +159,9 @@ fn all(joints: usize) -> Vec<(Ordinate, Abscissa)> {
 /// One view.
 struct View {
     plot: Plot,
-    /// Share of the effect that its means show.
+    /// Share of the effect that its means show, and of the effect in this view.
     shown: f64,
+    means: f64,
 }
 
 /// One view; an event ends a piece of its curve. `None` if the samples do not hold the variables.
@@ -178,7 +188,8 @@ fn view(scene: &Scene<'_>, y: Ordinate, x: Abscissa, event: Option<f64>) -> Opti
     let shown: f64 = seen.iter().enumerate().map(|(k, s)| s.weight * curve_at(k) * curve_at(k)).sum();
     let here: f64 = seen.iter().map(|s| s.taken * s.taken).sum();
     let by_curve: f64 = (0..seen.len()).map(|k| curve_at(k) * curve_at(k)).sum();
-    let is_function = by_curve >= A_FUNCTION * here;
+    let means = if here > 0.0 { by_curve / here } else { 0.0 };
+    let is_function = means >= A_FUNCTION;
     let points: Vec<[f64; 2]> = seen.iter().map(|s| [s.x, s.left]).collect();
     let explained = Plot::share(&points, seen.iter().enumerate().map(|(k, s)| if is_function { curve_at(k) } else { s.taken }));
     let first = names.as_ref().map_or(0.0, |(first, _)| *first);
@@ -206,7 +217,7 @@ fn view(scene: &Scene<'_>, y: Ordinate, x: Abscissa, event: Option<f64>) -> Opti
         names: names.map_or_else(Vec::new, |(_, names)| names),
         explained,
     };
-    Some(View { plot, shown: if whole > 0.0 { shown / whole } else { 0.0 } })
+    Some(View { plot, means, shown: if whole > 0.0 { shown / whole } else { 0.0 } })
 }
 
 /// A sample in a view.
@@ -250,16 +261,21 @@ fn binned(seen: &[Drawn], by_value: bool, event: Option<f64>) -> Vec<Bin> {
 }
 
 /// The residual of every sample, thrice, against what the effect takes of it.
-fn agreement(scene: &Scene<'_>) -> Plot {
-    let all = scene.rows.iter().flat_map(|r| (0..3).map(|a| [r.taken[a] / UM, r.residual[a] / UM]));
-    let points: Vec<[f64; 2]> = all.collect();
+fn agreement(scene: &Scene<'_>, turned: bool) -> Plot {
+    let (axes, unit) = if turned { ("the tool", "µrad") } else { ("the room", "µm") };
+    let pair = |k: usize, a: usize| match &scene.rows[k].turn {
+        Some(turn) if turned => [turn[1][a] / URAD, turn[0][a] / URAD],
+        _ => [scene.rows[k].taken[a] / UM, scene.rows[k].residual[a] / UM],
+    };
+    let points: Vec<[f64; 2]> =
+        (0..scene.rows.len()).flat_map(|k| (0..3).map(move |a| (k, a))).map(|(k, a)| pair(k, a)).collect();
     let most = points.iter().map(|p| p[0].abs()).fold(0.0, f64::max);
     let explained = Plot::share(&points, points.iter().map(|p| p[0]));
     let stride = points.len().div_ceil(MOST_POINTS).max(1);
     Plot {
         title: "Residual against what the effect takes of it".into(),
-        x: "what the effect takes of a sample (x, y and z of the room), µm".into(),
-        y: "residual, µm".into(),
+        x: format!("what the effect takes of a sample (x, y and z of {axes}), {unit}"),
+        y: format!("residual, {unit}"),
         points: points.into_iter().step_by(stride).collect(),
         marked: Vec::new(),
         curve: vec![vec![[-most, -most], [most, most]]],

@@ -36,11 +36,17 @@ const DURING: f64 = 0.4;
 /// Share of the best score from which a member is as good as the best; the first of them is shown.
 const NEARLY: f64 = 0.5;
 
+/// How much more a later campaign must show to be preferred.
+const BETTER: f64 = 1.5;
+
 /// Weight of a coupling of joints that are no neighbours.
 const UNLIKELY: f64 = 0.1;
 
 /// Least part of the noise that must be left of one plausible size, for an effect to be shown in a campaign.
 const LEAST: f64 = 1e-3;
+
+/// A family that no campaign can show, and what they lack.
+pub type Lack = (String, String);
 
 /// Why there is no gallery.
 #[derive(Debug, Error)]
@@ -81,7 +87,7 @@ pub fn gallery(
     only: &[String],
     seed: u64,
     done: &(dyn Fn() + Sync),
-) -> Result<(Vec<Entry>, Vec<(String, String)>), GalleryError> {
+) -> Result<(Vec<Entry>, Vec<Lack>), GalleryError> {
     let named: Vec<Vec<(&str, &Dataset)>> =
         campaigns.iter().map(|c| c.datasets.iter().map(|(name, d)| (name.as_str(), d)).collect()).collect();
     let grounds: Vec<OnceLock<Ground<'_>>> = campaigns.iter().map(|_| OnceLock::new()).collect();
@@ -106,7 +112,7 @@ pub fn gallery(
         done();
         Ok::<_, GalleryError>(entry)
     };
-    let shown: Vec<Result<Entry, (String, String)>> = families.par_iter().map(one).collect::<Result<_, _>>()?;
+    let shown: Vec<Result<Entry, Lack>> = families.par_iter().map(one).collect::<Result<_, _>>()?;
     let (mut entries, mut lacking) = (Vec::new(), Vec::new());
     for one in shown {
         match one {
@@ -240,7 +246,7 @@ fn choose<'g, 'a: 'g>(
             lack = "measurements that the fitted model does not absorb".to_owned();
         }
         let shown = ground.shown(family, testable)?;
-        if let Some(chosen) = shown.filter(|c| c.visible > best.as_ref().map_or(LEAST, |b| b.visible)) {
+        if let Some(chosen) = shown.filter(|c| c.visible > best.as_ref().map_or(LEAST, |b| BETTER * b.visible)) {
             best = Some(chosen);
         }
         if best.as_ref().is_some_and(|b| b.visible >= 1.0) {

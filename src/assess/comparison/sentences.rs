@@ -238,9 +238,9 @@ impl Comparison {
         }
     }
 
-    /// Of several findings, the one to look at first, and why.
+    /// The finding to look at first, and why, if it is not the strongest.
     fn of_first_look(&self) -> Option<String> {
-        let first = self.first_look().filter(|_| self.findings.len() > 1)?;
+        let first = self.first_look().filter(|first| !std::ptr::eq(*first, &self.findings[0]))?;
         let look = self.look_at(first.subject);
         let name = match first.subject {
             Subject::Ball(b) => format!("ball {}", self.balls[b].ball),
@@ -250,8 +250,7 @@ impl Comparison {
             Subject::Offset(k) => format!("joint {}", self.offsets[k].joint),
             Subject::Sample(w) => format!("sample {}", self.worst[w].id),
         };
-        let weaker = if std::ptr::eq(first, &self.findings[0]) { "" } else { ", even if more is explained elsewhere" };
-        Some(format!("Look first at {name}{weaker}. {}", look.because()))
+        Some(format!("Look first at {name}, even if more is explained elsewhere. {}", look.because()))
     }
 
     fn of_what_is_left(&self) -> Option<String> {
