@@ -131,7 +131,7 @@ pub fn check_plan_text(sentinels: &[String], power: &[Power]) -> String {
     }
     out.push_str(&plain_rows(&header, &rows));
     out.push_str(&format!(
-        "\n\nNamed: the condition itself, or one that these poses cannot distinguish from it. Samples: until it is found, at {} x the noise.\n",
+        "\n\nNamed: the condition itself, or one that these poses cannot distinguish from it. Samples: until it is named, at {} x the noise.\n",
         sizes.last().copied().unwrap_or_default()
     ));
     out

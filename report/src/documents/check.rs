@@ -81,7 +81,7 @@ pub struct PowerAtSize {
     pub found: f64,
     /// Share of checks that name the condition, or one that their poses cannot distinguish from it.
     pub named: f64,
-    /// Mean number of samples until it is found.
+    /// Mean number of samples until it is named.
     pub samples: f64,
 }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
-use super::Judged;
 use super::conditions::Condition;
+use super::{CHANGED_BEFOREHAND, FALSE_ALARM, Judged};
 
 /// Sizes of a change for which evidence is averaged: root mean square of the displacement over all samples, in units of the
 /// noise of one comparison. From what can hardly be seen to a collision.
@@ -14,6 +14,9 @@ const SEEN: f64 = 1e-6;
 
 /// A condition is nested in another if the latter leaves no more of its displacements than this, rms.
 const NESTED: f64 = 0.02;
+
+/// A change is named when it has this share of the probability of all changes.
+const NAMED: f64 = 0.95;
 
 /// Two nested conditions are told apart if the narrower one fits worse by more than this sum of squares.
 const WORSE: f64 = 9.0;
@@ -64,6 +67,30 @@ impl Evidence {
     /// Average likelihood ratio of all changes to none after the first `samples`.
     pub fn ratio(&self, differences: &DVector<f64>, samples: usize) -> f64 {
         self.hypotheses.iter().map(|h| h.weight * h.ratio(self.so_far(differences, samples), samples)).sum()
+    }
+
+    /// Looks at one sample after the other until a change is found and named, or all are used. Returns the number of samples
+    /// used, and true if something has changed.
+    pub fn decide(&self, differences: &DVector<f64>) -> (usize, bool) {
+        let mut changed = false;
+        for samples in 1..=self.samples() {
+            changed |= self.ratio(differences, samples) >= 1.0 / FALSE_ALARM;
+            if changed && self.is_named(differences, samples) {
+                return (samples, true);
+            }
+        }
+        (self.samples(), changed)
+    }
+
+    /// True if one change, with those that the samples cannot distinguish from it, is nearly sure to be the one that occurred.
+    fn is_named(&self, differences: &DVector<f64>, samples: usize) -> bool {
+        let judged = self.probabilities(differences, samples, CHANGED_BEFOREHAND);
+        let changes = || judged.iter().filter(|j| j.condition != Condition::Valid);
+        let Some(first) = changes().next() else { return false };
+        let aliased = self.aliased_with(&first.condition, differences, samples);
+        let named: f64 =
+            changes().filter(|j| j.condition == first.condition || aliased.contains(&j.condition)).map(|j| j.probability).sum();
+        named >= NAMED * changes().map(|j| j.probability).sum::<f64>()
     }
 
     fn so_far<'a>(&self, differences: &'a DVector<f64>, samples: usize) -> DVectorView<'a, f64> {

@@ -7,7 +7,8 @@
 //! The test is sequential. For a condition with a Gaussian prior of covariance `s² A Aᵀ` the likelihood ratio to "nothing has
 //! changed" after n samples, and so the average of such ratios over conditions and sizes, is a non-negative martingale of mean
 //! one while nothing has changed. It ever exceeds `1 / alpha` with a probability of at most `alpha` (J. Ville, *Étude critique
-//! de la notion de collectif*, 1939): one may look after every sample and stop as soon as it does.
+//! de la notion de collectif*, 1939): one may look after every sample. A check ends when it has and one change is
+//! nearly sure to be the one that occurred, or with the last sample.
 
 mod choose;
 mod conditions;
@@ -89,7 +90,7 @@ pub struct Looked {
 /// The result of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotCheck {
-    /// The samples in order, up to the one that decided.
+    /// The samples in order, up to the one with which a change was named.
     pub looks: Vec<Looked>,
     /// Number of samples given.
     pub given: usize,
@@ -111,26 +112,18 @@ impl RobotCheck {
         let scene = Scene::new(calibration, then, now)?;
         let seen: Vec<_> = scene.seen.iter().collect();
         let evidence = Evidence::new(&of_samples(&seen), ends(&seen));
-        let mut looks = Vec::with_capacity(scene.pairs.len());
-        let mut changed = false;
-        for (k, pair) in scene.pairs.iter().enumerate() {
-            let ratio = evidence.ratio(&scene.differences, k + 1);
-            looks.push(Looked {
-                sample: pair.now.clone(),
-                counterpart: pair.then.clone(),
-                change: pair.change.norm(),
-                noise: pair.noise,
-                ratio,
-            });
-            if ratio >= 1.0 / FALSE_ALARM {
-                changed = true;
-                break;
-            }
-        }
-        let conditions = evidence.probabilities(&scene.differences, looks.len(), CHANGED_BEFOREHAND);
+        let (used, changed) = evidence.decide(&scene.differences);
+        let look = |(k, pair): (usize, &Pair)| Looked {
+            sample: pair.now.clone(),
+            counterpart: pair.then.clone(),
+            change: pair.change.norm(),
+            noise: pair.noise,
+            ratio: evidence.ratio(&scene.differences, k + 1),
+        };
+        let looks: Vec<Looked> = scene.pairs.iter().enumerate().take(used).map(look).collect();
+        let conditions = evidence.probabilities(&scene.differences, used, CHANGED_BEFOREHAND);
         let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
-        let aliased =
-            named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, looks.len())).unwrap_or_default();
+        let aliased = named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, used)).unwrap_or_default();
         Ok(RobotCheck { looks, given: scene.pairs.len(), changed, conditions, aliased })
     }
 }

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::conditions::{Condition, Scene, Seen, of_samples};
 use super::evidence::Evidence;
-use super::{CHANGED_BEFOREHAND, CheckError, FALSE_ALARM};
+use super::{CHANGED_BEFOREHAND, CheckError};
 use crate::identify::Calibration;
 use crate::measure::Dataset;
 
@@ -23,7 +23,7 @@ pub struct PowerAt {
     pub found: f64,
     /// Share of checks that name this condition, or one that their poses cannot distinguish from it.
     pub named: f64,
-    /// Mean number of samples until it is found.
+    /// Mean number of samples until it is named.
     pub samples: f64,
 }
 
@@ -85,9 +85,7 @@ fn simulated(evidence: &Evidence, injected: Option<usize>, size: f64) -> PowerAt
             let direction = normal(basis.ncols());
             differences += basis * direction.normalize() * (size * (rows as f64).sqrt());
         }
-        let Some(at) = (1..=evidence.samples()).find(|&n| evidence.ratio(&differences, n) >= 1.0 / FALSE_ALARM) else {
-            continue;
-        };
+        let (at, true) = evidence.decide(&differences) else { continue };
         found += 1;
         taken += at;
         let judged = evidence.probabilities(&differences, at, CHANGED_BEFOREHAND);
