@@ -79,7 +79,7 @@ struct Arguments {
     /// Print the result alone; twice: without warnings
     #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "verbose")]
     quiet: u8,
-    /// Print how the result came about as well: times, iterations, files, rules
+    /// Say how the result came about as well: times, steps, files, rules
     #[arg(short, long, global = true, action = ArgAction::Count)]
     verbose: u8,
     /// When to use colour

@@ -5,7 +5,7 @@ use anstyle::{AnsiColor, Style};
 /// When to use colour.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum When {
-    /// In a terminal, unless NO_COLOR is set; elsewhere if CLICOLOR_FORCE is
+    /// In a terminal, unless NO_COLOR is set; else by CLICOLOR_FORCE
     #[default]
     Auto,
     /// Always

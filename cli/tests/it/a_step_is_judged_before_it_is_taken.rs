@@ -133,20 +133,28 @@ fn a_sample_that_the_diagnosis_advises_to_set_aside_is_set_aside() {
     let folder = paper();
     let at = folder.path();
     spoil(&at.join("run/trical/samples.csv"), &["p14", "p41"]);
-    let mut aside = Vec::new();
-    for _ in 0..2 {
-        let told = document(&calibench(at, &["diagnose", "run/trical", "--model", "model.toml", "--json"]));
-        let said = told["advice"]["sentences"].as_array().unwrap().iter().filter_map(Value::as_str);
-        let mut commands = said.flat_map(|s| s.split('`')).filter_map(|c| c.strip_prefix("calibench add outlier:"));
-        let Some((sample, rest)) = commands.next().and_then(|c| c.split_once(' ')) else { break };
-        let effect = format!("outlier:{sample}");
-        let arguments: Vec<&str> = ["add", &effect].into_iter().chain(rest.split(' ')).collect();
-        let taken = calibench(at, &arguments);
-        assert_eq!(code(&taken), 0, "{arguments:?}: {}", String::from_utf8_lossy(&taken.stderr));
-        aside.push(sample.to_owned());
-    }
-    aside.sort();
-    assert_eq!(aside, ["p14", "p41"]);
+    let sorted = |effects: &Value| {
+        let mut names: Vec<String> = effects.as_array().unwrap().iter().map(|e| e.as_str().unwrap().to_owned()).collect();
+        names.sort();
+        names
+    };
+    let both = ["outlier:p14", "outlier:p41"];
+    let told = document(&calibench(at, &["diagnose", "run/trical", "--model", "model.toml", "--json"]));
+    assert_eq!(sorted(&told["advice"]["effects"]), both);
+    // The ladder sets both aside at once, as it is said.
+    let ladder = document(&calibench(at, &["ladder", "run/trical", "--model", "model.toml", "--json"]));
+    assert_eq!(sorted(&ladder["rungs"][1]["added"]), both);
+    // The command adds the first; the other is named by the next diagnosis, though what else is missing hides it.
+    let command = told["advice"]["command"].as_str().unwrap().to_owned();
+    let arguments: Vec<&str> = command.split(' ').skip(1).collect();
+    assert!(arguments[..2] == ["add", "outlier:p14"] || arguments[..2] == ["add", "outlier:p41"], "{command}");
+    let taken = calibench(at, &arguments);
+    assert_eq!(code(&taken), 0, "{arguments:?}: {}", String::from_utf8_lossy(&taken.stderr));
+    let told = document(&calibench(at, &["diagnose", "run/trical", "--model", "model.toml", "--json"]));
+    let left = if arguments[1] == both[0] { "p41" } else { "p14" };
+    let sentences = told["sentences"].as_array().unwrap();
+    let looks = |s: &Value| s.as_str().is_some_and(|s| s.starts_with(&format!("Look at sample {left}")));
+    assert!(sentences.iter().any(looks), "{sentences:?}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use calibench_sim::run::Methods;
 
 /// Columns before those of the axes.
-const BEFORE: [&str; 3] = ["study", "points", "point"];
+const BEFORE: [&str; 4] = ["study", METHODS, "points", "point"];
 /// Columns after those of the axes.
 const AFTER: [&str; 18] = [
     "trial",
@@ -36,7 +36,7 @@ pub const DONE: &str = "done";
 
 /// True if every study has a column of this name, or some study may have it.
 pub(super) fn is_of_every_study(name: &str) -> bool {
-    let fixed = BEFORE.iter().chain(&AFTER).chain(&DIAGNOSIS).chain([&CELL_TIME, &METHODS]);
+    let fixed = BEFORE.iter().chain(&AFTER).chain(&DIAGNOSIS).chain([&CELL_TIME]);
     name.starts_with(ERROR) || fixed.into_iter().any(|column| *column == name)
 }
 
@@ -99,7 +99,7 @@ impl Columns {
         let plain = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
         let diagnosis = if diagnosed { plain(&DIAGNOSIS) } else { Vec::new() };
         let errors = parameters.iter().map(|p| format!("{ERROR}{p}")).collect();
-        let names = [plain(&BEFORE), axes.to_vec(), plain(&AFTER), plain(&[CELL_TIME, METHODS]), diagnosis, errors].concat();
+        let names = [plain(&BEFORE), axes.to_vec(), plain(&AFTER), plain(&[CELL_TIME]), diagnosis, errors].concat();
         Columns { names, methods, diagnosed, parameters: parameters.to_vec() }
     }
 
@@ -110,7 +110,8 @@ impl Columns {
 
     /// One line of the table.
     pub(super) fn line(&self, place: &Place<'_>, row: &Row) -> Vec<u8> {
-        let mut fields = vec![place.study.to_owned(), place.points.to_string(), place.point.to_string()];
+        let mut fields =
+            vec![place.study.to_owned(), self.methods.name().to_owned(), place.points.to_string(), place.point.to_string()];
         fields.extend_from_slice(place.at);
         fields.extend([place.trial.to_string(), place.seed.to_string(), row.method.to_owned()]);
         match &row.outcome {
@@ -121,7 +122,6 @@ impl Columns {
                 );
                 fields.extend([n.dof, n.rank, n.measured, n.failed].map(|v| v.to_string()));
                 fields.extend([n.readings_mean, n.cell_s].map(|v| v.map_or_else(String::new, figure)));
-                fields.push(self.methods.name().into());
                 if let (true, Some(finding)) = (self.diagnosed, &n.finding) {
                     fields.extend([finding.verdict.to_owned(), finding.effect.clone()]);
                 }
@@ -132,9 +132,6 @@ impl Columns {
             Err(reason) => {
                 fields.push(calibench::files::one_line(reason));
                 fields.resize(self.names.len(), String::new());
-                if let Some(at) = self.names.iter().position(|n| n == METHODS) {
-                    fields[at] = self.methods.name().into();
-                }
             }
         }
         line(fields.iter().map(String::as_str))
