@@ -7,7 +7,7 @@ use super::initial_setup::fit_base_and_tool;
 use super::source::joined;
 use super::table::{TableFile, read_table};
 use super::{ImportError, ImportOptions, ImportReport};
-use crate::files::read_text;
+use crate::files::{is_standard_input, read_text};
 use crate::measure::{Column, Dataset, SampleSet};
 
 /// Imports files through the map of the options.
@@ -55,7 +55,11 @@ pub(super) fn by_map(
 /// A name for each file: that of its folder if that is unique, else its own, else both.
 fn labels(files: &[PathBuf]) -> Vec<String> {
     let folder = |p: &Path| p.parent().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let stem = |p: &Path| p.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    // Names of rows stay words: what comes by standard input has no name of a file.
+    let stem = |p: &Path| match p.file_stem() {
+        _ if is_standard_input(p) => "input".to_owned(),
+        name => name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
+    };
     let distinct = |names: &[String]| (0..names.len()).all(|k| !names[k].is_empty() && !names[..k].contains(&names[k]));
     let by_folder: Vec<String> = files.iter().map(|p| folder(p)).collect();
     let by_name: Vec<String> = files.iter().map(|p| stem(p)).collect();

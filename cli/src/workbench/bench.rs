@@ -173,17 +173,17 @@ impl Bench {
         live(&self.case, &self.place, &self.state())
     }
 
-    /// The views of the present samples, once `is_enough` of the set.
-    pub(super) fn seen(&self, is_enough: impl Fn(&Set) -> bool) -> Result<(Judged, Views), Refusal> {
-        let judged = self.judged()?;
+    /// The views of the samples at the moment of `judged`, once `is_enough` of its set: what is waited for is computed for the
+    /// present set alone.
+    pub(super) fn seen(&self, judged: &Judged, is_enough: impl Fn(&Set) -> bool) -> Result<Views, Refusal> {
         let mut state = self.state();
         loop {
-            let Some(set) = state.set().filter(|set| set.scores.model == judged.moment.model) else {
-                return Err(Refusal::field("effect", "the model has changed in the meantime"));
+            let Some(set) = state.set().filter(|set| set.is(&judged.moment.chosen, &judged.moment.model)) else {
+                return Err(Refusal::Changed);
             };
             match &set.views {
                 Some(Err(because)) => return Err(Refusal::field("effect", because.clone())),
-                Some(Ok(views)) if is_enough(set) => return Ok((judged, views.clone())),
+                Some(Ok(views)) if is_enough(set) => return Ok(views.clone()),
                 _ => state = self.wait(state),
             }
         }
@@ -194,13 +194,16 @@ impl Bench {
     /// # Errors
     /// When the data do not determine the model.
     pub fn views(&self) -> Result<Value, Refusal> {
-        let (judged, views) = self.seen(|set| listed(set).first().is_none_or(|first| set.has_tried(first)))?;
+        let judged = self.judged()?;
+        let views = self.seen(&judged, |set| listed(set).first().is_none_or(|first| set.has_tried(first)))?;
         Ok(views.json(&judged.page_model))
     }
 
     /// The views with all candidates that the page lists.
     pub(super) fn views_in_full(&self) -> Result<(Judged, Views), Refusal> {
-        self.seen(|set| listed(set).iter().all(|effect| set.has_tried(effect)))
+        let judged = self.judged()?;
+        let views = self.seen(&judged, |set| listed(set).iter().all(|effect| set.has_tried(effect)))?;
+        Ok((judged, views))
     }
 
     /// The share of the residuals that one candidate would explain.
@@ -214,12 +217,12 @@ impl Bench {
         }
         {
             let mut state = self.state();
-            if state.set().is_some_and(|set| !set.has_tried(effect)) {
+            if state.set().is_some_and(|set| set.is(&judged.moment.chosen, &judged.moment.model) && !set.has_tried(effect)) {
                 state.wanted = Some(effect.to_owned());
                 self.notify();
             }
         }
-        let (judged, views) = self.seen(|set| set.has_tried(effect))?;
+        let views = self.seen(&judged, |set| set.has_tried(effect))?;
         views.candidate_json(&judged.page_model, effect).ok_or_else(|| {
             let state = self.state();
             let because = state.set().and_then(|set| set.not_fitted.iter().find(|(e, _)| e == effect));

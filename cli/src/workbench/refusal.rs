@@ -18,6 +18,9 @@ pub enum Refusal {
         /// Description of the error, and the remedy.
         message: String,
     },
+    /// What was asked for is of a model that is no longer the present one.
+    #[error("the model has changed in the meantime")]
+    Changed,
     /// Data and model do not match.
     #[error("{}", with_reasons(.0))]
     Data(#[from] IdentifyError),

@@ -220,6 +220,8 @@ async fn of_bench(desk: Arc<Desk>, act: impl FnOnce(&Bench) -> Result<Value, Ref
             value["took_ms"] = json!(took.as_millis() as u64);
             sent(StatusCode::OK, &value)
         }
+        // No mistake, and for the page that asked nothing to be told: it has asked for the new model already.
+        Ok((Err(Refusal::Changed), _)) => sent(StatusCode::OK, &json!({"changed": true})),
         Ok((Err(Refusal::Field { field, message }), _)) => problem(StatusCode::UNPROCESSABLE_ENTITY, Some(field), &message),
         Ok((Err(refusal), _)) => problem(StatusCode::UNPROCESSABLE_ENTITY, None, &refusal.to_string()),
         Err(_) => problem(StatusCode::INTERNAL_SERVER_ERROR, None, "this cannot be computed; the bench is as it was before"),

@@ -54,8 +54,12 @@ fn steps_and_diagnoses_are_those_of_the_verbs() {
     let begun = untimed(bench.get("document"));
     assert_eq!(begun["document"]["diagnosis"], without_advice(printed(&at, &["diagnose", "trical", "--json"])));
     let report = printed(&at, &["report", "trical", "--json"]);
-    for key in ["verdict", "figures", "calibration", "drawn", "validation", "workspace", "provenance", "meanings"] {
+    for key in ["verdict", "figures", "calibration", "drawn", "validation", "workspace", "provenance"] {
         assert_eq!(begun["document"][key], report[key], "{key}");
+    }
+    // The report speaks of the next step too.
+    for (effect, said) in begun["document"]["meanings"].as_object().unwrap() {
+        assert_eq!(report["meanings"][effect], *said, "{effect}");
     }
     let views = untimed(bench.get("views"));
     for key in ["comparison", "residuals", "telling"] {

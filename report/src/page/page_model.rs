@@ -136,6 +136,7 @@ impl PageModel {
         if let Some(misfit) = &subject.misfit {
             document["misfit"] = json!(misfit);
         }
+        candidate::add_spoken_of(&mut document);
         Ok(document)
     }
 }

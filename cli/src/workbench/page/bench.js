@@ -30,6 +30,8 @@ async function ask(path, body) {
   const told = await answer.json();
   // 422: what was asked for cannot be done, and why.
   if (!answer.ok) throw Object.assign(new Error(told.error), { field: told.field });
+  // Asked too late: whoever switched asks for the new model.
+  if (told.changed) throw new Error("The model was changed in another page; load this one anew.");
   return told;
 }
 
