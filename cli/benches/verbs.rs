@@ -7,6 +7,7 @@ mod oracles;
 
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use calibench::assess::{Advice, HoldOut, WorkspacePoses, best_step, data_fit, ladder_step};
@@ -90,24 +91,29 @@ fn workbench(group: &mut BenchmarkGroup<'_, WallTime>, dataset: Dataset) {
         run: None,
     };
     let place = Place::new(std::env::temp_dir(), None);
-    let Ok(mut bench) = Bench::new(case, place) else { panic!("the data determine the model") };
-    let mut timed = |name: &str, work: &mut dyn FnMut(&mut Bench), after: &mut dyn FnMut(&mut Bench)| {
+    let Ok(bench) = Bench::new(case, place) else { panic!("the data determine the model") };
+    let bench = Arc::new(bench);
+    // What is computed in the background, as in the served workbench.
+    let worker = bench.clone();
+    std::thread::spawn(move || worker.work());
+    let mut timed = |name: &str, work: &dyn Fn(&Bench), after: &dyn Fn(&Bench)| {
         group.bench_function(name, |b| {
             b.iter_custom(|times| {
                 let mut whole = Duration::ZERO;
                 for _ in 0..times {
                     let began = Instant::now();
-                    work(&mut bench);
+                    work(&bench);
                     whole += began.elapsed();
-                    after(&mut bench);
+                    after(&bench);
                 }
                 whole
             });
         });
     };
-    let undone = &mut |bench: &mut Bench| _ = bench.undo().ok();
-    timed("workbench: add", &mut |bench| assert!(bench.add(MISSING, false).is_ok()), undone);
-    timed("workbench: the next experiment", &mut |bench| assert!(bench.next_experiment().is_ok()), &mut |_| ());
+    let undone = &|bench: &Bench| _ = bench.turn(-1).ok();
+    // Its set is kept after the first time.
+    timed("workbench: switch back", &|bench| assert!(bench.switch(MISSING, true, false).is_ok()), undone);
+    timed("workbench: the next experiment", &|bench| assert!(bench.next_experiment().is_ok()), &|_| ());
 }
 
 criterion_group!(benches, verbs);

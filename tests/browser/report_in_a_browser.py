@@ -79,7 +79,11 @@ def deeds(page):
         expect(page.locator("#against table").first.is_visible() and page.locator("#against .chart svg").count() >= 2, "two models are not set side by side")
         shown = page.evaluate(PICTURE)
         page.select_option(".tools select", index=1)
-        expect(page.evaluate("document.querySelector('.space canvas').toDataURL()") != shown, "the arrows are not those of the second model")
+        for _ in range(50):
+            if page.evaluate(PICTURE) != shown:
+                break
+            page.wait_for_timeout(100)
+        expect(page.evaluate(PICTURE) != shown, "the arrows are not those of the second model")
     if not page.query_selector(".space canvas"):
         return found + ["there is no view in space"]
 

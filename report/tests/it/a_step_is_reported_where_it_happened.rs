@@ -1,6 +1,7 @@
 //! A step is located between the samples between which it occurred, and both the sentences and the JSON report it.
 
 use calibench::assess::Verdict;
+use calibench::effects::in_words;
 use calibench_report::documents;
 use calibench_report::{Recommended, sentences};
 
@@ -49,8 +50,9 @@ fn what_these_data_cannot_tell_apart_is_said_with_what_would() {
     let first = &told.findings[0];
     let moment = first.hypothesis.in_model.strip_prefix("base_step:").unwrap();
     assert_eq!(first.exactly_same, [format!("artifact_step:{moment}")]);
-    let said =
-        format!("base_step:{moment} or artifact_step:{moment}: aliased in these data; only a look at either from outside");
+    let called = |id: String| format!("{} ({id})", in_words(&id));
+    let [base, artifact] = ["base_step", "artifact_step"].map(|family| called(format!("{family}:{moment}")));
+    let said = format!("{base} or {artifact}: aliased in these data; only a look at either from outside");
     assert!(sentences(&told, &Recommended::default()).iter().any(|s| s.contains(&said)), "{said}");
     let written = documents::Diagnosis::of(&told, None, &Recommended::default());
     assert_eq!(written.findings[0].exactly_same, first.exactly_same);
