@@ -26,19 +26,23 @@ enum Task {
 }
 
 impl State {
-    /// The most urgent task; `None` if everything is computed.
-    fn next_task(&mut self) -> Option<Task> {
+    /// The most urgent task, of the candidates or of what comes before them; `None` if all that is computed.
+    fn next_task(&mut self, of_candidates: bool) -> Option<Task> {
         let here = self.history.here().clone();
         let wanted = self.wanted.clone();
         let set = self.set_mut(&here)?;
         if set.judged.is_none() {
+            if of_candidates {
+                return None;
+            }
             return set.fitted.take().map(|fitted| Task::Judge(here, Box::new(fitted)));
         }
         let page_model = set.page_model()?.clone();
         let views = match &set.views {
+            None if of_candidates => return None,
             None => return Some(Task::Look(here, page_model)),
-            Some(Ok(views)) => views.clone(),
-            Some(Err(_)) => return None,
+            Some(Ok(views)) if of_candidates => views.clone(),
+            Some(_) => return None,
         };
         let ahead = listed(set);
         let all = wanted.iter().chain(&ahead).filter(|effect| !set.has_tried(effect));
@@ -48,12 +52,20 @@ impl State {
 }
 
 impl Bench {
-    /// Computes what there is to compute, for ever.
+    /// Computes what there is to compute, for ever. Some candidates take minutes on large campaigns, for which the judgement of
+    /// the next set does not wait.
     pub fn work(&self) {
+        thread::scope(|scope| {
+            scope.spawn(|| self.work_on(true));
+            self.work_on(false);
+        });
+    }
+
+    fn work_on(&self, of_candidates: bool) {
         loop {
             let mut state = self.state();
             let task = loop {
-                match state.next_task() {
+                match state.next_task(of_candidates) {
                     Some(task) => break task,
                     None => state = self.wait(state),
                 }
