@@ -79,9 +79,10 @@ pub fn told(command: Command) -> Command {
             command.mut_subcommand(verb, |verb| verb.after_help(format!("Examples:{lines}")))
         })
         .help_template(template)
+        .max_term_width(WIDTH)
 }
 
-/// Columns of the list of verbs.
+/// Columns of the help, of its list of verbs and of its options.
 const WIDTH: usize = 80;
 
 /// Text after a label, further lines below its beginning.
