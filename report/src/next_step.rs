@@ -70,24 +70,17 @@ pub(super) fn command(advice: &Advice, diagnosis: &Diagnosis, commands: &Recomme
 }
 
 /// What is to be settled before the steps of a ladder are believed, as [`next_step_sentences`] says before the climb: that its
-/// first step adds one of several effects that the data cannot distinguish, or sets samples aside in which a shape shows.
+/// first step adds one of several effects that the data cannot distinguish.
 #[must_use]
 pub fn in_question_sentence(ladder: &Ladder, commands: &Recommended) -> Option<String> {
     let first = &ladder.first().diagnosis;
     let verdict = first.verdict_without_suspects.unwrap_or(first.verdict);
     let step = ladder.steps.get(1).filter(|step| step.added != first.without_suspects())?;
-    let sets_aside = step.added.iter().all(|effect| effects::set_aside_by(effect).is_some());
-    match (verdict, &first.heat_map.curve) {
-        (Verdict::Indistinguishable, _) => Some(format!(
+    (verdict == Verdict::Indistinguishable).then(|| {
+        format!(
             "Next: {} names the few measurements that would distinguish what may be missing; the first step, {}, may be the wrong one.",
             commands.verb("next"),
             all_called(&step.added)
-        )),
-        (Verdict::Unexplained, Some(curve)) if sets_aside && !first.heat_map.credible().is_empty() => Some(format!(
-            "Note: the first step sets samples aside in which the error of joint {} shows most; {} judges its curve instead.",
-            curve.joint + 1,
-            commands.add(&format!("curve:{}:{}", curve.joint + 1, curve.variable.name()))
-        )),
-        _ => None,
-    }
+        )
+    })
 }

@@ -5,7 +5,6 @@ use super::ladder::{Climb, best_step};
 use super::ladder_step::{LadderStep, step};
 use super::objections::Objection;
 use super::verdict::Verdict;
-use crate::effects;
 use crate::identify::IdentifyError;
 use crate::measure::Dataset;
 
@@ -43,8 +42,8 @@ impl ToDo {
 pub struct Advice {
     /// What to do.
     pub to_do: ToDo,
-    /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none, or would set
-    /// samples aside that are no suspects, the curve of the joint that stands out, if that predicts better. `None` if nothing does.
+    /// The step of the ladder, fitted; with [`ToDo::Distinguish`] the one that it would take. Where it takes none,
+    /// the curve of the joint that stands out, if that predicts better. `None` if nothing does.
     pub step: Option<Box<LadderStep>>,
     /// Effects that the ladder tried before, and the objections to each.
     pub refused: Vec<(String, Vec<Objection>)>,
@@ -74,8 +73,6 @@ impl Advice {
             }
         })?;
         let step = match next {
-            // A sample in which a shape shows most is no bad sample: the shape is what is missing.
-            Ok(step) if hides_a_shape(&step.added, below) => Some(curve(datasets, below, ground)?.unwrap_or(step)),
             Ok(step) => Some(step),
             Err(_) => curve(datasets, below, ground)?,
         };
@@ -96,12 +93,6 @@ impl Advice {
     }
 }
 
-/// True if a step only sets samples aside that are no suspects of the diagnosis.
-fn hides_a_shape(added: &[String], below: &LadderStep) -> bool {
-    let samples = added.iter().all(|effect| effects::set_aside_by(effect).is_some());
-    samples && added != below.diagnosis.without_suspects()
-}
-
 /// The step that adds the curve of the joint whose error follows a variable, if no effect of the catalogue explains the residual
 /// and nothing speaks against that step.
 fn curve(
@@ -109,14 +100,7 @@ fn curve(
     below: &LadderStep,
     ground: HoldOut<'_>,
 ) -> Result<Option<Box<LadderStep>>, IdentifyError> {
-    let diagnosis = &below.diagnosis;
-    let credible = diagnosis.heat_map.credible().first().copied();
-    let Some(curve) = diagnosis.heat_map.curve.as_ref().filter(|c| {
-        diagnosis.verdict == Verdict::Unexplained
-            && credible.is_some_and(|cell| (cell.joint, cell.variable) == (c.joint, c.variable))
-    }) else {
-        return Ok(None);
-    };
+    let Some(curve) = below.diagnosis.shape() else { return Ok(None) };
     let step = step(datasets, below, &curve.added_to(&below.model), vec![curve.effect_name()], ground)?;
     Ok((!step.objections(below).iter().any(Objection::refuses)).then(|| Box::new(step)))
 }

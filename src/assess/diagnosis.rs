@@ -6,7 +6,7 @@ mod judgement;
 mod scatter;
 
 use super::curve_families::CurveFamily;
-use super::heat_map::HeatMap;
+use super::heat_map::{Curve, HeatMap};
 use super::hypotheses::{Hypothesis, Place};
 use super::library::Untestable;
 use super::noise::Suspect;
@@ -140,6 +140,13 @@ impl Diagnosis {
     pub fn outlier(&self) -> Option<usize> {
         let sticks_out = |f: &Finding| f.is_sample() && f.hypothesis.ln_evidence_against_background > OUTLIER_ODDS.ln();
         self.findings.iter().position(sticks_out)
+    }
+
+    /// The curve of the joint whose error follows a variable, if no effect of the catalogue explains the residual.
+    pub fn shape(&self) -> Option<&Curve> {
+        let best = self.heat_map.credible().first().map(|cell| (cell.joint, cell.variable));
+        let curve = self.heat_map.curve.as_ref().filter(|_| self.verdict == Verdict::Unexplained);
+        curve.filter(|c| best == Some((c.joint, c.variable)))
     }
 
     /// The effects that set all suspect samples aside.

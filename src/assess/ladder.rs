@@ -26,7 +26,7 @@ const ABOUT_AS_GOOD: f64 = 1.5;
 /// Largest number of iterations of a fit that is trusted. A slower fit creeps along a valley that its data do not
 /// determine, so its predictions at other poses are not supported by them, even if it predicts rows near the fitted
 /// ones well. Useful models of real robots took 6 to 69 iterations, a harmful one 220.
-const READILY: usize = 120;
+pub const READILY: usize = 120;
 
 /// Reason why a ladder ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -269,6 +269,10 @@ pub fn best_step(
         tried.push((together, objections));
     }
     let mut effects = candidates(&below.diagnosis);
+    if below.diagnosis.shape().is_some() {
+        // Samples in which a shape shows most are no bad samples: the shape is what is missing.
+        effects.retain(|id| effects::set_aside_by(id).is_none() || suspects.contains(id));
+    }
     if below.would_miss(suspects.len()) {
         // If they are refused together, none of them is tried alone.
         effects.retain(|id| !suspects.contains(id));

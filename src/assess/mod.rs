@@ -62,7 +62,7 @@ pub use fitted_model::{FittedModel, needs_diagnosis, step_gains};
 pub use heat_map::{Cell, Curve, HeatMap, Variable};
 pub use hold_out::{Check, HoldOut, NotJudged};
 pub use hypotheses::{Hypothesis, Moment, Place, Unplaced, place};
-pub use ladder::{Climb, Ladder, Next, StopReason, best_step, ladder};
+pub use ladder::{Climb, Ladder, Next, READILY, StopReason, best_step, ladder};
 pub use ladder_step::{LadderStep, add, ladder_step, step};
 pub use library::{Candidate, Library, Untestable};
 pub use look::Look;

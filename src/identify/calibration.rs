@@ -126,6 +126,12 @@ pub enum IdentifyError {
     /// The data do not determine the unknowns.
     #[error(transparent)]
     Fit(#[from] FitError),
+    /// The fit creeps along a valley that the data hardly determine.
+    #[error("its fit does not converge within {steps} steps: the data hardly determine it")]
+    Slow {
+        /// Steps after which it was given up.
+        steps: usize,
+    },
     /// The calibration as read back does not reproduce the residual of its fit.
     #[error(
         "calibench found itself inconsistent: the fit leaves {fitted_mm:.9} mm, and the calibration as read back leaves {read_mm:.9} mm on the same rows; report this with the data and the model"

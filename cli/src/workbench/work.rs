@@ -1,7 +1,6 @@
 //! What is computed in the background for the present set of effects: first its judgement, then its samples, then the curves
 //! of its candidates, so that looking at one is a look-up.
 
-use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread;
@@ -10,6 +9,8 @@ use calibench::assess::{FittedModel, WorkspacePoses};
 use calibench::files::with_reasons;
 use calibench::identify::IdentifyError;
 use calibench_report::{FittedCandidate, PageModel, Views};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::bench::Bench;
 use super::history::Moment;
@@ -17,6 +18,11 @@ use super::state::{State, listed};
 
 /// Number of candidates fitted at the same time; a candidate that is wanted waits for no more than these.
 const TOGETHER: usize = 2;
+
+/// Threads that fit candidates: half of the processors, so that a switch that is turned meanwhile finds the others free.
+fn beside() -> Option<ThreadPool> {
+    ThreadPoolBuilder::new().num_threads((rayon::current_num_threads() / 2).max(1)).build().ok()
+}
 
 /// Something to be computed, with all that it needs.
 enum Task {
@@ -52,11 +58,14 @@ impl State {
 }
 
 impl Bench {
-    /// Computes what there is to compute, for ever. Some candidates take minutes on large campaigns, for which the judgement of
-    /// the next set does not wait.
+    /// Computes what there is to compute, for ever. Candidates take seconds on large campaigns, for which the judgement of the
+    /// next set does not wait.
     pub fn work(&self) {
         thread::scope(|scope| {
-            scope.spawn(|| self.work_on(true));
+            scope.spawn(|| match beside() {
+                Some(threads) => threads.install(|| self.work_on(true)),
+                None => self.work_on(true),
+            });
             self.work_on(false);
         });
     }
@@ -110,10 +119,7 @@ impl Bench {
         let one = |effect: &String| -> Result<Option<FittedCandidate>, String> {
             computed(|| self.subject(at, |subject| views.fit_candidate(subject, page_model, effect)))
         };
-        let fitted: Vec<_> = thread::scope(|scope| {
-            let running: Vec<_> = effects.iter().map(|effect| scope.spawn(move || one(effect))).collect();
-            running.into_iter().map(|thread| thread.join().unwrap_or_else(|because| Err(panicked(&*because)))).collect()
-        });
+        let fitted: Vec<_> = effects.par_iter().map(one).collect();
         let mut state = self.state();
         let Some(set) = state.set_mut(at) else { return };
         for (effect, result) in effects.iter().zip(fitted) {
@@ -130,10 +136,10 @@ impl Bench {
 fn computed<T>(compute: impl FnOnce() -> Result<T, IdentifyError>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(compute)) {
         Ok(result) => result.map_err(|e| with_reasons(&e)),
-        Err(because) => Err(panicked(&*because)),
+        Err(_) => Err(panicked()),
     }
 }
 
-fn panicked(_: &(dyn Any + Send)) -> String {
+fn panicked() -> String {
     "this cannot be computed; switch back, or save and open it anew".to_owned()
 }

@@ -10,9 +10,9 @@ use super::{short, shorts};
 use crate::gallery::gallery_page;
 use crate::meaning::{meaning, what};
 use crate::symptom_sentence;
-use calibench::assess::{Comparison, Curve, Diagnosis, Finding, Symptom, Verdict};
+use calibench::assess::{Comparison, Curve, Diagnosis, Finding, READILY, Symptom, Verdict};
 use calibench::effects::{EffectId, family, in_words};
-use calibench::identify::{Calibration, IdentifyError, Model, Problem, Use, fit};
+use calibench::identify::{Calibration, IdentifyError, Model, Outcome, Problem, Use, fit};
 use calibench::measure::Dataset;
 use calibench::units::{DEG, MM, UM, URAD};
 
@@ -69,7 +69,7 @@ impl Candidate {
     /// Fits the candidate.
     ///
     /// # Errors
-    /// If the data do not determine it.
+    /// If the data do not determine it, or so little that its fit does not converge readily.
     pub fn of(
         offered: Offered,
         datasets: &[(&str, &Dataset)],
@@ -77,8 +77,11 @@ impl Candidate {
         comparison: &Comparison,
     ) -> Result<Self, IdentifyError> {
         let Offered { effect, wider, period } = offered;
-        let problem = Problem::new(datasets, &wider, Use::Fit)?;
+        let problem = Problem::new(datasets, &wider, Use::Fit)?.within_steps(READILY);
         let fitted = fit(&problem)?;
+        if fitted.outcome != Outcome::Converged {
+            return Err(IdentifyError::Slow { steps: READILY });
+        }
         let after = problem.residuals(&fitted.values);
         let takes: Vec<Vector3<f64>> = before.points.iter().zip(&after).map(|(p, r)| p.residual - r).collect();
         let calibration = Calibration::of(datasets, &wider, &problem, &fitted);
