@@ -5,7 +5,7 @@ use super::figures::{CROSS_VALIDATED, RESIDUAL, WORKSPACE};
 use super::recommended::Recommended;
 use super::tables::plain_table;
 use calibench::assess::{
-    Choice, ChoiceKind, Contradiction, Gain, Ladder, LadderStep, Objection, Planned, StopReason, Symptom, Unphysical,
+    Choice, ChoiceKind, Contradiction, Gain, Lack, Ladder, LadderStep, Objection, Planned, StopReason, Symptom, Unphysical,
 };
 use calibench::effects;
 use calibench::identify::Outcome;
@@ -40,10 +40,23 @@ fn contradiction(by: &Contradiction) -> String {
     format!("{:.4} mm before, {:.4} mm after ({:.1} standard errors)", by.rms[0] / MM, by.rms[1] / MM, by.sigma)
 }
 
-/// States that a step predicts held-out postures no better, with the errors before and after.
+/// States what the gain of a step at postures that were not fitted lacks, with the errors before and after.
 pub fn gain_sentence(gain: &Gain) -> String {
+    let (better, wanted) = match gain.lacks() {
+        None => ("better".into(), String::new()),
+        Some(Lack::Gain) => ("no better".into(), String::new()),
+        Some(Lack::Size { needed }) => ("hardly better".into(), format!("; more than {:.0} % wanted", 100.0 * needed)),
+        Some(Lack::Significance { needed }) => {
+            ("better by no more than chance allows".into(), format!("; more than {needed:.1} wanted"))
+        }
+        Some(Lack::Tail { grows }) => {
+            (format!("better on the whole, but the largest errors grow by {:.0} %", 100.0 * grows), String::new())
+        }
+    };
+    let size = matches!(gain.lacks(), Some(Lack::Size { .. }));
+    let (of_squares, of_sigma) = if size { (wanted.as_str(), "") } else { ("", wanted.as_str()) };
     format!(
-        "{} that were not fitted are predicted no better: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares, {:.1} standard errors)",
+        "{} that were not fitted are predicted {better}: {:.4} mm before, {:.4} mm after ({:+.1} % of the squares{of_squares}, {:.1} standard errors{of_sigma})",
         gain.division.words(),
         gain.rms[0] / MM,
         gain.rms[1] / MM,

@@ -73,11 +73,16 @@ impl Page {
     /// # Errors
     /// If data and model do not match, or the data do not determine the unknowns.
     pub fn new(subject: &PageSubject<'_>) -> Result<Self, IdentifyError> {
+        Page::examined(subject).map(|(page, ..)| page)
+    }
+
+    fn examined(subject: &PageSubject<'_>) -> Result<(Self, PageModel, Views), IdentifyError> {
         let page_model = PageModel::new(subject)?;
         let mut views = Views::new(subject, &page_model)?;
         views.look_at_the_best(subject, &page_model);
         let ladder = steps::ladder(subject, &page_model.ladder_step, page_model.ground())?;
-        Page::of(subject, &page_model, ladder, &views)
+        let page = Page::of(subject, &page_model, ladder, &views)?;
+        Ok((page, page_model, views))
     }
 
     /// The same, with a second model of the same data beside it; `names` are those of the subject's model and of `other`.
@@ -85,11 +90,7 @@ impl Page {
     /// # Errors
     /// Those of [`Page::new`], as [`AgainstError::First`] or, if they are of the second model, [`AgainstError::Second`].
     pub fn against(subject: &PageSubject<'_>, other: &Model, names: [&str; 2]) -> Result<Self, AgainstError> {
-        let page_model = PageModel::new(subject).map_err(AgainstError::First)?;
-        let mut views = Views::new(subject, &page_model).map_err(AgainstError::First)?;
-        views.look_at_the_best(subject, &page_model);
-        let ladder = steps::ladder(subject, &page_model.ladder_step, page_model.ground()).map_err(AgainstError::First)?;
-        let mut page = Page::of(subject, &page_model, ladder, &views).map_err(AgainstError::First)?;
+        let (mut page, page_model, views) = Page::examined(subject).map_err(AgainstError::First)?;
         let second = PageSubject { model: other, ..subject.clone() };
         let rival = Rival::new(&second, &views).map_err(AgainstError::Second)?;
         page.document["against"] = rival.json(names, subject, &page_model).map_err(AgainstError::Second)?;
@@ -102,10 +103,11 @@ impl Page {
     /// If the validation rows cannot be predicted.
     pub fn of(subject: &PageSubject<'_>, page_model: &PageModel, ladder: Value, views: &Views) -> Result<Self, IdentifyError> {
         let mut document = page_model.json(subject, ladder)?;
-        if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), views.json(page_model)) {
+        let seen = views.json(page_model);
+        candidate::add_spoken_of(&seen, &mut document["meanings"]);
+        if let (Some(whole), Value::Object(part)) = (document.as_object_mut(), seen) {
             whole.extend(part);
         }
-        candidate::add_spoken_of(&mut document);
         Ok(Page { document })
     }
 }

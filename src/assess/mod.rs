@@ -79,7 +79,7 @@ pub use noise::{
 pub use noise_floor::{CONFIDENCE, NoiseFloor, NoiseLevel, NoiseSource, Replicates};
 pub use objections::Objection;
 pub use outside_range::{Extrapolation, OutsideRange};
-pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Recommendation, recommend};
+pub use recommend::{Choice, Division, Gain, Kind as ChoiceKind, Lack, Recommendation, recommend};
 pub use relevance::Relevance;
 pub use repeatability::{PoseRepeatability, Repeatability, StationRepeatability};
 pub use residual_views::SeenSample;

@@ -158,11 +158,11 @@ pub(super) fn meanings(diagnosis: &Diagnosis, ladder: &Value) -> Value {
     Value::Object(named.into_iter().map(meaning_of).collect())
 }
 
-/// Adds the effects that the sentences of a page speak of to its meanings.
-pub(super) fn add_spoken_of(document: &mut Value) {
+/// Adds the effects that the sentences of a document speak of to the meanings of its page.
+pub(super) fn add_spoken_of(document: &Value, meanings: &mut Value) {
     let mut spoken = BTreeSet::new();
     effects_spoken_of(document, false, &mut spoken);
-    let Some(meanings) = document["meanings"].as_object_mut() else { return };
+    let Some(meanings) = meanings.as_object_mut() else { return };
     for id in spoken {
         meanings.entry(id.clone()).or_insert_with(|| meaning_of(id).1);
     }

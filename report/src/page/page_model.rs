@@ -136,7 +136,9 @@ impl PageModel {
         if let Some(misfit) = &subject.misfit {
             document["misfit"] = json!(misfit);
         }
-        candidate::add_spoken_of(&mut document);
+        let mut meanings = document["meanings"].take();
+        candidate::add_spoken_of(&document, &mut meanings);
+        document["meanings"] = meanings;
         Ok(document)
     }
 }

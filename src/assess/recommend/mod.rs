@@ -15,7 +15,7 @@ mod steps;
 pub use choices::{Choice, Kind, Recommendation, recommend};
 pub use folds::Division;
 pub(super) use folds::{postures, random_folds};
-pub use rule::Gain;
+pub use rule::{Gain, Lack};
 pub(super) use steps::{gains, gains_of_each};
 
 use super::examination::Examination;

@@ -67,11 +67,48 @@ impl Gain {
 
     /// True if the gain is large and significant; with whole places left out, true if the step does no harm.
     pub fn convinces(&self) -> bool {
-        if self.division == Division::Places {
-            return self.share > -LEAST_HARM;
-        }
-        self.share > LEAST_GAIN && self.sigma > least_sigma(self.postures) && self.tail < 1.0 + TAIL
+        self.lacks().is_none()
     }
+
+    /// What the gain lacks to convince.
+    pub fn lacks(&self) -> Option<Lack> {
+        let needed = least_sigma(self.postures);
+        if self.share.is_nan() {
+            return Some(Lack::Gain);
+        }
+        if self.division == Division::Places {
+            return (self.share <= -LEAST_HARM).then_some(Lack::Gain);
+        }
+        match self.share {
+            none if none <= 0.0 => Some(Lack::Gain),
+            small if small <= LEAST_GAIN => Some(Lack::Size { needed: LEAST_GAIN }),
+            _ if self.sigma <= needed => Some(Lack::Significance { needed }),
+            _ if self.tail >= 1.0 + TAIL => Some(Lack::Tail { grows: self.tail - 1.0 }),
+            _ => None,
+        }
+    }
+}
+
+/// What a gain lacks to convince.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lack {
+    /// There is none.
+    Gain,
+    /// It is too small.
+    Size {
+        /// The share of the mean square that it must exceed.
+        needed: f64,
+    },
+    /// Chance may have brought it about.
+    Significance {
+        /// The number of standard errors that it must exceed.
+        needed: f64,
+    },
+    /// The errors are smaller on the whole, but the largest ones grow.
+    Tail {
+        /// By this share, at the 95th percentile.
+        grows: f64,
+    },
 }
 
 /// Number of standard errors that a gain must exceed with this number of postures.
