@@ -46,8 +46,7 @@ pub fn check_text(check: &RobotCheck) -> String {
     let used = check.looks.len();
     let mut out = String::new();
     let percent = |p: f64| format!("{:.0} %", 100.0 * p);
-    let named = check.conditions.iter().find(|j| j.condition != Condition::Valid);
-    match named.filter(|_| check.changed) {
+    match check.named() {
         None => {
             let ratio = check.looks.last().map_or(0.0, |l| l.ratio);
             out.push_str(&format!(

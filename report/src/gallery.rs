@@ -15,6 +15,7 @@ pub use index::GALLERY_MARK;
 pub use link::gallery_page;
 pub use plot::Plot;
 pub use see::{Seen, see};
+pub(crate) use svg::escaped;
 
 use index::{first_look_page, index_page};
 

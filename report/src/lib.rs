@@ -1,5 +1,6 @@
 //! Presentation of results: tables and sentences for people, [`documents`] for programs, and the page.
 
+mod charts;
 mod check;
 mod comparison_plots;
 mod comparison_tables;
@@ -26,6 +27,7 @@ mod shifts;
 mod tables;
 mod workspace;
 
+pub use charts::{charts_page, charts_text};
 pub use check::{check_plan_text, check_text, condition_words, what_to_do};
 pub use comparison_plots::{PLOTS_MARK, write_comparison_plots};
 pub use comparison_tables::{comparison_headline, comparison_sentences, comparison_text};

@@ -33,6 +33,13 @@ impl Gauge {
         Gauge::new(array::from_fn(|_| PlungerTruth::draw(&mut rng, spec)), streams)
     }
 
+    /// Lets the plungers draw their noise from these streams from now on.
+    pub fn renew_noise(&mut self, streams: &Streams) {
+        for (k, plunger) in self.plungers.iter_mut().enumerate() {
+            plunger.renew_noise(streams.stream(&format!("plunger{}", k + 1)));
+        }
+    }
+
     /// Plunger `k`.
     pub fn plunger(&self, k: usize) -> &SimulatedPlunger {
         &self.plungers[k]

@@ -288,6 +288,11 @@ impl SimulatedPlunger {
         self.followed = self.followed.max(travel - half_width).min(travel + half_width);
     }
 
+    /// Draws its noise from here from now on.
+    pub fn renew_noise(&mut self, noise: ChaCha8Rng) {
+        self.noise = noise;
+    }
+
     /// Returns the reading, m.
     ///
     /// # Errors

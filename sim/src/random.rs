@@ -20,6 +20,13 @@ pub struct Streams {
 }
 
 impl Streams {
+    /// The streams of the noise on a later visit to the same cell; visit 0 is the first.
+    #[must_use]
+    pub fn of_visit(&self, visit: u64) -> Self {
+        let seed = if visit == 0 { self.seed } else { fnv1a(format!("visit {visit} to {}", self.seed).as_bytes()) };
+        Streams { seed, ..*self }
+    }
+
     /// Returns the stream of the noise called `source`, from its beginning.
     pub fn stream(&self, source: &str) -> ChaCha8Rng {
         let mut key = [0; 32];

@@ -39,6 +39,8 @@ pub enum SessionError {
 pub struct Session<'a> {
     scenario: &'a Scenario,
     streams: Streams,
+    /// Those of the noise.
+    noise: Streams,
     world: SharedWorld,
     mastering: Mastering,
     /// Path home from the arm's present posture, rad; empty if it is at home or no path is known.
@@ -61,11 +63,31 @@ impl<'a> Session<'a> {
     /// # Errors
     /// When the plant cannot simulate the cell, or the gauge cannot be mastered.
     pub fn begin(scenario: &'a Scenario, streams: Streams, session_s: f64) -> Result<Self, SessionError> {
-        let world = SharedWorld::new(World::new(scenario, &streams, session_s)?);
+        Session::visit(scenario, streams, session_s, 0, |_| ())
+    }
+
+    /// The same on a later visit: robot, artifact and gauge are those of the first, but for what `alter` does to them, and all
+    /// noise is new.
+    ///
+    /// # Errors
+    /// As [`Session::begin`].
+    pub fn visit(
+        scenario: &'a Scenario,
+        streams: Streams,
+        session_s: f64,
+        visit: u64,
+        alter: impl FnOnce(&mut Parts),
+    ) -> Result<Self, SessionError> {
+        let noise = streams.of_visit(visit);
+        let mut world = World::altered(scenario, &streams, session_s, alter)?;
+        if visit > 0 {
+            world.renew_noise(&noise);
+        }
+        let world = SharedWorld::new(world);
         let clock = || world.robot().clock_s();
         let mastering =
             master(&mut world.indicators(), &mut world.attendant(), &TriCal::default(), &MasteringSettings::default(), clock)?;
-        Ok(Session { scenario, streams, world, mastering, way_home: RefCell::default() })
+        Ok(Session { scenario, streams, noise, world, mastering, way_home: RefCell::default() })
     }
 
     /// Result of the mastering.
@@ -182,7 +204,7 @@ impl<'a> Session<'a> {
     pub fn set_up_tracker(&self) -> Result<SimulatedTracker, TrackerError> {
         let nests = self.scenario.tracker.nests_mm.map(|n| Vector3::from(n) * MM);
         let spec = self.scenario.truth().keys().tracker.spec();
-        let tracker = SimulatedTracker::set_up(&spec, &nests, &mut self.streams.stream("tracker"))?;
+        let tracker = SimulatedTracker::set_up(&spec, &nests, &mut self.noise.stream("tracker"))?;
         self.world.attendant().mount(0);
         self.world.attendant().remove_artifact();
         Ok(tracker)
@@ -202,7 +224,7 @@ impl<'a> Session<'a> {
         if tour.has_no_ways {
             self.world.put_without_ways();
         }
-        let mut rng = self.streams.stream(&format!("tracker {prefix}"));
+        let mut rng = self.noise.stream(&format!("tracker {prefix}"));
         let mut robot = self.world.robot();
         let mut motion = LastMotion::new(CampaignSettings::default().joint_motion);
         motion.rest_at(&robot.joints()?);
@@ -250,5 +272,13 @@ impl CampaignObserver for Naming<'_> {
 
     fn probing_finished(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
         self.observer.probing_finished(pose, probing, sample);
+    }
+
+    fn recalled(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
+        self.observer.recalled(pose, probing, sample);
+    }
+
+    fn choose(&mut self, waiting: &[&PlannedPose], samples: &[Sample]) -> Option<usize> {
+        self.observer.choose(waiting, samples)
     }
 }

@@ -127,6 +127,14 @@ impl World {
         Ok(world)
     }
 
+    /// Lets everything that differs from one measurement to the next be drawn from these streams from now on.
+    pub fn renew_noise(&mut self, streams: &Streams) {
+        self.gauge.renew_noise(streams);
+        self.form.random = streams.stream("ball form");
+        self.motion = streams.stream("motion");
+        self.master = streams.stream("master ball");
+    }
+
     /// True world position of the TCP, m.
     pub fn tcp(&self) -> Vector3<f64> {
         self.pose.translation.vector

@@ -49,7 +49,8 @@ mod workspace_map;
 
 pub use advice::{Advice, ToDo};
 pub use check::{
-    CheckError, Condition, FALSE_ALARM, Judged, Looked, Power, PowerAt, RobotCheck, choose_sentinels, power_of_check,
+    Chart, ChartPoint, Charts, CheckError, Condition, Elementary, FALSE_ALARM, Judged, Looked, Power, PowerAt, RUN_LENGTH,
+    RobotCheck, choose_sentinels, power_of_check,
 };
 pub use comparison::{Comparison, FitRelation, LackOfFit, SIGNIFICANCE, Standout, Subject};
 pub use curve_families::CurveFamily;

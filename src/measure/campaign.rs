@@ -44,7 +44,8 @@ pub struct Progress {
     pub remaining_s: f64,
 }
 
-/// An observer of a campaign: a progress bar, a journal, a three-dimensional view. All methods do nothing by default.
+/// An observer of a campaign: a progress bar, a journal, a three-dimensional view, or what decides how to go on. By default all
+/// methods do nothing, and the poses are probed in their order.
 pub trait CampaignObserver {
     /// A probing begins at this pose; attempts are counted from 1.
     fn probing_started(&mut self, _pose: &PlannedPose, _attempt: usize, _progress: &Progress) {}
@@ -57,6 +58,12 @@ pub trait CampaignObserver {
 
     /// A probing made before an interruption is taken over and not repeated.
     fn recalled(&mut self, _pose: &PlannedPose, _probing: &Probing, _sample: Option<&Sample>) {}
+
+    /// The pose to probe next, by its place among those waiting, after these samples; `None` ends the campaign because they are
+    /// enough. A campaign that is resumed asks again, so the answer must depend on nothing else.
+    fn choose(&mut self, _waiting: &[&PlannedPose], _samples: &[Sample]) -> Option<usize> {
+        Some(0)
+    }
 }
 
 /// No observer.

@@ -54,7 +54,7 @@ impl<'a> CampaignState<'a> {
     }
 
     fn run<M: Manipulator, I: Indicator>(mut self, campaign: &mut Campaign<M, I>) -> CampaignRecord {
-        while let Some(place) = self.queue.next() {
+        while let Some(place) = self.next() {
             let tried = self.measure(place, campaign);
             let abort = match tried.result {
                 Ok(sample) => {
@@ -86,6 +86,16 @@ impl<'a> CampaignState<'a> {
             }
         }
         self.record
+    }
+
+    /// Takes the next pose, by its index in the plan; `None` if there is none, or what was measured is enough.
+    fn next(&mut self) -> Option<usize> {
+        let waiting: Vec<&PlannedPose> = self.queue.waiting().map(|k| &self.poses[k]).collect();
+        if waiting.is_empty() {
+            return None;
+        }
+        let at = self.observer.choose(&waiting, &self.record.samples)?;
+        self.queue.take(at)
     }
 
     /// Probes one pose until it is centred, fails for good, or ends the campaign.

@@ -21,6 +21,31 @@ pub struct ProbingPlan {
     pub ways: Option<HomeWays>,
 }
 
+impl ProbingPlan {
+    /// The plan of some of its poses alone, by their ids, in this order; from one to the next by way of home.
+    ///
+    /// # Errors
+    /// The first id that no pose has.
+    pub fn of_poses<'a>(&self, ids: &'a [String]) -> Result<ProbingPlan, &'a str> {
+        let mut poses: Vec<PlannedPose> = Vec::with_capacity(ids.len());
+        for id in ids {
+            let pose = self.poses.iter().find(|p| p.id == *id).ok_or(id.as_str())?;
+            let via = match (&self.ways, poses.last()) {
+                (Some(ways), Some(before)) if before.payload == pose.payload => ways.between(&before.id, id),
+                (Some(ways), _) => ways.from_home(id).to_vec(),
+                (None, _) => Vec::new(),
+            };
+            // The gap of the plan is that of another path.
+            poses.push(PlannedPose { via, clearance: None, reserve: false, reverses: None, ..pose.clone() });
+        }
+        let mut ways = self.ways.clone();
+        if let Some(ways) = &mut ways {
+            ways.to.retain(|id, _| ids.contains(id));
+        }
+        Ok(ProbingPlan { poses, ways })
+    }
+}
+
 /// Poses to probe, in their order, and the ways between them.
 #[derive(Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

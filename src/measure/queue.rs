@@ -25,13 +25,18 @@ impl<'a> Queue<'a> {
         Queue { poses, waiting: waiting.into(), reserves, done: 0, skipped: 0, before: None }
     }
 
-    /// Takes the next pose, by its index in the plan.
-    pub fn next(&mut self) -> Option<usize> {
+    /// The poses not taken yet, by their indices in the plan.
+    pub fn waiting(&self) -> impl Iterator<Item = usize> {
+        self.waiting.iter().copied()
+    }
+
+    /// Takes the pose at this place among those waiting. Returns its index in the plan; `None` if there is none.
+    pub fn take(&mut self, at: usize) -> Option<usize> {
         if self.skipped == 0 {
             self.before = None;
             self.before = Some(Box::new(self.clone()));
         }
-        let place = self.waiting.pop_front()?;
+        let place = self.waiting.remove(at)?;
         self.done += 1;
         Some(place)
     }

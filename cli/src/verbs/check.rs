@@ -1,71 +1,218 @@
 //! `check CALIBRATION --then CAMPAIGN [DATASET]`: whether a calibration still holds, by a few poses measured again.
 
-use std::path::PathBuf;
+mod history;
+
+use std::path::{Path, PathBuf};
 
 use calibench::assess::{CheckError, RobotCheck, choose_sentinels, power_of_check};
-use calibench::files::with_reasons;
-use calibench::measure::Dataset;
-use calibench_report::{check_plan_text, check_text, documents};
+use calibench::files::{check_output_folder, with_reasons, write_whole};
+use calibench::identify::Calibration;
+use calibench::measure::{DATASET_TOML, Dataset, Measured, PlannedPose, Sample, read_cell, read_plan, write_plan};
+use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
+use calibench_sim::scenario::load_scenario;
 
+use self::history::{History, day};
+use super::choices::seed;
 use super::data::{read_calibration_to_use, read_datasets};
 use super::failure::{Failure, LocatedError, Outcome};
-use super::output::{print, print_json};
+use super::measure::{Choice, Simulated, simulate};
+use super::measure_cell;
+use super::output::{check_outputs, print, print_json};
+use super::plan_cell::is_cell;
 use super::progress::Waiting;
+use super::streams::{input, output};
 
 /// Sizes for which the power of a check is printed, in units of the noise of one comparison.
 const SIZES: [f64; 4] = [1.0, 2.0, 3.0, 5.0];
 
+/// Three forms of call.
+const USAGE: &str = "calibench check <CALIBRATION> --then <CAMPAIGN> [--sentinels <N>] [--plan <PLAN> -o <SENTINELS>]
+       calibench check <CALIBRATION> --then <CAMPAIGN> <DATASET> [--history <FILE> --on <DAY>]
+       calibench check <CALIBRATION> --then <CAMPAIGN> --cell <CELL|SCENARIO> --plan <SENTINELS> -o <DATASET>";
+
 #[derive(clap::Args)]
+#[command(override_usage = USAGE)]
 pub struct Arguments {
     /// Calibration file written by `identify`
     calibration: PathBuf,
     /// Dataset folder of the check: some poses of the campaign, measured again; without it the check is planned
+    #[arg(conflicts_with = "cell")]
     dataset: Option<PathBuf>,
     /// Dataset folder of the campaign that was calibrated, or of an earlier check: what the new measurements are compared with
     #[arg(long, value_name = "CAMPAIGN")]
     then: PathBuf,
     /// Number of poses to choose, if the check is planned
-    #[arg(long, default_value_t = 5, conflicts_with = "dataset", value_parser = clap::value_parser!(u16).range(1..=100))]
+    #[arg(long, default_value_t = 5, conflicts_with_all = ["dataset", "cell"], value_parser = clap::value_parser!(u16).range(1..=100))]
     sentinels: u16,
+    /// The plan by which the campaign was measured, of which the chosen poses are written to `-o`; with `--cell` the poses to
+    /// probe
+    #[arg(long, conflicts_with = "dataset", value_parser = input())]
+    plan: Option<PathBuf>,
+    /// Output: the plan of the chosen poses; with `--cell` the dataset
+    #[arg(short, long, visible_alias = "out", requires = "plan", value_parser = output())]
+    output: Option<PathBuf>,
+    /// Visit to a simulated cell: 1 is the first after the campaign
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "cell")]
+    visit: u64,
+    /// Seed with which a simulated cell was measured, if not the scenario's
+    #[arg(long, requires = "cell", value_parser = seed, allow_negative_numbers = true)]
+    seed: Option<u64>,
+    /// Resume an interrupted check from its journal
+    #[arg(long, requires = "cell")]
+    resume: bool,
+    #[command(flatten)]
+    real: measure_cell::CellArguments,
+    /// History file of the robot, to which the check is added; its control charts are printed
+    #[arg(long, value_name = "FILE", requires = "on")]
+    history: Option<PathBuf>,
+    /// Day of the check, YYYY-MM-DD, for the history
+    #[arg(long, value_name = "DAY", requires = "history", value_parser = day)]
+    on: Option<String>,
+    /// Write the control charts as an HTML page
+    #[arg(long, value_name = "PAGE", requires = "history")]
+    page: Option<PathBuf>,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.page)?;
     let calibration = read_calibration_to_use(&arguments.calibration)?;
-    let read = |folder: &PathBuf| -> Result<(String, Dataset), Failure> {
-        let mut datasets = read_datasets(std::slice::from_ref(folder))?;
-        Ok(datasets.remove(0))
-    };
     let (name, campaign) = read(&arguments.then)?;
     let then = (name.as_str(), &campaign);
-    let Some(folder) = &arguments.dataset else {
-        let waiting = Waiting::new("planning the check");
-        let located = |e: CheckError| located(&arguments.then, &e);
-        let chosen = choose_sentinels(&calibration, then, usize::from(arguments.sentinels)).map_err(located)?;
-        let power = power_of_check(&calibration, then, &chosen, &SIZES).map_err(located)?;
-        drop(waiting);
-        let ids: Vec<String> = chosen.iter().map(|&k| campaign.samples[k].id.clone()).collect();
-        if arguments.json {
-            print_json(&documents::Check::of_plan(ids, &power))?;
-        } else {
-            print(&check_plan_text(&ids, &power))?;
-        }
-        return Ok(Outcome::Done);
-    };
-    let (_, now) = read(folder)?;
-    // Both are of the calibration's set-up, whatever their folders are called.
-    let check = RobotCheck::of(&calibration, then, (name.as_str(), &now)).map_err(|e| located(folder, &e))?;
-    if arguments.json {
-        print_json(&documents::Check::of(&check))?;
-    } else {
-        print(&check_text(&check))?;
+    if let Some(folder) = &arguments.dataset {
+        return judge(arguments, &calibration, then, folder);
     }
-    Ok(if check.changed { Outcome::ExpectationFailed } else { Outcome::Done })
+    let Some(cell) = &arguments.real.cell else { return plan(arguments, &calibration, then) };
+    let (Some(plan), Some(folder)) = (&arguments.plan, &arguments.output) else {
+        return Err("say where to write the dataset: -o DATASET".into());
+    };
+    match probe(arguments, (&calibration, then), (cell, plan), folder)? {
+        Outcome::Done if folder.join(DATASET_TOML).is_file() => judge(arguments, &calibration, then, folder),
+        outcome => Ok(outcome),
+    }
 }
 
-fn located(folder: &std::path::Path, error: &CheckError) -> Failure {
+fn read(folder: &PathBuf) -> Result<(String, Dataset), Failure> {
+    let mut datasets = read_datasets(std::slice::from_ref(folder))?;
+    Ok(datasets.remove(0))
+}
+
+/// Chooses the poses to measure again, and tells what they would find.
+fn plan(arguments: &Arguments, calibration: &Calibration, then: (&str, &Dataset)) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
+    let waiting = Waiting::new("planning the check");
+    let located = |e: CheckError| located(&arguments.then, &e);
+    let chosen = choose_sentinels(calibration, then, usize::from(arguments.sentinels)).map_err(located)?;
+    let power = power_of_check(calibration, then, &chosen, &SIZES).map_err(located)?;
+    drop(waiting);
+    let ids: Vec<String> = chosen.iter().map(|&k| then.1.samples[k].id.clone()).collect();
+    if let (Some(plan), Some(output)) = (&arguments.plan, &arguments.output) {
+        let whole = read_plan(plan, then.1)?;
+        let sentinels = whole.of_poses(&ids).map_err(|id| LocatedError {
+            path: plan.clone(),
+            field: "pose",
+            problem: format!("has no pose '{id}', which the campaign has; name the plan by which the campaign was measured"),
+        })?;
+        write_plan(output, &sentinels, then.1)?;
+    }
+    if arguments.json {
+        print_json(&documents::Check::of_plan(ids, &power))?;
+    } else {
+        print(&check_plan_text(&ids, &power))?;
+        if let Some(path) = &arguments.output {
+            print(&format!("The plan is in {}.", path.display()))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+/// Probes one pose after the other until a change is named, or all are probed.
+fn probe(
+    arguments: &Arguments,
+    (calibration, then): (&Calibration, (&str, &Dataset)),
+    (cell, plan): (&PathBuf, &PathBuf),
+    folder: &Path,
+) -> Result<Outcome, Failure> {
+    let is_real = is_cell(cell);
+    let nominal = if is_real {
+        read_cell(cell)?.dataset
+    } else {
+        let scenario = load_scenario(cell)?;
+        scenario.expect_trical("check")?;
+        Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
+    };
+    check_output_folder(folder, "dataset", DATASET_TOML)?;
+    let sentinels = read_plan(plan, &nominal)?;
+    let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
+    // What cannot be compared is refused before anything moves.
+    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| {
+        let measured = Measured::Ball { ball: pose.ball, reading: None };
+        Sample { payload: pose.payload, ..Sample::new(pose.id.clone(), pose.contact.clone(), measured) }
+    });
+    RobotCheck::of(calibration, then, (then.0, &now(planned.collect()))).map_err(|e| LocatedError {
+        path: plan.clone(),
+        field: "pose",
+        problem: with_reasons(&e),
+    })?;
+    let mut choose = |_: &[&PlannedPose], samples: &[Sample]| -> Option<usize> {
+        let check = RobotCheck::of(calibration, then, (then.0, &now(samples.to_vec())));
+        if check.is_ok_and(|check| check.settled) { None } else { Some(0) }
+    };
+    let under = vec![("check.calibration", arguments.calibration.display().to_string()), ("check.then", then.1.hash.clone())];
+    let choice = Choice { choose: Some(&mut choose), under };
+    if is_real {
+        return measure_cell::run(cell, &arguments.real, plan, Some(folder), arguments.resume, choice);
+    }
+    let Arguments { seed, visit, resume, .. } = *arguments;
+    simulate(&Simulated { scenario: cell, plan: Some(plan), output: folder, seed, plant: None, visit, resume }, choice)
+}
+
+/// Judges measured poses, and adds them to the history.
+fn judge(
+    arguments: &Arguments,
+    calibration: &Calibration,
+    then: (&str, &Dataset),
+    folder: &PathBuf,
+) -> Result<Outcome, Failure> {
+    let (_, now) = read(folder)?;
+    // Both are of the calibration's set-up, whatever their folders are called.
+    let check = RobotCheck::of(calibration, then, (then.0, &now)).map_err(|e| located(folder, &e))?;
+    let mut charts = None;
+    if let (Some(path), Some(on)) = (&arguments.history, &arguments.on) {
+        let mut history = History::read(path, &arguments.calibration, &arguments.then)?;
+        history.add(path, on, folder, &check)?;
+        let drawn = history.charts(path, calibration, then, &now)?.map_err(|e| located(folder, &e))?;
+        let days: Vec<String> = history.check.iter().map(|entry| entry.on.clone()).collect();
+        if let Some(page) = &arguments.page {
+            let verdicts: Vec<(String, bool)> = history
+                .check
+                .iter()
+                .map(|entry| (entry.condition.clone().unwrap_or_default(), entry.verdict == "changed"))
+                .collect();
+            write_whole(page, charts_page(&calibration.robot.name, &days, &verdicts, &drawn).as_bytes())?;
+        }
+        history.write(path)?;
+        charts = Some((days, drawn));
+    }
+    if arguments.json {
+        let mut document = documents::Check::of(&check);
+        if let Some((days, charts)) = &charts {
+            document.charts = documents::Check::charts(days, charts);
+        }
+        print_json(&document)?;
+    } else {
+        print(&check_text(&check))?;
+        if let Some((days, charts)) = &charts {
+            print(&charts_text(days, charts))?;
+        }
+    }
+    let drifts = charts.is_some_and(|(_, charts)| !charts.signals().is_empty());
+    Ok(if check.changed || drifts { Outcome::ExpectationFailed } else { Outcome::Done })
+}
+
+fn located(folder: &Path, error: &CheckError) -> Failure {
     let (file, field, remedy) = match error {
         CheckError::NoCounterpart { .. } => {
             ("samples.csv", "id", "; leave it out, or name the campaign in which it was measured with --then")

@@ -13,7 +13,7 @@ use super::choices::seed;
 use super::failure::{Failure, Interrupted, Outcome};
 use super::measure_cell;
 use super::output::print_answer;
-use super::progress::{CampaignBar, Waiting};
+use super::progress::{CampaignBar, Choose, Chosen, Waiting};
 use super::streams::input;
 use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
 use calibench_sim::plans::session_s;
@@ -49,21 +49,67 @@ pub struct Arguments {
     /// Plant that simulates the mechanics of the cell, overriding the scenario's choice
     #[arg(long, value_enum, conflicts_with = "cell")]
     plant: Option<PlantChoice>,
+    /// Which visit to the simulated cell this is: 0 is the first; later ones find the same robot, artifact and gauge, and make
+    /// new noise
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "cell")]
+    visit: u64,
     #[command(flatten)]
     real: measure_cell::CellArguments,
+}
+
+/// A campaign that chooses as it goes, and the conditions under which it may go on after an interruption.
+#[derive(Default)]
+pub struct Choice<'a> {
+    /// The choice; in the order of the plan, to its end, without one.
+    pub choose: Option<Choose<'a>>,
+    /// Names and values of what it depends on.
+    pub under: Vec<(&'static str, String)>,
+}
+
+impl Choice<'_> {
+    /// Adds what the choice depends on.
+    pub fn on(&self, conditions: Conditions) -> Conditions {
+        self.under.iter().fold(conditions, |conditions, (name, value)| conditions.and(name, value))
+    }
+}
+
+/// A campaign in a simulated cell.
+pub struct Simulated<'a> {
+    /// The scenario's file.
+    pub scenario: &'a Path,
+    /// The plan; planned anew without one.
+    pub plan: Option<&'a Path>,
+    /// The dataset.
+    pub output: &'a Path,
+    /// Seed that replaces the scenario's.
+    pub seed: Option<u64>,
+    /// Plant that replaces the scenario's.
+    pub plant: Option<PlantChoice>,
+    /// Number of the visit.
+    pub visit: u64,
+    /// True if an interrupted campaign goes on.
+    pub resume: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Arguments { scenario, output, resume, plan: plan_file, real, .. } = arguments;
     match (scenario, output, &real.cell, plan_file) {
-        (_, output, Some(cell), Some(plan)) => measure_cell::run(cell, real, plan, output.as_deref(), *resume),
-        (Some(scenario), Some(output), ..) => simulate(scenario, output, arguments),
+        (_, output, Some(cell), Some(plan)) => {
+            measure_cell::run(cell, real, plan, output.as_deref(), *resume, Choice::default())
+        }
+        (Some(scenario), Some(output), ..) => {
+            let Arguments { seed, plant, visit, .. } = *arguments;
+            let plan = plan_file.as_deref();
+            simulate(&Simulated { scenario, plan, output, seed, plant, visit, resume: *resume }, Choice::default())
+        }
         // The command-line parser ensures that they are given.
         _ => Err("name a scenario and an output, or a cell and a plan".into()),
     }
 }
 
-fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Outcome, Failure> {
+/// Probes the balls of a simulated cell.
+pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome, Failure> {
+    let Simulated { scenario, output, visit, .. } = *arguments;
     check_output_folder(output, "dataset", DATASET_TOML)?;
     let document = Document::read(scenario)?;
     let mut scenario = document.scenario()?;
@@ -72,7 +118,7 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let cell = scenario.dataset();
     let waiting = Waiting::new("planning");
-    let planned = match &arguments.plan {
+    let planned = match arguments.plan {
         Some(path) => read_plan(path, &cell)?,
         None => plan(&scenario, seed).map_err(|e| scenario.locate_plan(&e))?.probing,
     };
@@ -91,9 +137,11 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
     let under = Conditions::of(poses, &cell)
         .and_text("scenario", &text)
         .and("seed", seed)
+        .and("visit", visit)
         .and("plant", scenario.plant.name())
         .and_settings("centring", &centring(&scenario))
         .and_settings("campaign", &CampaignSettings::default());
+    let under = choice.on(under);
     let mut journal = match Journal::open(output, &under, arguments.resume)? {
         OpenedJournal::Ready(journal) => *journal,
         OpenedJournal::Finished { probings } => {
@@ -106,9 +154,10 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
         other => return Err(format!("{}: the campaign cannot go on from {other:?}", output.display()).into()),
     };
     journal.live_through_again();
-    let mut bar = CampaignBar::new(wanted(poses));
-    let measured = measure(&scenario, Streams { seed, trial: 0 }, (&planned, &points), &mut journal, &mut bar);
-    drop(bar);
+    let mut observer = Chosen { bar: CampaignBar::new(wanted(poses)), choose: choice.choose };
+    let streams = (Streams { seed, trial: 0 }, visit);
+    let measured = measure(&scenario, streams, (&planned, &points), &mut journal, &mut observer);
+    drop(observer);
     let interrupted =
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
     let (record, points) = match measured {
@@ -135,12 +184,13 @@ fn simulate(scenario: &Path, output: &Path, arguments: &Arguments) -> Result<Out
 
 fn measure(
     scenario: &Scenario,
-    streams: Streams,
+    (streams, visit): (Streams, u64),
     (plan, points): (&ProbingPlan, &Tour),
     journal: &mut Journal,
     observer: &mut dyn CampaignObserver,
 ) -> Result<(CampaignRecord, Vec<Sample>), RunError> {
-    let session = Session::begin(scenario, streams, session_s(scenario, &plan.poses, points.poses.len()))?;
+    let session_s = session_s(scenario, &plan.poses, points.poses.len());
+    let session = Session::visit(scenario, streams, session_s, visit, |_| ())?;
     let began = journal.begin_session(JournalSession::first(session.mastering().clone()));
     began.map_err(|e| Abort::NotJournalled { why: e.to_string() })?;
     let record = session.probe(plan, Some(journal), observer);

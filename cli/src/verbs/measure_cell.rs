@@ -17,9 +17,10 @@ use calibench::units::{DEG, MM};
 
 use super::cell::disagreement_verdict;
 use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
+use super::measure::Choice;
 use super::operator::{OperatedArguments, Operator};
 use super::output::{note, print_answer, tell, warn};
-use super::progress::CampaignBar;
+use super::progress::{CampaignBar, Chosen};
 use super::rehearsal::rehearse;
 use super::start::{Before, FirstMotion, begin, guard_conditions, preflight};
 use calibench_sim::planning::wanted;
@@ -48,6 +49,7 @@ pub fn run(
     plan: &Path,
     output: Option<&Path>,
     resume: bool,
+    choice: Choice<'_>,
 ) -> Result<Outcome, Failure> {
     let mut cell = read_cell(path)?;
     cell.speed_percent = arguments.operated.speed.unwrap_or(cell.speed_percent);
@@ -65,6 +67,7 @@ pub fn run(
         .and_settings("campaign", &CampaignSettings::default())
         .and_settings("guards", &guard_conditions(&cell))
         .and("robot.speed_percent", cell.speed_percent);
+    let under = choice.on(under);
     let Some(mut journal) = open_journal(output, &under, arguments, &operator, resume)? else { return Ok(Outcome::Done) };
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut gauges = open_gauges(&cell)?;
@@ -88,7 +91,7 @@ pub fn run(
     let (session, stands) = begin((&cell, &planned), first, &before, &mut operator, (&mut guarded, &mut gauges))?;
     let free_reading = session.mastering.free_reading;
     journal.begin_session(JournalSession { wall_clock_s: Some(wall_clock_s), ..session })?;
-    let mut bar = CampaignBar::new(wanted(poses));
+    let mut bar = Chosen { bar: CampaignBar::new(wanted(poses)), choose: choice.choose };
     let campaign = ReadyCampaign { cell: &cell, plan: &planned, operator: &operator, free_reading };
     let record = campaign.run((guarded, stands), &mut gauges, &mut journal, &mut bar);
     drop(bar);

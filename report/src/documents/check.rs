@@ -1,11 +1,12 @@
 //! `calibench-check/1`, printed by `check`.
 
-use calibench::assess::{self, Condition, FALSE_ALARM, RobotCheck};
+use calibench::assess::{self, Charts, Condition, FALSE_ALARM, RUN_LENGTH, RobotCheck};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::format_tag;
+use crate::charts::{elementary_name, elementary_unit, elementary_words};
 use crate::check::{condition_words, what_to_do};
 
 format_tag!(CheckFormat, "calibench-check/1");
@@ -31,6 +32,40 @@ pub struct Check {
     pub sentinels: Vec<String>,
     /// For a plan: what the check would find.
     pub power: Vec<ConditionPower>,
+    /// With a history: the control charts of all its checks.
+    pub charts: Option<ControlCharts>,
+}
+
+/// Control charts over the checks of a robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ControlCharts {
+    /// Mean number of checks until any chart signals while nothing changes.
+    pub run_length: f64,
+    /// Limit of every moving average, in its standard deviations.
+    pub limit: f64,
+    /// Days of the checks.
+    pub days: Vec<String>,
+    /// The charts.
+    pub charts: Vec<ControlChart>,
+}
+
+/// The course of one elementary change.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ControlChart {
+    /// `joint:J`, `tool:x`, `base:x` or `growth`.
+    pub of: String,
+    /// The same in words.
+    pub words: String,
+    /// Unit of changes: `mdeg`, `um` or `ppm`.
+    pub unit: String,
+    /// Change since the mean of all measurements before, by check; null if these poses do not show it.
+    pub change: Vec<Option<f64>>,
+    /// Its one-sigma.
+    pub sigma: Vec<Option<f64>>,
+    /// The moving average, in its standard deviations.
+    pub average: Vec<f64>,
+    /// Day of the check that signalled; null if none did.
+    pub signal: Option<String>,
 }
 
 /// A condition that a robot may be in.
@@ -112,6 +147,7 @@ impl Check {
             looks: check.looks.iter().map(look).collect(),
             sentinels: Vec::new(),
             power: Vec::new(),
+            charts: None,
         }
     }
 
@@ -130,6 +166,31 @@ impl Check {
             looks: Vec::new(),
             sentinels,
             power: power.iter().map(of).collect(),
+            charts: None,
         }
+    }
+
+    /// Converts the charts of checks on these days.
+    #[must_use]
+    pub fn charts(days: &[String], charts: &Charts) -> Option<ControlCharts> {
+        let chart = |chart: &assess::Chart| {
+            let (unit, name, _) = elementary_unit(chart.of);
+            let seen = |p: &assess::ChartPoint, x: f64| p.sigma.is_finite().then_some(x / unit);
+            ControlChart {
+                of: elementary_name(chart.of),
+                words: elementary_words(chart.of),
+                unit: name.into(),
+                change: chart.points.iter().map(|p| seen(p, p.estimate)).collect(),
+                sigma: chart.points.iter().map(|p| seen(p, p.sigma)).collect(),
+                average: chart.points.iter().map(|p| p.average).collect(),
+                signal: chart.signal(charts.limit).and_then(|k| days.get(k).cloned()),
+            }
+        };
+        Some(ControlCharts {
+            run_length: RUN_LENGTH,
+            limit: charts.limit,
+            days: days.to_vec(),
+            charts: charts.charts.iter().map(chart).collect(),
+        })
     }
 }

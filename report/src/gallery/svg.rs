@@ -124,6 +124,7 @@ fn cut(name: &str) -> String {
     }
 }
 
-fn escaped(text: &str) -> String {
+/// Text that may stand in markup and in its attributes.
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

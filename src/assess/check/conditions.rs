@@ -63,6 +63,19 @@ impl Condition {
     }
 }
 
+/// A change of one number, of which a chart is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Elementary {
+    /// The zero of a joint, counted from 1; rad, or m.
+    Joint(usize),
+    /// The tool along an axis of the flange, counted from 0; m.
+    Tool(usize),
+    /// The base along an axis of the world, counted from 0; m.
+    Base(usize),
+    /// The size of the arm, as a share.
+    Growth,
+}
+
 /// A sample as it is measured again: its whitened displacements.
 pub(super) struct Seen {
     /// Id of the sample.
@@ -124,6 +137,24 @@ impl Scene {
             pairs.push(Pair { now: sample.id.clone(), then: then.1.samples[same[0]].id.clone(), change, noise });
         }
         Ok(Scene { pairs, seen, differences })
+    }
+
+    /// The whitened displacement of all samples, one after the other, per unit of every elementary change.
+    pub fn elementary(&self) -> Vec<(Elementary, DVector<f64>)> {
+        let laid_out = |of: &dyn Fn(&Seen) -> Vector3<f64>| {
+            let mut column = DVector::zeros(self.differences.len());
+            for one in &self.seen {
+                let moved = of(one);
+                (0..one.rows.1).for_each(|i| column[one.rows.0 + i] = moved[i]);
+            }
+            column
+        };
+        let joints = self.seen.first().map_or(0, |s| s.joints.len());
+        let joint = |j: usize| (Elementary::Joint(j + 1), laid_out(&|s| s.joints[j]));
+        let tool = |k: usize| (Elementary::Tool(k), laid_out(&|s| s.tool[k]));
+        let base = |k: usize| (Elementary::Base(k), laid_out(&|s| s.base[k]));
+        let growth = std::iter::once((Elementary::Growth, laid_out(&|s| s.growth)));
+        (0..joints).map(joint).chain((0..3).map(tool)).chain((0..3).map(base)).chain(growth).collect()
     }
 
     /// The samples of the campaign itself, as if each were measured once more.

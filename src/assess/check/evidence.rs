@@ -83,7 +83,7 @@ impl Evidence {
     }
 
     /// True if one change, with those that the samples cannot distinguish from it, is nearly sure to be the one that occurred.
-    fn is_named(&self, differences: &DVector<f64>, samples: usize) -> bool {
+    pub fn is_named(&self, differences: &DVector<f64>, samples: usize) -> bool {
         let judged = self.probabilities(differences, samples, CHANGED_BEFOREHAND);
         let changes = || judged.iter().filter(|j| j.condition != Condition::Valid);
         let Some(first) = changes().next() else { return false };

@@ -10,6 +10,7 @@
 //! de la notion de collectif*, 1939): one may look after every sample. A check ends when it has and one change is
 //! nearly sure to be the one that occurred, or with the last sample.
 
+mod charts;
 mod choose;
 mod conditions;
 mod evidence;
@@ -17,8 +18,9 @@ mod power;
 
 use thiserror::Error;
 
+pub use charts::{Chart, ChartPoint, Charts, RUN_LENGTH};
 pub use choose::choose_sentinels;
-pub use conditions::Condition;
+pub use conditions::{Condition, Elementary};
 pub use power::{Power, PowerAt, power_of_check};
 
 use self::conditions::{Scene, of_samples};
@@ -98,11 +100,18 @@ pub struct RobotCheck {
     pub changed: bool,
     /// All conditions, the most probable first.
     pub conditions: Vec<Judged>,
+    /// True if the change is named as well: further samples are not needed.
+    pub settled: bool,
     /// Conditions that these poses cannot distinguish from the most probable change.
     pub aliased: Vec<Condition>,
 }
 
 impl RobotCheck {
+    /// The most probable change, if something has changed.
+    pub fn named(&self) -> Option<&Judged> {
+        self.conditions.iter().find(|j| self.changed && j.condition != Condition::Valid)
+    }
+
     /// Checks the rows of `now`, in order, against those of `then`: rows of the campaign that was calibrated, or of an earlier
     /// check. Both are of the calibration's set-up.
     ///
@@ -124,7 +133,8 @@ impl RobotCheck {
         let conditions = evidence.probabilities(&scene.differences, used, CHANGED_BEFOREHAND);
         let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
         let aliased = named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, used)).unwrap_or_default();
-        Ok(RobotCheck { looks, given: scene.pairs.len(), changed, conditions, aliased })
+        let settled = changed && evidence.is_named(&scene.differences, used);
+        Ok(RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased })
     }
 }
 

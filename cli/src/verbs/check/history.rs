@@ -1,0 +1,177 @@
+//! The history of a robot: the checks since its calibration, each with its date, its dataset and its verdict.
+
+use std::path::{Path, PathBuf};
+
+use calibench::assess::{Charts, CheckError, RobotCheck};
+use calibench::files::{FileError, field_error, parse_toml, read_text, write_whole};
+use calibench::identify::Calibration;
+use calibench::measure::{Dataset, read_dataset};
+use serde::{Deserialize, Serialize};
+
+/// Format tag.
+const FORMAT: &str = "calibench-history/1";
+
+/// The file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct History {
+    format: String,
+    /// The calibration that is checked, relative to this file.
+    calibration: PathBuf,
+    /// The campaign with which all checks are compared, relative to this file.
+    then: PathBuf,
+    /// The checks, the oldest first.
+    #[serde(default)]
+    pub check: Vec<Entry>,
+}
+
+/// One check.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Day on which it was measured, `YYYY-MM-DD`.
+    pub on: String,
+    /// Its dataset, relative to the file.
+    pub dataset: PathBuf,
+    /// `valid` or `changed`.
+    pub verdict: String,
+    /// The most probable change and its probability, if something has changed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+}
+
+impl History {
+    /// Reads the history of a calibration and the campaign that it is compared with; an empty one if there is no file.
+    ///
+    /// # Errors
+    /// If the file is invalid, or of another calibration or campaign.
+    pub fn read(path: &Path, calibration: &Path, then: &Path) -> Result<Self, FileError> {
+        let new = History {
+            format: FORMAT.into(),
+            calibration: relative(path, calibration),
+            then: relative(path, then),
+            check: Vec::new(),
+        };
+        if !path.exists() {
+            return Ok(new);
+        }
+        let text = read_text(path)?;
+        let history: History = parse_toml(path, &text)?;
+        if history.format != FORMAT {
+            return Err(field_error(path, &text, "format", format!("is '{}'", history.format), &format!("write '{FORMAT}'")));
+        }
+        let other = [("calibration", &history.calibration, &new.calibration), ("then", &history.then, &new.then)]
+            .into_iter()
+            .find(|(_, was, is)| was != is);
+        if let Some((field, was, is)) = other {
+            let problem = format!("is {}, and this check is of {}", was.display(), is.display());
+            return Err(field_error(path, &text, field, problem, "begin another history for another calibration or campaign"));
+        }
+        for pair in history.check.windows(2).filter(|pair| pair[0].on > pair[1].on) {
+            let problem = format!("has {} after {}", pair[1].on, pair[0].on);
+            return Err(field_error(path, &text, "check", problem, "put the checks in their order"));
+        }
+        if let Some(entry) = history.check.iter().find(|entry| day(&entry.on).is_err()) {
+            return Err(field_error(path, &text, "on", format!("is '{}'", entry.on), "write a date as 2026-11-24"));
+        }
+        Ok(history)
+    }
+
+    /// Adds a check.
+    ///
+    /// # Errors
+    /// If it is older than the last one, or its dataset is in the history.
+    pub fn add(&mut self, path: &Path, on: &str, folder: &Path, check: &RobotCheck) -> Result<(), String> {
+        if let Some(last) = self.check.last().filter(|last| last.on.as_str() > on) {
+            return Err(format!("--on {on}: the last check in {} is of {}", path.display(), last.on));
+        }
+        let dataset = relative(path, folder);
+        if let Some(same) = self.check.iter().find(|entry| entry.dataset == dataset) {
+            return Err(format!("{} is in {} already, as the check of {}", folder.display(), path.display(), same.on));
+        }
+        let named = check.named();
+        self.check.push(Entry {
+            on: on.into(),
+            dataset,
+            verdict: if check.changed { "changed" } else { "valid" }.into(),
+            condition: named.map(|j| j.condition.name()),
+            probability: named.map(|j| (j.probability * 1e4).round() / 1e4),
+        });
+        Ok(())
+    }
+
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        let text = toml::to_string(self).map_err(|e| FileError::whole(path, e.to_string(), "give paths in Unicode"))?;
+        write_whole(path, text.as_bytes())
+    }
+
+    /// The datasets of all checks but the last, which is `now`, and the control charts of all.
+    ///
+    /// # Errors
+    /// If a dataset cannot be read any more, or not be compared.
+    pub fn charts(
+        &self,
+        path: &Path,
+        calibration: &Calibration,
+        then: (&str, &Dataset),
+        now: &Dataset,
+    ) -> Result<Result<Charts, CheckError>, FileError> {
+        let beside = path.parent().unwrap_or(Path::new(""));
+        let earlier = &self.check[..self.check.len().saturating_sub(1)];
+        let read: Vec<Dataset> =
+            earlier.iter().map(|entry| read_dataset(&beside.join(&entry.dataset))).collect::<Result<_, _>>()?;
+        let checks: Vec<(&str, &Dataset)> = read.iter().chain([now]).map(|dataset| (then.0, dataset)).collect();
+        Ok(Charts::of(calibration, then, &checks))
+    }
+}
+
+/// Checks that a text is a day of the calendar.
+///
+/// # Errors
+/// The reason why it is none.
+pub fn day(text: &str) -> Result<String, String> {
+    let parsed =
+        text.parse::<toml::value::Datetime>().ok().filter(|d| d.date.is_some() && d.time.is_none() && d.offset.is_none());
+    parsed.map(|_| text.to_owned()).ok_or_else(|| format!("'{text}' is no day; write it as 2026-11-24"))
+}
+
+/// A path as seen from the folder of a file; absolute if they have nothing in common.
+fn relative(file: &Path, to: &Path) -> PathBuf {
+    let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let folder = whole(file).parent().map(Path::to_path_buf).unwrap_or_default();
+    let to = to.canonicalize().unwrap_or_else(|_| whole(to));
+    let folder = folder.canonicalize().unwrap_or(folder);
+    let common = folder.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    if common <= 1 {
+        return to;
+    }
+    let up = folder.components().skip(common).map(|_| PathBuf::from(".."));
+    up.chain(to.components().skip(common).map(|part| PathBuf::from(part.as_os_str()))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_seen_from_the_file() {
+        let seen = |file: &str, to: &str| relative(Path::new(file), Path::new(to)).display().to_string();
+        assert_eq!(seen("/none/a/history.toml", "/none/a/runs/monday"), "runs/monday");
+        assert_eq!(seen("/none/a/b/history.toml", "/none/a/runs"), "../runs");
+        assert_eq!(seen("/none/a/history.toml", "/other/runs"), "/other/runs");
+    }
+
+    #[test]
+    fn days_are_days() {
+        assert!(day("2026-02-28").is_ok());
+        for text in ["2026-02-30", "24.11.2026", "2026-11-24T10:00:00Z", "10:00:00", ""] {
+            assert!(day(text).is_err(), "{text}");
+        }
+    }
+}
