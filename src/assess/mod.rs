@@ -1,6 +1,7 @@
 //! Assessment of a calibration: position errors at poses that it was not fitted to, the views of its residuals, and the
 //! effects that it is missing.
 
+mod adaptive;
 mod advice;
 mod at_new_poses;
 mod background;
@@ -47,6 +48,7 @@ mod withdrawal;
 mod workspace;
 mod workspace_map;
 
+pub use adaptive::{Adaptive, Reached};
 pub use advice::{Advice, ToDo};
 pub use check::{
     Chart, ChartPoint, Charts, CheckError, Condition, Elementary, FALSE_ALARM, Judged, Looked, Power, PowerAt, RUN_LENGTH,

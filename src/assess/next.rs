@@ -28,6 +28,7 @@ pub use planned::{Planned, planned_for};
 pub use pool::Pool;
 pub use prospect::Prospect;
 pub use rival::Rival;
+pub(super) use rivalry::first_choice;
 
 use rayon::prelude::*;
 

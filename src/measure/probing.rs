@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{CenteringController, Centred, CentringFailure, Iteration, Phase};
+use super::{CenteringController, Centred, CentringFailure, Iteration, Measured, Phase, Sample};
 use crate::cell::{Indicator, Manipulator};
 
 /// A pose at which a ball is to be probed.
@@ -28,6 +28,14 @@ pub struct PlannedPose {
     pub via: Vec<Vec<f64>>,
     /// The least gap on that path and on the approach, m, if known.
     pub clearance: Option<f64>,
+}
+
+impl PlannedPose {
+    /// The sample that a nominal robot would give: its ball centred, without a reading.
+    pub fn nominal_sample(&self) -> Sample {
+        let measured = Measured::Ball { ball: self.ball, reading: None };
+        Sample { payload: self.payload, ..Sample::new(self.id.clone(), self.contact.clone(), measured) }
+    }
 }
 
 /// Reason why a probing gave no measurement, and the resulting position of the arm.

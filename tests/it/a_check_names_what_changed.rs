@@ -5,7 +5,9 @@
 
 use std::sync::Arc;
 
-use calibench::assess::{CheckError, Condition, FALSE_ALARM, RobotCheck, choose_sentinels, power_of_check};
+use calibench::assess::{
+    Charts, CheckError, Condition, Elementary, FALSE_ALARM, RUN_LENGTH, RobotCheck, choose_sentinels, power_of_check,
+};
 use calibench::identify::{Calibration, Model, identify};
 use calibench::measure::{Dataset, Measured, Noise, Sample};
 use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
@@ -180,4 +182,40 @@ fn what_cannot_be_compared_is_refused() {
     let nothing = Cell::new().measured(&[], 3);
     let refused = RobotCheck::of(&known.calibration, ("then", &known.campaign), ("now", &nothing));
     assert!(matches!(refused, Err(CheckError::Nothing)), "{refused:?}");
+}
+
+/// Checks of a cell one after the other, the cell of each given by its number.
+fn courses(known: &Known, checks: u64, seed: u64, cell: impl Fn(u64) -> Cell) -> Charts {
+    let measured: Vec<Dataset> = (0..checks).map(|k| cell(k).measured(&known.sentinels, seed * 1000 + k)).collect();
+    let named: Vec<(&str, &Dataset)> = measured.iter().map(|d| ("now", d)).collect();
+    Charts::of(&known.calibration, ("then", &known.campaign), &named).unwrap()
+}
+
+#[test]
+fn an_unchanged_robot_drifts_in_one_course_of_two_hundred_checks() {
+    let known = known();
+    let (robots, checks) = (40, 25);
+    let signals = (0..robots).filter(|&r| !courses(&known, checks, 100 + r, |_| Cell::new()).signals().is_empty()).count();
+    // Of 1000 checks 5 signals are expected at most, and more than 13 once in a thousand.
+    assert!(signals <= 13, "{signals} of {robots} courses signalled at one in {RUN_LENGTH} checks");
+}
+
+#[test]
+fn a_drift_that_no_single_check_shows_is_signalled() {
+    let known = known();
+    let drifting = |k: u64| {
+        let mut cell = Cell::new();
+        cell.arm.links[2].mdh.theta += 0.0007 * DEG * k as f64;
+        cell
+    };
+    let mut sooner = 0;
+    for robot in 0..8 {
+        let charts = courses(&known, 20, 300 + robot, drifting);
+        let signals = charts.signals();
+        let joint = signals.iter().find(|(chart, _)| chart.of == Elementary::Joint(3));
+        let Some((_, at)) = joint else { panic!("robot {robot}: {signals:?}") };
+        let alone = (0..20).position(|k| known.checked(&drifting(k), (300 + robot) * 1000 + k).changed).unwrap_or(20);
+        sooner += usize::from(*at < alone);
+    }
+    assert!(sooner >= 6, "the charts signalled before any single check in {sooner} of 8 courses");
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use calibench::assess::{CheckError, RobotCheck, choose_sentinels, power_of_check};
 use calibench::files::{check_output_folder, with_reasons, write_whole};
 use calibench::identify::Calibration;
-use calibench::measure::{DATASET_TOML, Dataset, Measured, PlannedPose, Sample, read_cell, read_plan, write_plan};
+use calibench::measure::{DATASET_TOML, Dataset, PlannedPose, Sample, read_cell, read_plan, write_plan};
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
 use calibench_sim::scenario::load_scenario;
 
@@ -147,10 +147,7 @@ fn probe(
     let sentinels = read_plan(plan, &nominal)?;
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
-    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| {
-        let measured = Measured::Ball { ball: pose.ball, reading: None };
-        Sample { payload: pose.payload, ..Sample::new(pose.id.clone(), pose.contact.clone(), measured) }
-    });
+    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(PlannedPose::nominal_sample);
     RobotCheck::of(calibration, then, (then.0, &now(planned.collect()))).map_err(|e| LocatedError {
         path: plan.clone(),
         field: "pose",

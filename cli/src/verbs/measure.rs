@@ -2,17 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use calibench::files::check_output_folder;
+use calibench::assess::Adaptive;
+use calibench::files::{check_output_folder, with_reasons};
 use calibench::measure::{
     Abort, CampaignObserver, CampaignRecord, CampaignSettings, Conditions, DATASET_TOML, Dataset, Journal, JournalSession,
-    OpenedJournal, ProbingPlan, Sample, SampleSet, read_plan,
+    OpenedJournal, PlannedPose, ProbingPlan, Sample, SampleSet, parts_by_payload, read_cell, read_plan,
 };
+use calibench::units::MM;
+use calibench_report::WORKSPACE;
 
 use super::choices::PlantChoice;
 use super::choices::seed;
+use super::data::model_for;
 use super::failure::{Failure, Interrupted, Outcome};
 use super::measure_cell;
-use super::output::print_answer;
+use super::output::{print_answer, warn};
 use super::progress::{CampaignBar, Choose, Chosen, Waiting};
 use super::streams::input;
 use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
@@ -20,7 +24,7 @@ use calibench_sim::plans::session_s;
 use calibench_sim::random::Streams;
 use calibench_sim::run::RunError;
 use calibench_sim::scenario::PlantKind;
-use calibench_sim::scenario::{Document, Scenario};
+use calibench_sim::scenario::{Document, Scenario, load_scenario};
 use calibench_sim::session::{Session, centring};
 
 /// Two forms of call; clap's generated usage would merge them.
@@ -53,8 +57,20 @@ pub struct Arguments {
     /// new noise
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "cell")]
     visit: u64,
+    /// Measure no more than needed: until the mean position error over the workspace is below this, mm, with a probability of
+    /// 90 %; the next poses are those that reduce it most
+    #[arg(long, value_name = "MM", value_parser = until)]
+    until_mm: Option<f64>,
+    /// With `--until-mm`, the model to identify; the default model of the data without it
+    #[arg(long, value_name = "MODEL", requires = "until_mm", value_parser = input())]
+    model: Option<PathBuf>,
     #[command(flatten)]
     real: measure_cell::CellArguments,
+}
+
+fn until(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("'{text}' is no number"))?;
+    (0.001..=10.0).contains(&value).then_some(value).ok_or_else(|| "an error of 0.001 to 10 mm can be asked for".to_owned())
 }
 
 /// A campaign that chooses as it goes, and the conditions under which it may go on after an interruption.
@@ -92,15 +108,74 @@ pub struct Simulated<'a> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let Some(until_mm) = arguments.until_mm else { return run_with(arguments, Choice::default()) };
+    let cell = match (&arguments.real.cell, &arguments.scenario) {
+        (Some(cell), _) => read_cell(cell)?.dataset,
+        (None, Some(scenario)) => {
+            let scenario = load_scenario(scenario)?;
+            scenario.expect_trical("measure")?;
+            Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
+        }
+        (None, None) => return Err("name a scenario and an output, or a cell and a plan".into()),
+    };
+    let several = match (&arguments.plan, &arguments.scenario) {
+        (Some(plan), _) => parts_by_payload(&read_plan(plan, &cell)?.poses).len() > 1,
+        (None, Some(scenario)) => load_scenario(scenario)?.plan.light_poses > 0,
+        (None, None) => false,
+    };
+    if several {
+        return Err(
+            "--until-mm: the plan changes the payload; plan a campaign with one, and measure the other by itself".into()
+        );
+    }
+    let named = [(String::new(), cell)];
+    let model = model_for(arguments.model.as_deref(), &named)?;
+    let [(_, cell)] = named;
+    let mut adaptive = Adaptive::new(&cell, &model, until_mm * MM);
+    let mut failure = None;
+    let mut choose = |waiting: &[&PlannedPose], samples: &[Sample]| -> Option<usize> {
+        let ahead: Vec<Sample> = waiting.iter().map(|pose| pose.nominal_sample()).collect();
+        adaptive.next(&ahead, samples).unwrap_or_else(|e| {
+            failure.get_or_insert_with(|| with_reasons(&e));
+            Some(0)
+        })
+    };
+    let under = vec![("until_mm", until_mm.to_string()), ("until_model", format!("{model:?}"))];
+    let outcome = run_with(arguments, Choice { choose: Some(&mut choose), under })?;
+    if let Some(why) = failure {
+        warn(&format!("warning: the poses were measured in the order of the plan, to its end: {why}"));
+    }
+    if let Outcome::Done = outcome
+        && !arguments.real.dry_run
+    {
+        print_answer(&reached_sentence(&adaptive, until_mm))?;
+    }
+    Ok(if adaptive.is_enough() || arguments.real.dry_run { outcome } else { Outcome::ExpectationFailed })
+}
+
+/// What an adaptive campaign has reached.
+fn reached_sentence(adaptive: &Adaptive, until_mm: f64) -> String {
+    let Some(last) = adaptive.reached().last() else {
+        return format!("The samples are too few to say whether {until_mm} mm are reached.");
+    };
+    let [expected, low, high] = [last.mean.expected, last.mean.low, last.mean.high].map(|x| x / MM);
+    let said =
+        format!("{}: {expected:.3} mm ({low:.3} to {high:.3}, 10 to 90 %) after {} probings", WORKSPACE.name, last.samples);
+    if adaptive.is_enough() {
+        format!("Enough: {said}; below {until_mm} mm with a probability of 90 %.")
+    } else {
+        format!("All poses are measured, and {until_mm} mm are not reached: {said}. `diagnose` tells what the model lacks.")
+    }
+}
+
+fn run_with(arguments: &Arguments, choice: Choice<'_>) -> Result<Outcome, Failure> {
     let Arguments { scenario, output, resume, plan: plan_file, real, .. } = arguments;
     match (scenario, output, &real.cell, plan_file) {
-        (_, output, Some(cell), Some(plan)) => {
-            measure_cell::run(cell, real, plan, output.as_deref(), *resume, Choice::default())
-        }
+        (_, output, Some(cell), Some(plan)) => measure_cell::run(cell, real, plan, output.as_deref(), *resume, choice),
         (Some(scenario), Some(output), ..) => {
             let Arguments { seed, plant, visit, .. } = *arguments;
             let plan = plan_file.as_deref();
-            simulate(&Simulated { scenario, plan, output, seed, plant, visit, resume: *resume }, Choice::default())
+            simulate(&Simulated { scenario, plan, output, seed, plant, visit, resume: *resume }, choice)
         }
         // The command-line parser ensures that they are given.
         _ => Err("name a scenario and an output, or a cell and a plan".into()),

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::candidate_covariances::{CandidateCovariances, best_free};
 use super::rival::State;
+use crate::assess::examination::Examination;
 
 /// One rival's predictions for a pool.
 struct Side {
@@ -106,6 +107,25 @@ impl Determination {
         self.sighting.learn(gain, None);
         Some(best)
     }
+}
+
+/// A one-sigma of the parameters before any measurement, in those that a single average measurement leaves: as good as unknown.
+const UNKNOWN: f64 = 100.0;
+
+/// Chooses the `count` samples of an examined plan that together determine its model best, each given those before it.
+pub(in crate::assess) fn first_choice(plan: &Examination, count: usize) -> Vec<usize> {
+    let unknowns = plan.fitted.len();
+    let columns = plan.rows.rows(0, unknowns).into_owned();
+    let samples = (columns.ncols() / 3).max(1) as f64;
+    let variance = |row: usize| UNKNOWN * UNKNOWN * samples / columns.row(row).norm_squared().max(f64::MIN_POSITIVE);
+    let before = DMatrix::from_fn(unknowns, unknowns, |r, c| if r == c { variance(r) } else { 0.0 });
+    let mut determination = Determination { sighting: CandidateCovariances::new(columns, &before) };
+    let mut chosen = Vec::with_capacity(count);
+    while chosen.len() < count {
+        let Some(next) = determination.choose(&chosen) else { break };
+        chosen.push(next);
+    }
+    chosen
 }
 
 #[cfg(test)]

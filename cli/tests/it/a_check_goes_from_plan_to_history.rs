@@ -1,0 +1,140 @@
+//! `check` on a cell: the sentinels are planned, probed until the answer is sure, and kept in a history; and a campaign that
+//! measures no more than it needs. Both go on after an interruption, and refuse what they cannot use before anything moves.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A short plan in the cell of table 8, seen by an instrument of its own.
+const SCENARIO: &str = "format = \"calibench-scenario/1\"\nextends = \"BASE\"\n[plan]\npool_per_ball = 150\nstarts = 1\n";
+
+fn calibench(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_calibench")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn ran(folder: &Path, line: &str) -> Output {
+    let output = calibench(folder, &line.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+fn refused(folder: &Path, line: &str, words: &str) {
+    let output = calibench(folder, &line.split(' ').collect::<Vec<_>>());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{line}: {said}");
+    assert!(said.contains(words) && said.trim_end().lines().count() == 1, "{line}: {said}");
+}
+
+/// A planned and measured cell with its calibration, and the plan of its sentinels.
+fn calibrated() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
+    fs::write(folder.path().join("cell.toml"), SCENARIO.replace("BASE", base.to_str().unwrap())).unwrap();
+    ran(folder.path(), "plan cell.toml -o plan.toml");
+    ran(folder.path(), "measure cell.toml --plan plan.toml -o then");
+    ran(folder.path(), "identify then -o calibration.toml");
+    ran(folder.path(), "check calibration.toml --then then --plan plan.toml -o sentinels.toml");
+    folder
+}
+
+const CHECK: &str = "check calibration.toml --then then";
+
+#[test]
+fn what_is_planned_is_probed_and_kept() {
+    let folder = calibrated();
+    let at = folder.path();
+    let plan = fs::read_to_string(at.join("sentinels.toml")).unwrap();
+    assert_eq!(plan.matches("[[pose]]").count(), 5, "{plan}");
+    assert!(plan.contains("home_deg"), "the sentinels have their ways: {plan}");
+
+    let first = ran(
+        at,
+        &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1 --history history.toml --on 2026-11-30 --json"),
+    );
+    let document: Value = serde_json::from_slice(&first.stdout).unwrap();
+    assert_eq!((&document["verdict"], &document["samples"]), (&"valid".into(), &5.into()), "{document}");
+    let line = format!(
+        "{CHECK} --cell cell.toml --plan sentinels.toml --visit 2 -o now/2 --history history.toml --on 2026-12-07 --page page.html"
+    );
+    let second = ran(at, &line);
+    assert!(String::from_utf8_lossy(&second.stdout).contains("Control charts of 2 checks: nothing drifts"));
+    let samples = |name: &str| fs::read_to_string(at.join(name).join("samples.csv")).unwrap();
+    assert_ne!(samples("now/1"), samples("now/2"), "each visit has noise of its own");
+    let page = fs::read_to_string(at.join("page.html")).unwrap();
+    assert!(page.contains("zero of joint 3") && page.contains("2026-12-07") && !page.contains("<script"), "{page}");
+    let history = fs::read_to_string(at.join("history.toml")).unwrap();
+    assert_eq!(history.matches("[[check]]").count(), 2);
+    assert!(history.contains("dataset = \"now/1\""), "paths are seen from the file: {history}");
+
+    // The same check as a dataset says the same.
+    let again = ran(at, &format!("{CHECK} now/1 --json"));
+    let again: Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(again["looks"], document["looks"]);
+
+    refused(at, &format!("{CHECK} now/2 --history history.toml --on 2026-12-08"), "is in history.toml already");
+    refused(
+        at,
+        &format!("{CHECK} now/1 --history history.toml --on 2026-11-01"),
+        "the last check in history.toml is of 2026-12-07",
+    );
+    refused(at, &format!("{CHECK} now/1 --history history.toml --on 1.12.2026"), "is no day");
+    fs::copy(at.join("calibration.toml"), at.join("other.toml")).unwrap();
+    refused(at, "check other.toml --then then now/1 --history history.toml --on 2027-01-01", "begin another history");
+    assert_eq!(fs::read_to_string(at.join("history.toml")).unwrap(), history, "a refused check leaves the history as it was");
+    refused(at, &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1"), "now/1");
+}
+
+#[test]
+fn a_slipped_tool_is_found_and_the_poses_left_are_not_probed() {
+    let folder = calibrated();
+    let at = folder.path();
+    // The gauge was taken off and put back, a tenth of a millimetre from where it was: its owner does not know.
+    let slipped = fs::read_to_string(at.join("cell.toml")).unwrap() + "[truth.tool]\nsigma_um = 150\n";
+    fs::write(at.join("slipped.toml"), slipped).unwrap();
+    let line = format!("{CHECK} --cell slipped.toml --plan sentinels.toml -o now");
+    let output = calibench(at, &line.split(' ').collect::<Vec<_>>());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("the tool has moved on the flange"), "{said}");
+    let samples = fs::read_to_string(at.join("now/samples.csv")).unwrap().lines().count() - 1;
+    assert!(samples < 5, "{samples} poses were probed although fewer name it");
+}
+
+#[test]
+fn poses_that_cannot_be_compared_are_refused_before_anything_moves() {
+    let folder = calibrated();
+    let at = folder.path();
+    let elsewhere = fs::read_to_string(at.join("sentinels.toml")).unwrap();
+    let (before, rest) = elsewhere.split_once("contact_deg = [").unwrap();
+    let (joints, after) = rest.split_once(']').unwrap();
+    let moved: Vec<String> = joints.split(',').map(|q| (q.trim().parse::<f64>().unwrap_or(0.0) + 3.0).to_string()).collect();
+    fs::write(at.join("elsewhere.toml"), format!("{before}contact_deg = [{}]{after}", moved.join(", "))).unwrap();
+    refused(
+        at,
+        &format!("{CHECK} --cell cell.toml --plan elsewhere.toml -o now"),
+        "was not measured when the robot was calibrated",
+    );
+    assert!(!at.join("now").exists() && !at.join("now.journal").exists());
+}
+
+#[test]
+fn a_campaign_ends_when_it_is_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
+    fs::write(at.join("cell.toml"), SCENARIO.replace("BASE", base.to_str().unwrap())).unwrap();
+    ran(at, "plan cell.toml -o plan.toml");
+    let rows = |name: &str| fs::read_to_string(at.join(name).join("samples.csv")).unwrap().lines().count() - 1;
+    let coarse = ran(at, "measure cell.toml --plan plan.toml --until-mm 0.3 -o coarse");
+    let said = String::from_utf8_lossy(&coarse.stdout).into_owned();
+    assert!(said.contains("Enough: ") && said.contains("below 0.3 mm with a probability of 90 %"), "{said}");
+    assert!((12..40).contains(&rows("coarse")), "{}", rows("coarse"));
+    // What no plan reaches is said, and everything is measured.
+    let never = calibench(at, &["measure", "cell.toml", "--plan", "plan.toml", "--until-mm", "0.001", "-o", "never"]);
+    assert_eq!((never.status.code(), rows("never")), (Some(1), 80));
+    assert!(String::from_utf8_lossy(&never.stdout).contains("0.001 mm are not reached"));
+    refused(at, "measure cell.toml --plan plan.toml --until-mm 50 -o x", "0.001 to 10 mm");
+}
