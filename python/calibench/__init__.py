@@ -20,6 +20,7 @@ from calibench._results import (
 )
 from calibench._verbs import (
     add,
+    check,
     compare,
     diagnose,
     effects,
@@ -53,6 +54,7 @@ __all__ = [
     "Step",
     "Study",
     "add",
+    "check",
     "compare",
     "diagnose",
     "effects",

@@ -95,6 +95,15 @@ def validate(calibration: Calibration | StrPath, data: Data, *, set_up_anew: boo
     return Result(["validate", calibration, *_several(data), *(["--set-up-anew"] if set_up_anew else [])], keep=(calibration, data))
 
 
+def check(calibration: Calibration | StrPath, data: Dataset | StrPath | None = None, *, then: Dataset | StrPath, sentinels: int = 5) -> Result:
+    """Tells by a few poses measured again whether a calibration still holds; ``ok`` says that nothing has changed.
+
+    ``then`` is the campaign that was calibrated. Without ``data`` the poses to measure again are chosen.
+    """
+    chosen: list[StrPath] = [f"--sentinels={sentinels}"] if data is None else [data]
+    return Result(["check", calibration, *chosen, "--then", then], keep=(calibration, data, then))
+
+
 def report(data: Data, model: AnyModel = None, *, ladder: bool = False, force: bool = False) -> Report:
     """Makes the page of datasets or of the folder of a run: the errors in words, then in pictures."""
     folder, _keep = _room()

@@ -45,6 +45,19 @@ def test_what_judges(data: cb.Dataset, tmp_path: Path) -> None:
     assert page.page.lstrip().lower().startswith("<!doctype html") and "srcdoc=" in page._repr_html_()
 
 
+def test_a_calibration_is_checked(measured: pd.DataFrame, tmp_path: Path) -> None:
+    stated = cb.Dataset.from_frame(measured.iloc[::8], robot="ur5", joints=JOINTS, points=POINTS, angles="deg", lengths="mm", noise_um=50)
+    calibration = cb.identify(stated, ["base_frame", "mdh"])
+    written = tmp_path / "c.toml"
+    calibration.write(written)
+    checked = cb.check(calibration, stated, then=stated)
+    assert checked.ok and checked["verdict"] == "valid"
+    assert checked.json() == printed("check", written, stated.folder, "--then", stated.folder, "--json")
+    planned = cb.check(calibration, then=stated, sentinels=3)
+    assert len(planned["sentinels"]) == 3
+    assert planned.json() == printed("check", written, "--then", stated.folder, "--sentinels=3", "--json")
+
+
 def test_the_ladder_ends_in_a_robot(data: cb.Dataset, tmp_path: Path) -> None:
     found = cb.ladder(data)
     assert found.json() == printed("ladder", data.folder, "--json")
