@@ -13,9 +13,10 @@ use calibench_sim::scenario::load_scenario;
 
 use self::history::{History, day};
 use super::choices::seed;
+use super::choosing::Choice;
 use super::data::{read_calibration_to_use, read_datasets};
 use super::failure::{Failure, LocatedError, Outcome};
-use super::measure::{Choice, Simulated, simulate};
+use super::measure::{Simulated, simulate};
 use super::measure_cell;
 use super::output::{check_outputs, print, print_json};
 use super::plan_cell::is_cell;

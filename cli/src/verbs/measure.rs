@@ -13,11 +13,12 @@ use calibench_report::WORKSPACE;
 
 use super::choices::PlantChoice;
 use super::choices::seed;
+use super::choosing::{Choice, Chosen};
 use super::data::model_for;
 use super::failure::{Failure, Interrupted, Outcome};
 use super::measure_cell;
 use super::output::{print_answer, warn};
-use super::progress::{CampaignBar, Choose, Chosen, Waiting};
+use super::progress::{CampaignBar, Waiting};
 use super::streams::input;
 use calibench_sim::planning::{PlanError, Tour, plan, plan_tracker, wanted};
 use calibench_sim::plans::session_s;
@@ -71,22 +72,6 @@ pub struct Arguments {
 fn until(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|_| format!("'{text}' is no number"))?;
     (0.001..=10.0).contains(&value).then_some(value).ok_or_else(|| "an error of 0.001 to 10 mm can be asked for".to_owned())
-}
-
-/// A campaign that chooses as it goes, and the conditions under which it may go on after an interruption.
-#[derive(Default)]
-pub struct Choice<'a> {
-    /// The choice; in the order of the plan, to its end, without one.
-    pub choose: Option<Choose<'a>>,
-    /// Names and values of what it depends on.
-    pub under: Vec<(&'static str, String)>,
-}
-
-impl Choice<'_> {
-    /// Adds what the choice depends on.
-    pub fn on(&self, conditions: Conditions) -> Conditions {
-        self.under.iter().fold(conditions, |conditions, (name, value)| conditions.and(name, value))
-    }
 }
 
 /// A campaign in a simulated cell.

@@ -16,11 +16,11 @@ use calibench::measure::{
 use calibench::units::{DEG, MM};
 
 use super::cell::disagreement_verdict;
+use super::choosing::{Choice, Chosen};
 use super::failure::{Failure, Hardware, Interrupted, Outcome, hardware};
-use super::measure::Choice;
 use super::operator::{OperatedArguments, Operator};
 use super::output::{note, print_answer, tell, warn};
-use super::progress::{CampaignBar, Chosen};
+use super::progress::CampaignBar;
 use super::rehearsal::rehearse;
 use super::start::{Before, FirstMotion, begin, guard_conditions, preflight};
 use calibench_sim::planning::wanted;

@@ -6,6 +6,7 @@ mod catalogue;
 mod cell;
 mod check;
 mod choices;
+mod choosing;
 mod compare;
 mod compensate;
 mod data;

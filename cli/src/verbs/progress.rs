@@ -157,35 +157,6 @@ impl CampaignObserver for CampaignBar {
     }
 }
 
-/// Says which of the waiting poses comes next, after these samples; `None` if they are enough.
-pub type Choose<'a> = &'a mut dyn FnMut(&[&PlannedPose], &[Sample]) -> Option<usize>;
-
-/// A campaign whose order and end are chosen as it goes, below its bar.
-pub struct Chosen<'a> {
-    /// The bar.
-    pub bar: CampaignBar,
-    /// The choice; in the order of the plan, to its end, without one.
-    pub choose: Option<Choose<'a>>,
-}
-
-impl CampaignObserver for Chosen<'_> {
-    fn probing_started(&mut self, pose: &PlannedPose, attempt: usize, progress: &Progress) {
-        self.bar.probing_started(pose, attempt, progress);
-    }
-
-    fn probing_finished(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
-        self.bar.probing_finished(pose, probing, sample);
-    }
-
-    fn recalled(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
-        self.bar.recalled(pose, probing, sample);
-    }
-
-    fn choose(&mut self, waiting: &[&PlannedPose], samples: &[Sample]) -> Option<usize> {
-        self.choose.as_mut().map_or(Some(0), |choose| choose(waiting, samples))
-    }
-}
-
 /// A bar over the steps of each stage of a design.
 pub struct Steps(Bar);
 

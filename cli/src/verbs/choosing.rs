@@ -1,0 +1,50 @@
+//! Campaigns that choose the next pose as they go.
+
+use calibench::measure::{CampaignObserver, Conditions, PlannedPose, Probing, Progress, Sample};
+
+use super::progress::CampaignBar;
+
+/// Says which of the waiting poses comes next, after these samples; `None` if they are enough.
+pub type Choose<'a> = &'a mut dyn FnMut(&[&PlannedPose], &[Sample]) -> Option<usize>;
+
+/// A campaign whose order and end are chosen as it goes, below its bar.
+pub struct Chosen<'a> {
+    /// The bar.
+    pub bar: CampaignBar,
+    /// The choice; in the order of the plan, to its end, without one.
+    pub choose: Option<Choose<'a>>,
+}
+
+impl CampaignObserver for Chosen<'_> {
+    fn probing_started(&mut self, pose: &PlannedPose, attempt: usize, progress: &Progress) {
+        self.bar.probing_started(pose, attempt, progress);
+    }
+
+    fn probing_finished(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
+        self.bar.probing_finished(pose, probing, sample);
+    }
+
+    fn recalled(&mut self, pose: &PlannedPose, probing: &Probing, sample: Option<&Sample>) {
+        self.bar.recalled(pose, probing, sample);
+    }
+
+    fn choose(&mut self, waiting: &[&PlannedPose], samples: &[Sample]) -> Option<usize> {
+        self.choose.as_mut().map_or(Some(0), |choose| choose(waiting, samples))
+    }
+}
+
+/// A campaign that chooses as it goes, and the conditions under which it may go on after an interruption.
+#[derive(Default)]
+pub struct Choice<'a> {
+    /// The choice; in the order of the plan, to its end, without one.
+    pub choose: Option<Choose<'a>>,
+    /// Names and values of what it depends on.
+    pub under: Vec<(&'static str, String)>,
+}
+
+impl Choice<'_> {
+    /// Adds what the choice depends on.
+    pub fn on(&self, conditions: Conditions) -> Conditions {
+        self.under.iter().fold(conditions, |conditions, (name, value)| conditions.and(name, value))
+    }
+}
