@@ -214,6 +214,8 @@ impl Methods {
 pub struct Trial {
     /// The campaign, iteration by iteration.
     pub campaign: CampaignRecord,
+    /// Tracker points at the validation poses.
+    pub validation: Dataset,
     /// The methods asked for, each with the errors of the nominal robot on the validation poses, or the reason why it failed.
     pub methods: Vec<Result<(Method, Validation), RunError>>,
 }
@@ -235,7 +237,7 @@ pub fn trial(scenario: &Scenario, plans: &Plans, streams: Streams, methods: Meth
         let data = tracker_data(&session, scenario, plans, &set_up)?;
         done.push(by_tracker(scenario, data, &validation, identify_without_indices));
     }
-    Ok(Trial { campaign, methods: done })
+    Ok(Trial { campaign, validation, methods: done })
 }
 
 /// Carries out the whole procedure.
