@@ -94,7 +94,9 @@ fn study(group: &mut BenchmarkGroup<'_, WallTime>) {
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            group.bench_function(format!("study, {TRIALS} TriCal trials, threads: {threads}"), |b| b.iter(|| black_box(trials())));
+            group.bench_function(format!("study, {TRIALS} TriCal trials, threads: {threads}"), |b| {
+                b.iter(|| black_box(trials()))
+            });
         });
     }
     group.bench_function(format!("study --method trical --trials {TRIALS}"), |b| {

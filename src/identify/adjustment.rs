@@ -223,7 +223,11 @@ impl Adjustment {
         };
         let state = problem.load_state(&self.values);
         let residuals = problem.residuals_under(&self.values, &state);
-        let outcome = if problem.left_linear_range_under(&self.values, &state).is_some() { Outcome::LeftLinearRange } else { self.outcome };
+        let outcome = if problem.left_linear_range_under(&self.values, &state).is_some() {
+            Outcome::LeftLinearRange
+        } else {
+            self.outcome
+        };
         let turns: Vec<_> = problem.orientation_residuals(&self.values).into_iter().flatten().collect();
         Ok(Fit {
             rms_orientation: (!turns.is_empty()).then(|| rms(&turns)),

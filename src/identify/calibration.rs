@@ -245,11 +245,7 @@ impl Calibration {
     ///
     /// # Errors
     /// As [`Calibration::predict`].
-    pub fn predict_beside_nominal(
-        &self,
-        datasets: &[(&str, &Dataset)],
-        which: Use,
-    ) -> Result<[Prediction; 2], IdentifyError> {
+    pub fn predict_beside_nominal(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<[Prediction; 2], IdentifyError> {
         let nominal = self.nominal();
         let applied = self.apply(datasets, which)?;
         // A set-up fitted to these data is another one under the nominal robot.

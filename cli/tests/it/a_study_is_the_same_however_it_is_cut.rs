@@ -288,11 +288,8 @@ fn rare_robots_are_weighed_and_cut_like_others() {
     let header = table.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|h| h == name).unwrap();
     let (weight, rms) = (column("weight"), column("rms_mm"));
-    let rows: Vec<[f64; 2]> = table
-        .records()
-        .map(|r| r.unwrap())
-        .map(|r| [weight, rms].map(|k| r[k].parse::<f64>().unwrap()))
-        .collect();
+    let rows: Vec<[f64; 2]> =
+        table.records().map(|r| r.unwrap()).map(|r| [weight, rms].map(|k| r[k].parse::<f64>().unwrap())).collect();
     assert!(rows.iter().all(|[w, _]| *w > 0.0 && *w <= 5.0));
     let mut by_error = rows.clone();
     by_error.sort_by(|a, b| a[1].total_cmp(&b[1]));

@@ -38,8 +38,8 @@ pub use rows::Columns;
 pub use rows_file::{RowsFile, RowsReader};
 pub use run::run;
 pub use summary::{MethodSummary, PERCENT, PointSummary, Quantile, Spread, Summary};
-pub use tail::{Tail, TailQuantile};
 pub use sweep::{SweepPoint, sweep_points};
+pub use tail::{Tail, TailQuantile};
 
 use rare::tilt;
 

@@ -98,11 +98,7 @@ fn probe(robot: &Robot, dataset: &Dataset, which: Use, session: Option<&str>, ba
 
 /// True if the nominal TCPs are certainly so near to the measured positions that [`closer_base`] keeps the nominal base:
 /// computed in lanes, and left undecided within a hundredth of its limit.
-fn are_near<'a>(
-    robot: &Robot,
-    dataset: &Dataset,
-    placed: impl Iterator<Item = (&'a Sample, Vector3<f64>)>,
-) -> bool {
+fn are_near<'a>(robot: &Robot, dataset: &Dataset, placed: impl Iterator<Item = (&'a Sample, Vector3<f64>)>) -> bool {
     let deviations = vec![[0.0; BATCH]; SiteIndex::new(robot.joints()).len()];
     let base = dataset.base.to_array().map(|x| [x; BATCH]);
     let (mut tool, mut q) = ([[0.0; BATCH]; 3], vec![[0.0; BATCH]; robot.joints()]);
