@@ -1,5 +1,5 @@
 //! W8: whole verbs, from datasets in memory to the printed text: diagnosis of 80 centrings and of 11,911 tracker points, a step
-//! of the ladder, and the response times of the workbench.
+//! of the ladder, the response times of the workbench, and a study.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 #[path = "../../tests/it/oracles.rs"]
@@ -7,6 +7,7 @@ mod oracles;
 
 use std::hint::black_box;
 use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,11 +17,12 @@ use calibench::import::{ImportOptions, import};
 use calibench::measure::Dataset;
 use calibench_cli::case::Case;
 use calibench_cli::workbench::{Bench, Place};
+use calibench_lab::study::{Extent, Study, Summary, run};
 use calibench_report::{Recommended, diagnosis_tables, next_step_sentences, sentences};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;
-use calibench_sim::run::measure_all;
-use calibench_sim::scenario::load_scenario;
+use calibench_sim::run::{Methods, measure_all};
+use calibench_sim::scenario::{Document, load_scenario};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 
@@ -72,7 +74,38 @@ fn verbs(c: &mut Criterion) {
     assert_eq!(step().unwrap().added, [MISSING]);
     group.bench_function("a step of the ladder, 80 centrings", |b| b.iter(|| black_box(step().is_ok())));
     workbench(&mut group, small);
+    study(&mut group);
     group.finish();
+}
+
+/// The verb `study`: its trials on one thread and on two, and the whole of it, from the start of the program to the printed text.
+fn study(group: &mut BenchmarkGroup<'_, WallTime>) {
+    const TRIALS: u64 = 200;
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
+    let study = Study::new(&Document::read(&file).unwrap(), Methods::Trical, false, &|_, _| {}).unwrap();
+    let header = csv::Reader::from_reader(&study.columns.header()[..]).headers().unwrap().clone();
+    let trials = || {
+        let mut summary = Summary::new(&header).unwrap();
+        let extent = Extent { first: 1, trials: TRIALS };
+        run(&study, extent, None, |lines| summary.add_lines(lines), &|| ()).unwrap();
+        assert_eq!(summary.points[0].methods[0].done, TRIALS);
+        summary
+    };
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            group.bench_function(format!("study, {TRIALS} TriCal trials, threads: {threads}"), |b| {
+                b.iter(|| black_box(trials()))
+            });
+        });
+    }
+    group.bench_function(format!("study --method trical --trials {TRIALS}"), |b| {
+        b.iter(|| {
+            let mut verb = Command::new(env!("CARGO_BIN_EXE_calibench"));
+            verb.arg("study").arg(&file).args(["--method", "trical", "--trials", &TRIALS.to_string()]);
+            assert!(verb.output().unwrap().status.success());
+        });
+    });
 }
 
 /// Actions for which a user waits; undoing them in between is not timed.

@@ -28,6 +28,7 @@ pub mod run;
 pub mod scenario;
 pub mod score;
 pub mod session;
+pub mod tilt;
 pub mod tracker;
 pub mod true_arm;
 pub mod world;

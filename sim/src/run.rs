@@ -3,7 +3,7 @@
 
 use calibench::assess::Validation;
 use calibench::compensate::{Compensator, Task, TaskError, WorkFrame};
-use calibench::identify::{Calibration, IdentifyError, Model, Use, identify};
+use calibench::identify::{Calibration, IdentifyError, Model, Prediction, Use, identify, identify_without_indices};
 use calibench::measure::{Abort, CampaignObserver, CampaignRecord, Dataset, Mastering, SampleSet};
 use calibench::units::MM;
 use nalgebra::Vector3;
@@ -214,6 +214,8 @@ impl Methods {
 pub struct Trial {
     /// The campaign, iteration by iteration.
     pub campaign: CampaignRecord,
+    /// Tracker points at the validation poses.
+    pub validation: Dataset,
     /// The methods asked for, each with the errors of the nominal robot on the validation poses, or the reason why it failed.
     pub methods: Vec<Result<(Method, Validation), RunError>>,
 }
@@ -227,19 +229,15 @@ pub fn trial(scenario: &Scenario, plans: &Plans, streams: Streams, methods: Meth
     let session = Session::begin(scenario, streams, plans.session_s(scenario))?;
     let (measured, set_up) = measured(&session, scenario, plans, &mut ())?;
     let Measurements { campaign, fit, validation, .. } = measured;
-    let with_nominal = |method: Method| {
-        let before = judge(&method.calibration.nominal(), &validation)?;
-        Ok((method, before))
-    };
     let mut done = Vec::with_capacity(methods.each().len());
     if methods != Methods::Tracker {
-        done.push(by_trical(scenario, fit, &validation).and_then(with_nominal));
+        done.push(by_trical(scenario, fit, &validation, identify_without_indices));
     }
     if methods != Methods::Trical {
         let data = tracker_data(&session, scenario, plans, &set_up)?;
-        done.push(by_tracker(scenario, data, &validation).and_then(with_nominal));
+        done.push(by_tracker(scenario, data, &validation, identify_without_indices));
     }
-    Ok(Trial { campaign, methods: done })
+    Ok(Trial { campaign, validation, methods: done })
 }
 
 /// Carries out the whole procedure.
@@ -253,9 +251,8 @@ pub fn run(scenario: &Scenario, plans: Plans, streams: Streams, observer: &mut d
     let true_arm = session.true_arm();
     let Measurements { mastering, campaign, fit, validation, validation_truth } = measured;
     let tracker_data = tracker_data(&session, scenario, &plans, &set_up)?;
-    let trical = by_trical(scenario, fit, &validation)?;
-    let tracker = by_tracker(scenario, tracker_data, &validation)?;
-    let before = judge(&trical.calibration.nominal(), &validation)?;
+    let (trical, before) = by_trical(scenario, fit, &validation, identify)?;
+    let (tracker, _) = by_tracker(scenario, tracker_data, &validation, identify)?;
     let Plans { plan, tracker: tracker_plan, .. } = plans;
     let mut compensator = Compensator::new(&trical.calibration, &Task { frame: WorkFrame::World, ..Task::default() })?;
     let targets = Targets { cell: &validation, plan: &tracker_plan, uncompensated: &validation_truth };
@@ -286,36 +283,49 @@ fn tracker_data(
     Ok(Dataset { samples: points.samples, ..scenario.dataset() })
 }
 
-fn by_trical(scenario: &Scenario, fit: Dataset, validation: &Dataset) -> Result<Method, RunError> {
+/// From data and a model to a calibration.
+type Identify = fn(&[(&str, &Dataset)], &Model) -> Result<Calibration, IdentifyError>;
+
+fn by_trical(
+    scenario: &Scenario,
+    fit: Dataset,
+    validation: &Dataset,
+    identify: Identify,
+) -> Result<(Method, Validation), RunError> {
     // Distances from an anchor carry no information on balls; a seat gives no readings.
     let by_gauge = matches!(scenario.instrument.kind, InstrumentKind::Trical | InstrumentKind::Offset);
     let model = if by_gauge { scenario.model.clone() } else { shown(&scenario.model, &fit) };
-    calibrated(TRICAL, fit, &model, validation, |c| Score::of(c, scenario))
+    let calibration = identify(&[(TRICAL, &fit)], &model)?;
+    let score = Score::of(&calibration, scenario);
+    judged(TRICAL, fit, calibration, score, validation)
 }
 
-fn by_tracker(scenario: &Scenario, data: Dataset, validation: &Dataset) -> Result<Method, RunError> {
+fn by_tracker(
+    scenario: &Scenario,
+    data: Dataset,
+    validation: &Dataset,
+    identify: Identify,
+) -> Result<(Method, Validation), RunError> {
     // The tracker's points carry no information on balls and indicators.
     let model = shown(&scenario.model, &data);
-    calibrated(TRACKER, data, &model, validation, |c| Score::of_tracker(c, scenario))
+    let calibration = identify(&[(TRACKER, &data)], &model)?;
+    let score = Score::of_tracker(&calibration, scenario);
+    judged(TRACKER, data, calibration, score, validation)
 }
 
-fn calibrated(
+/// A method with its errors on the validation poses, and those of its nominal robot.
+fn judged(
     name: &'static str,
     dataset: Dataset,
-    model: &Model,
+    calibration: Calibration,
+    score: Score,
     validation: &Dataset,
-    score: impl FnOnce(&Calibration) -> Score,
-) -> Result<Method, RunError> {
-    let calibration = identify(&[(name, &dataset)], model)?;
-    let validation = judge(&calibration, validation)?;
-    let score = score(&calibration);
-    Ok(Method { name, dataset, calibration, validation, score })
-}
-
-fn judge(calibration: &Calibration, dataset: &Dataset) -> Result<Validation, RunError> {
-    let prediction = calibration.predict(&[("validation", dataset)], Use::Validation)?;
+) -> Result<(Method, Validation), RunError> {
+    let predictions = calibration.predict_beside_nominal(&[("validation", validation)], Use::Validation)?;
     // The plan has at least one validation pose.
-    Ok(Validation::of(&prediction).unwrap_or_else(|| unreachable!("a prediction has samples")))
+    let errors = |p: &Prediction| Validation::of(p).unwrap_or_else(|| unreachable!("a prediction has samples"));
+    let [validation, before] = predictions.each_ref().map(errors);
+    Ok((Method { name, dataset, calibration, validation, score }, before))
 }
 
 impl Run {

@@ -29,6 +29,7 @@ use calibench::robot::{FramePose, Payload, Robot, Surroundings};
 use calibench::units::{ARCSEC, DEG, MM, UM};
 use nalgebra::{Unit, Vector3};
 
+use crate::tilt::Tilt;
 use bodies::Bodies;
 pub use bodies::ball_body;
 pub use design_keys::DesignToml;
@@ -205,6 +206,11 @@ impl Scenario {
     /// The same cell with its mechanics simulated by this plant.
     pub fn with_plant(&self, plant: PlantKind) -> Scenario {
         Scenario { plant, ..self.clone() }
+    }
+
+    /// The same cell with robots drawn by `tilt`, which has a number for every drawn size.
+    pub fn tilted(&self, tilt: Tilt) -> Scenario {
+        Scenario { truth: self.truth.tilted(tilt), ..self.clone() }
     }
 
     /// The same cell with another truth; plans made for one are valid for all. Take `truth().keys`, change it, and pass

@@ -11,7 +11,7 @@ use super::fit_result::{Fit, FitError, Outcome, Unresolved};
 use super::problem::{Linearised, LoadState, LoadWorkspace, Workspace};
 use super::{Prior, Problem};
 use crate::math::linalg::{self, Cholesky};
-use crate::math::rms;
+use crate::math::{Observability, rms};
 
 /// An adjustment set up once for a problem, and run as often as its samples are [renewed](Problem::renew).
 ///
@@ -217,9 +217,17 @@ impl Adjustment {
         let covariance = self.covariance()?;
         let parameters = problem.parameters();
         let flat: Vec<usize> = self.kept.iter().copied().filter(|&p| parameters[p].knowledge == Prior::Uninformative).collect();
-        let (observability, condition) = observability_at(problem, &self.values, &flat)?;
-        let residuals = problem.residuals(&self.values);
-        let outcome = if problem.left_linear_range(&self.values).is_some() { Outcome::LeftLinearRange } else { self.outcome };
+        let (observability, condition) = match problem.gives_indices() {
+            true => observability_at(problem, &self.values, &flat)?,
+            false => (Observability::UNKNOWN, f64::NAN),
+        };
+        let state = problem.load_state(&self.values);
+        let residuals = problem.residuals_under(&self.values, &state);
+        let outcome = if problem.left_linear_range_under(&self.values, &state).is_some() {
+            Outcome::LeftLinearRange
+        } else {
+            self.outcome
+        };
         let turns: Vec<_> = problem.orientation_residuals(&self.values).into_iter().flatten().collect();
         Ok(Fit {
             rms_orientation: (!turns.is_empty()).then(|| rms(&turns)),

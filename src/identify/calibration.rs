@@ -244,15 +244,22 @@ impl Calibration {
     /// # Errors
     /// When the data are of another robot, do not fit the model, or do not determine the set-up.
     pub fn predict(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<Prediction, IdentifyError> {
-        let Application { problem, values, refitted, from_fit_rows, .. } = self.apply(datasets, which)?;
-        let names = |parameters: &[usize]| parameters.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
-        Ok(Prediction {
-            sample_ids: problem.sample_ids().to_vec(),
-            residuals: problem.residuals(&values),
-            orientations: problem.orientation_residuals(&values),
-            refitted: names(&refitted),
-            from_fit_rows: names(&from_fit_rows),
-        })
+        Ok(self.apply(datasets, which)?.prediction())
+    }
+
+    /// The predictions of this calibration and of its nominal robot ([`Calibration::nominal`]), as each gives them alone.
+    ///
+    /// # Errors
+    /// As [`Calibration::predict`].
+    pub fn predict_beside_nominal(&self, datasets: &[(&str, &Dataset)], which: Use) -> Result<[Prediction; 2], IdentifyError> {
+        let nominal = self.nominal();
+        let applied = self.apply(datasets, which)?;
+        // A set-up fitted to these data is another one under the nominal robot.
+        if !applied.refitted.is_empty() || !applied.from_fit_rows.is_empty() {
+            return Ok([applied.prediction(), nominal.predict(datasets, which)?]);
+        }
+        let (values, _) = nominal.values_for(&applied.problem);
+        Ok([applied.prediction(), applied.prediction_at(&values)])
     }
 
     /// Lays out the samples under this calibration, as [`Calibration::predict`] judges them.

@@ -41,11 +41,26 @@ const ROUNDING: f64 = 1e-12;
 /// # Errors
 /// When data and model do not match, or do not determine the unknowns.
 pub fn identify(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibration, IdentifyError> {
-    let problem = Problem::new(datasets, model, Use::Fit)?;
-    let fit = fit(&problem)?;
-    let covariance = covariance_with_model_error(&problem, &fit)?;
-    let calibration = Calibration::with_covariance(datasets, model, &problem, &fit, &covariance);
-    calibration.check_residual(datasets, &calibration)?;
+    identified(datasets, model, &Problem::new(datasets, model, Use::Fit)?)
+}
+
+/// The calibration of [`identify`] with its observability indices and condition number left out (NaN), for studies of many
+/// campaigns of one plan.
+///
+/// # Errors
+/// As [`identify`].
+pub fn identify_without_indices(datasets: &[(&str, &Dataset)], model: &Model) -> Result<Calibration, IdentifyError> {
+    identified(datasets, model, &Problem::new(datasets, model, Use::Fit)?.without_indices())
+}
+
+fn identified(datasets: &[(&str, &Dataset)], model: &Model, problem: &Problem) -> Result<Calibration, IdentifyError> {
+    let fit = fit(problem)?;
+    let covariance = covariance_with_model_error(problem, &fit)?;
+    let calibration = Calibration::with_covariance(datasets, model, problem, &fit, &covariance);
+    match calibration.values_for(problem) {
+        (values, unseen) if unseen.is_empty() => calibration.check_rms(rms(&problem.residuals(&values)))?,
+        _ => calibration.check_residual(datasets, &calibration)?,
+    }
     Ok(calibration)
 }
 
@@ -55,7 +70,11 @@ impl Calibration {
     /// # Errors
     /// [`IdentifyError::Inconsistent`]; as [`Calibration::predict`].
     pub fn check_residual(&self, datasets: &[(&str, &Dataset)], read: &Calibration) -> Result<(), IdentifyError> {
-        let rms = rms(&read.predict(datasets, Use::Fit)?.residuals);
+        self.check_rms(rms(&read.predict(datasets, Use::Fit)?.residuals))
+    }
+
+    /// Checks that a residual, m, is that of this calibration.
+    fn check_rms(&self, rms: f64) -> Result<(), IdentifyError> {
         if (rms - self.rms).abs() <= REPRODUCED * self.rms + ROUNDING {
             return Ok(());
         }

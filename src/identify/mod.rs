@@ -22,7 +22,7 @@ pub use calibration_file::{read_calibration, write_calibration};
 pub use determined::{independent_parameters, observability_of};
 pub use fit::{check_nested, fit, fit_from, fit_larger, fit_some};
 pub use fit_result::{Fit, FitError, Outcome, Unresolved};
-pub use identified::identify;
+pub use identified::{identify, identify_without_indices};
 pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
 pub use model_error::covariance_with_model_error;
 #[cfg(feature = "schema")]

@@ -32,3 +32,23 @@ pub struct Application {
     /// Parameters of unseen set-ups fitted to other samples, of set `fit`.
     pub from_fit_rows: Vec<usize>,
 }
+
+impl Application {
+    /// What the calibration predicts of the samples.
+    pub(super) fn prediction(&self) -> Prediction {
+        self.prediction_at(&self.values)
+    }
+
+    /// What the parameters predict at these values (deviations, SI).
+    pub(super) fn prediction_at(&self, values: &[f64]) -> Prediction {
+        let Application { problem, refitted, from_fit_rows, .. } = self;
+        let names = |parameters: &[usize]| parameters.iter().map(|&p| problem.parameters()[p].name.clone()).collect();
+        Prediction {
+            sample_ids: problem.sample_ids().to_vec(),
+            residuals: problem.residuals(values),
+            orientations: problem.orientation_residuals(values),
+            refitted: names(refitted),
+            from_fit_rows: names(from_fit_rows),
+        }
+    }
+}

@@ -67,6 +67,8 @@ pub struct Problem {
     room: Option<LoadWorkspace>,
     /// Step limit of a fit, if lower than usual.
     most_steps: Option<usize>,
+    /// True if a fit gives no observability indices.
+    without_indices: bool,
 }
 
 impl Problem {
@@ -143,6 +145,18 @@ impl Problem {
     #[must_use]
     pub fn within_steps(self, most: usize) -> Self {
         Problem { most_steps: Some(most), ..self }
+    }
+
+    /// The same problem, of whose fits no observability indices and no condition number are wanted: both are NaN. They belong
+    /// to the plan, and cost as much as the fit itself.
+    #[must_use]
+    pub fn without_indices(self) -> Self {
+        Problem { without_indices: true, ..self }
+    }
+
+    /// True if a fit gives observability indices and a condition number.
+    pub(super) fn gives_indices(&self) -> bool {
+        !self.without_indices
     }
 
     /// Step limit of a fit, if lower than usual.

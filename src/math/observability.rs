@@ -19,6 +19,9 @@ pub struct Observability {
 }
 
 impl Observability {
+    /// Not computed: NaN all five.
+    pub const UNKNOWN: Observability = Observability { o1: f64::NAN, o2: f64::NAN, o3: f64::NAN, o4: f64::NAN, o5: f64::NAN };
+
     /// Computes the indices from the singular values, in any order, of the stacked Jacobian of `poses` poses; all zero if
     /// there is no parameter.
     pub fn new(singular_values: &[f64], poses: usize) -> Self {

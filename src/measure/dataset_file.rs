@@ -11,7 +11,7 @@ use super::dataset_toml::{
     AnchorToml, BallDistanceToml, DatasetToml, FORMAT, NoiseToml, PayloadToml, PlaceToml, SHAREABLE, describe,
 };
 use super::limits::{Impossible, impossible};
-use super::samples_file::read_samples;
+use super::samples_file::{check_samples, read_samples};
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise, Shared, ToolTarget};
 use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
@@ -41,11 +41,7 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
         return Err(FileError::whole(folder, "is a file", "name the folder that holds dataset.toml and samples.csv"));
     }
     let path = folder.join(DATASET_TOML);
-    if !path.exists() {
-        return Err(FileError::whole(&path, "is not there", "a dataset is a folder with dataset.toml and samples.csv"));
-    }
-    let text = read_text(&path)?;
-    let mut dataset = Reading { path: &path, text: &text, within: "" }.whole(folder)?;
+    let mut dataset = described(&path, folder)?;
     let mut hash = Sha256::new();
     // The bytes of the file, byte-order mark included: `cat dataset.toml samples.csv | sha256sum` gives the same.
     let bytes = std::fs::read(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
@@ -53,6 +49,21 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
     read_samples(&folder.join(SAMPLES_CSV), &mut dataset, &mut hash)?;
     dataset.hash = hexadecimal(&hash.finalize());
     Ok(dataset)
+}
+
+/// Reads the description at `path` of the dataset in a folder.
+fn described(path: &Path, folder: &Path) -> Result<Dataset, FileError> {
+    if !path.exists() {
+        return Err(FileError::whole(path, "is not there", "a dataset is a folder with dataset.toml and samples.csv"));
+    }
+    let text = read_text(path)?;
+    Reading { path, text: &text, within: "" }.whole(folder)
+}
+
+/// Reads a dataset as [`read_dataset`] does, and keeps nothing: a million rows fit in memory once.
+fn check_dataset(folder: &Path) -> Result<(), FileError> {
+    let dataset = described(&folder.join(DATASET_TOML), folder)?;
+    check_samples(&folder.join(SAMPLES_CSV), &dataset)
 }
 
 /// Reads a `dataset.toml` without the samples beside it.
@@ -100,7 +111,8 @@ pub(super) fn write_dataset_with(
         }
         write_whole(&new.join(DATASET_TOML), description.as_bytes())?;
         write_whole(&new.join(SAMPLES_CSV), &samples)?;
-        read_dataset(new).map(drop)
+        drop(samples);
+        check_dataset(new)
     })
 }
 

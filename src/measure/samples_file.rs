@@ -24,6 +24,24 @@ const SLIDE_MARGIN: f64 = 10.0 * MM;
 
 /// Reads the rows into `dataset` (samples and names of the free columns), and every byte into `hash`.
 pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256) -> Result<(), FileError> {
+    let mut samples = Vec::new();
+    dataset.extra_columns = each_sample(path, dataset, hash, &mut |sample| samples.push(sample))?;
+    dataset.samples = samples;
+    Ok(())
+}
+
+/// Reads the rows of a dataset one by one, as [`read_samples`], and keeps none.
+pub(super) fn check_samples(path: &Path, dataset: &Dataset) -> Result<(), FileError> {
+    each_sample(path, dataset, &mut Sha256::new(), &mut drop).map(drop)
+}
+
+/// Passes every sample of a file to `take`; returns the names of the free columns.
+fn each_sample(
+    path: &Path,
+    dataset: &Dataset,
+    hash: &mut Sha256,
+    take: &mut dyn FnMut(Sample),
+) -> Result<Vec<String>, FileError> {
     if path.is_dir() {
         return Err(FileError::whole(path, "is a directory", "put the file samples.csv there"));
     }
@@ -38,7 +56,7 @@ pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256
     let mut first_seen: HashMap<String, usize> = HashMap::new();
     while let Some(record) = rows.next()? {
         let row = Row { path, header: &header, record: &record };
-        if dataset.samples.len() == MOST_ROWS {
+        if first_seen.len() == MOST_ROWS {
             return Err(FileError {
                 line: Some(record.line),
                 ..FileError::whole(path, "has more than 10 million rows", "split the dataset")
@@ -52,13 +70,12 @@ pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256
                 "give every row its own id",
             ));
         }
-        dataset.samples.push(sample);
+        take(sample);
     }
-    if dataset.samples.is_empty() {
+    if first_seen.is_empty() {
         return Err(FileError::whole(path, "has a header and no rows", "add one row a measurement"));
     }
-    dataset.extra_columns = header.extra.into_iter().map(|(name, _)| name).collect();
-    Ok(())
+    Ok(header.extra.into_iter().map(|(name, _)| name).collect())
 }
 
 /// A reader that hashes the bytes read.

@@ -1,6 +1,8 @@
-"""Two workers, one killed in the middle of its work: the table is that of one run, byte for byte.
+"""Some workers, one killed in the middle of its work: the table is that of one run, byte for byte.
 
-    a_lost_worker_costs_nothing.py PROGRAM SCENARIO
+    a_lost_worker_costs_nothing.py PROGRAM SCENARIO [TRIALS SHARD WORKERS [OPTION ...]]
+
+OPTION is one of `study`, of both. It tells trials, workers and seconds.
 
 What it needs is made by `tests/dask/run`. Ends with 1 and says why when it is not so.
 """
@@ -15,7 +17,8 @@ from pathlib import Path
 
 import psutil
 
-TRIALS, SHARD = 60, 5
+TRIALS, SHARD, WORKERS = 60, 5, 2
+PATIENCE_S = 24 * 3600
 SCRIPT = Path(__file__).resolve().parents[2] / "sim" / "lab" / "dask" / "calibench_dask.py"
 
 
@@ -23,7 +26,7 @@ def busy_worker(root):
     """The process of a worker that has the program at work, or nothing yet."""
     for process in psutil.Process(root).children(recursive=True):
         try:
-            if process.name() == "calibench" and process.ppid() != root:
+            if process.name().startswith("calibench") and process.ppid() != root:
                 return process.ppid()
         except psutil.NoSuchProcess:
             continue
@@ -31,11 +34,16 @@ def busy_worker(root):
 
 
 def main():
-    program, scenario = sys.argv[1:]
+    program, scenario, *more = sys.argv[1:]
+    trials, shard, workers = [int(n) for n in more[:3]] or (TRIALS, SHARD, WORKERS)
+    options = more[3:]
+    program = os.path.realpath(program)
     with tempfile.TemporaryDirectory() as folder:
         one, spread = Path(folder) / "one.csv", Path(folder) / "spread.csv"
-        subprocess.run([program, "study", scenario, "--trials", str(TRIALS), "--output", str(one)], check=True, capture_output=True)
-        command = [sys.executable, str(SCRIPT), scenario, "--trials", str(TRIALS), "--shard", str(SHARD), "--workers", "2", "--program", program, "-o", str(spread)]
+        subprocess.run([program, "study", scenario, "--trials", str(trials), "--output", str(one), *options], check=True, capture_output=True)
+        passed = ["--", *options] if options else []
+        began = time.monotonic()
+        command = [sys.executable, str(SCRIPT), scenario, "--trials", str(trials), "--shard", str(shard), "--workers", str(workers), "--program", program, "-o", str(spread), *passed]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as study:
             # One shard is done, the next are in work.
             while "shards" not in (line := study.stderr.readline()):
@@ -47,13 +55,13 @@ def main():
             if worker is None:
                 raise SystemExit("no worker was seen at work")
             os.kill(worker, signal.SIGKILL)
-            out, err = study.communicate(timeout=600)
+            out, err = study.communicate(timeout=PATIENCE_S if more else 600)
         # Who does the work of the lost one, its successor or the other worker, is the cluster's affair.
-        if study.returncode != 0 or f"{TRIALS} trials in " not in out:
+        if study.returncode != 0 or f"{trials} trials in " not in out:
             raise SystemExit(f"it ended with {study.returncode}: {err[-2000:]}")
         if one.read_bytes() != spread.read_bytes():
             raise SystemExit("the tables differ")
-    print(f"{TRIALS} trials on two workers, one of them killed: the same bytes as one run")
+    print(f"{trials} trials on {workers} workers, one of them killed, in {time.monotonic() - began:.0f} s: the same bytes as one run")
 
 
 if __name__ == "__main__":

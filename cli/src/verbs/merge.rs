@@ -28,6 +28,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(arguments.output.iter().chain(arguments.products.files()))?;
     let waiting = Waiting::new("reading");
     let merged = merge(&arguments.shards, arguments.output.as_deref())?;
+    if arguments.products.report.is_some() && merged.summary.is_weighted() {
+        return Err("--report: shows studies in which every trial counts alike, and these are of rare robots".into());
+    }
     let tables: Vec<&Path> = merged.shards.iter().map(PathBuf::as_path).collect();
     let document = study_json(&merged.summary, merged.extent);
     arguments.products.make(&tables, &document)?;

@@ -36,6 +36,10 @@ pub struct Arguments {
     /// Diagnose every trial as well
     #[arg(long)]
     diagnose: bool,
+    /// Look for the worst robots: draw them more often, weigh every trial accordingly, and tell the errors that this share of all
+    /// robots stay within, e.g. 0.999
+    #[arg(long, value_name = "SHARE", value_parser = rare_share)]
+    rare: Option<f64>,
     /// Plant that simulates the mechanics of the cell, overriding the scenario's choice
     #[arg(long, value_enum)]
     plant: Option<PlantChoice>,
@@ -56,6 +60,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     if products.parquet.is_some() && output.is_none() {
         return Err("--parquet: is made from the table of trials; name that too, with -o".into());
+    }
+    if arguments.rare.is_some() && arguments.diagnose {
+        return Err("--rare: tells errors, not verdicts; leave out --diagnose".into());
+    }
+    if arguments.rare.is_some() && products.report.is_some() {
+        return Err("--report: shows studies in which every trial counts alike; leave out --rare".into());
     }
     let study = prepare(arguments)?;
     let header = csv::Reader::from_reader(&study.columns.header()[..]).headers()?.clone();
@@ -98,5 +108,20 @@ fn prepare(arguments: &Arguments) -> Result<Study, Failure> {
     }
     let waiting = Waiting::new("planning");
     let begun = |point: usize, plans: usize| waiting.now(format!("planning point {}, {plans} plans so far", point + 1));
-    Ok(Study::new(&document, arguments.method.into(), arguments.diagnose, &begun)?)
+    let study = Study::new(&document, arguments.method.into(), arguments.diagnose, &begun)?;
+    Ok(match arguments.rare {
+        Some(share) => {
+            waiting.now("finding the rare robots");
+            study.of_rare(share)?
+        }
+        None => study,
+    })
+}
+
+/// A share of robots, of which the others are rare.
+fn rare_share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.9..=0.999_999).contains(&share) => Ok(share),
+        _ => Err("give a share from 0.9 to 0.999999".into()),
+    }
 }

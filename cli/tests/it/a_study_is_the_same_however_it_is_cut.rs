@@ -253,3 +253,58 @@ fn memory_does_not_grow_with_the_trials() {
     }
     assert!(bytes(&folder, "again.csv") == bytes(&folder, "many.csv"));
 }
+
+/// A quick cell whose robots differ.
+const ROBOTS: &str = "format = \"calibench-scenario/1\"\nextends = \"CELL\"\nname = \"robots\"\nquestion = \"?\"\n
+[plan]\npool_per_ball = 100\nstarts = 1\nposes_per_ball = 10\n
+[tracker]\nvalidation_poses = 20\nidentification_poses = 20\n
+[truth.effects.harmonic1]\ndraw = 1.0\n[truth.effects.joint_scale]\ndraw = 1.0\n";
+
+#[test]
+fn rare_robots_are_weighed_and_cut_like_others() {
+    let folder = study();
+    let cell = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/table8.toml");
+    let text = ROBOTS.replace("CELL", &cell.to_str().unwrap().replace('\\', "/"));
+    fs::write(folder.path().join("robots.toml"), text).unwrap();
+    let of = |more: &[&str]| {
+        let base = ["study", "robots.toml", "--method", "trical", "--rare", "0.99"];
+        done(&folder, &[&base, more].concat())
+    };
+    let told: Value = serde_json::from_slice(&of(&["--trials", "60", "-o", "whole.csv", "--json"])).unwrap();
+    of(&["--trials", "25", "-o", "first.csv"]);
+    of(&["--first", "25", "--trials", "35", "-o", "second.csv"]);
+    let merged: Value =
+        serde_json::from_slice(&done(&folder, &["merge", "second.csv", "first.csv", "-o", "merged.csv", "--json"])).unwrap();
+    let whole = bytes(&folder, "whole.csv");
+    assert!(bytes(&folder, "merged.csv") == whole);
+    assert_eq!(merged["methods"], told["methods"]);
+    // Cut within a row, it continues.
+    fs::write(folder.path().join("whole.csv"), &whole[..whole.len() - 40]).unwrap();
+    of(&["--trials", "60", "-o", "whole.csv"]);
+    assert!(bytes(&folder, "whole.csv") == whole);
+
+    // No weight exceeds the inverse of the share drawn as stated, and the worst robots are many and light.
+    let mut table = csv::Reader::from_path(folder.path().join("whole.csv")).unwrap();
+    let header = table.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+    let (weight, rms) = (column("weight"), column("rms_mm"));
+    let rows: Vec<[f64; 2]> =
+        table.records().map(|r| r.unwrap()).map(|r| [weight, rms].map(|k| r[k].parse::<f64>().unwrap())).collect();
+    assert!(rows.iter().all(|[w, _]| *w > 0.0 && *w <= 5.0));
+    let mut by_error = rows.clone();
+    by_error.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    let mean = |part: &[[f64; 2]]| part.iter().map(|[w, _]| w).sum::<f64>() / part.len() as f64;
+    assert!(mean(&by_error[40..]) < 0.2 * mean(&by_error[..20]), "{by_error:?}");
+    let tail = &told["methods"][0]["rms_mm"];
+    assert_eq!((tail["share"].as_f64(), tail["trials"].as_u64()), (Some(0.99), Some(60)));
+    assert!(told["methods"][0].get("coverage").is_none(), "counts of weighted trials are no shares");
+
+    // Other robots, another study.
+    done(&folder, &["study", "robots.toml", "--method", "trical", "--trials", "60", "-o", "plain.csv"]);
+    refused(&folder, &["merge", "plain.csv", "first.csv"], "merge the shards of one study");
+    let rare = |more: &[&'static str]| [&["study", "robots.toml", "--trials", "3", "--rare", "0.99"], more].concat();
+    refused(&folder, &rare(&["--diagnose"]), "leave out --diagnose");
+    refused(&folder, &rare(&["--report", "page.html"]), "leave out --rare");
+    refused(&folder, &["merge", "first.csv", "--report", "page.html"], "these are of rare robots");
+    refused(&folder, &["study", "s.toml", "--trials", "3", "--rare", "0.99"], "draws no error of the robot");
+}

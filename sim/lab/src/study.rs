@@ -11,11 +11,13 @@ mod extent;
 mod merge;
 mod page;
 mod parquet;
+mod rare;
 mod rows;
 mod rows_file;
 mod run;
 mod summary;
 mod sweep;
+mod tail;
 mod trial;
 
 use std::sync::Arc;
@@ -37,6 +39,9 @@ pub use rows_file::{RowsFile, RowsReader};
 pub use run::run;
 pub use summary::{MethodSummary, PERCENT, PointSummary, Quantile, Spread, Summary};
 pub use sweep::{SweepPoint, sweep_points};
+pub use tail::{Tail, TailQuantile};
+
+use rare::tilt;
 
 use calibench_sim::plans::Plans;
 use calibench_sim::run::Methods;
@@ -124,6 +129,25 @@ impl Study {
         let id = identity(document, &base, methods, diagnosed);
         let columns = Columns::new(&axes, methods, diagnosed, &parameters(&points));
         Ok(Study { id, columns, points, methods, diagnosed })
+    }
+
+    /// The same study of rare robots: those with errors that `share` of the robots stay below are drawn often, and every trial
+    /// has a weight that makes up for it.
+    ///
+    /// # Errors
+    /// If the scenario draws no errors of the robot.
+    pub fn of_rare(mut self, share: f64) -> Result<Self, FileError> {
+        for point in &mut self.points {
+            let Ok(plans) = &point.plans else { continue };
+            let tilt = tilt(&point.scenario, plans, self.methods, share).map_err(|problem| {
+                let remedy = "state `draw` for the effects in which robots differ, or leave out --rare";
+                point.scenario.wrong("truth.effects", problem, remedy)
+            })?;
+            point.scenario = point.scenario.tilted(tilt);
+        }
+        self.columns = self.columns.weighted(share);
+        self.id = format!("{}-rare-{share}", self.id);
+        Ok(self)
     }
 }
 

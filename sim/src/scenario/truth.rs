@@ -17,6 +17,7 @@ use super::truth_keys::TruthToml;
 use crate::flaw::{Flaw, Flaws, TrueEffect};
 use crate::mismatch::misshapen;
 use crate::random::Streams;
+use crate::tilt::Tilt;
 
 /// The ground truth.
 #[derive(Clone)]
@@ -24,6 +25,7 @@ pub struct Truth {
     keys: TruthToml,
     effects: Vec<StatedEffect>,
     hidden: Vec<Arc<dyn Flaw>>,
+    tilt: Option<Arc<Tilt>>,
 }
 
 /// An effect of the catalogue, or of the user, with its sizes as stated by the scenario.
@@ -94,7 +96,7 @@ impl Truth {
         keys.mujoco
             .check(&stated_compliance(&effects, n))
             .map_err(|unfit| sources.wrong(&format!("truth.mujoco.{}", unfit.key), unfit.problem, unfit.remedy))?;
-        Ok(Truth { keys, effects, hidden })
+        Ok(Truth { keys, effects, hidden, tilt: None })
     }
 
     /// The keys from which it was built.
@@ -109,8 +111,34 @@ impl Truth {
 
     /// Effects of the catalogue in one trial, their sizes drawn from its stream `effects`.
     pub fn drawn(&self, streams: &Streams) -> Vec<TrueEffect> {
-        let mut sizes = streams.stream("effects");
-        self.effects.iter().map(|stated| stated.drawn(&mut |sigma| sigma * sizes.sample::<f64, _>(StandardNormal))).collect()
+        let mut errors = self.drawn_errors(streams).into_iter();
+        self.effects.iter().map(|stated| stated.drawn(&mut |sigma| sigma * errors.next().unwrap_or(0.0))).collect()
+    }
+
+    /// Number of sizes that are drawn.
+    pub fn drawn_count(&self) -> usize {
+        self.effects.iter().flat_map(StatedEffect::parameters).filter(|(_, size)| size.is_none()).count()
+    }
+
+    /// The drawn sizes of one trial in units of their one-sigma.
+    fn drawn_errors(&self, streams: &Streams) -> Vec<f64> {
+        let mut random = streams.stream("effects");
+        let standard = (0..self.drawn_count()).map(|_| random.sample(StandardNormal)).collect();
+        match &self.tilt {
+            Some(tilt) => tilt.drawn(standard, streams),
+            None => standard,
+        }
+    }
+
+    /// How much more often the robot of one trial is drawn as the effects state than as it was drawn; `None` if it was drawn as
+    /// they state.
+    pub fn weight(&self, streams: &Streams) -> Option<f64> {
+        self.tilt.as_ref().map(|tilt| tilt.weight(&self.drawn_errors(streams)))
+    }
+
+    /// The same truth with its sizes drawn by `tilt`, which has as many.
+    pub(super) fn tilted(&self, tilt: Tilt) -> Truth {
+        Truth { tilt: Some(Arc::new(tilt)), ..self.clone() }
     }
 
     /// All flaws of one trial for an arm with this number of joints, sizes and shapes drawn from its streams `effects`

@@ -173,7 +173,14 @@ impl Campaign {
             let share = share.max(LEAST_PER_TARGET as f64 / of as f64);
             (*place as f64 * GOLDEN).fract() < share
         };
-        Campaign { shots: self.shots.iter().filter(takes).cloned().collect(), ..self.clone() }
+        Campaign {
+            robot: self.robot.clone(),
+            places: self.places.clone(),
+            balls: self.balls.clone(),
+            ties: self.ties.clone(),
+            shots: self.shots.iter().filter(takes).cloned().collect(),
+            noise: self.noise,
+        }
     }
 
     /// True if any row measured a position in the world that is known beforehand.

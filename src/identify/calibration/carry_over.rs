@@ -8,7 +8,7 @@ use crate::robot::Axis6;
 impl Calibration {
     /// The calibrated deviations of another problem's parameters, and those parameters that are unknown because their
     /// set-up is unseen.
-    pub(super) fn values_for(&self, problem: &Problem) -> (Vec<f64>, Vec<usize>) {
+    pub(in crate::identify) fn values_for(&self, problem: &Problem) -> (Vec<f64>, Vec<usize>) {
         let mut values = problem.start();
         let mut unseen = Vec::new();
         for (p, parameter) in problem.parameters().iter().enumerate() {

@@ -237,6 +237,7 @@ impl<'a> Assembly<'a> {
             sample_ids: Vec::new(),
             room: None,
             most_steps: None,
+            without_indices: false,
         };
         for (d, (_, dataset)) in datasets.iter().enumerate() {
             let moves_matter =

@@ -1,6 +1,6 @@
 //! Limits of corrections beyond which the linear effects of a model are no longer valid.
 
-use super::{Prior, Problem};
+use super::{LoadState, Prior, Problem};
 use crate::robot::{MdhEntry, Site};
 use crate::units::Unit;
 
@@ -16,6 +16,11 @@ const MOST_SIZES: f64 = 50.0;
 impl Problem {
     /// The first parameter whose deviation (SI) is beyond the validity of its effect; `None` if all are within.
     pub fn left_linear_range(&self, values: &[f64]) -> Option<usize> {
+        self.left_linear_range_under(values, &self.load_state(values))
+    }
+
+    /// The same under the loads `state` at these values.
+    pub(in crate::identify) fn left_linear_range_under(&self, values: &[f64], state: &LoadState) -> Option<usize> {
         let reach: f64 = self.robot.links.iter().map(|l| l.mdh.a.hypot(l.mdh.d)).sum();
         let beyond = |(p, value): (usize, f64)| {
             let parameter = &self.parameters[p];
@@ -25,12 +30,11 @@ impl Problem {
             held || of_link
         };
         let sizes = values.iter().map(|v| v.abs()).enumerate();
-        sizes.clone().find(|&size| beyond(size)).map(|(p, _)| p).or_else(|| self.turns_too_far(values))
+        sizes.clone().find(|&size| beyond(size)).map(|(p, _)| p).or_else(|| self.turns_too_far(values, state))
     }
 
     /// The first parameter that rotates a joint too far at some sample.
-    fn turns_too_far(&self, values: &[f64]) -> Option<usize> {
-        let state = self.load_state(values);
+    fn turns_too_far(&self, values: &[f64], state: &LoadState) -> Option<usize> {
         state.rows.iter().find_map(|terms| {
             let moving = state.patterns[terms.pattern].iter().zip(&terms.weights);
             let too_far = |&(moves, weight): &(&super::jacobian_pattern::JacobianPattern, &f64)| {

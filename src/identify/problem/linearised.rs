@@ -140,7 +140,11 @@ impl Problem {
 
     /// Unweighted residuals in metres, three per sample (a distance has one and two zeros), under the loads at `values`.
     pub fn residuals(&self, values: &[f64]) -> Vec<Vector3<f64>> {
-        let state = self.load_state(values);
+        self.residuals_under(values, &self.load_state(values))
+    }
+
+    /// The same under the loads `state` at these values.
+    pub(in crate::identify) fn residuals_under(&self, values: &[f64], state: &LoadState) -> Vec<Vector3<f64>> {
         let mut batch = Batch::new(&self.robot);
         let mut residuals = Vec::with_capacity(self.rows.len());
         for (chunk, rows) in self.rows.chunks(BATCH).enumerate() {

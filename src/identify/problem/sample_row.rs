@@ -379,15 +379,16 @@ fn aims(measured: &Measured) -> (Option<usize>, Option<usize>) {
 /// force is known from a data sheet only, and a compliance determined by nothing else would be a calibration of the
 /// springs.
 fn push(loads: &mut Loads, posture: &dyn PostureView, force: &Vector3<f64>) {
+    let tcp = posture.tcp();
     for i in 0..loads.tau.len() {
         let (axis, origin) = posture.joint_axis(i);
-        let moment = (posture.tcp() - origin).cross(force);
+        let moment = (tcp - origin).cross(force);
         loads.moment[i + 1] += moment;
         if loads.tau[i].abs() > UNLOADED {
             loads.tau[i] += axis.dot(&moment);
         }
         loads.force[i + 1] += force;
     }
-    loads.moment[0] += (posture.tcp() - posture.frame(0).o).cross(force);
+    loads.moment[0] += (tcp - posture.frame(0).o).cross(force);
     loads.force[0] += force;
 }

@@ -3,12 +3,15 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Vector3};
 
 use super::Use;
+use super::batch::BATCH;
 use crate::math::linalg;
 use crate::measure::{Ball, Dataset, Measured, Sample};
-use crate::robot::{Axis6, FramePose, Robot, nearest_rotation, rigid_fit, rotation_vector, world_from_tool};
+use crate::robot::{
+    Axis6, BatchInput, FramePose, Postures, Robot, SiteIndex, nearest_rotation, rigid_fit, rotation_vector, world_from_tool,
+};
 use crate::units::{DEG, MM};
 
 /// A nominal base that disagrees with the measured positions by more than this (rms) is replaced by a closed-form start,
@@ -44,11 +47,13 @@ pub(super) fn start(robot: &Robot, dataset: &Dataset, which: Use, sessions: &[Op
     let mut bases = Vec::with_capacity(sessions.len());
     for session in sessions {
         let samples = || dataset.samples.iter().filter(|s| which.takes(s) && s.session.as_deref() == *session);
-        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> =
-            samples().filter_map(|s| Some((tcp(robot, dataset, s), place(dataset, s, &found)?))).collect();
+        let placed = || samples().filter_map(|s| Some((s, place(dataset, s, &found)?)));
         let base = match bases.first() {
             Some(first) if dataset.shared.base => *first,
-            _ if base_is_sought => closer_base(dataset.base, &pairs),
+            _ if base_is_sought && !are_near(robot, dataset, placed()) => {
+                let pairs: Vec<_> = placed().map(|(s, place)| (tcp(robot, dataset, s), place)).collect();
+                closer_base(dataset.base, &pairs)
+            }
             _ => dataset.base,
         };
         let mut sums: HashMap<usize, (Vector3<f64>, f64)> = HashMap::new();
@@ -91,6 +96,46 @@ fn probe(robot: &Robot, dataset: &Dataset, which: Use, session: Option<&str>, ba
     if turned.norm() < NOMINAL_IS_CLOSE_ANGLE { Vector3::zeros() } else { turned }
 }
 
+/// True if the nominal TCPs are certainly so near to the measured positions that [`closer_base`] keeps the nominal base:
+/// computed in lanes, and left undecided within a hundredth of its limit.
+fn are_near<'a>(robot: &Robot, dataset: &Dataset, placed: impl Iterator<Item = (&'a Sample, Vector3<f64>)>) -> bool {
+    let deviations = vec![[0.0; BATCH]; SiteIndex::new(robot.joints()).len()];
+    let base = dataset.base.to_array().map(|x| [x; BATCH]);
+    let (mut tool, mut q) = ([[0.0; BATCH]; 3], vec![[0.0; BATCH]; robot.joints()]);
+    let mut postures = Postures::new(robot);
+    let (mut squares, mut count) = (0.0, 0usize);
+    let mut batch: Vec<Vector3<f64>> = Vec::with_capacity(BATCH);
+    let mut add = |batch: &mut Vec<Vector3<f64>>, tool: &[[f64; BATCH]; 3], q: &[[f64; BATCH]]| {
+        postures.set_all(robot, &BatchInput { base: &base, tool, q, deviations: &deviations });
+        let tcps = postures.tcps();
+        squares += batch.drain(..).enumerate().map(|(lane, p)| (tcps.at(lane) - p).norm_squared()).sum::<f64>();
+    };
+    for (sample, place) in placed {
+        let lane = batch.len();
+        let point = point_of_tool(dataset, sample);
+        tool.iter_mut().zip(&point).for_each(|(tool, x)| tool[lane] = *x);
+        q.iter_mut().zip(&sample.q).for_each(|(q, angle)| q[lane] = *angle);
+        batch.push(place);
+        count += 1;
+        if batch.len() == BATCH {
+            add(&mut batch, &tool, &q);
+        }
+    }
+    if !batch.is_empty() {
+        add(&mut batch, &tool, &q);
+    }
+    (squares / count.max(1) as f64).sqrt() < 0.99 * NOMINAL_IS_CLOSE
+}
+
+/// Nominal place of a sample's measured point in the last frame, including a residual reading, m.
+fn point_of_tool(dataset: &Dataset, sample: &Sample) -> Vector3<f64> {
+    let tool = dataset.tool_at(sample.tool_target);
+    match &sample.measured {
+        Measured::Ball { reading: Some(reading), .. } => tool.pose().transform_point(&Point3::from(*reading)).coords,
+        _ => Vector3::from(tool.xyz),
+    }
+}
+
 fn closer_base(nominal: FramePose, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> FramePose {
     let pose = nominal.pose();
     let squares: f64 = pairs.iter().map(|(tcp, p)| (pose * Point3::from(*tcp) - Point3::from(*p)).norm_squared()).sum();
@@ -98,6 +143,30 @@ fn closer_base(nominal: FramePose, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Fr
         return nominal;
     }
     rigid_fit(pairs).map_or(nominal, |pose| FramePose::from_pose(&pose))
+}
+
+/// True if known positions at these places from the base (m) certainly determine all six components of it: by the pivots of
+/// the normal matrix, which are the squared parts of each column outside the span of the earlier ones. Closer to [`SPREAD`]
+/// than ten times, rounding could decide, and it is left undecided.
+fn spread_widely(arms: &[Vector3<f64>]) -> bool {
+    let sum: Vector3<f64> = arms.iter().sum();
+    let moments: Matrix3<f64> = arms.iter().map(|r| r * r.transpose()).sum();
+    let (count, squares) = (arms.len() as f64, moments.trace());
+    let axes = [Vector3::z(), Vector3::y(), Vector3::x()];
+    let mut normal = Matrix6::zeros();
+    for k in 0..3 {
+        normal[(k, k)] = count;
+        normal.fixed_view_mut::<3, 1>(0, 3 + k).copy_from(&axes[k].cross(&sum));
+        for l in 0..3 {
+            // (a x r) . (b x r) = (a . b) r² - (a . r) (b . r)
+            normal[(3 + k, 3 + l)] = axes[k].dot(&axes[l]) * squares - axes[k].dot(&(moments * axes[l]));
+        }
+    }
+    let lower = normal.transpose();
+    normal.fixed_view_mut::<3, 3>(3, 0).copy_from(&lower.fixed_view::<3, 3>(3, 0));
+    let Some(factor) = normal.cholesky() else { return false };
+    let l = factor.l_dirty();
+    (0..6).all(|k| l[(k, k)] > 10.0 * SPREAD * normal[(k, k)].sqrt())
 }
 
 /// Nominal position of a sample's measured point in the robot's base, including a residual reading.
@@ -154,6 +223,9 @@ pub(super) fn datum_freedoms(
         .collect();
     if arms.is_empty() {
         return Axis6::ALL.to_vec();
+    }
+    if spread_widely(&arms) {
+        return Vec::new();
     }
     // d(position)/d(base): a translation, and a rotation about each world axis, which span the motions of a base.
     let mut motions = DMatrix::zeros(3 * arms.len(), 6);

@@ -21,7 +21,7 @@ impl Distribution {
         if !value.is_finite() {
             return;
         }
-        *self.counts.entry(ordered(value) >> DROPPED).or_default() += 1;
+        *self.counts.entry(bin(value)).or_default() += 1;
         self.count += 1;
         self.sum += value;
     }
@@ -42,7 +42,7 @@ impl Distribution {
         for (&bits, &count) in &self.counts {
             below += count;
             if rank >= 1 && below >= rank {
-                return Some(value_of((bits << DROPPED) | (1 << (DROPPED - 1))));
+                return Some(middle(bits));
             }
         }
         None
@@ -52,6 +52,16 @@ impl Distribution {
     pub fn quantile(&self, share: f64) -> Option<f64> {
         self.ranked(((share * self.count as f64).ceil() as u64).clamp(1, self.count.max(1)))
     }
+}
+
+/// The bin of a number: bins are ordered as numbers are.
+pub(super) fn bin(value: f64) -> u64 {
+    ordered(value) >> DROPPED
+}
+
+/// The middle of a bin.
+pub(super) fn middle(bin: u64) -> f64 {
+    value_of((bin << DROPPED) | (1 << (DROPPED - 1)))
 }
 
 /// Maps a number to bits of the same order.

@@ -26,6 +26,10 @@ const AFTER: [&str; 18] = [
     "readings_mean",
 ];
 const CELL_TIME: &str = "cell_s";
+/// Before `method` in a study of rare robots: the share of robots that it asks for, and the weight of the trial.
+const WEIGHTED: [&str; 2] = [RARE, WEIGHT];
+pub(super) const RARE: &str = "rare";
+pub(super) const WEIGHT: &str = "weight";
 /// The methods of which every trial has a row.
 pub(super) const METHODS: &str = "methods";
 const DIAGNOSIS: [&str; 2] = ["verdict", "finding"];
@@ -36,17 +40,19 @@ pub const DONE: &str = "done";
 
 /// True if every study has a column of this name, or some study may have it.
 pub(super) fn is_of_every_study(name: &str) -> bool {
-    let fixed = BEFORE.iter().chain(&AFTER).chain(&DIAGNOSIS).chain([&CELL_TIME]);
+    let fixed = BEFORE.iter().chain(&AFTER).chain(&DIAGNOSIS).chain(&WEIGHTED).chain([&CELL_TIME]);
     name.starts_with(ERROR) || fixed.into_iter().any(|column| *column == name)
 }
 
 /// The columns of one study.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Columns {
     names: Vec<String>,
     methods: Methods,
     diagnosed: bool,
     parameters: Vec<String>,
+    /// The share of robots asked for, in a study of rare ones.
+    rare: Option<f64>,
 }
 
 /// A row before it is written.
@@ -91,6 +97,8 @@ pub(super) struct Place<'a> {
     pub at: &'a [String],
     pub trial: u64,
     pub seed: u64,
+    /// Weight of the trial, in a study of rare robots.
+    pub weight: Option<f64>,
 }
 
 impl Columns {
@@ -100,7 +108,16 @@ impl Columns {
         let diagnosis = if diagnosed { plain(&DIAGNOSIS) } else { Vec::new() };
         let errors = parameters.iter().map(|p| format!("{ERROR}{p}")).collect();
         let names = [plain(&BEFORE), axes.to_vec(), plain(&AFTER), plain(&[CELL_TIME]), diagnosis, errors].concat();
-        Columns { names, methods, diagnosed, parameters: parameters.to_vec() }
+        Columns { names, methods, diagnosed, parameters: parameters.to_vec(), rare: None }
+    }
+
+    /// The same columns for a study of rare robots, and this share of all.
+    #[must_use]
+    pub(super) fn weighted(mut self, share: f64) -> Self {
+        let place = self.names.iter().position(|name| name == "method").unwrap_or(self.names.len());
+        self.names.splice(place..place, WEIGHTED.map(str::to_owned));
+        self.rare = Some(share);
+        self
     }
 
     /// The header line of the table.
@@ -113,7 +130,11 @@ impl Columns {
         let mut fields =
             vec![place.study.to_owned(), self.methods.name().to_owned(), place.points.to_string(), place.point.to_string()];
         fields.extend_from_slice(place.at);
-        fields.extend([place.trial.to_string(), place.seed.to_string(), row.method.to_owned()]);
+        fields.extend([place.trial.to_string(), place.seed.to_string()]);
+        if let Some(share) = self.rare {
+            fields.extend([share.to_string(), place.weight.map_or_else(String::new, figure)]);
+        }
+        fields.push(row.method.to_owned());
         match &row.outcome {
             Ok(n) => {
                 fields.push(DONE.into());
@@ -169,7 +190,7 @@ mod tests {
     #[test]
     fn every_line_has_a_field_for_every_column_and_stays_one_line() {
         let columns = Columns::new(&["plan.poses_per_ball".into()], Methods::Both, true, &["a1".into(), "c2".into()]);
-        let place = Place { study: "s", points: 1, point: 0, at: &["5".into()], trial: 7, seed: 1 };
+        let place = Place { study: "s", points: 1, point: 0, at: &["5".into()], trial: 7, seed: 1, weight: None };
         let row = Row { method: "trical", outcome: Err("the robot, \"it\"\nfell".into()) };
         let text = [columns.header(), columns.line(&place, &row)].concat();
         assert_eq!(text.iter().filter(|&&b| b == b'\n').count(), 2);
@@ -180,5 +201,18 @@ mod tests {
         let at = |name: &str| &record[header.iter().position(|h| h == name).expect("a column")];
         assert_eq!((at("plan.poses_per_ball"), at("trial"), at("z_c2")), ("5", "7", ""));
         assert!(at("outcome").contains("fell"));
+    }
+
+    #[test]
+    fn a_failed_trial_of_a_rare_study_has_its_weight() {
+        let columns = Columns::new(&[], Methods::Trical, false, &["a1".into()]).weighted(0.999);
+        let place = Place { study: "s", points: 1, point: 0, at: &[], trial: 7, seed: 1, weight: Some(0.25) };
+        let row = Row { method: "trical", outcome: Err("it fell".into()) };
+        let text = [columns.header(), columns.line(&place, &row)].concat();
+        let mut reader = csv::Reader::from_reader(&text[..]);
+        let header = reader.headers().expect("a header").clone();
+        let record = reader.records().next().expect("a row").expect("as long as the header");
+        let at = |name: &str| &record[header.iter().position(|h| h == name).expect("a column")];
+        assert_eq!((at("rare"), at("weight"), at("method"), at("outcome")), ("0.999", "0.25", "trical", "it fell"));
     }
 }

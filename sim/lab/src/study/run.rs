@@ -1,6 +1,7 @@
 //! Batches of trials on all threads, with their rows in order.
 
 use calibench::files::FileError;
+use calibench_sim::random::Streams;
 use rayon::prelude::*;
 
 use super::extent::Extent;
@@ -51,7 +52,15 @@ pub fn run(
 /// The rows of one trial at one point.
 fn lines(study: &Study, number: u64, point: usize) -> Vec<u8> {
     let at = &study.points[point];
-    let place =
-        Place { study: &study.id, points: study.points.len(), point, at: &at.at, trial: number, seed: at.scenario.seed };
+    let weight = at.scenario.truth().weight(&Streams { seed: at.scenario.seed, trial: number });
+    let place = Place {
+        study: &study.id,
+        points: study.points.len(),
+        point,
+        at: &at.at,
+        trial: number,
+        seed: at.scenario.seed,
+        weight,
+    };
     trial(at, study.methods, study.diagnosed, number).iter().flat_map(|row| study.columns.line(&place, row)).collect()
 }

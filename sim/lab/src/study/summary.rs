@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::bands::{HALF_WIDTH, Share, quantile_band};
 use super::distribution::Distribution;
-use super::rows::{DONE, ERROR, METHODS};
+use super::rows::{DONE, ERROR, METHODS, RARE, WEIGHT};
+use super::tail::{Tail, TailQuantile};
 use calibench_sim::run::Methods;
 
 /// Quantiles in the summary, per cent.
@@ -26,6 +27,10 @@ const SPREAD: [&str; 10] = [
     "readings_mean",
     "cell_s",
 ];
+
+/// Columns of which a study of rare robots tells the tail: those that follow the mean square, at which it aims. The largest error of
+/// a robot may be rare at one pose alone: in studies of 500 trials the few that were drawn so had spreads that told too little.
+const TAILS: [&str; 3] = ["mean_mm", "rms_mm", "p95_mm"];
 
 /// Number of distinct failure reasons listed; others are only counted.
 const MOST_REASONS: usize = 20;
@@ -64,6 +69,9 @@ pub struct MethodSummary {
     pub failed: BTreeMap<String, u64>,
     /// Numbers of diagnoses, by verdict.
     pub verdicts: BTreeMap<String, u64>,
+    /// In a study of rare robots the share of all that it asks for.
+    pub rare: Option<f64>,
+    tails: Vec<Tail>,
     spreads: Vec<Distribution>,
     coverage: Vec<(String, Share)>,
 }
@@ -102,6 +110,8 @@ struct Columns {
     verdict: Option<usize>,
     spreads: Vec<Option<usize>>,
     errors: Vec<(usize, String)>,
+    /// Share and weight, in a study of rare robots.
+    weighted: Option<[usize; 2]>,
 }
 
 impl Summary {
@@ -119,6 +129,7 @@ impl Summary {
             verdict: at("verdict"),
             spreads: SPREAD.map(at).to_vec(),
             errors: header.iter().enumerate().filter_map(|(k, h)| Some((k, h.strip_prefix(ERROR)?.to_owned()))).collect(),
+            weighted: at(RARE).zip(at(WEIGHT)).map(|(rare, weight)| [rare, weight]),
         };
         let axes = header.iter().take(trial).skip(point + 1).map(str::to_owned).collect();
         Some(Summary { study: String::new(), seed: 0, axes, points: Vec::new(), columns })
@@ -126,7 +137,7 @@ impl Summary {
 
     /// Adds a row.
     pub fn add(&mut self, row: &StringRecord) {
-        let Columns { axes, point, seed, method, methods, outcome, verdict, spreads, errors } = &self.columns;
+        let Columns { axes, point, seed, method, methods, outcome, verdict, spreads, errors, weighted } = &self.columns;
         let Some(point) = row.get(*point).and_then(|p| p.parse::<usize>().ok()) else { return };
         if self.points.is_empty() {
             self.study = row.get(0).unwrap_or_default().to_owned();
@@ -145,13 +156,25 @@ impl Summary {
         }
         let Some(of) = of.methods.iter_mut().find(|m| Some(m.name.as_str()) == row.get(*method)) else { return };
         let outcome = row.get(*outcome).unwrap_or_default();
+        let number = |column: usize| row.get(column).and_then(|v| v.parse::<f64>().ok());
+        if let Some([rare, weight]) = *weighted {
+            of.rare = number(rare);
+            of.tails.resize(TAILS.len(), Tail::default());
+            for (tail, name) in of.tails.iter_mut().zip(TAILS) {
+                let column = SPREAD.iter().position(|s| *s == name).and_then(|k| spreads[k]);
+                tail.add(column.and_then(number).unwrap_or(f64::INFINITY), number(weight).unwrap_or(0.0));
+            }
+        }
         if outcome != DONE {
             let known = of.failed.len() < MOST_REASONS || of.failed.contains_key(outcome);
             *of.failed.entry(if known { outcome } else { "other reasons" }.to_owned()).or_default() += 1;
             return;
         }
         of.done += 1;
-        let number = |column: usize| row.get(column).and_then(|v| v.parse::<f64>().ok());
+        // Counts of trials with weights are no shares of robots.
+        if weighted.is_some() {
+            return;
+        }
         for (spread, column) in of.spreads.iter_mut().zip(spreads) {
             if let Some(value) = column.and_then(number) {
                 spread.add(value);
@@ -178,6 +201,11 @@ impl Summary {
         }
     }
 
+    /// True for a study of rare robots, whose trials have weights.
+    pub fn is_weighted(&self) -> bool {
+        self.columns.weighted.is_some()
+    }
+
     /// Number of trials of each point.
     pub fn trials(&self) -> u64 {
         self.points.first().and_then(|p| p.methods.first()).map_or(0, MethodSummary::trials)
@@ -191,6 +219,8 @@ impl MethodSummary {
             done: 0,
             failed: BTreeMap::new(),
             verdicts: BTreeMap::new(),
+            rare: None,
+            tails: Vec::new(),
             spreads: vec![Distribution::default(); SPREAD.len()],
             coverage: errors.iter().map(|(_, name)| (name.clone(), Share::default())).collect(),
         }
@@ -204,6 +234,12 @@ impl MethodSummary {
     /// The columns with a distribution.
     pub fn spreads(&self) -> impl Iterator<Item = (&'static str, Spread)> {
         SPREAD.iter().filter_map(|name| Some((*name, self.spread(name)?)))
+    }
+
+    /// In a study of rare robots, the errors that the share asked for stay within.
+    pub fn tails(&self) -> impl Iterator<Item = (&'static str, TailQuantile)> {
+        let share = self.rare.unwrap_or(f64::NAN);
+        TAILS.into_iter().zip(&self.tails).map(move |(name, tail)| (name, tail.quantile(share)))
     }
 
     /// Distribution of the numbers in a column; `None` if there are none.

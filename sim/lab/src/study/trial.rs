@@ -23,7 +23,7 @@ pub(super) fn trial(point: &Point, methods: Methods, diagnosed: bool, trial: u64
     };
     let streams = Streams { seed: point.scenario.seed, trial };
     match calibrate(&point.scenario, plans, streams, methods) {
-        Ok(Trial { campaign, methods: done }) => {
+        Ok(Trial { campaign, methods: done, .. }) => {
             let row = |(&method, done): (&&'static str, Result<(Method, Validation), RunError>)| {
                 let outcome = done.map_err(|e| with_reasons(&e)).and_then(|(done, before)| {
                     let finding = if diagnosed { Some(finding(&done).map_err(|e| with_reasons(&e))?) } else { None };
