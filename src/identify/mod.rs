@@ -13,6 +13,7 @@ mod model_file;
 mod own_effects;
 mod prediction;
 mod problem;
+mod run_change;
 
 pub use adjustment::Adjustment;
 pub use calibration::{Calibration, Estimate, IdentifyError, MeasuredSetup};
@@ -31,4 +32,5 @@ pub use model_file::{EffectList, check_effects, read_model, write_model, write_m
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
 pub use prediction::{Application, Prediction};
 pub(crate) use problem::Circumstance;
+pub use run_change::RunChange;
 pub use problem::{Parameter, PosedSample, Prior, Problem, ProblemError, Setup, Use, missing};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::RunChange;
 use crate::effects::{EffectId, Family, OwnEffect, Registry, Role, Subject};
 use crate::measure::Dataset;
 use crate::robot::Robot;
@@ -33,6 +34,8 @@ pub struct Model {
     /// Prior width (1 sigma) of an effect, in plausible sizes of the catalogue. Effects not named here get
     /// [`BACKGROUND_WIDTH`], except those of [`Role::Baseline`], which have no prior.
     pub width: BTreeMap<String, f64>,
+    /// Parameters that differ between datasets: runs of one robot in which something moved.
+    pub changes: Vec<RunChange>,
     /// The families from which `effects` are built.
     pub registry: Registry,
 }
@@ -101,6 +104,7 @@ impl Model {
             only_weighed_orientations: false,
             torque_posture: TorquePosture::default(),
             width: BTreeMap::new(),
+            changes: Vec::new(),
             registry: Registry::default(),
         }
     }

@@ -142,6 +142,20 @@ impl<'a> Assembly<'a> {
                 };
                 placed.push(Placed { effect, first });
             }
+            let (name, _) = datasets[d];
+            for change in &model.changes {
+                let Some(effect) = change.built(name, &subject)? else { continue };
+                let flat = StatedPrior::Flat;
+                let first = match effect.owner() {
+                    Owner::Robot => {
+                        let new = || add(&mut self.parameters, effect.as_ref(), "", flat);
+                        vec![*robot_owned.entry(effect.id().to_owned()).or_insert_with(new)]
+                    }
+                    Owner::Artifact => vec![self.place_on_artifact(d, effect.as_ref(), flat)],
+                    Owner::Session => self.place_in_sessions(d, effect.as_ref(), flat),
+                };
+                placed.push(Placed { effect, first });
+            }
             self.effects.push(placed);
         }
         Ok(())
