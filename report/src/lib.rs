@@ -21,6 +21,7 @@ mod next_step;
 mod page;
 mod plausible;
 mod recommended;
+mod runs;
 mod scatter;
 mod shifts;
 mod tables;
@@ -54,6 +55,7 @@ pub use page::{
 };
 pub use plausible::Plausible;
 pub use recommended::Recommended;
+pub use runs::{difference_sentence, runs_text};
 pub use shifts::shifts_text;
 pub use tables::{
     MARK, histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,

@@ -55,6 +55,7 @@ mod real_robots_are_identified;
 mod real_robots_show_what_they_lack;
 mod repeatability_intervals_cover;
 mod robots_come_from_urdf;
+mod runs_of_one_robot_are_told_apart;
 mod selection_reaches_the_golden_observability;
 mod several_points_of_a_tool_share_it;
 mod tables_are_read_however_they_come;

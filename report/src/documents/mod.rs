@@ -15,6 +15,7 @@ mod ladder;
 mod misfit;
 mod next;
 mod run;
+mod runs;
 mod scatter;
 mod schema;
 mod shifts;
@@ -55,6 +56,10 @@ pub use self::next::{
 pub use self::run::{
     BeforeCalibration, CompensationErrors, Expectations, ExpectedCheck, HiddenEffect, HiddenParameter, Named, PaperErrors, Run,
     RunFormat, RunMethod, ScoredParameter,
+};
+pub use self::runs::{
+    ChangedParameter, DifferenceOfRuns, DriftOfParameter, EffectOfRuns, ErrorsLeftOut, LeftOutErrors, ParameterOfRuns, RunOfRuns, Runs,
+    RunsFormat, TestOfRuns,
 };
 pub use self::scatter::{
     JointScatter, JointSteps, LagCorrelation, RepeatScatter, Replicates, Scatter, SerialCorrelation, Suspect,

@@ -3,7 +3,7 @@
 use schemars::{Schema, schema_for};
 
 use super::{
-    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, ImportReport, Ladder, Misfit, Next, Run, Step,
+    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, ImportReport, Ladder, Misfit, Next, Run, Runs, Step,
     Validated,
 };
 
@@ -22,6 +22,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("calibench-misfit", schema_for!(Misfit)),
         ("calibench-next", schema_for!(Next)),
         ("calibench-run", schema_for!(Run)),
+        ("calibench-runs", schema_for!(Runs)),
         ("calibench-step", schema_for!(Step)),
         ("calibench-validation", schema_for!(Validated)),
     ]

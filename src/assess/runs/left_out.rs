@@ -17,10 +17,11 @@ const PARTS: usize = 10;
 pub struct LeftOut {
     /// Root mean square of the 3-D error.
     pub rms: f64,
-    /// Mean and largest 3-D error.
+    /// Mean 3-D error.
     pub mean: f64,
+    /// Largest 3-D error.
     pub max: f64,
-    /// Standard error of the mean square, relative: postures scatter.
+    /// Number of samples.
     pub samples: usize,
 }
 

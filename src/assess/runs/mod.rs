@@ -70,16 +70,6 @@ pub enum RunsError {
         /// Number of rows.
         rows: usize,
     },
-    /// A run cannot say anything of the arm.
-    #[error("its {rows} rows do not determine its own base and tool: {because}")]
-    TooShort {
-        /// Name of the run.
-        run: String,
-        /// Number of rows that are fitted.
-        rows: usize,
-        /// The reason.
-        because: IdentifyError,
-    },
     /// A declared drift is of no parameter that was fitted.
     #[error("'{name}' is no parameter of the arm that these runs determine; there are {known}")]
     NoParameter {
@@ -116,6 +106,8 @@ pub struct RunsQuestion<'a> {
     pub model: &'a Model,
     /// Parameters that may drift, by name, with one sigma of their change in a month, SI.
     pub drifts: &'a [(String, f64)],
+    /// True if every run is also predicted by the robot of the others.
+    pub left_out: bool,
 }
 
 /// A test of differences between runs.
@@ -248,23 +240,46 @@ impl RunsComparison {
         let refused: Vec<&str> = effects.iter().filter(|e| e.status.is_refused()).map(|e| e.effect.as_str()).collect();
         let mut kept = refused.iter().fold(model.clone(), |model, effect| model.without(effect));
         kept.changes.retain(|change| !refused.contains(&change.effect.as_str()));
-        let mut runs = tables.runs();
-        let mut squares = [[0.0; 2]; 2];
-        for (k, run) in runs.iter_mut().enumerate() {
-            for (choice, slot) in [&mut run.from_others, &mut run.from_others_with_curves].into_iter().enumerate() {
-                observer(&format!("predicting {} from the others", named[k].0));
-                let result = left_out::left_out(&named, &kept, k, choice == 1);
-                if let Ok(errors) = &result {
-                    squares[choice][0] += errors.rms.powi(2) * errors.samples as f64;
-                    squares[choice][1] += errors.samples as f64;
-                }
-                *slot = result.map_err(|e| e.to_string());
-            }
+        let runs = tables.runs();
+        let mut comparison = RunsComparison {
+            runs,
+            before,
+            differences,
+            after,
+            verdict,
+            parameters,
+            effects,
+            model: kept,
+            curves: false,
+            left_out: [None; 2],
+        };
+        if question.left_out {
+            comparison.leave_out(&named, observer)?;
         }
-        let left_out = squares.map(|[sum, count]| (count > 0.0).then(|| (sum / count).sqrt()));
-        let curves = matches!(left_out, [Some(plain), Some(curved)] if curved < plain);
-        let model = if curves { with_curves(&named, &kept)? } else { kept };
-        Ok(RunsComparison { runs, before, differences, after, verdict, parameters, effects, model, curves, left_out })
+        Ok(comparison)
+    }
+
+    /// Predicts every run by the robot of the others, and takes the model that does so best.
+    fn leave_out(&mut self, named: &[(&str, &Dataset)], observer: &mut dyn FnMut(&str)) -> Result<(), RunsError> {
+        let mut squares = [[0.0; 2]; 2];
+        for (k, run) in self.runs.iter_mut().enumerate() {
+            observer(&format!("predicting {} from the others", named[k].0));
+            let results = [false, true].map(|curves| left_out::left_out(named, &self.model, k, curves));
+            if let [Ok(plain), Ok(curved)] = &results {
+                for (sum, errors) in squares.iter_mut().zip([plain, curved]) {
+                    sum[0] += errors.rms.powi(2) * errors.samples as f64;
+                    sum[1] += errors.samples as f64;
+                }
+            }
+            let [plain, curved] = results.map(|result| result.map_err(|e| e.to_string()));
+            run.from_others = Some([plain, curved]);
+        }
+        self.left_out = squares.map(|[sum, count]| (count > 0.0).then(|| (sum / count).sqrt()));
+        self.curves = matches!(self.left_out, [Some(plain), Some(curved)] if curved < plain);
+        if self.curves {
+            self.model = with_curves(named, &self.model)?;
+        }
+        Ok(())
     }
 
     /// The robot as it is in the last run: what the runs share from all of them, what moved at its last value.

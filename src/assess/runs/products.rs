@@ -37,8 +37,6 @@ pub(super) struct Products {
 /// What is left of the columns of every run when everything that the runs share, and their set-ups, are free to follow.
 pub(super) struct Reduced {
     runs: usize,
-    /// Columns under test, by index in the products.
-    columns: Vec<usize>,
     /// Inner products of these columns, run by run (column x run), before and after reduction.
     raw: Vec<DMatrix<f64>>,
     left: DMatrix<f64>,
@@ -160,7 +158,7 @@ impl Products {
         let (squares, dof) = (solved.squares, (self.counts.iter().sum::<f64>() - self.flat).max(1.0));
         let covariance = solved.inverse.view((0, 0), (self.fitted, self.fitted)).into_owned();
         let correction = solved.solution.rows(0, self.fitted).into_owned();
-        Ok(Reduced { runs, columns: columns.to_vec(), raw, left, along, squares, dof, correction, covariance, noise })
+        Ok(Reduced { runs, raw, left, along, squares, dof, correction, covariance, noise })
     }
 
     /// The columns that all hypotheses share: fitted ones, error curves, declared drifts.
@@ -385,11 +383,6 @@ impl Reduced {
     pub fn energy(&self, column: usize, run: usize) -> [f64; 2] {
         let at = column * self.runs + run;
         [self.raw[run][(column, column)], self.left[(at, at)].max(0.0)]
-    }
-
-    /// Number of columns under test.
-    pub fn count(&self) -> usize {
-        self.columns.len()
     }
 
     /// Variance of the noise in the units of these products.

@@ -107,16 +107,17 @@ pub struct EffectInRuns {
 pub struct RunOfRobot {
     /// Its name.
     pub name: String,
-    /// Number of samples and of postures that were fitted.
+    /// Number of samples that were fitted.
     pub samples: usize,
+    /// Number of their postures.
     pub postures: usize,
     /// Root mean square of its residuals under the robot that the runs share, m.
     pub residual: f64,
     /// Noise of one axis that remains when error curves are allowed for, m.
     pub noise: f64,
-    /// Errors there of the robot of the others, with the model given and with error curves, or the reason why there are none.
-    pub from_others: Result<LeftOut, String>,
-    pub from_others_with_curves: Result<LeftOut, String>,
+    /// Errors there of the robot of the others, with the model given and with error curves, or the reason why there are none;
+    /// `None` if they were not asked for.
+    pub from_others: Option<[Result<LeftOut, String>; 2]>,
 }
 
 /// What the tables are made of.
@@ -134,7 +135,7 @@ impl Tables<'_> {
     }
 
     fn parameter(&self, unit: &Unit) -> ParameterInRuns {
-        let Look { reduced, months, dated, examination, .. } = self.look;
+        let Look { reduced, months, dated, .. } = self.look;
         let runs = months.len();
         let column = unit.columns[0];
         let variance = reduced.unit();
@@ -170,7 +171,6 @@ impl Tables<'_> {
             () => ParameterStatus::Stayed,
         };
         let drift = if *dated && runs > 2 { Drift::of(reduced, column, months) } else { None };
-        let _ = examination;
         ParameterInRuns { last: base + by(runs - 1), first: Estimate { value: base + by(0), ..first }, changes, status, drift }
     }
 
@@ -265,8 +265,7 @@ impl Tables<'_> {
                 postures: judged.count(),
                 residual: rms(&own),
                 noise: self.look.reduced.noise[k] * unit,
-                from_others: Err(String::new()),
-                from_others_with_curves: Err(String::new()),
+                from_others: None,
             }
         };
         self.named.iter().enumerate().map(of).collect()
