@@ -23,6 +23,7 @@ from calibench._verbs import (
     compare,
     diagnose,
     effects,
+    fleet,
     identify,
     ladder,
     merge,
@@ -30,6 +31,7 @@ from calibench._verbs import (
     report,
     robots,
     run,
+    runs,
     study,
     validate,
 )
@@ -56,6 +58,7 @@ __all__ = [
     "compare",
     "diagnose",
     "effects",
+    "fleet",
     "identify",
     "ladder",
     "merge",
@@ -64,6 +67,7 @@ __all__ = [
     "report",
     "robots",
     "run",
+    "runs",
     "study",
     "validate",
 ]

@@ -10,6 +10,7 @@ pub mod documents;
 mod effect_names;
 mod figures;
 mod finding_notes;
+mod fleet;
 mod gallery;
 mod heat_map;
 mod ladder;
@@ -38,6 +39,7 @@ pub use figures::{
     CROSS_VALIDATED, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED, RESIDUAL, UNEXPLAINED, WORKSPACE, figures_table,
 };
 pub use finding_notes::added_sentences;
+pub use fleet::{fleet_sentence, fleet_text};
 pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
 pub use heat_map::{curve_line, heat_map_text};
 pub use ladder::ladder_step_table;

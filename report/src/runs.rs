@@ -62,7 +62,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
             Pattern::Drift => runs[0],
         };
         return format!(
-            "{} is in {run} only: {amounts} ({test}). The other runs would show it and do not, so it is refused for the robot: ask what was different in {run}.",
+            "{} is another in {run} than in the rest: {amounts} ({test}). The model lacks it, and it is refused, since it is not of the robot in all runs: ask what was different in {run}.",
             called(&difference.effect)
         );
     }

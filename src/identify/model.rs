@@ -1,8 +1,9 @@
 //! The effects that the identifier may use.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use super::RunChange;
+use super::{FleetPrior, RunChange};
 use crate::effects::{EffectId, Family, OwnEffect, Registry, Role, Subject};
 use crate::measure::Dataset;
 use crate::robot::Robot;
@@ -36,6 +37,8 @@ pub struct Model {
     pub width: BTreeMap<String, f64>,
     /// Parameters that differ between datasets: runs of one robot in which something moved.
     pub changes: Vec<RunChange>,
+    /// What robots of this type have in common, as the prior of the arm; `None` without one.
+    pub fleet: Option<Arc<FleetPrior>>,
     /// The families from which `effects` are built.
     pub registry: Registry,
 }
@@ -105,6 +108,7 @@ impl Model {
             torque_posture: TorquePosture::default(),
             width: BTreeMap::new(),
             changes: Vec::new(),
+            fleet: None,
             registry: Registry::default(),
         }
     }

@@ -14,6 +14,7 @@ mod design;
 mod design_tables;
 mod diagnose;
 mod failure;
+mod fleet;
 mod gallery;
 mod help;
 mod hidden_table;
@@ -129,6 +130,8 @@ enum Verb {
     Suite(suite::Arguments),
     /// Compare many runs of one robot: what stayed, what moved, what belongs to one run only; and predict each from the others
     Runs(runs::Arguments),
+    /// Learn from calibrations of robots of one type what they have in common: the prior of the next one
+    Fleet(fleet::Arguments),
     /// Locate the errors of a calibration: noise floor, lack of fit, residuals by ball, tool, base and joint
     Compare(compare::Arguments),
     /// Apply a calibration: the targets to command so that the tool reaches the desired pose; KRL, URDF, MDH
@@ -201,6 +204,7 @@ fn perform(verb: &Verb) -> Result<Outcome, Failure> {
     match verb {
         Verb::Run(a) => run::run(a),
         Verb::Runs(a) => runs::run(a),
+        Verb::Fleet(a) => fleet::run(a),
         Verb::Plan(a) => plan::run(a),
         Verb::Measure(a) => measure::run(a),
         Verb::Cell(a) => cell::run(a),

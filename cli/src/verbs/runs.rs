@@ -14,6 +14,7 @@ use super::data_gate::gate;
 use super::failure::{Failure, LocatedError, Outcome};
 use super::output::{check_outputs, note, print, print_answer, print_json};
 use super::progress::Waiting;
+use super::prove::thin;
 use super::streams::{input, output};
 
 #[derive(clap::Args)]
@@ -33,6 +34,9 @@ pub struct Arguments {
     /// Output file for the calibration of the robot as it is in the last run (TOML); an existing file is replaced
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
+    /// Largest number of rows used of each run, spread over it
+    #[arg(long, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(1..))]
+    at_most: Option<u32>,
     /// Do not predict every run from the others
     #[arg(long)]
     no_prediction: bool,
@@ -46,7 +50,10 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     check_outputs(&arguments.output)?;
-    let datasets = by_session(read_datasets(&arguments.datasets)?);
+    let mut datasets = by_session(read_datasets(&arguments.datasets)?);
+    if let Some(rows) = arguments.at_most {
+        datasets.iter_mut().for_each(|(_, dataset)| thin(dataset, rows as usize, Use::Fit));
+    }
     let dates = dates(arguments, &datasets)?;
     let mut order: Vec<usize> = (0..datasets.len()).collect();
     if dates.iter().all(Option::is_some) {

@@ -9,6 +9,7 @@ mod comparison;
 mod comparison_of;
 mod compensation;
 mod diagnosis;
+mod fleet;
 mod heat_map;
 mod import;
 mod ladder;
@@ -46,6 +47,7 @@ pub use self::diagnosis::{
     Advised, Contribution, CurveFamily, Diagnosis, DiagnosisFormat, Explained, Finding, FindingPlace, FoundParameter,
     RefusedEffect, Unbelievable,
 };
+pub use self::fleet::{Fleet, FleetFormat, FleetParameter, FleetUsed};
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
 pub use self::import::{ImportFormat, ImportReport, NominalFit};
 pub use self::ladder::{Choice, Ladder, LadderFormat, Recommended, Stopped, TriedStep};

@@ -32,7 +32,7 @@ use super::library::{Candidate, Library};
 use super::noise_floor::fisher_chance;
 use super::recommend::{bands, postures};
 use crate::effects;
-use crate::identify::{Calibration, Estimate, IdentifyError, Model, identify};
+use crate::identify::{Calibration, Estimate, IdentifyError, Model, RunChange, Use, identify};
 use crate::measure::{Dataset, Measured};
 
 /// Probability that runs of a robot in which nothing changed are reported to differ.
@@ -69,6 +69,12 @@ pub enum RunsError {
         first: String,
         /// Number of rows.
         rows: usize,
+    },
+    /// A run has nothing to be fitted to.
+    #[error("it has no rows of set `fit`")]
+    NoRows {
+        /// Name of the run.
+        run: String,
     },
     /// A declared drift is of no parameter that was fitted.
     #[error("'{name}' is no parameter of the arm that these runs determine; there are {known}")]
@@ -210,7 +216,8 @@ impl RunsComparison {
     pub fn of(question: RunsQuestion<'_>, observer: &mut dyn FnMut(&str)) -> Result<RunsComparison, RunsError> {
         check(&question)?;
         let named: Vec<(&str, &Dataset)> = question.runs.iter().map(|run| (run.name, run.dataset)).collect();
-        let mut model = question.model.clone();
+        // As everywhere that residuals are judged.
+        let mut model = Model { only_weighed_orientations: true, ..question.model.clone() };
         let mut differences: Vec<Difference> = Vec::new();
         observer("fitting one robot to all runs");
         let mut look = Look::at(&named, &model, &question)?;
@@ -237,9 +244,7 @@ impl RunsComparison {
         let tables = Tables { look: &look, named: &named, differences: &differences };
         let parameters = tables.parameters();
         let effects = tables.effects();
-        let refused: Vec<&str> = effects.iter().filter(|e| e.status.is_refused()).map(|e| e.effect.as_str()).collect();
-        let mut kept = refused.iter().fold(model.clone(), |model, effect| model.without(effect));
-        kept.changes.retain(|change| !refused.contains(&change.effect.as_str()));
+        let kept = without_refused(&model, &effects, &names(&named));
         let runs = tables.runs();
         let mut comparison = RunsComparison {
             runs,
@@ -290,6 +295,7 @@ impl RunsComparison {
         let named: Vec<(&str, &Dataset)> = question.runs.iter().map(|run| (run.name, run.dataset)).collect();
         let Some((last, _)) = named.last() else { return Err(RunsError::OneRun) };
         let model = changes_shown_by(&self.model, &names(&named));
+        let model = Model { only_weighed_orientations: question.model.only_weighed_orientations, ..model };
         let calibration = identify(&named, &model)?;
         Ok(tables::as_in(&calibration, last))
     }
@@ -299,11 +305,32 @@ fn names<'a>(named: &[(&'a str, &Dataset)]) -> Vec<&'a str> {
     named.iter().map(|(name, _)| *name).collect()
 }
 
+/// A model in which an effect that belongs to one run only is no longer of the robot, but of that run.
+fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> Model {
+    let mut kept = model.clone();
+    for effect in effects {
+        let EffectStatus::OnlyIn(run) = effect.status else { continue };
+        kept = kept.without(&effect.effect);
+        kept.changes.retain(|change| change.effect != effect.effect);
+        kept.changes.push(RunChange {
+            when: Pattern::Only(run).words(names),
+            effect: effect.effect.clone(),
+            parameters: Vec::new(),
+            weights: vec![(names[run].to_owned(), 1.0)],
+        });
+    }
+    kept
+}
+
 /// Checks that there are runs to be compared.
 fn check(question: &RunsQuestion<'_>) -> Result<(), RunsError> {
     let runs = question.runs;
     if runs.len() < 2 {
         return Err(RunsError::OneRun);
+    }
+    let is_empty = |run: &&Run<'_>| !run.dataset.samples.iter().any(|s| Use::Fit.takes(s));
+    if let Some(run) = runs.iter().find(is_empty) {
+        return Err(RunsError::NoRows { run: run.name.into() });
     }
     if !question.drifts.is_empty() && runs.iter().any(|run| run.day.is_none()) {
         return Err(RunsError::NoDates);
@@ -345,7 +372,7 @@ impl Look {
         let library = Library::new(named, model).candidates.into_iter().map(|c| c.id);
         let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count())
             .into_iter()
-            .filter(|id| effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER))
+            .filter(|id| !model.effects.contains(id) && effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER))
             .collect();
         let count = curves.len();
         let mut candidates: Vec<String> = curves;
@@ -415,13 +442,9 @@ impl Look {
     fn patterns(&self, unit: &Unit) -> Vec<Pattern> {
         match unit.kind {
             UnitKind::SetUp(run) => vec![Pattern::Only(run)],
-            UnitKind::Missing => {
-                (0..self.runs()).map(Pattern::Only).filter(|p| *p != Pattern::Only(0) || self.runs() > 1).collect()
-            }
-            UnitKind::Parameter | UnitKind::Effect => {
-                // Of two runs, that of the first alone is that of the second with the opposite sign.
-                Pattern::all(self.runs(), self.dated)
-            }
+            // Of two runs, that of the first alone is that of the second with the opposite sign.
+            UnitKind::Missing => (usize::from(self.runs() == 2)..self.runs()).map(Pattern::Only).collect(),
+            UnitKind::Parameter | UnitKind::Effect => Pattern::all(self.runs(), self.dated),
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::super::examination::Examination;
 use super::units::{CHANGE, Unit, UnitKind};
 use super::{Difference, Drift, LeftOut, Look, Pattern};
-use crate::identify::{Calibration, Estimate};
+use crate::identify::{Calibration, Estimate, RunChange};
 use crate::math::rms;
 use crate::measure::{Dataset, Postures};
 
@@ -313,7 +313,9 @@ pub(super) fn as_in(calibration: &Calibration, run: &str) -> Calibration {
         true => 1.0,
         false => covariance[(r, c)] / (estimates[r].sigma * estimates[c].sigma).max(f64::MIN_POSITIVE),
     });
-    let like_then = |dataset: &str| model.changes.iter().all(|change| (change.weight(dataset) - change.weight(run)).abs() < 1e-9);
+    // What is not of the robot in any run is of no set-up that the calibration may describe.
+    let then = |change: &RunChange| if model.effects.contains(&change.effect) { change.weight(run) } else { 0.0 };
+    let like_then = |dataset: &str| model.changes.iter().all(|change| (change.weight(dataset) - then(change)).abs() < 1e-9);
     let mut out = calibration.clone();
     out.setups.retain(|setup| like_then(&setup.dataset));
     let left: Vec<&str> = out.setups.iter().map(|s| s.label.as_str()).collect();
