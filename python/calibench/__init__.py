@@ -24,6 +24,7 @@ from calibench._verbs import (
     compare,
     diagnose,
     effects,
+    fleet,
     identify,
     ladder,
     merge,
@@ -31,6 +32,7 @@ from calibench._verbs import (
     report,
     robots,
     run,
+    runs,
     study,
     validate,
 )
@@ -58,6 +60,7 @@ __all__ = [
     "compare",
     "diagnose",
     "effects",
+    "fleet",
     "identify",
     "ladder",
     "merge",
@@ -66,6 +69,7 @@ __all__ = [
     "report",
     "robots",
     "run",
+    "runs",
     "study",
     "validate",
 ]

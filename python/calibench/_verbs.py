@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from calibench import _program
@@ -43,11 +43,11 @@ def _forced(force: bool) -> list[StrPath]:
     return ["--force"] if force else []
 
 
-def identify(data: Data, model: AnyModel = None, *, shifts: bool = False, force: bool = False) -> Calibration:
-    """Identifies the robot's parameters. ``shifts`` shows how every effect missing from the model would move them."""
+def identify(data: Data, model: AnyModel = None, *, shifts: bool = False, fleet: StrPath | None = None, force: bool = False) -> Calibration:
+    """Identifies the robot's parameters. ``shifts`` shows how every effect missing from the model would move them; ``fleet`` is the file of :func:`fleet`."""
     folder, keep = _room()
     of_model, written = _model(model)
-    arguments = ["identify", *_several(data), *of_model, *(["--shifts"] if shifts else []), *_forced(force)]
+    arguments = ["identify", *_several(data), *of_model, *(["--shifts"] if shifts else []), *(["--fleet", fleet] if fleet is not None else []), *_forced(force)]
     return Calibration(arguments, folder / "calibration.toml", (keep, written))
 
 
@@ -102,6 +102,22 @@ def check(calibration: Calibration | StrPath, data: Dataset | StrPath | None = N
     """
     chosen: list[StrPath] = [f"--sentinels={sentinels}"] if data is None else [data]
     return Result(["check", calibration, *chosen, "--then", then], keep=(calibration, data, then))
+
+
+def runs(data: Data, model: AnyModel = None, *, dates: Sequence[str] = (), drift: Mapping[str, float] | None = None, at_most: int | None = None, predict: bool = True, force: bool = False) -> Result:
+    """Compares many runs of one robot: what stayed, what moved, what belongs to one run only. ``drift`` is one sigma of a parameter's change in a month."""
+    of_model, written = _model(model)
+    of_dates: list[StrPath] = [f"--dates={','.join(dates)}"] if dates else []
+    of_drift: list[StrPath] = [f"--drift={name}={size}" for name, size in (drift or {}).items()]
+    of_rows: list[StrPath] = [f"--at-most={at_most}"] if at_most is not None else []
+    arguments = ["runs", *_several(data), *of_model, *of_dates, *of_drift, *of_rows, *([] if predict else ["--no-prediction"]), *_forced(force)]
+    return Result(arguments, keep=(data, written))
+
+
+def fleet(calibrations: Sequence[Calibration | StrPath], *, out: StrPath | None = None) -> Result:
+    """Learns from calibrations of robots of one type what they have in common; ``out`` is the file that ``identify`` takes."""
+    of_output: list[StrPath] = ["-o", out] if out is not None else []
+    return Result(["fleet", *calibrations, *of_output], keep=calibrations)
 
 
 def report(data: Data, model: AnyModel = None, *, ladder: bool = False, force: bool = False) -> Report:

@@ -11,6 +11,7 @@ pub mod documents;
 mod effect_names;
 mod figures;
 mod finding_notes;
+mod fleet;
 mod gallery;
 mod heat_map;
 mod ladder;
@@ -22,6 +23,7 @@ mod next_step;
 mod page;
 mod plausible;
 mod recommended;
+mod runs;
 mod scatter;
 mod shifts;
 mod tables;
@@ -39,6 +41,7 @@ pub use figures::{
     CROSS_VALIDATED, FIGURES, Figure, HERE, NOISE, NOISE_LEFT, NOT_FITTED, RESIDUAL, UNEXPLAINED, WORKSPACE, figures_table,
 };
 pub use finding_notes::added_sentences;
+pub use fleet::{fleet_sentence, fleet_text};
 pub use gallery::{Entry, GALLERY_MARK, Gallery, Imitator, Plot, Seen, gallery_page, see};
 pub use heat_map::{curve_line, heat_map_text};
 pub use ladder::ladder_step_table;
@@ -56,6 +59,7 @@ pub use page::{
 };
 pub use plausible::Plausible;
 pub use recommended::Recommended;
+pub use runs::{difference_sentence, runs_text};
 pub use shifts::shifts_text;
 pub use tables::{
     MARK, histogram, orientation_table, orientation_words, parameter_rows, parameter_table, plain_rows, plain_table,

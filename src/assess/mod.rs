@@ -38,6 +38,7 @@ mod recommend;
 mod relevance;
 mod repeatability;
 mod residual_views;
+mod runs;
 mod shifts;
 mod sweep;
 mod symptoms;
@@ -89,6 +90,10 @@ pub use residual_views::SeenSample;
 pub use residual_views::{
     BallView, JointBin, JointCurve, JointOffset, JointVariable, SampleResidual, SetupView, ToolView, ViewTest, WorldView,
     WorstSample,
+};
+pub use runs::{
+    DAYS_A_MONTH, Difference, Drift, EffectInRuns, EffectStatus, LeftOut, ParameterInRuns, ParameterStatus, Pattern,
+    RUNS_FALSE_ALARM, Run, RunOfRobot, RunsComparison, RunsError, RunsQuestion, RunsTest, RunsVerdict,
 };
 pub use shifts::{Shift, Shifted, Shifts, shift_of};
 pub use symptoms::Symptom;

@@ -82,7 +82,7 @@ impl Adjustment {
             kept,
             unresolved,
             chi2: f64::NAN,
-            dof: rows - flat,
+            dof: (rows - flat).saturating_sub(problem.prior_count()),
             noise_stated: problem.noise_stated(),
             iterations: 0,
             outcome: Outcome::IterationLimit,

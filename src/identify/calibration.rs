@@ -317,7 +317,7 @@ fn estimate(parameter: &Parameter, fit: &Fit, p: usize, sigma: f64) -> Estimate 
         sigma_noise: fit.sigma(p).unwrap_or(0.0),
         nominal: parameter.spec.nominal,
         stated_sigma: match parameter.knowledge {
-            Prior::Uninformative | Prior::Plausible(_) => None,
+            Prior::Uninformative | Prior::Plausible(_) | Prior::Fleet(_) => None,
             Prior::Certified(sigma) => Some(sigma),
         },
     }

@@ -6,6 +6,7 @@ mod calibration_file;
 mod determined;
 mod fit;
 mod fit_result;
+mod fleet;
 mod identified;
 mod model;
 mod model_error;
@@ -13,6 +14,7 @@ mod model_file;
 mod own_effects;
 mod prediction;
 mod problem;
+mod run_change;
 
 pub use adjustment::Adjustment;
 pub use calibration::{Calibration, Estimate, IdentifyError, MeasuredSetup};
@@ -22,6 +24,9 @@ pub use calibration_file::{read_calibration, write_calibration};
 pub use determined::{independent_parameters, observability_of};
 pub use fit::{check_nested, fit, fit_from, fit_larger, fit_some};
 pub use fit_result::{Fit, FitError, Outcome, Unresolved};
+pub use fleet::{
+    CONFLICT, Fleet, FleetError, FleetJudged, FleetParameter, FleetPrior, PriorUsed, identify_with_fleet, read_fleet, write_fleet,
+};
 pub use identified::{identify, identify_without_indices};
 pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
 pub use model_error::covariance_with_model_error;
@@ -31,4 +36,5 @@ pub use model_file::{EffectList, check_effects, read_model, write_model, write_m
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
 pub use prediction::{Application, Prediction};
 pub(crate) use problem::Circumstance;
+pub use run_change::RunChange;
 pub use problem::{Parameter, PosedSample, Prior, Problem, ProblemError, Setup, Use, missing};

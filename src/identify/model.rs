@@ -1,7 +1,9 @@
 //! The effects that the identifier may use.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use super::{FleetPrior, RunChange};
 use crate::effects::{EffectId, Family, OwnEffect, Registry, Role, Subject};
 use crate::measure::Dataset;
 use crate::robot::Robot;
@@ -33,6 +35,10 @@ pub struct Model {
     /// Prior width (1 sigma) of an effect, in plausible sizes of the catalogue. Effects not named here get
     /// [`BACKGROUND_WIDTH`], except those of [`Role::Baseline`], which have no prior.
     pub width: BTreeMap<String, f64>,
+    /// Parameters that differ between datasets: runs of one robot in which something moved.
+    pub changes: Vec<RunChange>,
+    /// What robots of this type have in common, as the prior of the arm; `None` without one.
+    pub fleet: Option<Arc<FleetPrior>>,
     /// The families from which `effects` are built.
     pub registry: Registry,
 }
@@ -101,6 +107,8 @@ impl Model {
             only_weighed_orientations: false,
             torque_posture: TorquePosture::default(),
             width: BTreeMap::new(),
+            changes: Vec::new(),
+            fleet: None,
             registry: Registry::default(),
         }
     }

@@ -20,6 +20,7 @@ mod missing;
 mod order;
 mod orientation;
 mod parameter;
+mod prior_row;
 mod sample_row;
 mod samples_view;
 mod start;
@@ -36,6 +37,7 @@ pub(super) use self::load_state::LoadState;
 pub(super) use self::load_workspace::LoadWorkspace;
 pub use self::missing::missing;
 use self::order::joints_before;
+use self::prior_row::PriorRow;
 pub use self::parameter::{Parameter, Prior, Setup, Use};
 use self::sample_row::SampleRow;
 pub(super) use self::sample_row::UNSTATED_SIGMA;
@@ -57,6 +59,7 @@ pub struct Problem {
     /// Values and the terms under the loads there, if computed beforehand; see [`Problem::update_loads`].
     cached: Option<(Vec<f64>, LoadState)>,
     distances: Vec<DistanceRow>,
+    priors: Vec<PriorRow>,
     row_count: usize,
     torque_posture: TorquePosture,
     /// Joint and parameter of every unknown joint compliance.
@@ -129,6 +132,11 @@ impl Problem {
     /// Number of scalar residuals.
     pub fn row_count(&self) -> usize {
         self.row_count
+    }
+
+    /// Number of those that are priors of parameters, after all others.
+    pub fn prior_count(&self) -> usize {
+        self.priors.len()
     }
 
     /// Number of samples.

@@ -1,11 +1,15 @@
 //! Reading of the datasets, models and calibrations given to verbs.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
 use calibench::effects::Subject;
 use calibench::files::{is_standard_input, with_reasons};
-use calibench::identify::{Calibration, IdentifyError, Model, Outcome, ProblemError, read_calibration, read_model};
+use calibench::identify::{
+    Calibration, Fleet, FleetJudged, FleetPrior, IdentifyError, Model, Outcome, PriorUsed, ProblemError, identify_with_fleet,
+    read_calibration, read_fleet, read_model,
+};
 use calibench::measure::{Dataset, SampleSet, read_dataset};
 use calibench_report::{Forecast, NoForecast, Recommended, extrapolation_sentence};
 
@@ -71,6 +75,31 @@ pub fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<
         Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
         None => Model::default_for(first),
     })
+}
+
+/// Reads a fleet of the robot of the data.
+pub fn read_fleet_of(path: &Path, datasets: &[(String, Dataset)]) -> Result<Fleet, Failure> {
+    let fleet = read_fleet(path)?;
+    let robot = &datasets[0].1.robot;
+    if !fleet.is_of(robot) {
+        let problem = format!("is of the type '{}', the data are of '{}'; give a fleet of that type", fleet.robot, robot.name);
+        return Err(Box::new(LocatedError { path: path.to_owned(), field: "robot", problem }));
+    }
+    Ok(fleet)
+}
+
+/// A model with what a fleet says, unless the robot is not like it.
+pub fn with_fleet(
+    model: Model,
+    fleet: Option<&Path>,
+    datasets: &[(String, Dataset)],
+) -> Result<(Model, Option<FleetJudged>), Failure> {
+    let Some(path) = fleet else { return Ok((model, None)) };
+    let fleet = read_fleet_of(path, datasets)?;
+    let (_, judged) = identify_with_fleet(&named(datasets), &model, &fleet)?;
+    let used = judged.used == PriorUsed::Fleet;
+    let prior = used.then(|| Arc::new(FleetPrior { noise: judged.noise, ..FleetPrior::of(&fleet) }));
+    Ok((Model { fleet: prior, ..model }, Some(judged)))
 }
 
 /// Reads campaigns of the same arm that are judged but not fitted; one that is also fitted is dropped.

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use calibench::assess::{Advice, Diagnosis, HoldOut, WorkspacePoses, ladder_step};
 use calibench::identify::{Outcome as FitOutcome, Use};
-use calibench_report::{Forecast, NoForecast, Recommended, diagnosis_tables, documents, next_step_sentences, sentences};
+use calibench_report::{Forecast, NoForecast, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences};
 
-use super::data::{locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses};
+use super::data::{locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses, with_fleet};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
 use super::output::{print, print_answer, print_json};
@@ -21,6 +21,9 @@ pub struct Arguments {
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
+    /// What robots of this type have in common, made by `fleet`: it is taken into account unless this robot is not like them
+    #[arg(long, value_parser = input())]
+    fleet: Option<PathBuf>,
     /// Show which variable each joint's error follows, even if an effect of the catalogue explains it
     #[arg(long)]
     heat_map: bool,
@@ -37,6 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let model = model_for(arguments.model.as_deref(), &datasets)?;
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
+    let (model, fleet) = with_fleet(model, arguments.fleet.as_deref(), &datasets)?;
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);
     let ground = HoldOut { poses: &poses.q, checks: &[] };
@@ -57,9 +61,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         let document = documents::Diagnosis::of(diagnosis, forecast.as_ref().ok(), &commands);
         let advice = Some(documents::Advised::of(&advice, diagnosis, &commands));
-        print_json(&documents::Diagnosis { misfit: gate.misfit, advice, ..document })?;
+        print_json(&documents::Diagnosis { misfit: gate.misfit, fleet: fleet.as_ref().map(documents::FleetUsed::of), advice, ..document })?;
     } else {
         gate.tell()?;
+        fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;
         tell(diagnosis, &forecast, &advice, &commands)?;
         print(&format!("\n{}", diagnosis_tables(diagnosis, arguments.heat_map)))?;
     }

@@ -6,7 +6,7 @@ use clap::Command;
 const STAGES: [(&str, &[&str]); 7] = [
     ("Data and robots", &["import", "robots", "effects", "gallery"]),
     ("Measure", &["plan", "cell", "measure", "repeatability", "next"]),
-    ("Calibrate", &["identify", "validate", "compare"]),
+    ("Calibrate", &["identify", "validate", "compare", "runs", "fleet"]),
     ("Find what is missing", &["diagnose", "add", "ladder", "prove", "report", "workbench"]),
     ("Use the calibration", &["compensate", "check"]),
     ("Simulate and study", &["run", "serve", "study", "merge", "design", "precision", "suite"]),
@@ -14,7 +14,7 @@ const STAGES: [(&str, &[&str]); 7] = [
 ];
 
 /// Command lines of each verb, without the name of the program.
-const EXAMPLES: [(&str, &[&str]); 29] = [
+const EXAMPLES: [(&str, &[&str]); 31] = [
     ("run", &["run scenarios/paper.toml", "run scenarios/paper.toml --out runs/paper --seed 7"]),
     ("plan", &["plan scenarios/paper.toml -o plan.toml", "plan cell.toml -o plan.toml"]),
     (
@@ -39,6 +39,11 @@ const EXAMPLES: [(&str, &[&str]); 29] = [
     ("repeatability", &["repeatability scenarios/paper.toml", "repeatability --cell cell.toml --plan plan.toml"]),
     ("prove", &["prove runs/ur10", "prove runs/ur10 -o prove.html", "prove runs/ur10 --folds 5"]),
     ("suite", &["suite scenarios/blind-suite.toml --seed 1001"]),
+    (
+        "runs",
+        &["runs runs/march runs/june runs/october", "runs A B D --dates 2026-03-14,2026-06-02,2026-10-20 --drift theta2=0.001 -o now.toml"],
+    ),
+    ("fleet", &["fleet robots/*.calibration.toml -o kr6.fleet.toml"]),
     ("compare", &["compare runs/paper/trical.toml runs/paper/trical"]),
     (
         "check",

@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use calibench::assess::{Shifts, unbelievable};
 use calibench::identify::{
-    Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, read_calibration, write_calibration,
+    Calibration, IdentifyError, Outcome as FitOutcome, Use, identify, identify_with_fleet, read_calibration, write_calibration,
 };
 use calibench::units::MM;
 use calibench_report::{
-    RESIDUAL, documents, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences,
+    RESIDUAL, documents, fleet_sentence, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences,
     weighing_sentence, wider_sentence,
 };
 
-use super::data::{locate_in_data, model_for, named, read_datasets, tell_fit};
+use super::data::{locate_in_data, model_for, named, read_datasets, read_fleet_of, tell_fit};
 use super::data_gate::{DoNotFit, gate};
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_answer, print_json, print_written, warn};
@@ -27,6 +27,9 @@ pub struct Arguments {
     /// Model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
+    /// What robots of this type have in common, made by `fleet`: it is taken into account unless this robot is not like them
+    #[arg(long, value_parser = input())]
+    fleet: Option<PathBuf>,
     /// Output file for the calibration (TOML); an existing file is replaced
     #[arg(short, long, visible_alias = "out", value_parser = output())]
     output: Option<PathBuf>,
@@ -48,7 +51,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let locate = |e| locate_in_data(&arguments.datasets, &datasets, arguments.model.as_deref(), &e);
     let waiting = Waiting::new("fitting");
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
-    let calibration = match identify(&named(&datasets), &model) {
+    let fleet = arguments.fleet.as_deref().map(|path| read_fleet_of(path, &datasets)).transpose()?;
+    let identified = match &fleet {
+        Some(fleet) => identify_with_fleet(&named(&datasets), &model, fleet).map(|(c, judged)| (c, Some(judged))),
+        None => identify(&named(&datasets), &model).map(|c| (c, None)),
+    };
+    let (calibration, fleet) = match identified {
         Err(e @ IdentifyError::Inconsistent { .. }) => return Err(e.into()),
         other => other.map_err(locate)?,
     };
@@ -77,9 +85,10 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         let shifts = shifts.as_ref().map(documents::Shifts::of);
         let document = documents::Calibration::of(&calibration);
-        print_json(&documents::Calibration { misfit: gate.misfit, shifts, ..document })?;
+        print_json(&documents::Calibration { misfit: gate.misfit, shifts, fleet: fleet.as_ref().map(documents::FleetUsed::of), ..document })?;
     } else {
         gate.tell()?;
+        fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;
         absurd.iter().try_for_each(|sentence| print(sentence))?;
         print_answer(&format!("{}\n{}", parameter_table(&calibration), fit_sentence(&calibration)))?;
         print(&remarks(&calibration))?;

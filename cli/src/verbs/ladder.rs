@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    NoForecast, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called, in_question_sentence,
+    NoForecast, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called, fleet_sentence, in_question_sentence,
     ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence, top_sentences,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses};
+use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses, with_fleet};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, is_detailed, print, print_answer, print_detail, print_json};
@@ -24,6 +24,9 @@ pub struct Arguments {
     /// Initial model file; the default is the paper's model: base_frame, mdh, joint_compliance
     #[arg(long, value_parser = input())]
     model: Option<PathBuf>,
+    /// What robots of this type have in common, made by `fleet`: it is taken into account unless this robot is not like them
+    #[arg(long, value_parser = input())]
+    fleet: Option<PathBuf>,
     /// Campaigns not included in the fit: the robot is set up anew in each, and a step that makes one worse is refused
     #[arg(long, num_args = 1.., value_name = "DATASET")]
     check: Vec<PathBuf>,
@@ -48,6 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let checks = check_datasets(&arguments.check, &datasets)?;
     let checks = super::data::named(&checks);
+    let (model, fleet) = with_fleet(model, arguments.fleet.as_deref(), &datasets)?;
     let named = named(&datasets);
     let poses = WorkspacePoses::of(&named);
     let ground = HoldOut { poses: &poses.q, checks: &checks };
@@ -73,10 +77,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let beyond = warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
         let outside_range = documents::OutsideRange::of(&beyond);
-        print_json(&documents::Ladder { outside_range, misfit: gate.misfit, ..documents::Ladder::of(&climbed) })?;
+        print_json(&documents::Ladder { outside_range, misfit: gate.misfit, fleet: fleet.as_ref().map(documents::FleetUsed::of), ..documents::Ladder::of(&climbed) })?;
         return Ok(Outcome::Done);
     }
     gate.tell()?;
+    fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;
     print(&ladder_step_table(&climbed.steps.iter().chain(&climbed.other).collect::<Vec<&LadderStep>>()))?;
     let steps: Vec<&LadderStep> = climbed.steps.iter().collect();
     for (k, ladder_step) in steps.iter().enumerate() {

@@ -15,6 +15,7 @@ mod design;
 mod design_tables;
 mod diagnose;
 mod failure;
+mod fleet;
 mod gallery;
 mod help;
 mod hidden_table;
@@ -41,6 +42,7 @@ mod repeatability_tables;
 mod report;
 mod robots;
 mod run;
+mod runs;
 mod serve;
 mod shell;
 mod start;
@@ -127,6 +129,10 @@ enum Verb {
     Prove(prove::Arguments),
     /// Run blind trials of the diagnosis against the ground truth
     Suite(suite::Arguments),
+    /// Compare many runs of one robot: what stayed, what moved, what belongs to one run only; and predict each from the others
+    Runs(runs::Arguments),
+    /// Learn from calibrations of robots of one type what they have in common: the prior of the next one
+    Fleet(fleet::Arguments),
     /// Locate the errors of a calibration: noise floor, lack of fit, residuals by ball, tool, base and joint
     Compare(compare::Arguments),
     /// Apply a calibration: the targets to command so that the tool reaches the desired pose; KRL, URDF, MDH
@@ -198,6 +204,8 @@ pub fn main_with(arguments: impl IntoIterator<Item = impl Into<OsString> + Clone
 fn perform(verb: &Verb) -> Result<Outcome, Failure> {
     match verb {
         Verb::Run(a) => run::run(a),
+        Verb::Runs(a) => runs::run(a),
+        Verb::Fleet(a) => fleet::run(a),
         Verb::Plan(a) => plan::run(a),
         Verb::Measure(a) => measure::run(a),
         Verb::Cell(a) => cell::run(a),

@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// Keeps at most `at_most` of the rows that `which` takes, spread over the whole.
-fn thin(dataset: &mut Dataset, at_most: usize, which: Use) {
+pub(super) fn thin(dataset: &mut Dataset, at_most: usize, which: Use) {
     let count = dataset.samples.iter().filter(|s| which.takes(s)).count();
     let mut place = 0;
     dataset.samples.retain(|sample| {

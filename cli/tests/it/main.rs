@@ -30,6 +30,7 @@ mod python_packages_are_pinned;
 mod readme_is_true;
 mod repeatability_is_that_of_the_cell;
 mod rivals_measure_as_specified;
+mod runs_and_fleets_go_through_the_program;
 mod same_seed_same_bytes;
 mod scenarios_meet_their_expectations;
 mod served;

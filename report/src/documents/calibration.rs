@@ -5,7 +5,7 @@ use calibench::units::{DEG, MM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Shifts, finite, format_tag};
+use super::{FleetUsed, Shifts, finite, format_tag};
 
 format_tag!(CalibrationFormat, "calibench-calibration/1");
 
@@ -98,6 +98,9 @@ pub struct Calibration {
     /// Shifts of the parameters by effects that the model lacks, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shifts: Option<Shifts>,
+    /// Whether the robot is like its fleet, if one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<FleetUsed>,
 }
 
 impl Parameter {
@@ -143,6 +146,7 @@ impl Calibration {
             unresolved: c.unresolved.clone(),
             misfit: None,
             shifts: None,
+            fleet: None,
         }
     }
 }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::step::Moment;
-use super::{HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag};
+use super::{FleetUsed, HeatMap, OutsideRange, Scatter, Untestable, Workspace, finite, format_tag};
 use crate::diagnosis_sentences::sentences;
 use crate::finding_notes::parted_by;
 use crate::ladder_sentences::objection_sentence;
@@ -191,6 +191,9 @@ pub struct Diagnosis {
     /// Warning that the data do not fit the robot, if used nevertheless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit: Option<String>,
+    /// Whether the robot is like its fleet, if one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<FleetUsed>,
 }
 
 /// What to do next about a model.
@@ -316,6 +319,7 @@ impl Diagnosis {
             advice: None,
             scatter: Scatter::of(&d.scatter),
             misfit: None,
+            fleet: None,
         }
     }
 }

@@ -5,7 +5,7 @@ use calibench::units::MM;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Gain, LadderStep, OutsideRange, format_tag};
+use super::{FleetUsed, Gain, LadderStep, OutsideRange, format_tag};
 use crate::ladder_sentences::{advice, objection_sentence, why};
 
 format_tag!(LadderFormat, "calibench-ladder/1");
@@ -87,6 +87,9 @@ pub struct Ladder {
     /// Warning that the data do not fit the robot, if used nevertheless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub misfit: Option<String>,
+    /// Whether the robot is like its fleet, if one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<FleetUsed>,
 }
 
 impl Choice {
@@ -151,6 +154,7 @@ impl Ladder {
             advice: advice(ladder),
             outside_range: None,
             misfit: None,
+            fleet: None,
         }
     }
 }

@@ -9,12 +9,14 @@ mod comparison;
 mod comparison_of;
 mod compensation;
 mod diagnosis;
+mod fleet;
 mod heat_map;
 mod import;
 mod ladder;
 mod misfit;
 mod next;
 mod run;
+mod runs;
 mod scatter;
 mod schema;
 mod shifts;
@@ -45,6 +47,7 @@ pub use self::diagnosis::{
     Advised, Contribution, CurveFamily, Diagnosis, DiagnosisFormat, Explained, Finding, FindingPlace, FoundParameter,
     RefusedEffect, Unbelievable,
 };
+pub use self::fleet::{Fleet, FleetFormat, FleetParameter, FleetUsed};
 pub use self::heat_map::{BestCurve, CurvePoint, HeatMap, HeatMapCell};
 pub use self::import::{ImportFormat, ImportReport, NominalFit};
 pub use self::ladder::{Choice, Ladder, LadderFormat, Recommended, Stopped, TriedStep};
@@ -55,6 +58,10 @@ pub use self::next::{
 pub use self::run::{
     BeforeCalibration, CompensationErrors, Expectations, ExpectedCheck, HiddenEffect, HiddenParameter, Named, PaperErrors, Run,
     RunFormat, RunMethod, ScoredParameter,
+};
+pub use self::runs::{
+    ChangedParameter, DifferenceOfRuns, DriftOfParameter, EffectOfRuns, ErrorsLeftOut, LeftOutErrors, ParameterOfRuns, RunOfRuns, Runs,
+    RunsFormat, TestOfRuns,
 };
 pub use self::scatter::{
     JointScatter, JointSteps, LagCorrelation, RepeatScatter, Replicates, Scatter, SerialCorrelation, Suspect,

@@ -3,7 +3,7 @@
 use schemars::{Schema, schema_for};
 
 use super::{
-    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, ImportReport, Ladder, Misfit, Next, Run, Step,
+    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Ladder, Misfit, Next, Run, Runs, Step,
     Validated,
 };
 
@@ -17,11 +17,13 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("calibench-compensation", schema_for!(Compensation)),
         ("calibench-detectability", schema_for!(Detectability)),
         ("calibench-diagnosis", schema_for!(Diagnosis)),
+        ("calibench-fleet", schema_for!(Fleet)),
         ("calibench-import-report", schema_for!(ImportReport)),
         ("calibench-ladder", schema_for!(Ladder)),
         ("calibench-misfit", schema_for!(Misfit)),
         ("calibench-next", schema_for!(Next)),
         ("calibench-run", schema_for!(Run)),
+        ("calibench-runs", schema_for!(Runs)),
         ("calibench-step", schema_for!(Step)),
         ("calibench-validation", schema_for!(Validated)),
     ]

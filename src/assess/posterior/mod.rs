@@ -63,6 +63,8 @@ fn drawn(parameter: &Parameter, value: f64, model: &Model) -> (Size, f64, f64) {
         Prior::Uninformative if model.is_unregularised(&parameter.effect) => {
             (Size::Known(FREE.max(2.0 * from_nothing.abs()).powi(2)), plausible, from_nothing)
         }
+        // It is among the rows.
+        Prior::Fleet(_) => (Size::Known(ANYWHERE * ANYWHERE), plausible, 0.0),
         Prior::Uninformative | Prior::Plausible(_) => (Size::Drawn(Kind::Catalogue), plausible, from_nothing),
     }
 }

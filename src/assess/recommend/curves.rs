@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use super::linear::Linear;
 use super::shrinkage::Shrinkage;
 use crate::assess::examination::{Examination, Span};
-use crate::identify::FitError;
+use crate::identify::{FitError, Model};
+use crate::measure::Dataset;
 
 /// Bands of orders per turn.
 const BANDS: [[usize; 2]; 5] = [[1, 4], [5, 10], [11, 20], [21, 40], [41, 80]];
@@ -17,7 +18,7 @@ const BANDS_FROM: [usize; 5] = [0, 0, 20, 300, 300];
 const MOVES: f64 = 1e-4;
 
 /// Ids of the bands for a robot with this number of joints, measured in this number of postures.
-pub(super) fn bands(joints: usize, postures: usize) -> Vec<String> {
+pub(in crate::assess) fn bands(joints: usize, postures: usize) -> Vec<String> {
     let bands = BANDS.iter().zip(BANDS_FROM).filter(|(_, from)| postures >= *from).map(|(band, _)| band);
     bands.flat_map(|[low, high]| (1..=joints).map(move |j| format!("error_curve:{j}:{low}:{high}"))).collect()
 }
@@ -45,4 +46,34 @@ pub(super) fn held(
     let chosen = all.select_columns(&columns).select_rows(&columns);
     let found = Shrinkage::new(&chosen, base.columns.len(), &base.information, &groups, linear.scalars())?;
     Ok(kept.into_iter().zip(found.variance.iter().map(|v| found.noise / v / linear.weight2)).collect())
+}
+
+/// Variance of each of the groups that end the columns of `products`, by evidence; `base` is the number of columns before them and
+/// their prior information.
+pub(in crate::assess) fn shrunk(
+    products: &DMatrix<f64>,
+    (base, information): (usize, &[f64]),
+    groups: &[Span],
+    rows: usize,
+) -> Result<Vec<f64>, FitError> {
+    let found = Shrinkage::new(products, base, information, groups, rows)?;
+    Ok(found.variance.iter().map(|v| v / found.noise).collect())
+}
+
+/// A model with the error curves that are the candidates of an examination of it, each regularised by the size that the evidence
+/// gives it.
+pub(in crate::assess) fn curve_model(
+    datasets: &[(&str, &Dataset)],
+    examination: &Examination,
+    model: &Model,
+) -> Result<Model, FitError> {
+    let linear = Linear::new(examination, datasets);
+    let candidates = &examination.library().candidates;
+    let mut with = model.clone();
+    for (place, information) in held(examination, &linear, &linear.all_products(), 0..candidates.len(), &[])? {
+        let id = &candidates[place].id;
+        with = with.with(id);
+        with.width.insert(id.clone(), information.sqrt().recip());
+    }
+    Ok(with)
 }

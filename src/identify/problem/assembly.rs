@@ -10,10 +10,11 @@ use super::distance_row::DistanceRow;
 use super::load_state::LoadState;
 use super::missing::{COMPLIANCE, missing};
 use super::order::joints_before;
+use super::prior_row::PriorRow;
 use super::sample_row::SampleRow;
 use super::start::{datum_freedoms, start};
 use super::wanted::{StatedPrior, wanted};
-use super::{Parameter, Problem, ProblemError, Setup, Use};
+use super::{Parameter, Prior, Problem, ProblemError, Setup, Use};
 use crate::effects::{self, Effect, Follows, Needs, Owner};
 use crate::identify::{Model, TorquePosture};
 use crate::measure::Dataset;
@@ -134,11 +135,29 @@ impl<'a> Assembly<'a> {
                 }
                 let first = match effect.owner() {
                     Owner::Robot => {
-                        let new = || add(&mut self.parameters, effect.as_ref(), "", belief);
+                        let new = || {
+                            let first = add(&mut self.parameters, effect.as_ref(), "", belief);
+                            size_as_in_fleet(&mut self.parameters[first..], model, belief);
+                            first
+                        };
                         vec![*robot_owned.entry(id).or_insert_with(new)]
                     }
                     Owner::Artifact => vec![self.place_on_artifact(d, effect.as_ref(), belief)],
                     Owner::Session => self.place_in_sessions(d, effect.as_ref(), belief),
+                };
+                placed.push(Placed { effect, first });
+            }
+            let (name, _) = datasets[d];
+            for change in &model.changes {
+                let Some(effect) = change.built(name, &subject)? else { continue };
+                let flat = StatedPrior::Flat;
+                let first = match effect.owner() {
+                    Owner::Robot => {
+                        let new = || add(&mut self.parameters, effect.as_ref(), "", flat);
+                        vec![*robot_owned.entry(effect.id().to_owned()).or_insert_with(new)]
+                    }
+                    Owner::Artifact => vec![self.place_on_artifact(d, effect.as_ref(), flat)],
+                    Owner::Session => self.place_in_sessions(d, effect.as_ref(), flat),
                 };
                 placed.push(Placed { effect, first });
             }
@@ -214,7 +233,8 @@ impl<'a> Assembly<'a> {
 
     /// The problem of all samples.
     pub(super) fn problem(self) -> Result<Problem, ProblemError> {
-        let Assembly { datasets, robot, which, model, torque_posture, setups, setup_of, balls, parameters, effects } = self;
+        let Assembly { datasets, robot, which, model, torque_posture, setups, setup_of, balls, mut parameters, effects } = self;
+        let priors = PriorRow::of(&mut parameters, model);
         let known = datasets.iter().zip(&balls).zip(&effects);
         let distances = known.flat_map(|(((_, d), balls), effects)| known_distances(d, balls, effects)).collect();
         let shared = datasets.iter().zip(balls).zip(effects);
@@ -230,6 +250,7 @@ impl<'a> Assembly<'a> {
             nominal: LoadState::default(),
             cached: None,
             distances,
+            priors,
             row_count: 0,
             torque_posture,
             compliances,
@@ -260,7 +281,7 @@ impl<'a> Assembly<'a> {
             };
             return Err(ProblemError::NoSamples { of });
         }
-        problem.row_count += problem.distances.len();
+        problem.row_count += problem.distances.len() + problem.priors.len();
         let through = |placed: &Placed| placed.effect.needs().contains(&Needs::Compliance);
         problem.acts_through_compliance = problem.cells.iter().any(|cell| cell.effects.iter().any(through));
         problem.load_nominal();
@@ -332,4 +353,17 @@ fn compliances(parameters: &[Parameter], joints: usize) -> Vec<(usize, usize)> {
         (0..joints).find(|j| of_compliance && p.spec.name == format!("c{}", j + 1))
     };
     parameters.iter().enumerate().filter_map(|(k, p)| Some((joint(p)?, k))).collect()
+}
+
+/// Gives parameters of effects that not every model holds the size that they have in robots of the same type.
+fn size_as_in_fleet(parameters: &mut [Parameter], model: &Model, belief: StatedPrior) {
+    let Some(prior) = &model.fleet else { return };
+    for p in parameters.iter_mut().filter(|p| !model.is_unregularised(&p.effect)) {
+        if let Some(size) = prior.size(&p.spec.name) {
+            p.spec.prior = size;
+            // What is known as well as that needs no allowance.
+            let known = !model.width.contains_key(&p.effect) && p.knowledge != Prior::Uninformative;
+            p.knowledge = if known { Prior::Plausible(size) } else { belief.of(&p.spec) };
+        }
+    }
 }

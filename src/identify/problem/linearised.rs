@@ -170,7 +170,7 @@ impl Problem {
         let Linearised { row_of, transposed } = near;
         let width = transposed.nrows();
         let cells = transposed.as_mut_slice();
-        let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len()) * width);
+        let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len() - self.priors.len()) * width);
         if self.rows.len() <= STRETCH {
             self.linearise_rows(0..self.rows.len(), at, work, row_of, of_samples);
         } else {
@@ -187,6 +187,14 @@ impl Problem {
             tasks.into_par_iter().for_each_init(|| Workspace::new(&self.robot), task);
         }
         let m = width - 1;
+        let (of_distances, of_priors) = of_distances.split_at_mut(self.distances.len() * width);
+        for (row, cells) in self.priors.iter().zip(of_priors.chunks_exact_mut(width)) {
+            cells.fill(0.0);
+            if let Some(cell) = cells[..m].get_mut(row_of[row.parameter]) {
+                *cell = row.weight;
+            }
+            cells[m] = (row.mean - values[row.parameter]) * row.weight;
+        }
         for (row, cells) in self.distances.iter().zip(of_distances.chunks_exact_mut(width)) {
             cells.fill(0.0);
             row.columns(values, &mut |p, slope| {

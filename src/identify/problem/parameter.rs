@@ -16,13 +16,16 @@ pub enum Prior {
     /// Of plausible size, 1 sigma (SI): an effect of the catalogue with no other prior. Without it, terms with low
     /// detectability would take absurd sizes and do harm where nothing was measured.
     Plausible(f64),
+    /// As in robots of the same type, 1 sigma (SI): included as if it were measured.
+    Fleet(f64),
 }
 
 impl Prior {
     /// 1 sigma of the prior, SI; infinite if there is none.
     pub fn sigma(self) -> f64 {
         match self {
-            Prior::Uninformative => f64::INFINITY,
+            // What a fleet says is among the rows.
+            Prior::Uninformative | Prior::Fleet(_) => f64::INFINITY,
             Prior::Certified(sigma) | Prior::Plausible(sigma) => sigma,
         }
     }

@@ -1,0 +1,46 @@
+//! `fleet CALIBRATION... -o FLEET`: what robots of one type have in common.
+
+use std::path::PathBuf;
+
+use calibench::identify::{Calibration, Fleet, write_fleet};
+use calibench_report::{documents, fleet_text};
+
+use super::data::read_calibration_to_use;
+use super::failure::{Failure, Outcome};
+use super::output::{check_outputs, print, print_answer, print_json};
+use super::streams::output;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Calibration files of robots of one type, one for each
+    #[arg(required = true)]
+    calibrations: Vec<PathBuf>,
+    /// Output file for the fleet (TOML); an existing file is replaced
+    #[arg(short, long, visible_alias = "out", value_parser = output())]
+    output: Option<PathBuf>,
+    /// Print one JSON document instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    check_outputs(&arguments.output)?;
+    let read = |path: &PathBuf| -> Result<(String, Calibration), Failure> {
+        Ok((path.display().to_string(), read_calibration_to_use(path)?))
+    };
+    let read: Vec<(String, Calibration)> = arguments.calibrations.iter().map(read).collect::<Result<_, _>>()?;
+    let named: Vec<(&str, &Calibration)> = read.iter().map(|(name, c)| (name.as_str(), c)).collect();
+    let fleet = Fleet::of(&named)?;
+    if let Some(path) = &arguments.output {
+        write_fleet(&fleet, path)?;
+    }
+    if arguments.json {
+        print_json(&documents::Fleet::of(&fleet))?;
+        return Ok(Outcome::Done);
+    }
+    print(&fleet_text(&fleet))?;
+    if let Some(path) = &arguments.output {
+        print_answer(&format!("The fleet is in {}.", path.display()))?;
+    }
+    Ok(Outcome::Done)
+}

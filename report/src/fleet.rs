@@ -1,0 +1,46 @@
+//! What robots of one type have in common, in words and tables.
+
+use calibench::identify::{CONFLICT, Fleet, FleetJudged, FleetParameter, PriorUsed};
+
+use super::tables::plain_rows;
+
+/// Whether a robot is like its fleet, in a sentence.
+#[must_use]
+pub fn fleet_sentence(judged: &FleetJudged) -> String {
+    let chance = if judged.chance < 1e-4 { "under 1e-4".to_owned() } else { format!("{:.2}", judged.chance) };
+    let taken = format!("chance {chance}, and {CONFLICT} is asked for");
+    match judged.used {
+        PriorUsed::Fleet => format!("The robot is like its fleet ({taken}): what that knows is taken into account."),
+        PriorUsed::None => {
+            format!("The robot is not like its fleet ({taken}): the fleet is not used, and the data speak alone.")
+        }
+        PriorUsed::Catalogue => format!(
+            "The robot is not like its fleet ({taken}), and these data do not determine it alone: three times the plausible sizes of the catalogue are used. Measure more poses."
+        ),
+    }
+}
+
+/// A fleet as a table.
+#[must_use]
+pub fn fleet_text(fleet: &Fleet) -> String {
+    let row = |p: &FleetParameter| {
+        let of = |number: f64| format!("{:.4}", number / p.unit.si);
+        vec![
+            p.name.clone(),
+            of(p.mean),
+            of(p.sigma),
+            of(p.between),
+            of(p.plausible),
+            p.robots.to_string(),
+            p.unit.symbol.into(),
+        ]
+    };
+    let header = ["parameter", "mean deviation", "1 sigma of the next", "robot to robot", "catalogue", "robots", "unit"];
+    let rows: Vec<Vec<String>> = fleet.parameters.iter().map(row).collect();
+    format!(
+        "{} robots of the type {}. The next one is expected to deviate from nominal by the mean, give or take one sigma:\n{}\n",
+        fleet.robots,
+        fleet.robot,
+        plain_rows(&header.map(String::from), &rows)
+    )
+}

@@ -1,0 +1,218 @@
+//! Many runs of one robot in words and tables.
+
+use calibench::assess::{
+    Difference, EffectInRuns, EffectStatus, ParameterInRuns, ParameterStatus, Pattern, RunsComparison, RunsTest, RunsVerdict,
+};
+use calibench::identify::Estimate;
+use calibench::units::{MM, UM};
+
+use super::effect_names::called;
+use super::tables::plain_rows;
+
+/// A chance in words.
+fn chance(p: f64) -> String {
+    match p {
+        p if p < 1e-15 => "under 1e-15".into(),
+        p if p < 1e-3 => format!("{p:.0e}"),
+        p => format!("{p:.2}"),
+    }
+}
+
+/// Decimals that show a value to a tenth of its one-sigma.
+fn decimals(sigma: f64) -> usize {
+    if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(0.0, 6.0) as usize } else { 3 }
+}
+
+fn with_sigma(value: f64, sigma: f64) -> String {
+    let places = decimals(sigma);
+    format!("{value:+.places$} ± {sigma:.places$}")
+}
+
+fn amount(e: &Estimate) -> String {
+    let unit = e.unit.si;
+    let plain = e.name.split([' ', '@']).next().unwrap_or(&e.name);
+    format!("{plain} {} {}", with_sigma((e.value - e.nominal) / unit, e.sigma / unit), e.unit.symbol)
+}
+
+/// A difference between runs in a sentence.
+#[must_use]
+pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
+    let amounts: Vec<String> = difference.parameters.iter().map(amount).collect();
+    let amounts = amounts.join(", ");
+    let when = difference.pattern.words(runs);
+    let test = format!(
+        "chance {} of each of {} differences tried",
+        chance(difference.test.chance),
+        difference.tried
+    );
+    if let Some(run) = difference.set_up_of {
+        let what = match difference.effect.as_str() {
+            "tool_frame" => "The tool".to_owned(),
+            "base_frame" => "The base".to_owned(),
+            other => called(other),
+        };
+        return format!(
+            "{what} of {} is not where it is stated to be: {amounts} ({test}). That is no part of the robot: measure it again, or state it `free`.",
+            runs[run]
+        );
+    }
+    if difference.missing {
+        let run = match difference.pattern {
+            Pattern::Only(run) | Pattern::Since(run) => runs[run],
+            Pattern::Drift => runs[0],
+        };
+        return format!(
+            "{} is another in {run} than in the rest: {amounts} ({test}). The model lacks it, and it is refused, since it is not of the robot in all runs: ask what was different in {run}.",
+            called(&difference.effect)
+        );
+    }
+    match difference.pattern {
+        Pattern::Drift => format!("Drifted, {when}: {amounts} ({test})."),
+        _ => format!("Moved, {when}: {amounts} ({test})."),
+    }
+}
+
+fn test_words(test: &RunsTest) -> String {
+    format!("F {:.2} on {:.0} and {:.0} degrees of freedom, chance {}", test.f, test.above, test.below, chance(test.chance))
+}
+
+/// Whether one geometry explains the runs, in a sentence.
+fn verdict_sentence(c: &RunsComparison) -> String {
+    match c.verdict {
+        RunsVerdict::OneGeometry => format!("One geometry explains all runs ({}).", test_words(&c.after)),
+        RunsVerdict::Changed => format!(
+            "One geometry explains all runs but for that ({}; without it chance {}).",
+            test_words(&c.after),
+            chance(c.before.chance)
+        ),
+        RunsVerdict::Several => format!(
+            "One geometry does not explain these runs, nor does it with a few changes ({}): another robot, an arm that was taken apart, or runs of different robots. Compare them two by two.",
+            test_words(&c.after)
+        ),
+    }
+}
+
+fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
+    let dated = dates.iter().any(Option::is_some);
+    let header = [
+        "run",
+        "date",
+        "samples",
+        "postures",
+        "residual mm",
+        "noise \u{b5}m",
+        "from the others mm",
+        "with error curves mm",
+    ];
+    let row = |(k, run): (usize, &calibench::assess::RunOfRobot)| {
+        let error = |place: usize| match run.from_others.as_ref().map(|both| &both[place]) {
+            Some(Ok(errors)) => format!("{:.3}", errors.rms / MM),
+            _ => "-".into(),
+        };
+        vec![
+            run.name.clone(),
+            dates[k].clone().unwrap_or_default(),
+            run.samples.to_string(),
+            run.postures.to_string(),
+            format!("{:.3}", run.residual / MM),
+            format!("{:.1}", run.noise / UM),
+            error(0),
+            error(1),
+        ]
+    };
+    let rows: Vec<Vec<String>> = c.runs.iter().enumerate().map(row).collect();
+    let kept = |row: &Vec<String>| -> Vec<String> {
+        row.iter().enumerate().filter(|(k, _)| dated || *k != 1).map(|(_, cell)| cell.clone()).collect()
+    };
+    plain_rows(&kept(&header.map(String::from).to_vec()), &rows.iter().map(kept).collect::<Vec<_>>())
+}
+
+fn parameter_row(p: &ParameterInRuns, drifts: bool) -> Vec<String> {
+    let unit = p.first.unit.si;
+    let largest = p.changes.iter().flatten().skip(1).max_by(|a, b| (a[0] / a[1]).abs().total_cmp(&(b[0] / b[1]).abs()));
+    let places = decimals(p.first.sigma / unit);
+    let mut row = vec![
+        p.first.name.clone(),
+        format!("{:.places$}", p.last / unit),
+        format!("{:.places$}", p.first.sigma / unit),
+        largest.map_or_else(|| "-".into(), |[value, sigma]| with_sigma(value / unit, sigma / unit)),
+        match p.status {
+            ParameterStatus::Stayed => "stayed",
+            ParameterStatus::Moved => "moved",
+            ParameterStatus::Unseen => "not seen",
+        }
+        .into(),
+        p.first.unit.symbol.into(),
+    ];
+    if drifts {
+        let most = p.drift.map(|d| d.at_most / unit).filter(|most| most.is_finite());
+        row.insert(5, most.map_or_else(|| "-".into(), |most| format!("{most:.2e}")));
+    }
+    row
+}
+
+fn effect_sentence(e: &EffectInRuns, runs: &[&str]) -> String {
+    let name = called(&e.effect);
+    let sizes: Vec<String> =
+        runs.iter().zip(&e.in_runs).map(|(run, [sigmas, _])| format!("{sigmas:.1} sigma in {run}")).collect();
+    let amounts: Vec<String> = e.parameters.iter().map(amount).collect();
+    let sizes = sizes.join(", ");
+    match e.status {
+        EffectStatus::Stayed => format!("{name} stayed: {} ({sizes}).", amounts.join(", ")),
+        EffectStatus::Moved => format!("{name} is there and has not stayed ({sizes})."),
+        EffectStatus::OnlyIn(run) => format!(
+            "{name} is refused: it belongs to {} only ({sizes}), and the other runs would show it.",
+            runs[run]
+        ),
+        EffectStatus::RestsOn(run) => format!(
+            "{name} rests on {} alone ({sizes}): the other runs cannot show it.",
+            runs[run]
+        ),
+        EffectStatus::NotThere => format!("{name} is not there ({sizes}): leave it out of the model."),
+    }
+}
+
+/// The comparison as text: the error at runs left out, what differs, and every parameter.
+#[must_use]
+pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
+    let names: Vec<&str> = c.runs.iter().map(|run| run.name.as_str()).collect();
+    let mut out = String::new();
+    if let [Some(plain), Some(curved)] = c.left_out {
+        let best = if c.curves { "with the error curves" } else { "with the model alone" };
+        out.push_str(&format!(
+            "Every run predicted by the robot of the others: {:.3} mm rms, {:.3} mm with error curves of all joints. The robot is best taken {best}.\n",
+            plain / MM,
+            curved / MM
+        ));
+    }
+    out.push_str(&runs_table(c, dates));
+    out.push('\n');
+    for run in &c.runs {
+        if let Some(because) = run.from_others.iter().flatten().find_map(|r| r.as_ref().err()) {
+            out.push_str(&format!("{} cannot be judged: {because}.\n", run.name));
+        }
+    }
+    for difference in &c.differences {
+        out.push_str(&difference_sentence(difference, &names));
+        out.push('\n');
+        if !difference.aliased.is_empty() {
+            out.push_str(&format!("  These runs cannot tell it from: {}.\n", difference.aliased.join("; ")));
+        }
+    }
+    out.push_str(&verdict_sentence(c));
+    out.push('\n');
+    for effect in &c.effects {
+        out.push_str(&effect_sentence(effect, &names));
+        out.push('\n');
+    }
+    let drifts = c.parameters.iter().any(|p| p.drift.is_some());
+    let mut header = ["parameter", "in the last run", "1 sigma", "largest change since the first", "", "unit"].map(String::from).to_vec();
+    if drifts {
+        header.insert(5, "drift a month under".into());
+    }
+    let rows: Vec<Vec<String>> = c.parameters.iter().map(|p| parameter_row(p, drifts)).collect();
+    out.push('\n');
+    out.push_str(&plain_rows(&header, &rows));
+    out.push('\n');
+    out
+}

@@ -1,0 +1,564 @@
+//! Many runs of one robot: what stayed, what moved, and what belongs to one run only.
+//!
+//! The arm is one, with one set of parameters; every run has its own base, tool and artifact. A difference between runs is a
+//! parameter, or an effect as a whole, with another value since some run, in one run only, or in proportion to the time. Each is
+//! tested beside everything that the runs share, with what every arm has and no model holds: error curves of all joints of the
+//! size that the evidence gives them. Without these, campaigns of different postures would seem to be of different robots, since
+//! each bends the parameters to the errors of its own postures.
+//!
+//! The tests are F tests of nested linear models at the fit. The best of all differences is taken if its chance, times their
+//! number (Bonferroni), is below half of [`RUNS_FALSE_ALARM`]; then the robot is fitted again with it, in full, and the next one is
+//! looked for. The other half is for all parameters at once: whether one geometry explains what remains.
+
+mod drift;
+mod left_out;
+mod products;
+mod tables;
+mod units;
+
+pub use self::drift::Drift;
+pub use self::left_out::LeftOut;
+pub use self::tables::{EffectInRuns, EffectStatus, ParameterInRuns, ParameterStatus, RunOfRobot};
+pub use self::units::Pattern;
+
+use thiserror::Error;
+
+use self::left_out::{changes_shown_by, with_curves};
+use self::products::{Explained, Products, Reduced};
+use self::tables::Tables;
+use self::units::{CHANGE, Unit, UnitKind, Units, looked_for};
+use super::examination::Examination;
+use super::library::{Candidate, Library};
+use super::noise_floor::fisher_chance;
+use super::recommend::{bands, postures};
+use crate::effects;
+use crate::identify::{Calibration, Estimate, IdentifyError, Model, RunChange, Use, identify};
+use crate::measure::{Dataset, Measured};
+
+/// Probability that runs of a robot in which nothing changed are reported to differ.
+pub const RUNS_FALSE_ALARM: f64 = 0.01;
+
+/// Largest number of differences that are named: a robot in which more has changed is another robot.
+const MOST_CHANGES: usize = 4;
+
+/// Highest order of the error curves beside which differences are tested.
+const HIGHEST_ORDER: usize = 20;
+
+/// Two differences are told apart if one explains more than the other by this sum of squares, in units of the noise.
+const TOLD_APART: f64 = 9.0;
+
+/// Share of the rows of the smaller of two runs that may be the same in both.
+const COPIED: f64 = 0.2;
+
+/// Days of a month.
+pub const DAYS_A_MONTH: f64 = 30.44;
+
+/// Reasons why runs cannot be compared.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunsError {
+    /// There is nothing to compare.
+    #[error("there is one run only; give at least two")]
+    OneRun,
+    /// Two runs are the same measurements.
+    #[error("{rows} of its rows are also in {first}: the same measurements are no second run")]
+    SameRows {
+        /// Name of the run.
+        run: String,
+        /// Name of the other.
+        first: String,
+        /// Number of rows.
+        rows: usize,
+    },
+    /// A run has nothing to be fitted to.
+    #[error("it has no rows of set `fit`")]
+    NoRows {
+        /// Name of the run.
+        run: String,
+    },
+    /// A declared drift is of no parameter that was fitted.
+    #[error("'{name}' is no parameter of the arm that these runs determine; there are {known}")]
+    NoParameter {
+        /// As given.
+        name: String,
+        /// The parameters.
+        known: String,
+    },
+    /// A drift needs times.
+    #[error("a drift needs the date of every run")]
+    NoDates,
+    /// The data do not fit the model.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+}
+
+/// A run of a robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Run<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// What was measured.
+    pub dataset: &'a Dataset,
+    /// When, in days since any date.
+    pub day: Option<f64>,
+}
+
+/// What is asked of the runs.
+#[derive(Debug, Clone, Copy)]
+pub struct RunsQuestion<'a> {
+    /// The runs, in the order of time.
+    pub runs: &'a [Run<'a>],
+    /// The model.
+    pub model: &'a Model,
+    /// Parameters that may drift, by name, with one sigma of their change in a month, SI.
+    pub drifts: &'a [(String, f64)],
+    /// True if every run is also predicted by the robot of the others.
+    pub left_out: bool,
+}
+
+/// A test of differences between runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunsTest {
+    /// Ratio of the mean squares.
+    pub f: f64,
+    /// Its degrees of freedom.
+    pub above: f64,
+    /// Those of the residuals.
+    pub below: f64,
+    /// Probability of a larger ratio if nothing differs.
+    pub chance: f64,
+}
+
+/// A difference between runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// Id of the effect.
+    pub effect: String,
+    /// Its parameters that differ, with the change and its standard uncertainty.
+    pub parameters: Vec<Estimate>,
+    /// How they differ.
+    pub pattern: Pattern,
+    /// The run of which tool, base or ball are not as stated; `None` if it is the arm.
+    pub set_up_of: Option<usize>,
+    /// True if it is an effect that the model lacks.
+    pub missing: bool,
+    /// Its test.
+    pub test: RunsTest,
+    /// Number of differences that were tried.
+    pub tried: usize,
+    /// Other differences that these runs cannot tell from it.
+    pub aliased: Vec<String>,
+}
+
+/// The verdict on the runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RunsVerdict {
+    /// One geometry explains all runs.
+    OneGeometry,
+    /// One geometry explains all runs, but for the differences named.
+    Changed,
+    /// No few differences explain them.
+    Several,
+}
+
+impl RunsVerdict {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            RunsVerdict::OneGeometry => "one_geometry",
+            RunsVerdict::Changed => "one_geometry_with_changes",
+            RunsVerdict::Several => "not_one_geometry",
+        }
+    }
+}
+
+/// The runs compared.
+#[derive(Debug, Clone)]
+pub struct RunsComparison {
+    /// The runs, in order.
+    pub runs: Vec<RunOfRobot>,
+    /// All parameters of the arm free in every run, before any difference is named.
+    pub before: RunsTest,
+    /// The differences, in the order in which they were found.
+    pub differences: Vec<Difference>,
+    /// The same test with these differences.
+    pub after: RunsTest,
+    /// The verdict.
+    pub verdict: RunsVerdict,
+    /// Every parameter of the arm.
+    pub parameters: Vec<ParameterInRuns>,
+    /// Every effect of the model beside geometry and compliance.
+    pub effects: Vec<EffectInRuns>,
+    /// The model that predicts the runs left out best: the one given or that with error curves, without effects that belong to one
+    /// run only.
+    pub model: Model,
+    /// True if that model has error curves.
+    pub curves: bool,
+    /// Root mean square of the errors at runs left out, over all runs that could be judged, m: of the model given, and with error
+    /// curves.
+    pub left_out: [Option<f64>; 2],
+}
+
+/// The model with candidates, its set-ups assigned to runs.
+struct Look {
+    examination: Examination,
+    units: Units,
+    reduced: Reduced,
+    months: Vec<f64>,
+    dated: bool,
+}
+
+impl RunsComparison {
+    /// Compares the runs.
+    ///
+    /// # Errors
+    /// When there are not two runs, two are the same, one cannot determine its own set-up, or the data do not fit the model.
+    pub fn of(question: RunsQuestion<'_>, observer: &mut dyn FnMut(&str)) -> Result<RunsComparison, RunsError> {
+        check(&question)?;
+        let named: Vec<(&str, &Dataset)> = question.runs.iter().map(|run| (run.name, run.dataset)).collect();
+        // As everywhere that residuals are judged.
+        let mut model = Model { only_weighed_orientations: true, ..question.model.clone() };
+        let mut differences: Vec<Difference> = Vec::new();
+        observer("fitting one robot to all runs");
+        let mut look = Look::at(&named, &model, &question)?;
+        let before = look.all_free();
+        while differences.len() < MOST_CHANGES {
+            let Some(found) = look.best(&named) else { break };
+            observer(&format!("{} {}: fitting again", found.effect, found.pattern.words(&names(&named))));
+            let mut with = model.clone();
+            let unit = &look.units.all[found.unit];
+            with.changes.push(unit.change(&found.pattern, &names(&named), &look.months));
+            let Ok(next) = Look::at(&named, &with, &question) else { break };
+            (model, look) = (with, next);
+            differences.push(found.difference);
+        }
+        for (difference, change) in differences.iter_mut().zip(&model.changes) {
+            difference.parameters = look.estimates_of(&change.id());
+        }
+        let after = look.all_free();
+        let verdict = match (differences.len(), after.chance < 0.5 * RUNS_FALSE_ALARM || differences.len() == MOST_CHANGES) {
+            (0, false) => RunsVerdict::OneGeometry,
+            (_, false) => RunsVerdict::Changed,
+            (_, true) => RunsVerdict::Several,
+        };
+        let tables = Tables { look: &look, named: &named, differences: &differences };
+        let parameters = tables.parameters();
+        let effects = tables.effects();
+        let kept = without_refused(&model, &effects, &names(&named));
+        let runs = tables.runs();
+        let mut comparison = RunsComparison {
+            runs,
+            before,
+            differences,
+            after,
+            verdict,
+            parameters,
+            effects,
+            model: kept,
+            curves: false,
+            left_out: [None; 2],
+        };
+        if question.left_out {
+            comparison.leave_out(&named, observer)?;
+        }
+        Ok(comparison)
+    }
+
+    /// Predicts every run by the robot of the others, and takes the model that does so best.
+    fn leave_out(&mut self, named: &[(&str, &Dataset)], observer: &mut dyn FnMut(&str)) -> Result<(), RunsError> {
+        let mut squares = [[0.0; 2]; 2];
+        for (k, run) in self.runs.iter_mut().enumerate() {
+            observer(&format!("predicting {} from the others", named[k].0));
+            let results = [false, true].map(|curves| left_out::left_out(named, &self.model, k, curves));
+            if let [Ok(plain), Ok(curved)] = &results {
+                for (sum, errors) in squares.iter_mut().zip([plain, curved]) {
+                    sum[0] += errors.rms.powi(2) * errors.samples as f64;
+                    sum[1] += errors.samples as f64;
+                }
+            }
+            let [plain, curved] = results.map(|result| result.map_err(|e| e.to_string()));
+            run.from_others = Some([plain, curved]);
+        }
+        self.left_out = squares.map(|[sum, count]| (count > 0.0).then(|| (sum / count).sqrt()));
+        self.curves = matches!(self.left_out, [Some(plain), Some(curved)] if curved < plain);
+        if self.curves {
+            self.model = with_curves(named, &self.model)?;
+        }
+        Ok(())
+    }
+
+    /// The robot as it is in the last run: what the runs share from all of them, what moved at its last value.
+    ///
+    /// # Errors
+    /// When the data do not determine the model.
+    pub fn calibration(&self, question: RunsQuestion<'_>) -> Result<Calibration, RunsError> {
+        let named: Vec<(&str, &Dataset)> = question.runs.iter().map(|run| (run.name, run.dataset)).collect();
+        let Some((last, _)) = named.last() else { return Err(RunsError::OneRun) };
+        let model = changes_shown_by(&self.model, &names(&named));
+        let model = Model { only_weighed_orientations: question.model.only_weighed_orientations, ..model };
+        let calibration = identify(&named, &model)?;
+        Ok(tables::as_in(&calibration, last))
+    }
+}
+
+fn names<'a>(named: &[(&'a str, &Dataset)]) -> Vec<&'a str> {
+    named.iter().map(|(name, _)| *name).collect()
+}
+
+/// A model in which an effect that belongs to one run only is no longer of the robot, but of that run.
+fn without_refused(model: &Model, effects: &[EffectInRuns], names: &[&str]) -> Model {
+    let mut kept = model.clone();
+    for effect in effects {
+        let EffectStatus::OnlyIn(run) = effect.status else { continue };
+        kept = kept.without(&effect.effect);
+        kept.changes.retain(|change| change.effect != effect.effect);
+        kept.changes.push(RunChange {
+            when: Pattern::Only(run).words(names),
+            effect: effect.effect.clone(),
+            parameters: Vec::new(),
+            weights: vec![(names[run].to_owned(), 1.0)],
+        });
+    }
+    kept
+}
+
+/// Checks that there are runs to be compared.
+fn check(question: &RunsQuestion<'_>) -> Result<(), RunsError> {
+    let runs = question.runs;
+    if runs.len() < 2 {
+        return Err(RunsError::OneRun);
+    }
+    let is_empty = |run: &&Run<'_>| !run.dataset.samples.iter().any(|s| Use::Fit.takes(s));
+    if let Some(run) = runs.iter().find(is_empty) {
+        return Err(RunsError::NoRows { run: run.name.into() });
+    }
+    if !question.drifts.is_empty() && runs.iter().any(|run| run.day.is_none()) {
+        return Err(RunsError::NoDates);
+    }
+    let key = |sample: &crate::measure::Sample| {
+        let seen: Vec<f64> = match &sample.measured {
+            Measured::Ball { ball, reading } => {
+                std::iter::once(*ball as f64).chain(reading.iter().flat_map(|r| r.iter().copied())).collect()
+            }
+            Measured::Point(point) => point.iter().copied().collect(),
+            Measured::Distance { anchor, distance } => vec![*anchor as f64, *distance],
+        };
+        sample.q.iter().chain(&seen).map(|x| x.to_bits()).collect::<Vec<u64>>()
+    };
+    let rows: Vec<std::collections::HashSet<Vec<u64>>> =
+        runs.iter().map(|run| run.dataset.samples.iter().map(key).collect()).collect();
+    for (k, run) in runs.iter().enumerate() {
+        for (j, first) in runs[..k].iter().enumerate() {
+            let same = rows[k].intersection(&rows[j]).count();
+            if same as f64 > COPIED * rows[k].len().min(rows[j].len()) as f64 {
+                return Err(RunsError::SameRows { run: run.name.into(), first: first.name.into(), rows: same });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A difference with the unit that differs.
+struct Found {
+    unit: usize,
+    effect: String,
+    pattern: Pattern,
+    difference: Difference,
+}
+
+impl Look {
+    fn at(named: &[(&str, &Dataset)], model: &Model, question: &RunsQuestion<'_>) -> Result<Look, RunsError> {
+        let plain = Examination::with(named, model, Vec::new())?;
+        let library = Library::new(named, model).candidates.into_iter().map(|c| c.id);
+        let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count())
+            .into_iter()
+            .filter(|id| !model.effects.contains(id) && effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER))
+            .collect();
+        let count = curves.len();
+        let mut candidates: Vec<String> = curves;
+        candidates.extend(looked_for(model, library));
+        candidates.extend(set_up_candidates(named, model));
+        let examination = plain.beside(named, candidates.into_iter().map(Candidate::new).collect())?;
+        let run_of = |dataset: &str| named.iter().position(|(name, _)| *name == dataset).unwrap_or(0);
+        let run_of_setup: Vec<usize> = examination.problem().setups().iter().map(|s| run_of(&s.dataset)).collect();
+        let days: Vec<f64> = question.runs.iter().filter_map(|run| run.day).collect();
+        let dated = days.len() == named.len() && days.windows(2).all(|w| w[1] > w[0]);
+        let months: Vec<f64> = match dated {
+            true => days.iter().map(|d| (d - days[0]) / DAYS_A_MONTH).collect(),
+            false => (0..named.len()).map(|k| k as f64).collect(),
+        };
+        let units = Units::of(&examination, &run_of_setup);
+        let drifts = declared(&examination, question.drifts, &months)?;
+        let products = Products::new(&examination, &run_of_setup, 0..count);
+        let reduced = products.reduced(&units.columns, &drifts)?;
+        Ok(Look { examination, units, reduced, months, dated })
+    }
+
+    fn runs(&self) -> usize {
+        self.months.len()
+    }
+
+    /// The test of what some differences explain.
+    fn test(&self, explained: &Explained) -> RunsTest {
+        self.test_of(explained.squares, explained.directions)
+    }
+
+    fn test_of(&self, squares: f64, above: f64) -> RunsTest {
+        let below = (self.reduced.dof - above).max(1.0);
+        if above < 1.0 || squares <= 0.0 {
+            return RunsTest { f: 0.0, above, below, chance: 1.0 };
+        }
+        let left = (self.reduced.squares - squares).max(1e-12 * self.reduced.squares);
+        let f = squares / above / (left / below);
+        RunsTest { f, above, below, chance: fisher_chance(f, above, below).unwrap_or(1.0) }
+    }
+
+    /// All parameters and effects of the arm free in every run.
+    fn all_free(&self) -> RunsTest {
+        let of_arm = |unit: &&Unit| matches!(unit.kind, UnitKind::Parameter | UnitKind::Effect);
+        let free: Vec<_> = self.units.all.iter().filter(of_arm).flat_map(|unit| unit.free(self.runs())).collect();
+        self.test(&self.reduced.explained(&free))
+    }
+
+    /// What a difference of a unit explains beyond what the unit does if it is the same in all runs.
+    fn explained(&self, unit: &Unit, pattern: &Pattern) -> Explained {
+        let own = unit.directions(pattern, &self.months);
+        let alone = self.reduced.explained(&own);
+        if unit.kind != UnitKind::Missing {
+            return alone;
+        }
+        let shared = unit.shared(self.runs());
+        let without = self.reduced.explained(&shared);
+        let with = self.reduced.explained(&own.into_iter().chain(shared).collect::<Vec<_>>());
+        Explained {
+            squares: with.squares - without.squares,
+            directions: with.directions - without.directions,
+            coefficients: with.coefficients.rows(0, unit.columns.len()).into_owned(),
+            covariance: with.covariance.view((0, 0), (unit.columns.len(), unit.columns.len())).into_owned(),
+        }
+    }
+
+    /// The patterns in which a unit may differ.
+    fn patterns(&self, unit: &Unit) -> Vec<Pattern> {
+        match unit.kind {
+            UnitKind::SetUp(run) => vec![Pattern::Only(run)],
+            // Of two runs, that of the first alone is that of the second with the opposite sign.
+            UnitKind::Missing => (usize::from(self.runs() == 2)..self.runs()).map(Pattern::Only).collect(),
+            UnitKind::Parameter | UnitKind::Effect => Pattern::all(self.runs(), self.dated),
+        }
+    }
+
+    /// The difference with the smallest chance, if it is smaller than chance allows.
+    fn best(&self, named: &[(&str, &Dataset)]) -> Option<Found> {
+        let mut all: Vec<(usize, Pattern, Explained, RunsTest)> = Vec::new();
+        for (place, unit) in self.units.all.iter().enumerate().filter(|(_, unit)| unit.is_small()) {
+            for pattern in self.patterns(unit) {
+                let explained = self.explained(unit, &pattern);
+                let test = self.test(&explained);
+                if test.above >= 1.0 {
+                    all.push((place, pattern, explained, test));
+                }
+            }
+        }
+        let tried = all.len();
+        // Chances underflow where differences are gross: the ratio decides among equals.
+        let order = |a: &RunsTest, b: &RunsTest| a.chance.total_cmp(&b.chance).then(b.f.total_cmp(&a.f));
+        let best = all.iter().min_by(|a, b| order(&a.3, &b.3))?;
+        if best.3.chance * tried as f64 >= 0.5 * RUNS_FALSE_ALARM {
+            return None;
+        }
+        let (place, pattern, explained, test) = best;
+        let unit = &self.units.all[*place];
+        let unit_variance = self.reduced.unit();
+        let near = |(other, other_pattern, e, _): &&(usize, Pattern, Explained, RunsTest)| {
+            (other != place || other_pattern != pattern) && e.squares > explained.squares - TOLD_APART * unit_variance
+        };
+        let names = names(named);
+        let words = |(other, pattern, ..): &(usize, Pattern, Explained, RunsTest)| {
+            let unit = &self.units.all[*other];
+            let name = unit.parameters.first().unwrap_or(&unit.effect);
+            format!("{name} {}", pattern.words(&names))
+        };
+        Some(Found {
+            unit: *place,
+            effect: unit.parameters.first().unwrap_or(&unit.effect).clone(),
+            pattern: pattern.clone(),
+            difference: Difference {
+                effect: unit.effect.clone(),
+                parameters: Vec::new(),
+                pattern: pattern.clone(),
+                set_up_of: match unit.kind {
+                    UnitKind::SetUp(run) => Some(run),
+                    _ => None,
+                },
+                missing: unit.kind == UnitKind::Missing,
+                test: *test,
+                tried,
+                aliased: all.iter().filter(near).map(words).collect(),
+            },
+        })
+    }
+
+    /// Estimates of the fitted parameters of an effect, with the error curves allowed for.
+    fn estimates_of(&self, effect: &str) -> Vec<Estimate> {
+        let Examination { problem, fit, .. } = &self.examination;
+        let unit = self.reduced.unit();
+        let of = |(column, &p): (usize, &usize)| {
+            let parameter = &problem.parameters()[p];
+            (parameter.effect == effect).then(|| {
+                let sigma = (unit * self.reduced.covariance[(column, column)]).max(0.0).sqrt();
+                Estimate {
+                    name: parameter.name.clone(),
+                    effect: parameter.effect.clone(),
+                    unit: parameter.spec.unit,
+                    value: parameter.start + fit.values[p] + self.reduced.correction[column],
+                    sigma,
+                    sigma_noise: fit.sigma(p).unwrap_or(0.0),
+                    nominal: parameter.spec.nominal,
+                    stated_sigma: None,
+                }
+            })
+        };
+        fit.kept.iter().enumerate().filter_map(of).collect()
+    }
+}
+
+/// The declared drifts as columns with the variance of each increment.
+fn declared(
+    examination: &Examination,
+    drifts: &[(String, f64)],
+    months: &[f64],
+) -> Result<Vec<(usize, Vec<f64>)>, RunsError> {
+    let Examination { problem, fit, .. } = examination;
+    let of_arm = |p: &usize| {
+        let parameter = &problem.parameters()[*p];
+        parameter.owner == effects::Owner::Robot && !parameter.effect.starts_with(CHANGE)
+    };
+    let column = |(name, monthly): &(String, f64)| {
+        let found = fit.kept.iter().position(|p| of_arm(p) && problem.parameters()[*p].name == *name);
+        let column = found.ok_or_else(|| RunsError::NoParameter {
+            name: name.clone(),
+            known: fit.kept.iter().filter(|p| of_arm(p)).map(|p| problem.parameters()[*p].name.as_str()).collect::<Vec<_>>().join(", "),
+        })?;
+        // A walk: its variance grows with the time.
+        Ok((column, months.windows(2).map(|w| monthly * monthly * (w[1] - w[0])).collect()))
+    };
+    drifts.iter().map(column).collect()
+}
+
+/// Effects of tools and balls that are stated and may not be as stated.
+fn set_up_candidates(named: &[(&str, &Dataset)], model: &Model) -> Vec<String> {
+    let mut all = Vec::new();
+    let absent = |id: &str| !model.effects.iter().any(|e| e == id);
+    if named.iter().all(|(_, d)| !d.tool_free && d.tool_sigma == 0.0) && absent("tool_frame") {
+        all.push("tool_frame".to_owned());
+    }
+    if absent("base_frame") {
+        all.push("base_frame".to_owned());
+    }
+    let balls = named[0].1.ball_ids();
+    if balls.len() > 1 && named.iter().all(|(_, d)| d.ball_ids() == balls && d.balls.iter().all(|b| !b.free)) {
+        all.extend(balls.iter().map(|b| format!("ball:{b}")).filter(|id| absent(id)));
+    }
+    all
+}

@@ -1,0 +1,392 @@
+//! The inner products of every run, from which all questions about the runs are answered.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::examination::{Examination, Span};
+use super::super::recommend::shrunk;
+use crate::identify::{FitError, IdentifyError};
+use crate::math::linalg::{self, Cholesky};
+
+/// Rounds in which the noise of each run and the sizes of the error curves are estimated in turn.
+const ROUNDS: usize = 3;
+
+/// A run with fewer degrees of freedom of its own than this takes the noise of all runs together.
+const OWN_NOISE_FROM: f64 = 15.0;
+
+/// The share of a column's energy below which what the fit leaves of it is rounding.
+const SEEN: f64 = 1e-7;
+
+/// The examined fit, reduced to the inner products of each run: of the fitted columns, the candidates and the residuals.
+pub(super) struct Products {
+    of_run: Vec<DMatrix<f64>>,
+    /// Of rows that belong to no sample: known distances between balls.
+    others: DMatrix<f64>,
+    /// Number of scalar residuals of each run that count as independent.
+    counts: Vec<f64>,
+    /// Number of fitted columns.
+    fitted: usize,
+    /// Prior information of the fitted columns, and its pull.
+    information: Vec<f64>,
+    pull: Vec<f64>,
+    /// Number of fitted columns without a prior.
+    flat: f64,
+    /// Error curves among the candidates: what every arm has, and no model holds.
+    curves: Vec<Span>,
+}
+
+/// What is left of the columns of every run when everything that the runs share, and their set-ups, are free to follow.
+pub(super) struct Reduced {
+    runs: usize,
+    /// Inner products of these columns, run by run (column x run), before and after reduction.
+    raw: Vec<DMatrix<f64>>,
+    left: DMatrix<f64>,
+    /// Inner products with the residual.
+    along: DVector<f64>,
+    /// Sum of squares of the residual, and its degrees of freedom.
+    pub squares: f64,
+    pub dof: f64,
+    /// Correction of each fitted parameter, SI, and the covariance of these before scaling by the noise.
+    pub correction: DVector<f64>,
+    pub covariance: DMatrix<f64>,
+    /// Noise of each run, in units of that by which its rows are whitened.
+    pub noise: Vec<f64>,
+}
+
+/// What some differences between runs explain.
+#[derive(Debug, Clone)]
+pub(super) struct Explained {
+    /// Sum of squares.
+    pub squares: f64,
+    /// Number of directions seen.
+    pub directions: f64,
+    /// Best coefficients, in the order of the directions asked for, and their covariance before scaling by the noise.
+    pub coefficients: DVector<f64>,
+    pub covariance: DMatrix<f64>,
+}
+
+impl Products {
+    /// From an examination; `run_of_setup` is the run of each set-up, `curves` the candidates that are error curves.
+    pub fn new(examination: &Examination, run_of_setup: &[usize], curves: std::ops::Range<usize>) -> Products {
+        let Examination { rows, fitted, circumstances, problem, fit, .. } = examination;
+        let runs = run_of_setup.iter().max().map_or(0, |r| r + 1);
+        let mut of: Vec<Vec<usize>> = vec![Vec::new(); runs + 1];
+        let mut run_of = vec![runs; rows.ncols()];
+        for at in circumstances {
+            (at.first_row..at.first_row + at.height).for_each(|k| run_of[k] = run_of_setup[at.setup]);
+        }
+        run_of.iter().enumerate().for_each(|(k, &run)| of[run].push(k));
+        let product = |own: &Vec<usize>| {
+            let mut out = DMatrix::zeros(rows.nrows(), rows.nrows());
+            linalg::normal_matrix(&rows.select_columns(own), &mut out);
+            out
+        };
+        let mut of_run: Vec<DMatrix<f64>> = of.iter().map(product).collect();
+        let others = of_run.pop().unwrap_or_else(|| unreachable!("one more than there are runs"));
+        let weight2 = examination.yardstick.weight().powi(2);
+        let prior = |p: &usize| weight2 * problem.parameters()[*p].knowledge.information();
+        let information: Vec<f64> = fit.kept.iter().map(prior).collect();
+        Products {
+            counts: of[..runs].iter().map(|own| own.len() as f64 / examination.yardstick.repetition).collect(),
+            of_run,
+            others,
+            fitted: fitted.len(),
+            pull: fit.kept.iter().zip(&information).map(|(&p, i)| -i * fit.values[p]).collect(),
+            flat: information.iter().filter(|i| **i == 0.0).count() as f64,
+            information,
+            curves: examination.spans[curves].to_vec(),
+        }
+    }
+
+    /// Number of runs.
+    pub fn runs(&self) -> usize {
+        self.of_run.len()
+    }
+
+    /// Eliminates what the runs share, with the error curves at the sizes that the evidence gives them, from `columns` (by index
+    /// among fitted columns and candidates) taken run by run. `drifts` are parameters that may drift: (column, variance of each
+    /// increment from one run to the next).
+    ///
+    /// # Errors
+    /// When a matrix cannot be factored.
+    pub fn reduced(&self, columns: &[usize], drifts: &[(usize, Vec<f64>)]) -> Result<Reduced, IdentifyError> {
+        let runs = self.runs();
+        let mut noise = vec![1.0; runs];
+        let mut curve_information = Vec::new();
+        let mut all = None;
+        for _ in 0..ROUNDS {
+            let base = self.base(&noise, drifts);
+            curve_information = self.curve_information(&base, drifts)?;
+            let solved = Solved::new(&base, self.base_information(&curve_information, drifts), &self.base_pull(drifts))?;
+            let found = self.noise_of_runs(&base, &solved, &noise);
+            all = Some((base, solved));
+            noise = found;
+        }
+        let base = self.base(&noise, drifts);
+        let information = self.base_information(&curve_information, drifts);
+        drop(all);
+        let solved = Solved::new(&base, information, &self.base_pull(drifts))?;
+        let mut cross = DMatrix::zeros(base.normal.nrows(), columns.len() * runs);
+        let mut along = DVector::zeros(columns.len() * runs);
+        let mut raw = Vec::with_capacity(runs);
+        for run in 0..runs {
+            let product = &self.of_run[run];
+            let weight = noise[run].powi(-2);
+            let last = product.nrows() - 1;
+            for (c, &column) in columns.iter().enumerate() {
+                let at = c * runs + run;
+                for (b, part) in base.parts.iter().enumerate() {
+                    cross[(b, at)] = part.weight(run) * weight * product[(part.column, column)];
+                }
+                along[at] = weight * product[(last, column)];
+            }
+            raw.push(DMatrix::from_fn(columns.len(), columns.len(), |r, c| weight * product[(columns[r], columns[c])]));
+        }
+        along -= cross.tr_mul(&solved.solution);
+        let mut half = cross;
+        for (mut row, scale) in half.row_iter_mut().zip(&solved.scale) {
+            row *= *scale;
+        }
+        solved.factor.whiten(&mut half);
+        let mut left = -linalg::product_of_transposed(&half, &half);
+        for (run, own) in raw.iter().enumerate() {
+            for r in 0..columns.len() {
+                for c in 0..columns.len() {
+                    left[(r * runs + run, c * runs + run)] += own[(r, c)];
+                }
+            }
+        }
+        let (squares, dof) = (solved.squares, (self.counts.iter().sum::<f64>() - self.flat).max(1.0));
+        let covariance = solved.inverse.view((0, 0), (self.fitted, self.fitted)).into_owned();
+        let correction = solved.solution.rows(0, self.fitted).into_owned();
+        Ok(Reduced { runs, raw, left, along, squares, dof, correction, covariance, noise })
+    }
+
+    /// The columns that all hypotheses share: fitted ones, error curves, declared drifts.
+    fn base(&self, noise: &[f64], drifts: &[(usize, Vec<f64>)]) -> Base {
+        let runs = self.runs();
+        let mut parts: Vec<Part> = (0..self.fitted).map(Part::everywhere).collect();
+        parts.extend(self.curves.iter().flat_map(|span| span.range()).map(|k| Part::everywhere(self.fitted + k)));
+        for (column, variances) in drifts {
+            parts.extend((0..variances.len()).map(|k| Part { column: *column, from: k + 1 }));
+        }
+        let n = parts.len();
+        let last = self.others.nrows() - 1;
+        let (mut normal, mut gradient, mut squares) = (DMatrix::zeros(n, n), DVector::zeros(n), self.others[(last, last)]);
+        let mut add = |product: &DMatrix<f64>, run: Option<usize>, weight: f64| {
+            let seen = |part: &Part| run.map_or(part.from == 0, |run| part.weight(run) > 0.0);
+            let own: Vec<(usize, usize)> =
+                parts.iter().enumerate().filter(|(_, p)| seen(p)).map(|(k, p)| (k, p.column)).collect();
+            for &(c, from_c) in &own {
+                for &(r, from_r) in &own {
+                    normal[(r, c)] += weight * product[(from_r, from_c)];
+                }
+                gradient[c] += weight * product[(last, from_c)];
+            }
+        };
+        (0..runs).for_each(|run| add(&self.of_run[run], Some(run), noise[run].powi(-2)));
+        add(&self.others, None, 1.0);
+        squares += (0..runs).map(|run| self.of_run[run][(last, last)] * noise[run].powi(-2)).sum::<f64>();
+        Base { parts, normal, gradient, squares }
+    }
+
+    fn curve_columns(&self) -> usize {
+        self.curves.iter().map(|span| span.count).sum()
+    }
+
+    /// Prior information of every column of the error curves.
+    fn curve_information(&self, base: &Base, drifts: &[(usize, Vec<f64>)]) -> Result<Vec<f64>, IdentifyError> {
+        let n = self.fitted + self.curve_columns();
+        if self.curves.is_empty() {
+            return Ok(Vec::new());
+        }
+        // Drifts come first here: the groups of the curves end the list.
+        let drifting: usize = drifts.iter().map(|(_, v)| v.len()).sum();
+        let order: Vec<usize> = (0..self.fitted).chain(n..n + drifting).chain(self.fitted..n).collect();
+        let all = base.parts.len();
+        let products = DMatrix::from_fn(all + 1, all + 1, |r, c| match (order.get(r), order.get(c)) {
+            (Some(&r), Some(&c)) => base.normal[(r, c)],
+            (Some(&r), None) => base.gradient[r],
+            (None, Some(&c)) => base.gradient[c],
+            (None, None) => base.squares,
+        });
+        let mut information = self.information.clone();
+        information.extend(drifts.iter().flat_map(|(_, v)| v.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE))));
+        let first = self.fitted + drifting;
+        let mut groups = Vec::with_capacity(self.curves.len());
+        let mut next = first;
+        for span in &self.curves {
+            groups.push(Span { first: next, count: span.count });
+            next += span.count;
+        }
+        let rows = self.counts.iter().sum::<f64>();
+        let variances = shrunk(&products, (first, &information), &groups, rows as usize)?;
+        let each = self.curves.iter().zip(variances).flat_map(|(span, v)| std::iter::repeat_n(1.0 / v, span.count));
+        Ok(each.collect())
+    }
+
+    fn base_information(&self, curves: &[f64], drifts: &[(usize, Vec<f64>)]) -> Vec<f64> {
+        let of_drifts = drifts.iter().flat_map(|(_, v)| v.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)));
+        self.information.iter().copied().chain(curves.iter().copied()).chain(of_drifts).collect()
+    }
+
+    fn base_pull(&self, drifts: &[(usize, Vec<f64>)]) -> DVector<f64> {
+        let further = self.curve_columns() + drifts.iter().map(|(_, v)| v.len()).sum::<usize>();
+        DVector::from_iterator(self.fitted + further, self.pull.iter().copied().chain(std::iter::repeat_n(0.0, further)))
+    }
+
+    /// The noise of each run, from what the fit leaves of it.
+    fn noise_of_runs(&self, base: &Base, solved: &Solved, noise: &[f64]) -> Vec<f64> {
+        let runs = self.runs();
+        let left: Vec<[f64; 2]> = (0..runs)
+            .map(|run| {
+                let product = &self.of_run[run];
+                let last = product.nrows() - 1;
+                let own: Vec<(usize, usize)> = base
+                    .parts
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, p)| p.weight(run) > 0.0)
+                    .map(|(k, p)| (k, p.column))
+                    .collect();
+                let (mut squares, mut taken) = (product[(last, last)], 0.0);
+                for &(c, from_c) in &own {
+                    let x = solved.solution[c];
+                    squares -= 2.0 * x * product[(last, from_c)];
+                    for &(r, from_r) in &own {
+                        let inner = product[(from_r, from_c)];
+                        squares += x * solved.solution[r] * inner;
+                        taken += solved.inverse[(r, c)] * inner;
+                    }
+                }
+                [squares.max(0.0), self.counts[run] - taken * noise[run].powi(-2)]
+            })
+            .collect();
+        let (squares, dof) = left.iter().fold((0.0, 0.0), |(s, d), [squares, dof]| (s + squares, d + dof.max(0.0)));
+        let together = (squares / dof.max(1.0)).max(f64::MIN_POSITIVE).sqrt();
+        let own = |[squares, dof]: &[f64; 2]| if *dof >= OWN_NOISE_FROM { (squares / dof).sqrt() } else { together };
+        left.iter().map(|l| own(l).max(1e-3 * together)).collect()
+    }
+}
+
+/// A column in the runs from one on.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    column: usize,
+    from: usize,
+}
+
+impl Part {
+    fn everywhere(column: usize) -> Part {
+        Part { column, from: 0 }
+    }
+
+    fn weight(self, run: usize) -> f64 {
+        if run >= self.from { 1.0 } else { 0.0 }
+    }
+}
+
+struct Base {
+    parts: Vec<Part>,
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+    squares: f64,
+}
+
+/// The base solved for.
+struct Solved {
+    factor: Cholesky,
+    scale: Vec<f64>,
+    solution: DVector<f64>,
+    inverse: DMatrix<f64>,
+    /// Sum of squares left, priors included.
+    squares: f64,
+}
+
+impl Solved {
+    fn new(base: &Base, information: Vec<f64>, pull: &DVector<f64>) -> Result<Solved, IdentifyError> {
+        let n = base.normal.nrows();
+        let scale: Vec<f64> = (0..n).map(|k| (base.normal[(k, k)] + information[k]).max(1e-300).powf(-0.5)).collect();
+        let mut normal = DMatrix::from_fn(n, n, |r, c| base.normal[(r, c)] * scale[r] * scale[c]);
+        (0..n).for_each(|k| normal[(k, k)] += information[k] * scale[k] * scale[k] + 1e-13);
+        let mut factor = Cholesky::new(n);
+        factor.factor(&normal).map_err(FitError::from)?;
+        let mut inverse = DMatrix::zeros(n, n);
+        factor.inverse(&mut inverse);
+        for c in 0..n {
+            for r in 0..n {
+                inverse[(r, c)] *= scale[r] * scale[c];
+            }
+        }
+        let gradient = &base.gradient + pull;
+        let solution = &inverse * &gradient;
+        // The priors, as measurements, have their own residuals at the fit: pull² / information.
+        let of_priors = pull.iter().zip(&information).filter(|(_, i)| **i > 0.0).map(|(p, i)| p * p / i).sum::<f64>();
+        let squares = (base.squares + of_priors - solution.dot(&gradient)).max(f64::MIN_POSITIVE);
+        Ok(Solved { factor, scale, solution, inverse, squares })
+    }
+}
+
+impl Reduced {
+    /// What is explained by differences along `directions`: each a list of (column under test, run, weight).
+    pub fn explained(&self, directions: &[Vec<(usize, usize, f64)>]) -> Explained {
+        let n = directions.len();
+        let place = |&(column, run, _): &(usize, usize, f64)| column * self.runs + run;
+        let mut gram = DMatrix::zeros(n, n);
+        let mut whole = DVector::zeros(n);
+        let mut along = DVector::zeros(n);
+        for (a, from) in directions.iter().enumerate() {
+            along[a] = from.iter().map(|t| t.2 * self.along[place(t)]).sum();
+            for t in from {
+                for u in from.iter().filter(|u| u.1 == t.1) {
+                    whole[a] += t.2 * u.2 * self.raw[t.1][(t.0, u.0)];
+                }
+            }
+            for (b, to) in directions.iter().enumerate().skip(a) {
+                let inner: f64 =
+                    from.iter().map(|t| to.iter().map(|u| t.2 * u.2 * self.left[(place(t), place(u))]).sum::<f64>()).sum();
+                (gram[(a, b)], gram[(b, a)]) = (inner, inner);
+            }
+        }
+        // In units of each direction's own energy, so that what is rounding does not depend on its unit.
+        let scale = whole.map(|w: f64| if w > 0.0 { w.powf(-0.5) } else { 0.0 });
+        let scaled = DMatrix::from_fn(n, n, |r, c| gram[(r, c)] * scale[r] * scale[c]);
+        let eigen = scaled.symmetric_eigen();
+        let turned = eigen.eigenvectors.tr_mul(&along.component_mul(&scale));
+        let (mut squares, mut count) = (0.0, 0.0);
+        let mut inverse = DVector::zeros(n);
+        for k in 0..n {
+            if eigen.eigenvalues[k] > SEEN {
+                inverse[k] = 1.0 / eigen.eigenvalues[k];
+                squares += turned[k] * turned[k] * inverse[k];
+                count += 1.0;
+            }
+        }
+        let back = DMatrix::from_fn(n, n, |r, c| scale[r] * eigen.eigenvectors[(r, c)]);
+        let coefficients = &back * turned.component_mul(&inverse);
+        let covariance = &back * DMatrix::from_diagonal(&inverse) * back.transpose();
+        Explained { squares, directions: count, coefficients, covariance }
+    }
+
+    /// Inner products and gradient of one column in increments from run to run, for the size of a drift.
+    pub fn increments(&self, column: usize) -> (DMatrix<f64>, DVector<f64>) {
+        let n = self.runs.saturating_sub(1);
+        let at = |run: usize| column * self.runs + run;
+        let inner = |a: usize, b: usize| {
+            let runs = self.runs;
+            (a + 1..runs).map(|r| (b + 1..runs).map(|c| self.left[(at(r), at(c))]).sum::<f64>()).sum::<f64>()
+        };
+        let gradient = |a: usize| (a + 1..self.runs).map(|r| self.along[at(r)]).sum::<f64>();
+        (DMatrix::from_fn(n, n, inner), DVector::from_fn(n, |a, _| gradient(a)))
+    }
+
+    /// Energy of a column in one run, before and after reduction.
+    pub fn energy(&self, column: usize, run: usize) -> [f64; 2] {
+        let at = column * self.runs + run;
+        [self.raw[run][(column, column)], self.left[(at, at)].max(0.0)]
+    }
+
+    /// Variance of the noise in the units of these products.
+    pub fn unit(&self) -> f64 {
+        self.squares / self.dof
+    }
+}

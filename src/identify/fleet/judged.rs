@@ -1,0 +1,185 @@
+//! Identification with a fleet as the prior, unless the robot is not like the fleet.
+//!
+//! The data are fitted with the fleet's prior and with the same one widened tenfold. What the narrow prior costs in chi-square has,
+//! if the robot is of the fleet, a known distribution: along each direction of the parameters, in units of the prior, with
+//! information `l` of the data it is `w chi²` with `w = 99 l / (1 + 100 l)`. The sum is compared by an F test with the noise that
+//! the wide fit leaves (Box 1980: the prior predictive check). If it costs more than one robot in a hundred of the fleet would, the
+//! fleet is not used.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::{Fleet, FleetPrior};
+use crate::identify::{
+    Calibration, Fit, IdentifyError, Model, Prior, Problem, Use, covariance_with_model_error, fit, identify,
+};
+use crate::math::linalg;
+use crate::measure::Dataset;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+/// Probability that a robot of the fleet is taken for none.
+pub const CONFLICT: f64 = 0.01;
+
+/// Factor by which the wide prior is wider.
+const WIDE: f64 = 10.0;
+
+/// Degrees of freedom that a stated noise is worth.
+const STATED: f64 = 4.0;
+
+/// Rounds in which the noise and the fit are found in turn.
+const ROUNDS: usize = 3;
+
+/// The prior that was used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PriorUsed {
+    /// The fleet's.
+    Fleet,
+    /// None: the data determine the arm by themselves.
+    None,
+    /// The sizes of the catalogue about nominal, since the data alone do not determine the arm.
+    Catalogue,
+}
+
+impl PriorUsed {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            PriorUsed::Fleet => "fleet",
+            PriorUsed::None => "none",
+            PriorUsed::Catalogue => "catalogue",
+        }
+    }
+}
+
+/// Whether a robot is like its fleet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FleetJudged {
+    /// The prior that was used.
+    pub used: PriorUsed,
+    /// What the fleet's prior costs in chi-square, in units of what it costs robots of the fleet on average.
+    pub ratio: f64,
+    /// Probability of more if the robot is of the fleet.
+    pub chance: f64,
+    /// Number of directions that the data show.
+    pub directions: f64,
+    /// Noise of the data in units of that stated.
+    pub noise: f64,
+}
+
+/// Identifies a robot with the prior of its fleet, or without if it is not like the fleet.
+///
+/// # Errors
+/// When data and model do not match.
+pub fn identify_with_fleet(
+    datasets: &[(&str, &Dataset)],
+    model: &Model,
+    fleet: &Fleet,
+) -> Result<(Calibration, FleetJudged), IdentifyError> {
+    let narrow = FleetPrior::of(fleet);
+    let (noise, wide) = fitted(datasets, model, &FleetPrior { widened: WIDE, ..narrow.clone() }, None)?;
+    let (_, close) = fitted(datasets, model, &narrow, Some(noise))?;
+    let mut judged = compared(&wide, &close, noise);
+    if judged.chance >= CONFLICT {
+        let calibration = calibrated(datasets, model, &FleetPrior { noise, ..narrow })?;
+        return Ok((calibration, judged));
+    }
+    if let Ok(calibration) = identify(datasets, model)
+        && calibration.dof as f64 >= calibration.rank as f64
+    {
+        judged.used = PriorUsed::None;
+        return Ok((calibration, judged));
+    }
+    judged.used = PriorUsed::Catalogue;
+    let catalogue = FleetPrior { widened: CATALOGUE, ..FleetPrior::catalogue() };
+    let (noise, _) = fitted(datasets, model, &catalogue, None)?;
+    Ok((calibrated(datasets, model, &FleetPrior { noise, ..catalogue })?, judged))
+}
+
+/// Factor by which the sizes of the catalogue are widened where they replace a fleet.
+const CATALOGUE: f64 = 3.0;
+
+/// A fit with a prior.
+struct Fitted {
+    problem: Problem,
+    fit: Fit,
+    /// Sigma of the prior of each kept parameter; `None` without one.
+    prior: Vec<Option<f64>>,
+}
+
+impl Fitted {
+    /// Information of the data about the parameters with a prior, in units of the prior: eigenvalues.
+    fn information(&self) -> Vec<f64> {
+        let own: Vec<usize> = (0..self.prior.len()).filter(|&k| self.prior[k].is_some()).collect();
+        let sigma = |k: usize| self.prior[own[k]].unwrap_or(1.0);
+        // Without a stated noise the covariance is scaled by the residuals.
+        let unit = if self.fit.noise_stated { 1.0 } else { (self.fit.chi2 / self.fit.dof.max(1) as f64).max(f64::MIN_POSITIVE) };
+        let scaled = DMatrix::from_fn(own.len(), own.len(), |r, c| {
+            self.fit.covariance[(own[r], own[c])] / (sigma(r) * sigma(c)) / unit
+        });
+        let values = linalg::symmetric_eigen(&scaled).map(|(values, _)| values.iter().copied().collect::<Vec<f64>>());
+        values.unwrap_or_default().into_iter().map(|p| (1.0 / p.max(1e-12) - 1.0).max(0.0)).collect()
+    }
+
+    /// Scalar residuals of samples less the parameters that they determine.
+    fn freedoms(&self) -> f64 {
+        let flat = self.problem.parameters().iter().enumerate();
+        let flat = flat.filter(|(p, q)| q.knowledge == Prior::Uninformative && self.fit.kept.binary_search(p).is_ok()).count();
+        let effective: f64 = self.information().iter().map(|l| l / (1.0 + l)).sum();
+        (self.problem.row_count() - self.problem.prior_count()) as f64 - flat as f64 - effective
+    }
+}
+
+/// Fits with a prior, the noise being found from what is left unless it is given. Returns the noise too.
+fn fitted(
+    datasets: &[(&str, &Dataset)],
+    model: &Model,
+    prior: &FleetPrior,
+    noise: Option<f64>,
+) -> Result<(f64, Fitted), IdentifyError> {
+    let mut now = noise.unwrap_or(1.0);
+    let mut round = 0;
+    loop {
+        let with = Model { fleet: Some(Arc::new(FleetPrior { noise: now, ..prior.clone() })), ..model.clone() };
+        let problem = Problem::new(datasets, &with, Use::Fit)?;
+        let fit = fit(&problem)?;
+        let of = |p: &usize| match problem.parameters()[*p].knowledge {
+            Prior::Fleet(sigma) => Some(sigma / now),
+            _ => None,
+        };
+        let fitted = Fitted { prior: fit.kept.iter().map(of).collect(), problem, fit };
+        round += 1;
+        if noise.is_some() || round > ROUNDS {
+            return Ok((now, fitted));
+        }
+        let known = if fitted.fit.noise_stated { STATED } else { 0.0 };
+        let variance = (fitted.fit.chi2 + known) / (fitted.freedoms().max(0.0) + known).max(1.0);
+        // A stated noise may be too small, since models lack something; data are not better than stated.
+        let least = if fitted.fit.noise_stated { 1.0 } else { 1e-6 };
+        now = variance.max(least).sqrt();
+    }
+}
+
+fn compared(wide: &Fitted, close: &Fitted, noise: f64) -> FleetJudged {
+    let wanted = close.information();
+    let weights: Vec<f64> = wanted.iter().map(|l| 99.0 * l / (1.0 + 100.0 * l)).collect();
+    let (mean, square): (f64, f64) = (weights.iter().sum(), weights.iter().map(|w| w * w).sum());
+    let costs = (close.fit.chi2 - wide.fit.chi2).max(0.0);
+    let stated = if close.fit.noise_stated { STATED } else { 0.0 };
+    let below = (wide.freedoms() + stated).max(1.0);
+    let ratio = if mean > 0.0 { costs / mean / (noise * noise) } else { 0.0 };
+    let above = if square > 0.0 { mean * mean / square } else { 1.0 };
+    let chance = FisherSnedecor::new(above, below).map_or(1.0, |f| f.sf(ratio.min(1e12)));
+    FleetJudged { used: PriorUsed::Fleet, ratio, chance, directions: mean, noise }
+}
+
+/// The calibration of a fit with a prior.
+fn calibrated(datasets: &[(&str, &Dataset)], model: &Model, prior: &FleetPrior) -> Result<Calibration, IdentifyError> {
+    let with = Model { fleet: Some(Arc::new(prior.clone())), ..model.clone() };
+    let problem = Problem::new(datasets, &with, Use::Fit)?;
+    let fit = fit(&problem)?;
+    let covariance = covariance_with_model_error(&problem, &fit)?;
+    let calibration = Calibration::with_covariance(datasets, model, &problem, &fit, &covariance);
+    calibration.check_residual(datasets, &calibration)?;
+    Ok(calibration)
+}

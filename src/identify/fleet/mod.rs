@@ -1,0 +1,204 @@
+//! What robots of one type have in common: the mean of every parameter, and how much it varies from robot to robot, as the prior
+//! of the next robot of that type.
+//!
+//! Estimates `x_k` of a parameter's deviation from nominal, with standard uncertainties `s_k`, are taken as
+//! `x_k ~ N(mean, between² + s_k²)`: what the robots vary is what their estimates vary less what the estimates are uncertain (random
+//! effects; DerSimonian & Laird 1986, by restricted likelihood). Few robots say little of a variation, so its logarithm has a prior about
+//! the plausible size of the catalogue; with many robots that prior does not count. What is written down is the distribution of the
+//! next robot: the uncertainty of mean and variation is in its sigma.
+
+mod estimate;
+mod file;
+mod judged;
+mod prior;
+
+use thiserror::Error;
+
+use self::estimate::{Between, between};
+pub use self::file::{read_fleet, write_fleet};
+pub use self::judged::{CONFLICT, FleetJudged, PriorUsed, identify_with_fleet};
+pub use self::prior::FleetPrior;
+use super::Calibration;
+use crate::effects::{self, Owner, Subject};
+use crate::robot::Robot;
+use crate::units::Unit;
+
+/// A parameter of the arm in robots of one type.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FleetParameter {
+    /// Its name.
+    pub name: String,
+    /// The effect to which it belongs.
+    pub effect: String,
+    /// Unit for people and files.
+    pub unit: Unit,
+    /// Mean deviation from nominal, SI.
+    pub mean: f64,
+    /// One sigma of the next robot's deviation about it, SI.
+    pub sigma: f64,
+    /// Standard deviation from robot to robot, SI.
+    pub between: f64,
+    /// Plausible size of the catalogue, SI.
+    pub plausible: f64,
+    /// Number of robots of which it was estimated.
+    pub robots: usize,
+}
+
+/// What robots of one type have in common.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fleet {
+    /// Name of the type.
+    pub robot: String,
+    /// SHA-256 of its nominal geometry, hexadecimal.
+    pub geometry: String,
+    /// Number of robots.
+    pub robots: usize,
+    /// The parameters of their arms.
+    pub parameters: Vec<FleetParameter>,
+}
+
+/// The reason why calibrations make no fleet.
+#[derive(Debug, Error, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum FleetError {
+    /// One robot says nothing of others.
+    #[error("there is one robot; a fleet has two or more")]
+    OneRobot,
+    /// A calibration of another type.
+    #[error("{name} is of '{robot}', the first is of '{first}': another type; leave it out")]
+    OtherType {
+        /// The calibration.
+        name: String,
+        /// Its robot.
+        robot: String,
+        /// The robot of the first.
+        first: String,
+    },
+    /// Two calibrations are of the same measurements.
+    #[error("{name} is of the same measurements as {other}: one robot counts once; leave it out")]
+    SameRobot {
+        /// The calibration.
+        name: String,
+        /// The other.
+        other: String,
+    },
+    /// A fit that did not converge.
+    #[error("{name}: its fit {outcome}; identify it again or leave it out")]
+    Unconverged {
+        /// The calibration.
+        name: String,
+        /// How its fit ended.
+        outcome: &'static str,
+    },
+    /// Nothing in common.
+    #[error("no parameter of the arm is estimated in two of them; identify all with one model")]
+    NothingInCommon,
+}
+
+impl Fleet {
+    /// The fleet of these calibrations, each of a robot of its own.
+    ///
+    /// # Errors
+    /// When they are not of one type, or are not usable.
+    pub fn of(calibrations: &[(&str, &Calibration)]) -> Result<Fleet, FleetError> {
+        let [(_, first), ..] = calibrations else { return Err(FleetError::OneRobot) };
+        for (k, (name, c)) in calibrations.iter().enumerate() {
+            if !c.robot.is_same_arm(&first.robot) {
+                let (robot, first) = (c.robot.name.clone(), first.robot.name.clone());
+                return Err(FleetError::OtherType { name: (*name).into(), robot, first });
+            }
+            if let Some(outcome) = c.unconverged() {
+                return Err(FleetError::Unconverged { name: (*name).into(), outcome: outcome.in_words() });
+            }
+            let same = |(_, other): &&(&str, &Calibration)| {
+                c.dataset_hashes.iter().any(|h| !h.is_empty() && other.dataset_hashes.contains(h))
+            };
+            if let Some((other, _)) = calibrations[..k].iter().find(same) {
+                return Err(FleetError::SameRobot { name: (*name).into(), other: (*other).into() });
+            }
+        }
+        if calibrations.len() < 2 {
+            return Err(FleetError::OneRobot);
+        }
+        let mut names: Vec<(&str, &str)> = Vec::new();
+        for (_, c) in calibrations {
+            for e in c.estimates.iter().filter(|e| !e.name.contains('@')) {
+                if !names.contains(&(&e.name, &e.effect)) {
+                    names.push((&e.name, &e.effect));
+                }
+            }
+        }
+        let pooled = |(name, effect): &(&str, &str)| parameter(calibrations, name, effect);
+        let parameters: Vec<FleetParameter> = names.iter().filter_map(pooled).collect();
+        if parameters.is_empty() {
+            return Err(FleetError::NothingInCommon);
+        }
+        Ok(Fleet {
+            robot: first.robot.name.clone(),
+            geometry: geometry(&first.robot),
+            robots: calibrations.len(),
+            parameters,
+        })
+    }
+
+    /// The parameter with this name.
+    pub fn parameter(&self, name: &str) -> Option<&FleetParameter> {
+        self.parameters.iter().find(|p| p.name == name)
+    }
+
+    /// True if it is of this type of robot.
+    pub fn is_of(&self, robot: &Robot) -> bool {
+        self.geometry == geometry(robot)
+    }
+}
+
+/// A parameter of the arm, from all calibrations that estimate it; `None` if fewer than two do, or it is not of the arm.
+fn parameter(calibrations: &[(&str, &Calibration)], name: &str, effect: &str) -> Option<FleetParameter> {
+    let (_, c) = calibrations.iter().find(|(_, c)| c.model.effects.iter().any(|e| e == effect))?;
+    let subject = Subject { own: &c.model.own, registry: &c.model.registry, ..Subject::new(&c.robot, &[]) };
+    let built = effects::build(effect, &subject).ok()?;
+    if built.owner() != Owner::Robot || is_of_a_day(c, effect) {
+        return None;
+    }
+    let spec = built.parameters().iter().find(|spec| spec.name == name)?.clone();
+    let estimates = calibrations.iter().filter_map(|(_, c)| c.estimates.iter().find(|e| e.name == name && e.effect == effect));
+    let seen: Vec<[f64; 2]> = estimates.map(|e| [e.value - e.nominal, e.sigma]).collect();
+    if seen.len() < 2 {
+        return None;
+    }
+    let Between { mean, sigma, between } = between(&seen, spec.prior);
+    let robots = seen.len();
+    Some(FleetParameter {
+        name: name.into(),
+        effect: effect.into(),
+        unit: spec.unit,
+        mean,
+        sigma,
+        between,
+        plausible: spec.prior,
+        robots,
+    })
+}
+
+/// True if an effect is of the day on which it was measured, not of the robot: of a time, a temperature or a sample.
+fn is_of_a_day(calibration: &Calibration, effect: &str) -> bool {
+    use crate::effects::{Follows, Origin, Scan};
+    calibration.model.family(effect).is_some_and(|family| {
+        let of_time = family.follows.iter().any(|f| matches!(f, Follows::Time | Follows::Temperature));
+        family.origin != Origin::Arm || of_time || matches!(family.scan, Scan::Time | Scan::Sample)
+    })
+}
+
+/// SHA-256 of the numbers of a nominal geometry, rounded to what files keep.
+fn geometry(robot: &Robot) -> String {
+    use sha2::{Digest, Sha256};
+    let mut hash = Sha256::new();
+    for link in &robot.links {
+        let mdh = &link.mdh;
+        for number in [mdh.alpha, mdh.a, mdh.beta, mdh.theta, mdh.d] {
+            // Whole nanometres and nanoradians; no -0.
+            hash.update(((number * 1e9).round() as i64).to_le_bytes());
+        }
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,204 @@
+//! What robots of one type have in common helps the next one, and does no harm to a robot of another kind.
+//!
+//! A type is simulated by the deviations that all its robots share, and by how much each of them differs from that.
+
+use std::sync::Arc;
+
+use calibench::identify::{
+    Calibration, Fleet, FleetError, Model, PriorUsed, Use, identify, identify_with_fleet, read_fleet, write_fleet,
+};
+use calibench::measure::{Dataset, Measured, Noise, Sample, SampleSet};
+use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
+use calibench::units::{DEG, MM, UM};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const NOISE: f64 = 20.0 * UM;
+
+/// Rows that are judged.
+const JUDGED: usize = 100;
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// An arm that deviates from another by so many plausible sizes.
+fn deviating(from: &Robot, sizes: f64, rng: &mut ChaCha8Rng) -> Robot {
+    let mut robot = from.clone();
+    for link in &mut robot.links {
+        link.mdh.a += sizes * 0.3 * MM * normal(rng);
+        link.mdh.d += sizes * 0.3 * MM * normal(rng);
+        link.mdh.alpha += sizes * 0.05 * DEG * normal(rng);
+        link.mdh.theta += sizes * 0.05 * DEG * normal(rng);
+    }
+    robot
+}
+
+/// So many measured points of a robot on a base of its own, and others to judge by.
+fn measured(arm: &Robot, points: usize, rng: &mut ChaCha8Rng) -> Dataset {
+    let place = |rng: &mut ChaCha8Rng, by: f64| Vector3::from_fn(|_, _| by * normal(rng));
+    let base = FramePose { xyz: place(rng, MM).into(), rz_ry_rx: [0.001 * normal(rng), 0.001 * normal(rng), 0.001 * normal(rng)] };
+    let tool = FramePose { xyz: [40.0 * MM, 20.0 * MM, 120.0 * MM], rz_ry_rx: [0.0; 3] };
+    let samples = (0..points + JUDGED).map(|k| {
+        let q: Vec<f64> = (0..6).map(|_| rng.random_range(-1.5..1.5)).collect();
+        let at = world_from_tool(arm, &base, &tool, &q).translation.vector;
+        let seen = if k < points { at + place(rng, NOISE) } else { at };
+        let set = if k < points { SampleSet::Fit } else { SampleSet::Validation };
+        Sample { set, ..Sample::new(format!("p{k}"), q, Measured::Point(seen)) }
+    });
+    let samples = samples.collect();
+    Dataset {
+        robot: Arc::new(built_in("ur10").expect("built in")),
+        robot_reference: "ur10".into(),
+        tool,
+        noise: Noise { point: Some(NOISE), ..Noise::default() },
+        samples,
+        hash: format!("{:x}", rng.random::<u64>()),
+        ..Dataset::default()
+    }
+}
+
+fn model() -> Model {
+    Model::of(&["base_frame", "mdh"])
+}
+
+/// Mean error at the rows that are judged, m.
+fn error(calibration: &Calibration, data: &Dataset) -> f64 {
+    let predicted = calibration.predict(&[("d", data)], Use::Validation).expect("predicted");
+    predicted.residuals.iter().map(|r| r.norm()).sum::<f64>() / predicted.residuals.len() as f64
+}
+
+/// A type of robot: its mean arm.
+fn kind(rng: &mut ChaCha8Rng) -> Robot {
+    deviating(&built_in("ur10").expect("built in"), 1.0, rng)
+}
+
+/// Robots of a type differ by this many plausible sizes.
+const APART: f64 = 0.3;
+
+fn fleet(of: &Robot, robots: usize, rng: &mut ChaCha8Rng) -> Fleet {
+    let calibrations: Vec<Calibration> = (0..robots)
+        .map(|_| {
+            let arm = deviating(of, APART, rng);
+            identify(&[("d", &measured(&arm, 80, rng))], &model()).expect("a calibration")
+        })
+        .collect();
+    let names: Vec<String> = (0..robots).map(|k| format!("robot {k}")).collect();
+    Fleet::of(&names.iter().map(String::as_str).zip(&calibrations).collect::<Vec<_>>()).expect("a fleet")
+}
+
+/// The study of the page: `cargo test --release --test it -- --ignored --nocapture fleets_in_numbers`.
+#[test]
+#[ignore = "a study of minutes; the page docs/fleets.md has its results"]
+fn fleets_in_numbers() {
+    let trials = std::env::var("TRIALS").ok().and_then(|t| t.parse().ok()).unwrap_or(40u64);
+    for other_kind in [false, true] {
+        for points in [10, 20, 40, 80] {
+            let (mut sums, mut refused, mut alone, mut worse) = ([0.0; 2], 0, 0, 0);
+            for trial in 0..trials {
+                let mut rng = ChaCha8Rng::seed_from_u64(1_000 + trial);
+                let typical = kind(&mut rng);
+                let fleet = fleet(&typical, 20, &mut rng);
+                let of = if other_kind { kind(&mut rng) } else { typical };
+                let arm = deviating(&of, APART, &mut rng);
+                let data = measured(&arm, points, &mut rng);
+                let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
+                refused += usize::from(judged.used != PriorUsed::Fleet);
+                let with = error(&with, &data);
+                if let Ok(without) = identify(&[("d", &data)], &model()) {
+                    let without = error(&without, &data);
+                    sums[0] += without / MM;
+                    alone += 1;
+                    worse += usize::from(with > 1.05 * without);
+                }
+                sums[1] += with / MM;
+            }
+            println!(
+                "{} {points} points: {:.4} mm alone ({alone} of {trials} determined), {:.4} mm with the fleet, not used {refused}, worse by 5 % {worse}",
+                if other_kind { "another kind," } else { "of the fleet," },
+                sums[0] / f64::from(alone.max(1)),
+                sums[1] / trials as f64
+            );
+        }
+    }
+}
+
+#[test]
+fn a_fleet_helps_where_points_are_few() {
+    let mut rng = ChaCha8Rng::seed_from_u64(31);
+    let typical = kind(&mut rng);
+    let fleet = fleet(&typical, 12, &mut rng);
+    let (mut fleets, mut alone) = (0.0, 0.0);
+    for _ in 0..4 {
+        let arm = deviating(&typical, APART, &mut rng);
+        let data = measured(&arm, 13, &mut rng);
+        let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
+        assert_eq!(judged.used, PriorUsed::Fleet, "{judged:?}");
+        fleets += error(&with, &data);
+        alone += error(&identify(&[("d", &data)], &model()).expect("alone"), &data);
+    }
+    assert!(fleets < 0.6 * alone, "{fleets} {alone}");
+}
+
+#[test]
+fn a_robot_of_another_kind_is_told_and_not_harmed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(32);
+    let typical = kind(&mut rng);
+    let fleet = fleet(&typical, 12, &mut rng);
+    for points in [20, 40] {
+        let other = kind(&mut rng);
+        let data = measured(&deviating(&other, APART, &mut rng), points, &mut rng);
+        let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("without the fleet");
+        assert!(judged.used != PriorUsed::Fleet && judged.chance < 0.01, "{judged:?}");
+        if judged.used == PriorUsed::None {
+            let alone = identify(&[("d", &data)], &model()).expect("alone");
+            assert_eq!(error(&with, &data), error(&alone, &data));
+        }
+    }
+}
+
+#[test]
+fn what_makes_no_fleet_is_refused_by_name() {
+    let mut rng = ChaCha8Rng::seed_from_u64(33);
+    let typical = kind(&mut rng);
+    let once = identify(&[("d", &measured(&typical, 40, &mut rng))], &model()).expect("a calibration");
+    assert_eq!(Fleet::of(&[("a", &once)]), Err(FleetError::OneRobot));
+    let twice = Fleet::of(&[("a", &once), ("b", &once)]);
+    assert_eq!(twice, Err(FleetError::SameRobot { name: "b".into(), other: "a".into() }));
+    let mut data = measured(&typical, 40, &mut rng);
+    let mut robot = (*data.robot).clone();
+    robot.links[1].mdh.a += 0.1;
+    robot.name = "longer".into();
+    data.robot = Arc::new(robot);
+    let other = identify(&[("d", &data)], &model()).expect("a calibration");
+    assert!(matches!(Fleet::of(&[("a", &once), ("b", &other)]), Err(FleetError::OtherType { .. })));
+    assert!(Fleet::of(&[]).is_err());
+}
+
+#[test]
+fn a_fleet_survives_the_disk_and_says_nothing_of_a_single_robot() {
+    let mut rng = ChaCha8Rng::seed_from_u64(34);
+    let typical = kind(&mut rng);
+    let fleet = fleet(&typical, 4, &mut rng);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ur10.fleet.toml");
+    write_fleet(&fleet, &path).expect("written");
+    let text = std::fs::read_to_string(&path).expect("text");
+    let again = read_fleet(&path).expect("read");
+    for (read, written) in again.parameters.iter().zip(&fleet.parameters) {
+        assert!((read.mean - written.mean).abs() < 1e-15 && (read.sigma / written.sigma - 1.0).abs() < 1e-12, "{read:?}");
+    }
+    assert_eq!((again.robots, again.parameters.len(), &again.geometry), (4, fleet.parameters.len(), &fleet.geometry));
+    assert!(!text.contains("robot 0") && !text.contains("sha256 ="), "{text}");
+    for (from, to, says) in [
+        ("calibench-fleet/1", "calibench-fleet/2", "format"),
+        ("unit = \"deg\"", "unit = \"furlong\"", "furlong"),
+        ("sigma = ", "sigma = -", "not a positive number"),
+    ] {
+        std::fs::write(&path, text.replacen(from, to, 1)).expect("written");
+        let error = read_fleet(&path).expect_err(says).to_string();
+        assert!(error.contains(says) && error.contains("fleet.toml"), "{error}");
+    }
+}
