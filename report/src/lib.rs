@@ -24,6 +24,7 @@ mod recommended;
 mod scatter;
 mod shifts;
 mod tables;
+pub mod workbench;
 mod workspace;
 
 pub use check::{check_plan_text, check_text, condition_words, what_to_do};

@@ -36,7 +36,7 @@ pub struct Expected<'a> {
 /// # Errors
 /// A single error that names file, line, column and remedy.
 pub fn read_targets(path: &Path, expected: &Expected<'_>) -> Result<Vec<Target>, FileError> {
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a CSV file of targets"));
     }
     let file = open_file(path).map_err(|e| cannot_be_read(path, e))?;

@@ -37,18 +37,18 @@ struct FormatKey {
 /// # Errors
 /// The first error, with its file, line, key or column, and remedy.
 pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
-    if folder.is_file() {
+    if is_file(folder) {
         return Err(FileError::whole(folder, "is a file", "name the folder that holds dataset.toml and samples.csv"));
     }
     let path = folder.join(DATASET_TOML);
-    if !path.exists() {
+    if !is_there(&path) {
         return Err(FileError::whole(&path, "is not there", "a dataset is a folder with dataset.toml and samples.csv"));
     }
     let text = read_text(&path)?;
     let mut dataset = Reading { path: &path, text: &text, within: "" }.whole(folder)?;
     let mut hash = Sha256::new();
     // The bytes of the file, byte-order mark included: `cat dataset.toml samples.csv | sha256sum` gives the same.
-    let bytes = std::fs::read(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
+    let bytes = read_bytes(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
     hash.update(bytes);
     read_samples(&folder.join(SAMPLES_CSV), &mut dataset, &mut hash)?;
     dataset.hash = hexadecimal(&hash.finalize());

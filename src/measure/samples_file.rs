@@ -24,7 +24,7 @@ const SLIDE_MARGIN: f64 = 10.0 * MM;
 
 /// Reads the rows into `dataset` (samples and names of the free columns), and every byte into `hash`.
 pub(super) fn read_samples(path: &Path, dataset: &mut Dataset, hash: &mut Sha256) -> Result<(), FileError> {
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "put the file samples.csv there"));
     }
     let file = open_file(path).map_err(|e| {

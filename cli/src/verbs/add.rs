@@ -16,7 +16,7 @@ use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_answer, print_json, tell};
 use super::progress::Waiting;
 use super::streams::{input, output};
-use crate::step::{StepError, Wanted};
+use calibench_report::workbench::{StepError, Wanted};
 
 #[derive(clap::Args)]
 pub struct Arguments {

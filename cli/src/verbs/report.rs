@@ -14,7 +14,7 @@ use super::failure::{Failure, LocatedError, Outcome};
 use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Waiting;
 use super::streams::{input, output};
-use crate::case::Case;
+use calibench_report::workbench::Case;
 
 /// Default file name of a report.
 pub const FILE: &str = "report.html";

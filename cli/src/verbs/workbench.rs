@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use super::failure::{Failure, Outcome};
 use super::output::warn;
 use super::report::{locate_in_case, open, run_folder};
-use crate::workbench::{Bench, HEADER_PATIENCE, Place, Server};
+use crate::workbench::{HEADER_PATIENCE, Server};
+use calibench_report::workbench::{Bench, Place};
 
 #[derive(clap::Args)]
 pub struct Arguments {

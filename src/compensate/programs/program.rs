@@ -70,7 +70,7 @@ pub struct Program {
 pub fn read_program(path: &Path) -> Result<Program, FileError> {
     const KNOWN: &str = "give .src and .dat (KRL), .script (URScript), .mod, .modx or .prg (RAPID), or .ls (FANUC)";
     let dialect = Dialect::of(path).ok_or_else(|| FileError::whole(path, "is no robot program by its name", KNOWN))?;
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
     let mut bytes = Vec::new();

@@ -90,7 +90,7 @@ impl Reader<'_> {
     fn robot(&self) -> Result<Robot, FileError> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         robot(&self.file.robot, folder)
-            .map_err(|e| if e.path.is_file() { e } else { self.wrong("robot", e.problem, &e.remedy) })
+            .map_err(|e| if is_file(&e.path) { e } else { self.wrong("robot", e.problem, &e.remedy) })
     }
 
     /// Names of the balls, which are known only from the effects that refer to them.

@@ -4,30 +4,32 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread;
 
 use calibench::assess::{FittedModel, WorkspacePoses};
 use calibench::files::with_reasons;
 use calibench::identify::IdentifyError;
-use calibench_report::{FittedCandidate, PageModel, Views};
 
 use super::bench::Bench;
+use super::beside::both;
 use super::history::Moment;
 use super::state::{State, listed};
+use crate::{FittedCandidate, PageModel, Views};
 
 /// Number of candidates fitted at the same time; a candidate that is wanted waits for no more than these.
 const TOGETHER: usize = 2;
 
 /// Something to be computed, with all that it needs.
-enum Task {
+pub(super) enum Task {
     Judge(Moment, Box<FittedModel>),
     Look(Moment, Arc<PageModel>),
     Candidates(Moment, Arc<PageModel>, Views, Vec<String>),
 }
 
 impl State {
-    /// The most urgent task, of the candidates or of what comes before them; `None` if all that is computed.
-    fn next_task(&mut self, of_candidates: bool) -> Option<Task> {
+    /// The most urgent task, of at most `together` candidates or of what comes before them; `None` if all that is computed.
+    pub(super) fn next_task(&mut self, of_candidates: bool, together: usize) -> Option<Task> {
         let here = self.history.here().clone();
         let wanted = self.wanted.clone();
         let set = self.set_mut(&here)?;
@@ -46,7 +48,7 @@ impl State {
         };
         let ahead = listed(set);
         let all = wanted.iter().chain(&ahead).filter(|effect| !set.has_tried(effect));
-        let effects: Vec<String> = all.take(TOGETHER).cloned().collect();
+        let effects: Vec<String> = all.take(together).cloned().collect();
         (!effects.is_empty()).then_some(Task::Candidates(here, page_model, views, effects))
     }
 }
@@ -55,6 +57,7 @@ impl Bench {
     /// Computes what there is to compute, for ever. Some candidates take minutes on large campaigns, for which the judgement of
     /// the next set does not wait.
     pub fn work(&self) {
+        self.worked.store(true, Ordering::Relaxed);
         thread::scope(|scope| {
             scope.spawn(|| self.work_on(true));
             self.work_on(false);
@@ -65,19 +68,24 @@ impl Bench {
         loop {
             let mut state = self.state();
             let task = loop {
-                match state.next_task(of_candidates) {
+                match state.next_task(of_candidates, TOGETHER) {
                     Some(task) => break task,
                     None => state = self.wait(state),
                 }
             };
             drop(state);
-            match task {
-                Task::Judge(at, fitted) => self.judge(&at, *fitted),
-                Task::Look(at, page_model) => self.look(&at, &page_model),
-                Task::Candidates(at, page_model, views, effects) => self.fit_candidates(&at, &page_model, &views, &effects),
-            }
-            self.notify();
+            self.carry_out(task);
         }
+    }
+
+    /// Computes one thing.
+    pub(super) fn carry_out(&self, task: Task) {
+        match task {
+            Task::Judge(at, fitted) => self.judge(&at, *fitted),
+            Task::Look(at, page_model) => self.look(&at, &page_model),
+            Task::Candidates(at, page_model, views, effects) => self.fit_candidates(&at, &page_model, &views, &effects),
+        }
+        self.notify();
     }
 
     fn poses(&self, at: &Moment) -> Arc<WorkspacePoses> {
@@ -110,10 +118,13 @@ impl Bench {
         let one = |effect: &String| -> Result<Option<FittedCandidate>, String> {
             computed(|| self.subject(at, |subject| views.fit_candidate(subject, page_model, effect)))
         };
-        let fitted: Vec<_> = thread::scope(|scope| {
-            let running: Vec<_> = effects.iter().map(|effect| scope.spawn(move || one(effect))).collect();
-            running.into_iter().map(|thread| thread.join().unwrap_or_else(|because| Err(panicked(&*because)))).collect()
-        });
+        let fitted = match effects {
+            [first, second] => {
+                let (first, second) = both(|| one(first), || one(second));
+                vec![first, second.unwrap_or_else(|because| Err(panicked(&*because)))]
+            }
+            others => others.iter().map(one).collect(),
+        };
         let mut state = self.state();
         let Some(set) = state.set_mut(at) else { return };
         for (effect, result) in effects.iter().zip(fitted) {
