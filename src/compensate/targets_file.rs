@@ -6,7 +6,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::{Conditions, Desired, Target};
-use crate::files::{FileError, Record, Rows, cannot_be_read, name_remedy, nearest_name, open_file};
+use crate::files::{FileError, Record, Rows, cannot_be_read, is_folder, name_remedy, nearest_name, open_file};
 use crate::measure::{TEMPERATURE_C, TIME_S, of_other_kind, out_of_range};
 use crate::robot::{FramePose, JointKind, Payload, Robot, SphericalWrist};
 use crate::units::{DEG, MM};

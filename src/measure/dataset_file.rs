@@ -14,7 +14,9 @@ use super::limits::{Impossible, impossible};
 use super::samples_file::read_samples;
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise, Shared, ToolTarget};
-use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
+use crate::files::{
+    FileError, field_error, hexadecimal, is_file, is_there, parse_toml, read_bytes, read_text, replace_folder, write_whole,
+};
 use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, JointKind, Payload, Robot, RobotReference, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
 

@@ -6,7 +6,7 @@ use calibench::assess::{Advice, Diagnosis, HoldOut, WorkspacePoses, ladder_step}
 use calibench::identify::{Outcome as FitOutcome, Use};
 use calibench_report::{Forecast, NoForecast, Recommended, diagnosis_tables, documents, next_step_sentences, sentences};
 
-use super::data::{locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses};
+use super::data::{locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
 use super::output::{print, print_answer, print_json};
@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let advice = Advice::on(&named, &step, ground).map_err(locate)?;
     drop(bar);
     tell_fit(&step.calibration);
-    let commands = recommended(&arguments.datasets, arguments.model.as_deref());
+    let commands = Recommended::of(&arguments.datasets, arguments.model.as_deref());
     let beyond = warn_of_poses(&step.calibration, &poses);
     let diagnosis = &step.diagnosis;
     let forecast = match &step.workspace {

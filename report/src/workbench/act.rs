@@ -1,15 +1,16 @@
 //! The user's actions: each leads to another set of effects, is answered with the figures of its fit, and refused if there is
 //! evidence against it.
 
+use std::path::Path;
 use std::sync::{Arc, MutexGuard, PoisonError};
 
 use calibench::assess::{
     CellLayout, Climb, Examination, Gain, Objection, ladder, needs_diagnosis, propose, step_gains, unbelievable,
 };
 use calibench::compensate::{Compensator, Task};
-use calibench::effects::in_words;
-use calibench::files::with_reasons;
-use calibench::identify::{Calibration, IdentifyError};
+use calibench::effects::{Subject, in_words};
+use calibench::files::{FileError, with_reasons};
+use calibench::identify::{Calibration, IdentifyError, Model, read_model};
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Judged};
@@ -92,17 +93,36 @@ impl Bench {
             ladder(subject.datasets, &here.model, page_model.ground(), &mut |climb| self.tell(&narrated(&climb)))
         })?;
         let advice = advice(&climbed);
-        let recommended = &climbed.recommended().model;
-        let added: Vec<String> = recommended.effects.iter().filter(|e| !here.model.effects.contains(e)).cloned().collect();
-        let asked = added.first().cloned().unwrap_or_default();
-        // The ladder has already considered the objections.
-        let mut answer = if added.is_empty() {
-            self.answer(&here, &here, &[])
-        } else {
-            self.go(&here, here.switches.with(recommended, &added, &asked), true)?
-        };
+        let mut answer = self.go_on_to(&here, &climbed.recommended().model)?;
         answer["advice"] = json!(advice);
         Ok(answer)
+    }
+
+    /// Continues with the effects of a model that holds those of the present one, in one step.
+    ///
+    /// # Errors
+    /// If the data do not determine the model.
+    pub fn adopt(&self, model: &Model) -> Result<Value, Refusal> {
+        let _alone = self.act();
+        self.go_on_to(&self.here(), model)
+    }
+
+    /// The step to a model whose objections were considered before.
+    fn go_on_to(&self, here: &Moment, model: &Model) -> Result<Value, Refusal> {
+        let added: Vec<String> = model.effects.iter().filter(|e| !here.model.effects.contains(e)).cloned().collect();
+        match added.first() {
+            None => Ok(self.answer(here, here, &[])),
+            Some(first) => self.go(here, here.switches.with(model, &added, first), true),
+        }
+    }
+
+    /// Reads a model file for the present data.
+    ///
+    /// # Errors
+    /// If the file is no model of this robot.
+    pub fn read_model(&self, path: &Path) -> Result<Model, FileError> {
+        let dataset = &self.case.datasets[self.here().chosen[0]].1;
+        read_model(path, &Subject::new(&dataset.robot, &dataset.ball_ids()))
     }
 
     /// Starts over on a choice of the opened datasets, with the initial model.

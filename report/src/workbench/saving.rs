@@ -21,17 +21,25 @@ pub struct Place {
 }
 
 /// Description of the files written.
-pub struct Saved(String);
+pub struct Saved {
+    words: String,
+    files: Vec<PathBuf>,
+}
 
 impl Saved {
+    /// One file.
+    fn one(path: PathBuf) -> Self {
+        Saved { words: path.display().to_string(), files: vec![path] }
+    }
+
     /// The same with something to be known beside it.
     pub(super) fn and(self, remark: &str) -> Self {
-        Saved(self.0 + remark)
+        Saved { words: self.words + remark, ..self }
     }
 
     /// The same as JSON, for the page.
     pub fn json(&self) -> Value {
-        json!({"saved": self.0})
+        json!({"saved": self.words, "files": self.files})
     }
 }
 
@@ -67,7 +75,7 @@ impl Place {
             Some(like) => write_model_like(model, like, &path)?,
             None => write_model(model, &path)?,
         }
-        Ok(Saved(path.display().to_string()))
+        Ok(Saved::one(path))
     }
 
     /// Writes the calibration atomically.
@@ -77,7 +85,7 @@ impl Place {
     pub fn save_calibration(&self, calibration: &Calibration) -> Result<Saved, FileError> {
         let path = self.folder.join("calibration.toml");
         write_calibration(calibration, &path)?;
-        Ok(Saved(path.display().to_string()))
+        Ok(Saved::one(path))
     }
 
     /// Writes the identified links atomically.
@@ -101,7 +109,7 @@ impl Place {
                 format!("; what it cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most", effects.join(", "))
             }
         };
-        Ok(Saved(path.display().to_string()).and(&left_out))
+        Ok(Saved::one(path).and(&left_out))
     }
 
     /// Writes the page atomically.
@@ -111,7 +119,7 @@ impl Place {
     pub fn save_report(&self, document: &Value) -> Result<Saved, FileError> {
         let path = self.folder.join("report.html");
         write_whole(&path, page_html(document).as_bytes())?;
-        Ok(Saved(path.display().to_string()))
+        Ok(Saved::one(path))
     }
 
     /// Writes the proposed poses; `None` if nothing in the proposal can be planned.
@@ -119,7 +127,11 @@ impl Place {
     /// # Errors
     /// When the folder cannot be written.
     pub fn save_plan(&self, proposal: &Proposal, robot: &str) -> Result<Option<Saved>, FileError> {
-        let written = write_proposal(&self.folder.join("plan.toml"), proposal, robot, None)?;
-        Ok((!written.is_empty()).then(|| Saved(written.join(", "))))
+        let path = self.folder.join("plan.toml");
+        let written = write_proposal(&path, proposal, robot, None)?;
+        let names = [path.with_extension("points.csv"), path];
+        let is_written = |path: &PathBuf| written.iter().any(|words| words.ends_with(&*path.to_string_lossy()));
+        let files = names.into_iter().filter(is_written).collect();
+        Ok((!written.is_empty()).then(|| Saved { words: written.join(", "), files }))
     }
 }

@@ -9,7 +9,7 @@ use super::super::{Calibration, EffectList, Estimate, Model, Outcome, check_effe
 use super::FORMAT;
 use super::tables::{File, JointRange, ParameterTable, SetupTable};
 use crate::effects::{self, EffectId, Subject};
-use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text};
+use crate::files::{FileError, field_error, is_file, name_remedy, parse_toml, read_text};
 use crate::math::Observability;
 use crate::robot::{JointKind, Robot, robot};
 use crate::units::{DEG, MM, Unit};
