@@ -9,6 +9,7 @@ mod asked;
 mod bench;
 mod beside;
 mod case;
+mod front;
 mod history;
 mod in_browser;
 mod kept;
@@ -26,17 +27,9 @@ mod work;
 pub use self::asked::{ACTIONS, Unanswered, VIEWS};
 pub use self::bench::Bench;
 pub use self::case::Case;
+pub use self::front::{MARKUP, SCRIPT, STYLE};
 pub use self::in_browser::page_in_browser;
 pub use self::opening::{LocatedError, locate_in_data, located_misfit, model_for};
 pub use self::proposal_files::write_proposal;
 pub use self::saving::Place;
 pub use self::step::{StepError, Wanted};
-
-/// Style sheet of the workbench, beside that of a report.
-pub const STYLE: &str = include_str!("workbench/page/bench.css");
-
-/// Its part of the page.
-pub const MARKUP: &str = include_str!("workbench/page/bench.html");
-
-/// Its script, after that of whatever answers the page: `backend`.
-pub const SCRIPT: &str = include_str!("workbench/page/bench.js");

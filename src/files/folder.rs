@@ -23,33 +23,6 @@ pub fn replace_folder(
     names: &[&str],
     fill: impl FnOnce(&Path) -> Result<(), FileError>,
 ) -> Result<(), FileError> {
-    #[cfg(target_family = "wasm")]
-    return in_memory(folder, names, fill);
-    #[cfg(not(target_family = "wasm"))]
-    on_disk(folder, what, names, fill)
-}
-
-#[cfg(target_family = "wasm")]
-fn in_memory(folder: &Path, names: &[&str], fill: impl FnOnce(&Path) -> Result<(), FileError>) -> Result<(), FileError> {
-    let new = folder.with_file_name(".new");
-    let filled = fill(&new).map_err(|e| match e.path.strip_prefix(&new) {
-        Ok(inside) => FileError { path: folder.join(inside), ..e },
-        Err(_) => e,
-    });
-    match filled {
-        Ok(()) => super::memory::replace(folder, &new, names),
-        Err(_) => super::memory::remove(&new),
-    }
-    filled
-}
-
-#[cfg(not(target_family = "wasm"))]
-fn on_disk(
-    folder: &Path,
-    what: &str,
-    names: &[&str],
-    fill: impl FnOnce(&Path) -> Result<(), FileError>,
-) -> Result<(), FileError> {
     let fail = |e: io::Error| FileError {
         remedy: "check the folder above, its permissions and free space".into(),
         ..cannot_be_written(folder, e)

@@ -18,8 +18,7 @@ const TRIED: [u8; 4096] = [0; 4096];
 /// # Errors
 /// When a folder has that name, a parent is not a folder, or nothing can be created there.
 pub fn check_output_file(path: &Path) -> Result<(), FileError> {
-    // Memory takes any file.
-    if cfg!(target_family = "wasm") || is_standard_output(path) {
+    if is_standard_output(path) {
         return Ok(());
     }
     let fail = |e: io::Error| cannot_be_written(path, e);

@@ -1,41 +1,28 @@
-//! Where files are: on the disk or, in a browser, which has none for a program, in memory.
+//! Files on the disk.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
-/// An open file.
-#[cfg(not(target_family = "wasm"))]
-pub type OpenFile = std::fs::File;
+use super::streams::{is_standard_input, standard_input};
 
 /// An open file.
-#[cfg(target_family = "wasm")]
-pub type OpenFile = io::Cursor<std::sync::Arc<[u8]>>;
+pub type OpenFile = File;
 
-/// True if there is a file with this name.
-#[must_use]
-pub fn is_file(path: &Path) -> bool {
-    #[cfg(not(target_family = "wasm"))]
-    return path.is_file();
-    #[cfg(target_family = "wasm")]
-    return super::memory::content(path).is_some();
-}
-
-/// True if there is a folder with this name.
-#[must_use]
-pub fn is_folder(path: &Path) -> bool {
-    #[cfg(not(target_family = "wasm"))]
-    return path.is_dir();
-    #[cfg(target_family = "wasm")]
-    return super::memory::is_folder(path);
-}
-
-/// True if there is anything with this name.
-#[must_use]
-pub fn is_there(path: &Path) -> bool {
-    #[cfg(not(target_family = "wasm"))]
-    return path.exists();
-    #[cfg(target_family = "wasm")]
-    return is_file(path) || is_folder(path);
+/// Opens a file for reading, or [standard input](super::STANDARD_INPUT). Pipes and devices are not opened: a pipe would block until it is written to, and a device need not
+/// end.
+///
+/// # Errors
+/// When there is no such file, it may not be read, or it is a pipe or a device.
+pub fn open_file(path: &Path) -> io::Result<OpenFile> {
+    if is_standard_input(path) {
+        return standard_input();
+    }
+    let kind = std::fs::metadata(path)?;
+    if !kind.is_file() && !kind.is_dir() {
+        return Err(io::Error::new(ErrorKind::InvalidInput, "it is a pipe or a device, and not a file"));
+    }
+    File::open(path)
 }
 
 /// Reads a file whole, whatever is in it.
@@ -43,8 +30,23 @@ pub fn is_there(path: &Path) -> bool {
 /// # Errors
 /// When it cannot be read.
 pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
-    #[cfg(not(target_family = "wasm"))]
-    return std::fs::read(path);
-    #[cfg(target_family = "wasm")]
-    return super::memory::open(path).map(|file| file.into_inner().to_vec());
+    std::fs::read(path)
+}
+
+/// True if there is a file with this name.
+#[must_use]
+pub fn is_file(path: &Path) -> bool {
+    path.is_file()
+}
+
+/// True if there is a folder with this name.
+#[must_use]
+pub fn is_folder(path: &Path) -> bool {
+    path.is_dir()
+}
+
+/// True if there is anything with this name.
+#[must_use]
+pub fn is_there(path: &Path) -> bool {
+    path.exists()
 }

@@ -4,38 +4,10 @@ use std::io::Read;
 use std::path::Path;
 
 use super::error::{FileError, cannot_be_read};
-use super::place::{OpenFile, is_folder};
-#[cfg(not(target_family = "wasm"))]
-use super::streams::{is_standard_input, standard_input};
+use super::{is_folder, open_file};
 
 /// Longest text file read whole, bytes: scenario, robot and calibration files are a thousand times shorter.
 const LONGEST_TEXT: u64 = 64 << 20;
-
-/// Opens a file for reading, or [standard input](super::STANDARD_INPUT). Pipes and devices are not opened: a pipe would block until it is written to, and a device need not
-/// end.
-///
-/// # Errors
-/// When there is no such file, it may not be read, or it is a pipe or a device.
-#[cfg(not(target_family = "wasm"))]
-pub fn open_file(path: &Path) -> std::io::Result<OpenFile> {
-    if is_standard_input(path) {
-        return standard_input();
-    }
-    let kind = std::fs::metadata(path)?;
-    if !kind.is_file() && !kind.is_dir() {
-        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "it is a pipe or a device, and not a file"));
-    }
-    OpenFile::open(path)
-}
-
-/// Opens a file in memory for reading.
-///
-/// # Errors
-/// When there is no such file.
-#[cfg(target_family = "wasm")]
-pub fn open_file(path: &Path) -> std::io::Result<OpenFile> {
-    super::memory::open(path)
-}
 
 /// Reads a text file.
 ///

@@ -7,23 +7,12 @@ use super::error::{FileError, cannot_be_written};
 use super::streams::{is_standard_output, write_to_standard_output};
 use super::target::{folder_of, target_of};
 
-/// Keeps the file in memory.
-///
-/// # Errors
-/// None.
-#[cfg(target_family = "wasm")]
-pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
-    super::memory::put_file(path, content.to_vec());
-    Ok(())
-}
-
 /// Writes a file whole: to a temporary name in the same folder, synced, then renamed. A device or a pipe is written directly.
 /// Symbolic links are followed; an existing file keeps its permissions, and a new one gets those of the process (umask).
 /// So is [standard output](super::STANDARD_OUTPUT).
 ///
 /// # Errors
 /// When the folder cannot be written.
-#[cfg(not(target_family = "wasm"))]
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), FileError> {
     let fail = |e: std::io::Error| cannot_be_written(path, e);
     // A device or a pipe is written to; a file put in its place would take it from everybody.
@@ -46,19 +35,6 @@ pub fn write_streamed<T>(
     path: &Path,
     write: impl FnOnce(&mut (dyn Write + Send)) -> Result<T, FileError>,
 ) -> Result<T, FileError> {
-    #[cfg(target_family = "wasm")]
-    {
-        let mut all = Vec::new();
-        let written = write(&mut all)?;
-        super::memory::put_file(path, all);
-        return Ok(written);
-    }
-    #[cfg(not(target_family = "wasm"))]
-    on_disk(path, write)
-}
-
-#[cfg(not(target_family = "wasm"))]
-fn on_disk<T>(path: &Path, write: impl FnOnce(&mut (dyn Write + Send)) -> Result<T, FileError>) -> Result<T, FileError> {
     let fail = |e: std::io::Error| cannot_be_written(path, e);
     if is_standard_output(path) {
         let mut all = Vec::new();

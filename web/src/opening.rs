@@ -6,7 +6,7 @@ use calibench::assess::data_fit;
 use calibench::files::{FileError, is_file, read_text, with_reasons, write_whole};
 use calibench::identify::Use;
 use calibench::import::{ImportError, ImportOptions, guess, import};
-use calibench::measure::{DATASET_TOML, Dataset, SAMPLES_CSV, SampleSet, read_dataset, write_dataset};
+use calibench::measure::{DATASET_TOML, Dataset, SampleSet, read_dataset, write_dataset};
 use calibench::robot::{RobotReference, robot};
 use calibench::units::MM;
 use calibench_report::workbench::{Bench, Case, LocatedError, Place, locate_in_data, located_misfit};
@@ -16,6 +16,9 @@ use serde_json::{Value, json};
 
 /// Folder of what is saved, in memory.
 pub(crate) const SAVED: &str = "";
+
+/// The rows of a dataset.
+const SAMPLES_CSV: &str = "samples.csv";
 
 /// The column map that is proposed for a table.
 const MAP: &str = "map.toml";

@@ -1,11 +1,12 @@
 //! The workbench as one file that any browser opens: the program is in it, as WebAssembly, and nothing is asked of anybody.
 
+use std::path::Path;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use calibench::files::{FileError, read_bytes};
-use std::path::Path;
 
-use super::{MARKUP, SCRIPT, STYLE};
+use super::front::{MARKUP, SCRIPT, STYLE};
 use crate::page::{LivePage, script_sources};
 
 const BACKEND: &str = include_str!("in_browser/backend.js");
