@@ -73,7 +73,8 @@ def looked_at(page, name, pictures, found, axe=True):
     if pictures:
         page.evaluate("scrollTo(0, 0)")
         page.screenshot(path=pictures / f"workbench-{name}-first.png")
-        page.locator("#bench").screenshot(path=pictures / f"workbench-{name}-bench.png")
+        if page.is_visible("#bench"):
+            page.locator("#bench").screenshot(path=pictures / f"workbench-{name}-bench.png")
         painted(page)
         page.screenshot(path=pictures / f"workbench-{name}.png", full_page=True)
         painted(page)
