@@ -71,9 +71,13 @@ class Page:
 
     def opens(self, files, robot=""):
         """Chooses files, and opens them; the seconds until the verdict, or the error."""
+        self.unfolds()
         self.page.set_input_files("#files", [str(f) for f in files])
         self.page.select_option("#robot", robot)
         return self.waits("#open-files")
+
+    def unfolds(self):
+        self.page.evaluate("document.getElementById('ways').open = true")
 
     def waits(self, button):
         began = time.monotonic()
@@ -181,6 +185,7 @@ def main():
 
 def plays(program, page, pictures, found, took):
     """A simulated robot with gear ripple in its third joint: found by name, and switched on it is gone."""
+    page.unfolds()
     page.page.select_option("#hidden", "harmonic:3:202")
     took.append(("play: verdict", page.waits("#measure")))
     found.unless(not page.error("play-error"), f"play: {page.error('play-error')}")

@@ -24,6 +24,7 @@ async function opens(what, body, files, error_at) {
   try {
     const { opened, shown } = await backend.open(what, body, files);
     document.body.classList.add("opened");
+    by_id("ways").open = false;
     tell_opened(opened);
     await shown;
     document.body.dataset.verdict_ms = String(Math.round(performance.now() - began));
@@ -114,6 +115,7 @@ document.addEventListener("drop", async (event) => {
   event.preventDefault();
   if (document.body.dataset.opening) return;
   opening.files = await dropped(event.dataTransfer);
+  by_id("ways").open = true;
   if (opening.files.length) open_files();
 });
 by_id("files").addEventListener("change", () => {
