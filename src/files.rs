@@ -36,9 +36,9 @@ pub use memory::{
 pub use names::{name_remedy, nearest_name};
 #[cfg(not(target_family = "wasm"))]
 pub use output::{check_output_file, check_output_folder};
-pub(crate) use rows::{Record, Rows};
 #[cfg(not(target_family = "wasm"))]
 pub use place::{OpenFile, is_file, is_folder, is_there, open_file, read_bytes};
+pub(crate) use rows::{Record, Rows};
 pub use streams::{STANDARD_INPUT, STANDARD_OUTPUT, is_standard_input, is_standard_output};
 pub use text::read_text;
 pub use toml_document::{field_error, parse_toml};

@@ -100,7 +100,9 @@ impl Broken {
 
 pub(super) fn content(file: &mut (impl Read + Seek), path: &Path) -> Result<Vec<u8>, FileError> {
     let mut bytes = Vec::new();
-    file.rewind().and_then(|()| file.by_ref().take(LONGEST + 1).read_to_end(&mut bytes)).map_err(|e| cannot_be_read(path, e))?;
+    file.rewind()
+        .and_then(|()| file.by_ref().take(LONGEST + 1).read_to_end(&mut bytes))
+        .map_err(|e| cannot_be_read(path, e))?;
     if bytes.len() as u64 > LONGEST {
         return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
     }

@@ -205,7 +205,9 @@ fn import_tables(
         Some(map) => map.clone(),
         None => {
             let Some(named) = named else {
-                return Err(NotOpened::Missing("guess needs the robot; choose one, or drop a robot file or a URDF beside the table"));
+                return Err(NotOpened::Missing(
+                    "guess needs the robot; choose one, or drop a robot file or a URDF beside the table",
+                ));
             };
             let of = robot(named, Path::new(""))?;
             tell("Guessing what the columns are …");

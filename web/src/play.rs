@@ -64,7 +64,8 @@ pub struct PlayRequest {
 pub fn hidden_choices() -> Value {
     let robots = BUILT_IN.iter().filter_map(|name| built_in(name)).map(|r| json!({"name": r.name, "joints": r.joints()}));
     let hidden = HIDDEN.iter().map(|id| {
-        let physics = CATALOGUE.iter().find(|f| *id == f.id || id.starts_with(&format!("{}:", f.id))).map(|f| f.meaning.physics);
+        let physics =
+            CATALOGUE.iter().find(|f| *id == f.id || id.starts_with(&format!("{}:", f.id))).map(|f| f.meaning.physics);
         json!({"effect": id, "words": in_words(id), "physics": physics})
     });
     json!({"robots": robots.collect::<Vec<_>>(), "hidden": hidden.collect::<Vec<_>>(), "sizes": SIZES})
@@ -84,8 +85,7 @@ pub fn play(request: &PlayRequest, tell: fn(&str)) -> Result<Opened, NotOpened> 
     tell("Planning 80 probings …");
     let planned = plan(&scenario, scenario.seed).map_err(|e| failed(&scenario.locate_plan(&e)))?.probing;
     let streams = Streams { seed: scenario.seed, trial: 0 };
-    let session =
-        Session::begin(&scenario, streams, session_s(&scenario, &planned.poses, 0)).map_err(|e| failed(&e))?;
+    let session = Session::begin(&scenario, streams, session_s(&scenario, &planned.poses, 0)).map_err(|e| failed(&e))?;
     let wanted = planned.poses.iter().filter(|pose| !pose.reserve).count();
     let record = session.probe(&planned, None, &mut Counted { tell, wanted, done: 0 });
     if let Some(aborted) = &record.aborted {

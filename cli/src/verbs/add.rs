@@ -7,8 +7,8 @@ use calibench::files::{is_standard_input, is_standard_output};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::workbench::{StepError, Wanted};
 use calibench_report::{
-    Recommended, added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence, parameter_rows,
-    symptom_sentence,
+    Recommended, added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence,
+    parameter_rows, symptom_sentence,
 };
 
 use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};

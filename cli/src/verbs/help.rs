@@ -50,7 +50,7 @@ const EXAMPLES: [(&str, &[&str]); 29] = [
     ("compensate", &["compensate calibration.toml targets.csv -o fake.csv", "compensate calibration.toml weld.src -o out"]),
     ("report", &["report runs/paper", "report runs/ur10 --model model.toml -o report.html"]),
     ("serve", &["serve scenarios/paper.toml"]),
-    ("workbench", &["workbench runs/ur10", "workbench runs/A runs/B --model model.toml"]),
+    ("workbench", &["workbench runs/ur10", "workbench runs/A runs/B --model model.toml", "workbench --static page"]),
     ("import", &["import guess measurements.csv -o map.toml", "import generic measurements.csv --map map.toml -o runs/mine"]),
     ("effects", &["effects", "effects harmonic", "effects --json"]),
     ("gallery", &["gallery scenarios/gallery.toml -o docs/gallery", "gallery runs/ur10 -o gallery"]),

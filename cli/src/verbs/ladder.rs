@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    NoForecast, Recommended, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called, in_question_sentence,
-    ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence, top_sentences,
+    NoForecast, Recommended, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called,
+    in_question_sentence, ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence, top_sentences,
 };
 
 use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};

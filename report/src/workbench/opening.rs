@@ -93,11 +93,7 @@ impl Case {
     ///
     /// # Errors
     /// If the file is no model of this robot.
-    pub fn of_datasets(
-        folders: &[PathBuf],
-        datasets: Vec<(String, Dataset)>,
-        model: Option<&Path>,
-    ) -> Result<Self, FileError> {
+    pub fn of_datasets(folders: &[PathBuf], datasets: Vec<(String, Dataset)>, model: Option<&Path>) -> Result<Self, FileError> {
         let names: Vec<&str> = datasets.iter().map(|(name, _)| name.as_str()).collect();
         Ok(Case {
             title: names.join(", "),

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use calibench::assess::Proposal;
-use calibench::files::{FileError, write_whole};
 use calibench::compensate::{RigidRobot, urdf};
+use calibench::files::{FileError, write_whole};
 use calibench::identify::{Calibration, Model, write_calibration, write_model, write_model_like};
 use calibench::robot::{Robot, RobotReference, calibrated_urdf};
 use calibench::units::MM;
@@ -106,7 +106,10 @@ impl Place {
             [] => String::new(),
             effects => {
                 let [mean, max] = [rigid.left_out.mean, rigid.left_out.max].map(|e| e / MM);
-                format!("; what it cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most", effects.join(", "))
+                format!(
+                    "; what it cannot hold ({}) moves the TCP by {mean:.3} mm in the mean, {max:.3} mm at most",
+                    effects.join(", ")
+                )
             }
         };
         Ok(Saved::one(path).and(&left_out))

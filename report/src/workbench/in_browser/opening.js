@@ -65,8 +65,15 @@ function tell_opened(opened) {
   by_id("understood").hidden = false;
 }
 
+// The files of a dataset that come without their folder get one.
+function in_their_folder(files) {
+  const of_dataset = ["dataset.toml", "samples.csv", "robot.toml"];
+  if (!files.some(({ path }) => path === of_dataset[0])) return files;
+  return files.map(({ path, file }) => ({ path: of_dataset.includes(path) ? `dataset/${path}` : path, file }));
+}
+
 function open_files(force = false) {
-  const { files } = opening;
+  const files = in_their_folder(opening.files);
   if (!files.length) {
     by_id("open-error").textContent = "Choose files, or drop them on this page.";
     by_id("files").focus();
