@@ -18,7 +18,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
@@ -196,6 +199,31 @@ def wrong_files(program, page, tables, scratch, found):
     found.unless(page.error(), "a UR5's table is taken for a Panda's")
 
 
+# The directive by which the browser forbids a connection.
+FORBIDDEN = """() => new Promise((done) => {
+  document.addEventListener('securitypolicyviolation', (event) => done(event.effectiveDirective));
+  fetch('http://127.0.0.1:9/').then(() => done('nothing'), () => setTimeout(() => done('nothing'), 1000));
+})"""
+
+
+class Silent(SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+def served_by_anybody(context, path, found):
+    """Any file server hands the page out, and even then it may connect to nothing, its own server included."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Silent, directory=str(path.parent))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        page = context.new_page()
+        page.goto(f"http://127.0.0.1:{server.server_port}/{path.name}")
+        page.wait_for_selector("body[data-loaded='1']", timeout=PATIENCE)
+        by = page.evaluate(FORBIDDEN)
+        found.unless(by == "connect-src", f"a connection is forbidden by {by}")
+        page.close()
+        server.shutdown()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path)
@@ -218,6 +246,7 @@ def main():
             "numbers": lambda: [held_against(program, page, d, Path(folder), found, took) for d in sorted(arguments.data.iterdir()) if (d / "dataset.toml").is_file()],
             "wrong": lambda: wrong_files(program, page, arguments.data, Path(folder), found),
             "play": lambda: plays(program, page, arguments.pictures, found, took),
+            "served": lambda: served_by_anybody(context, arguments.page.resolve(), found),
             "long": lambda: long_file(page, Path(folder), found),
             "ladder": lambda: ladder(page, arguments.data / "ripple", found, took),
             "guess": lambda: guesses(program, page, arguments.data, Path(folder), found, took),
