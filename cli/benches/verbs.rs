@@ -15,9 +15,8 @@ use calibench::assess::{Advice, HoldOut, WorkspacePoses, best_step, data_fit, la
 use calibench::identify::{Model, Use};
 use calibench::import::{ImportOptions, import};
 use calibench::measure::Dataset;
-use calibench_cli::case::Case;
-use calibench_cli::workbench::{Bench, Place};
 use calibench_lab::study::{Extent, Study, Summary, run};
+use calibench_report::workbench::{Bench, Case, Place};
 use calibench_report::{Recommended, diagnosis_tables, next_step_sentences, sentences};
 use calibench_sim::plans::Plans;
 use calibench_sim::random::Streams;

@@ -1,7 +1,4 @@
-//! The program `calibench`: one file per verb, and the workbench.
+//! The program `calibench`: one file per verb, and the server of the workbench.
 
-pub mod case;
-mod proposal_files;
-pub mod step;
 pub mod verbs;
 pub mod workbench;

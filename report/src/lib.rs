@@ -27,6 +27,7 @@ mod runs;
 mod scatter;
 mod shifts;
 mod tables;
+pub mod workbench;
 mod workspace;
 
 pub use charts::{charts_page, charts_text};

@@ -24,6 +24,7 @@ use calibench::identify::{IdentifyError, Model};
 use calibench::measure::Dataset;
 
 pub use self::campaign::{CampaignRecord, CentringRecord};
+pub(crate) use self::html::script_sources;
 pub use self::html::{LivePage, chart_page_html, page_html};
 pub use self::page_model::PageModel;
 pub use self::pictures::CellPicture;

@@ -6,7 +6,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::{Conditions, Desired, Target};
-use crate::files::{FileError, Record, Rows, cannot_be_read, name_remedy, nearest_name, open_file};
+use crate::files::{FileError, Record, Rows, cannot_be_read, is_folder, name_remedy, nearest_name, open_file};
 use crate::measure::{TEMPERATURE_C, TIME_S, of_other_kind, out_of_range};
 use crate::robot::{FramePose, JointKind, Payload, Robot, SphericalWrist};
 use crate::units::{DEG, MM};
@@ -36,7 +36,7 @@ pub struct Expected<'a> {
 /// # Errors
 /// A single error that names file, line, column and remedy.
 pub fn read_targets(path: &Path, expected: &Expected<'_>) -> Result<Vec<Target>, FileError> {
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a CSV file of targets"));
     }
     let file = open_file(path).map_err(|e| cannot_be_read(path, e))?;

@@ -1,37 +1,20 @@
 //! Text files, read whole.
 
-use std::fs::File;
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 use std::path::Path;
 
 use super::error::{FileError, cannot_be_read};
-use super::streams::{is_standard_input, standard_input};
+use super::{is_folder, open_file};
 
 /// Longest text file read whole, bytes: scenario, robot and calibration files are a thousand times shorter.
 const LONGEST_TEXT: u64 = 64 << 20;
-
-/// Opens a file for reading, or [standard input](super::STANDARD_INPUT). Pipes and devices are not opened: a pipe would block until it is written to, and a device need not
-/// end.
-///
-/// # Errors
-/// When there is no such file, it may not be read, or it is a pipe or a device.
-pub fn open_file(path: &Path) -> std::io::Result<File> {
-    if is_standard_input(path) {
-        return standard_input();
-    }
-    let kind = std::fs::metadata(path)?;
-    if !kind.is_file() && !kind.is_dir() {
-        return Err(std::io::Error::new(ErrorKind::InvalidInput, "it is a pipe or a device, and not a file"));
-    }
-    File::open(path)
-}
 
 /// Reads a text file.
 ///
 /// # Errors
 /// When it cannot be read, is a directory, is empty, is longer than 64 MiB, or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
     let mut bytes = Vec::new();

@@ -32,6 +32,9 @@ const FAINT: f64 = 0.3;
 /// first joint's offset covers their common effect.
 const LOCKED: f64 = 5e-3;
 
+/// Weights of parameters that move the TCP alike are told apart to a millionth of the largest.
+const ALIKE: f64 = 1e6;
+
 /// Which parameters the data determine.
 pub(super) struct Determined {
     /// Parameters to estimate, ascending.
@@ -109,7 +112,9 @@ fn ordered_rank(problem: &Problem, start: &[f64], free: &[usize], noise: f64) ->
         .into_iter()
         .map(|d| {
             let mut with = d.combination;
-            with.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+            let largest = with.iter().map(|(_, weight)| weight.abs()).fold(0.0, f64::max);
+            // Alike but for their last bits, which are not those of another processor, they keep their order.
+            with.sort_by_key(|(k, weight)| (std::cmp::Reverse((ALIKE * weight.abs() / largest).round() as u64), *k));
             Unresolved { parameter: order[d.column], with: with.into_iter().map(|(k, _)| order[k]).collect() }
         })
         .collect();

@@ -5,10 +5,10 @@ use std::io::{BufRead, BufReader, Cursor};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use calamine::{Data, Reader, Xlsx, XlsxError, open_workbook};
+use calamine::{Data, Reader, Xlsx, XlsxError};
 
 use super::ImportReport;
-use crate::files::{FileError, Rows, open_file, read_text};
+use crate::files::{FileError, OpenFile, Rows, is_folder, open_file, read_text};
 
 /// Extensions of workbooks.
 const WORKBOOKS: [&str; 2] = ["xlsx", "xlsm"];
@@ -38,7 +38,7 @@ pub(super) enum Join {
 
 /// Opens a file as rows of delimited text; a row stands on its line of the file, or of the sheet.
 pub(super) fn open_source(path: &Path, layout: Layout<'_>) -> Result<Box<dyn BufRead>, FileError> {
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name the files in it"));
     }
     if is_workbook(path) {
@@ -97,7 +97,7 @@ type Sheet = BTreeMap<u32, BTreeMap<u32, String>>;
 /// The names of all sheets, and the cells of those called `name`, or of all. A sheet is read cell by cell: a single cell at its far
 /// corner would make a whole one of it that no memory holds.
 fn sheets(path: &Path, name: Option<&str>) -> Result<(Vec<String>, Vec<Sheet>), XlsxError> {
-    let mut book: Xlsx<_> = open_workbook(path)?;
+    let mut book: Xlsx<BufReader<OpenFile>> = Xlsx::new(BufReader::new(open_file(path)?))?;
     let names = book.sheet_names();
     let mut sheets = Vec::new();
     for of in names.iter().filter(|of| name.is_none_or(|name| name == *of)) {

@@ -83,15 +83,22 @@ impl<S: Simd> F64s<S> {
         F64s(self.0, self.0.splat_f64s(x))
     }
 
-    /// This plus the product of two others, rounded once.
+    /// This plus the product of two others, rounded once. WebAssembly has no instruction for that, and a function would take
+    /// longer than everything else: there it is rounded twice.
     #[inline(always)]
     pub fn add_mul(self, a: Self, b: Self) -> Self {
+        if cfg!(target_family = "wasm") {
+            return self + a * b;
+        }
         F64s(self.0, self.0.mul_add_f64s(a.1, b.1, self.1))
     }
 
-    /// This minus the product of two others, rounded once.
+    /// This minus the product of two others, rounded as by [`F64s::add_mul`].
     #[inline(always)]
     pub fn sub_mul(self, a: Self, b: Self) -> Self {
+        if cfg!(target_family = "wasm") {
+            return self - a * b;
+        }
         F64s(self.0, self.0.negate_mul_add_f64s(a.1, b.1, self.1))
     }
 

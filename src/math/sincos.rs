@@ -15,7 +15,13 @@ const LARGEST: f64 = 1e6;
 
 /// A right angle, and the error of its floating-point value: multiples of both are subtracted from an angle with one
 /// rounding each (Cody & Waite 1980); multiples below 2^20 leave an error of 2^-86 plus the roundings.
+#[cfg(not(target_family = "wasm"))]
 const RIGHT: [f64; 2] = [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17];
+
+/// The same in parts of 33 bits, whose multiples are exact, where products are not fused with sums (FDLIBM's `e_rem_pio2.c`,
+/// Sun 1993).
+#[cfg(target_family = "wasm")]
+const RIGHT: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
 /// Sine minus its argument, divided by its cube, and cosine minus `1 - z / 2`, divided by `z²`, as polynomials of `z = r²`,
 /// `|r| <= pi / 4`, to 2^-58 (FDLIBM's `k_sin.c` and `k_cos.c`, Sun 1993).
@@ -51,8 +57,10 @@ pub(crate) fn sincos<S: Simd>(angle: F64s<S>) -> (F64s<S>, F64s<S>) {
     let whole = angle.splat(WHOLE);
     let counted = whole.add_mul(angle, angle.splat(std::f64::consts::FRAC_2_PI));
     let rights = counted - whole;
-    let [most, rest] = RIGHT;
-    let r = angle.sub_mul(rights, angle.splat(most)).sub_mul(rights, angle.splat(rest));
+    let mut r = angle;
+    for part in RIGHT {
+        r = r.sub_mul(rights, angle.splat(part));
+    }
     let z = r * r;
     let s = r.add_mul(z * r, polynomial(z, SINE));
     let c = z.splat(1.0).add_mul(z, z.splat(-0.5).add_mul(z, polynomial(z, COSINE)));

@@ -14,7 +14,9 @@ use super::limits::{Impossible, impossible};
 use super::samples_file::{check_samples, read_samples};
 use super::samples_text::samples_text;
 use super::{Anchor, Ball, BallDistance, Dataset, Noise, Shared, ToolTarget};
-use crate::files::{FileError, field_error, hexadecimal, parse_toml, read_text, replace_folder, write_whole};
+use crate::files::{
+    FileError, field_error, hexadecimal, is_file, is_there, parse_toml, read_bytes, read_text, replace_folder, write_whole,
+};
 use crate::robot::{BUILT_IN, DEFAULT_GRAVITY, FramePose, JointKind, Payload, Robot, RobotReference, robot, to_toml};
 use crate::units::{ARCSEC, DEG, MM, UM};
 
@@ -37,14 +39,14 @@ struct FormatKey {
 /// # Errors
 /// The first error, with its file, line, key or column, and remedy.
 pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
-    if folder.is_file() {
+    if is_file(folder) {
         return Err(FileError::whole(folder, "is a file", "name the folder that holds dataset.toml and samples.csv"));
     }
     let path = folder.join(DATASET_TOML);
     let mut dataset = described(&path, folder)?;
     let mut hash = Sha256::new();
     // The bytes of the file, byte-order mark included: `cat dataset.toml samples.csv | sha256sum` gives the same.
-    let bytes = std::fs::read(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
+    let bytes = read_bytes(&path).map_err(|e| FileError::whole(&path, format!("cannot be read: {e}"), "check the disk"))?;
     hash.update(bytes);
     read_samples(&folder.join(SAMPLES_CSV), &mut dataset, &mut hash)?;
     dataset.hash = hexadecimal(&hash.finalize());
@@ -53,7 +55,7 @@ pub fn read_dataset(folder: &Path) -> Result<Dataset, FileError> {
 
 /// Reads the description at `path` of the dataset in a folder.
 fn described(path: &Path, folder: &Path) -> Result<Dataset, FileError> {
-    if !path.exists() {
+    if !is_there(path) {
         return Err(FileError::whole(path, "is not there", "a dataset is a folder with dataset.toml and samples.csv"));
     }
     let text = read_text(path)?;

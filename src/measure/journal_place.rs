@@ -1,7 +1,6 @@
 //! Content of the place where a campaign is to be kept: nothing, its journal, its finished dataset, or something that must not
 //! be touched.
 
-use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -99,9 +98,11 @@ impl Broken {
     }
 }
 
-pub(super) fn content(file: &mut File, path: &Path) -> Result<Vec<u8>, FileError> {
+pub(super) fn content(file: &mut (impl Read + Seek), path: &Path) -> Result<Vec<u8>, FileError> {
     let mut bytes = Vec::new();
-    file.rewind().and_then(|()| file.take(LONGEST + 1).read_to_end(&mut bytes)).map_err(|e| cannot_be_read(path, e))?;
+    file.rewind()
+        .and_then(|()| file.by_ref().take(LONGEST + 1).read_to_end(&mut bytes))
+        .map_err(|e| cannot_be_read(path, e))?;
     if bytes.len() as u64 > LONGEST {
         return Err(FileError::whole(path, "is longer than 64 MiB", "check that it is the file you meant"));
     }

@@ -11,7 +11,7 @@ use super::columns::{Column, KINDS, RowKind, SETS};
 use super::limits::{POINT_MM, READING_UM, ROTATION_DEG, TEMPERATURE_C, TIME_S, TORQUE_NM, out_of_range};
 use super::samples_header::Header;
 use super::{Dataset, Measured, Orientation, Sample, SampleSet};
-use crate::files::{FileError, Record, Rows, name_remedy, open_file};
+use crate::files::{FileError, Record, Rows, is_folder, name_remedy, open_file};
 use crate::robot::{JointKind, Link, Robot};
 use crate::units::{DEG, MM, UM, readable};
 
@@ -42,7 +42,7 @@ fn each_sample(
     hash: &mut Sha256,
     take: &mut dyn FnMut(Sample),
 ) -> Result<Vec<String>, FileError> {
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "put the file samples.csv there"));
     }
     let file = open_file(path).map_err(|e| {

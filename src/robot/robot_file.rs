@@ -12,7 +12,7 @@ use self::link_entry::LinkEntry;
 use self::numbers::{Fault, metres, mm, written};
 use self::turned_round::turn_round;
 use super::{BUILT_IN, ChainEnds, FramePose, MOST_JOINTS, Robot, Shape, Solid, built_in, robot_from_urdf};
-use crate::files::{FileError, field_error, parse_toml, read_text};
+use crate::files::{FileError, field_error, is_file, is_there, parse_toml, read_text};
 use crate::units::{DEG, MM};
 
 /// The value of the key `format`.
@@ -148,7 +148,7 @@ impl<'a> RobotReference<'a> {
     /// True if the robot is built in, or its file is in the folder.
     #[must_use]
     pub fn is_in(&self, folder: &Path) -> bool {
-        BUILT_IN.contains(&self.name) || folder.join(self.name).is_file()
+        BUILT_IN.contains(&self.name) || is_file(&folder.join(self.name))
     }
 }
 
@@ -166,7 +166,7 @@ pub fn robot(reference: &str, relative_to: &Path) -> Result<Robot, FileError> {
         return Ok(robot);
     }
     let path = relative_to.join(reference);
-    if !path.exists() {
+    if !is_there(&path) {
         let remedy = format!("name a robot file, or one of the built-in robots: {}", BUILT_IN.join(", "));
         return Err(FileError::whole(&path, format!("there is no robot '{reference}'"), remedy));
     }

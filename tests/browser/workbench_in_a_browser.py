@@ -1,8 +1,9 @@
 """The workbench in a browser, on real measurements: what a user does, in order, with the real program behind it.
 
-    workbench_in_a_browser.py PROGRAM DATASET [--pictures FOLDER] [--effect EFFECT]
+    workbench_in_a_browser.py PROGRAM DATASET [--page PAGE] [--pictures FOLDER] [--effect EFFECT]
 
-What it needs is made by `tests/browser/run`.
+What it needs is made by `tests/browser/run`. With PAGE, which `calibench workbench --static` wrote, the same is done without a server: the program in the page
+answers, and files are downloads.
 
 Reads the verdict, switches the first finding on, sees the error fall to what the command line prints, switches others on and off in other
 orders, takes steps back and forward, slips in an expression, writes it right, loads the page again, saves. Ends with 1 and says why when
@@ -73,7 +74,8 @@ def looked_at(page, name, pictures, found, axe=True):
     if pictures:
         page.evaluate("scrollTo(0, 0)")
         page.screenshot(path=pictures / f"workbench-{name}-first.png")
-        page.locator("#bench").screenshot(path=pictures / f"workbench-{name}-bench.png")
+        if page.is_visible("#bench"):
+            page.locator("#bench").screenshot(path=pictures / f"workbench-{name}-bench.png")
         painted(page)
         page.screenshot(path=pictures / f"workbench-{name}.png", full_page=True)
         painted(page)
@@ -90,7 +92,8 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     browser = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
     context = browser.new_context(viewport={"width": 1280, "height": 900}, color_scheme="light")
     page = context.new_page()
-    own = url.split("/?")[0] + "/"
+    served = url.startswith("http")
+    own = url.split("/?")[0] + "/" if served else (url, "blob:")
     expected_refusals = []
 
     def heard(message):
@@ -100,7 +103,8 @@ def drive(play, program, dataset, keep, pictures, url, effect):
 
     page.on("console", heard)
     page.on("pageerror", lambda e: found.append(f"error: {e}"))
-    page.on("request", lambda r: r.url.startswith((own, "data:")) or found.append(f"asks for {r.url}"))
+    allowed = (own, "data:") if served else (*own, "data:")
+    page.on("request", lambda r: r.url.startswith(allowed) or found.append(f"asks for {r.url}"))
 
     def timed(name, act):
         began = time.monotonic()
@@ -134,6 +138,16 @@ def drive(play, program, dataset, keep, pictures, url, effect):
             if kind != "waits":
                 found.unless(any(text == tile(k) for k in range(page.locator("#now .value").count())), f"{name}: {text} was another figure later")
 
+    def saved(button, name):
+        """The file that a button saves, as text."""
+        if served:
+            timed(button, lambda: page.click(f"#{button}"))
+            return (keep / name).read_text(encoding="utf-8")
+        with page.expect_download(timeout=PATIENCE) as download:
+            timed(button, lambda: page.click(f"#{button}"))
+        found.unless(download.value.suggested_filename == name, f"{button} saves {download.value.suggested_filename}")
+        return Path(download.value.path()).read_text(encoding="utf-8")
+
     def figures():
         """The figures as they stand, without those before."""
         return page.evaluate("[...document.querySelectorAll('#now .value')].map(v => v.lastChild.textContent)")
@@ -141,6 +155,10 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     # The verdict.
     began = time.monotonic()
     page.goto(url)
+    if not served:
+        page.wait_for_selector("body[data-loaded='1']", timeout=PATIENCE)
+        page.set_input_files("#files", [str(dataset / name) for name in ("dataset.toml", "samples.csv")])
+        page.click("#open-files")
     page.wait_for_selector("#bench:not([hidden])", timeout=PATIENCE)
     took.append(("open", time.monotonic() - began))
     settled(page)
@@ -208,9 +226,10 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     found.unless(figures() == alone, f"the first alone shows {figures()}, not {alone}")
 
     # Loaded again.
-    page.reload()
-    settled(page)
-    page.evaluate(AXE.read_text(encoding="utf-8"))
+    if served:
+        page.reload()
+        settled(page)
+        page.evaluate(AXE.read_text(encoding="utf-8"))
     found.unless(shown(step["after"]["fit_rms_mm"]) in tile(0), f"loaded again, the page shows {tile(0)}")
 
     # Taken back, and forward.
@@ -244,17 +263,22 @@ def drive(play, program, dataset, keep, pictures, url, effect):
     found.unless("+ ripple" in page.locator("#stairs .chart").get_attribute("aria-label") or "ripple" in page.locator("#ladder").inner_text(), "the expression is no step")
 
     # Saved where it may be.
-    timed("save model", lambda: page.click("#save-model"))
-    timed("save report", lambda: page.click("#save-report"))
-    found.unless("ripple" in (keep / "model.toml").read_text(encoding="utf-8"), "the model that was saved does not hold the expression")
-    found.unless((keep / "report.html").stat().st_size > 1_000_000, "the report that was saved is no page")
+    found.unless("ripple" in saved("save-model", "model.toml"), "the model that was saved does not hold the expression")
+    found.unless("ripple" in saved("save-calibration", "calibration.toml"), "the calibration that was saved does not hold the expression")
+    found.unless("<robot" in saved("save-urdf", "calibrated.urdf"), "the URDF that was saved is none")
+    found.unless(len(saved("save-report", "report.html")) > 1_000_000, "the report that was saved is no page")
 
     # The next experiment.
     timed("next experiment", lambda: page.click("#next"))
     found.unless(page.is_visible("#proposal li"), f"nothing is proposed: {page.locator('#status').inner_text()}")
     looked_at(page, "next", pictures, found)
-    timed("save plan", lambda: page.click("#save-plan"))
-    found.unless(any((keep / name).is_file() for name in ("plan.toml", "plan.points.csv")), "the plan is not saved")
+    if served:
+        timed("save plan", lambda: page.click("#save-plan"))
+        found.unless(any((keep / name).is_file() for name in ("plan.toml", "plan.points.csv")), "the plan is not saved")
+    else:
+        with page.expect_download(timeout=PATIENCE) as download:
+            timed("save plan", lambda: page.click("#save-plan"))
+        found.unless(download.value.suggested_filename.startswith("plan."), f"the plan is saved as {download.value.suggested_filename}")
 
     # In other lights.
     for name, width, light in [("dark", 1280, "dark"), ("narrow", 390, "light")]:
@@ -271,6 +295,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path)
     parser.add_argument("dataset", type=Path)
+    parser.add_argument("--page", type=Path, help="the page without a server")
     parser.add_argument("--effect", help="effect to add in place of the first candidate")
     parser.add_argument("--pictures", type=Path, help="folder for screenshots")
     arguments = parser.parse_args()
@@ -279,6 +304,10 @@ def main():
     program = str(arguments.program.resolve())
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as play:
         keep = Path(folder) / "kept"
+        if arguments.page:
+            url = arguments.page.resolve().as_uri()
+            found, took = drive(play, program, arguments.dataset, keep, arguments.pictures, url, arguments.effect)
+            return told(found, took)
         command = [program, "workbench", str(arguments.dataset), "--save-to", str(keep)]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bench:
             try:
@@ -288,6 +317,11 @@ def main():
                 bench.send_signal(signal.SIGINT)
             if bench.wait(10) != 0:
                 found.append("it does not end when it is interrupted")
+    return told(found, took)
+
+
+def told(found, took):
+    """Prints what was found; the exit code."""
     print("\n".join(f"{name}: {seconds:.2f} s" for name, seconds in took))
     print("\n".join(found) or "no fault")
     return 1 if found else 0

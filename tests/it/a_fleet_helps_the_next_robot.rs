@@ -39,7 +39,8 @@ fn deviating(from: &Robot, sizes: f64, rng: &mut ChaCha8Rng) -> Robot {
 /// So many measured points of a robot on a base of its own, and others to judge by.
 fn measured(arm: &Robot, points: usize, rng: &mut ChaCha8Rng) -> Dataset {
     let place = |rng: &mut ChaCha8Rng, by: f64| Vector3::from_fn(|_, _| by * normal(rng));
-    let base = FramePose { xyz: place(rng, MM).into(), rz_ry_rx: [0.001 * normal(rng), 0.001 * normal(rng), 0.001 * normal(rng)] };
+    let base =
+        FramePose { xyz: place(rng, MM).into(), rz_ry_rx: [0.001 * normal(rng), 0.001 * normal(rng), 0.001 * normal(rng)] };
     let tool = FramePose { xyz: [40.0 * MM, 20.0 * MM, 120.0 * MM], rz_ry_rx: [0.0; 3] };
     let samples = (0..points + JUDGED).map(|k| {
         let q: Vec<f64> = (0..6).map(|_| rng.random_range(-1.5..1.5)).collect();

@@ -246,11 +246,8 @@ fn distances_and_points_are_of_one_robot() {
     let points = campaign(&arm, 60, &mut rng, true);
     let mut bar = campaign(&arm, 120, &mut rng, true);
     let anchors = [[1500.0, 0.0, 0.0], [-1200.0, 900.0, 300.0], [0.0, -1500.0, 800.0]].map(|p| Vector3::from(p) * MM);
-    bar.anchors = anchors
-        .iter()
-        .enumerate()
-        .map(|(k, p)| calibench::measure::Anchor { id: k.to_string(), position: *p })
-        .collect();
+    bar.anchors =
+        anchors.iter().enumerate().map(|(k, p)| calibench::measure::Anchor { id: k.to_string(), position: *p }).collect();
     for (k, sample) in bar.samples.iter_mut().enumerate() {
         let Measured::Point(seen) = sample.measured else { unreachable!("points") };
         sample.measured = Measured::Distance { anchor: k % 3, distance: (seen - anchors[k % 3]).norm() };

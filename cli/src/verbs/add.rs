@@ -5,18 +5,18 @@ use std::path::PathBuf;
 use calibench::assess::{HoldOut, Objection, WorkspacePoses, ladder_step};
 use calibench::files::{is_standard_input, is_standard_output};
 use calibench::identify::{Use, write_model, write_model_like};
+use calibench_report::workbench::{StepError, Wanted};
 use calibench_report::{
-    added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence, parameter_rows,
-    symptom_sentence,
+    Recommended, added_sentences, called, disagreement_sentence, documents, ladder_step_table, objection_sentence,
+    parameter_rows, symptom_sentence,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses};
+use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_answer, print_json, tell};
 use super::progress::Waiting;
 use super::streams::{input, output};
-use crate::step::{StepError, Wanted};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         if let Some(path) = target.filter(|path| goes_on && !is_standard_output(path)) {
             print_answer(&format!(
                 "Next: {} says what is missing beside it.",
-                recommended(&arguments.datasets, Some(path)).diagnose()
+                Recommended::of(&arguments.datasets, Some(path)).diagnose()
             ))?;
         }
     }

@@ -7,11 +7,11 @@ use calibench::files::check_output_folder;
 use calibench::identify::{Calibration, Use};
 use calibench::measure::Dataset;
 use calibench_report::{
-    Forecast, NoForecast, PLOTS_MARK, comparison_headline, comparison_sentences, comparison_text, documents,
+    Forecast, NoForecast, PLOTS_MARK, Recommended, comparison_headline, comparison_sentences, comparison_text, documents,
     extrapolation_sentence, write_comparison_plots,
 };
 
-use super::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets, recommended};
+use super::data::{forecast, locate_in_data, named, read_calibration_to_use, read_datasets};
 use super::failure::{Failure, Outcome};
 use super::output::{print, print_answer, print_json};
 use super::progress::Waiting;
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         comparison_sentences(&comparison, &forecast).iter().try_for_each(|sentence| print_answer(sentence))?;
         print(&format!("\n{}", comparison_text(&comparison, &forecast)))?;
         if !comparison.findings.is_empty() && which == Use::Fit {
-            let commands = recommended(&arguments.datasets, None);
+            let commands = Recommended::of(&arguments.datasets, None);
             print_answer(&format!("Next: {} tells which of these causes is likely.", commands.diagnose()))?;
         }
     }

@@ -4,41 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use calibench::assess::{Examination, Extrapolation, WorkspaceError, WorkspacePoses, undetermined};
-use calibench::effects::Subject;
-use calibench::files::{is_standard_input, with_reasons};
 use calibench::identify::{
-    Calibration, Fleet, FleetJudged, FleetPrior, IdentifyError, Model, Outcome, PriorUsed, ProblemError, identify_with_fleet,
-    read_calibration, read_fleet, read_model,
+    Calibration, Fleet, FleetJudged, FleetPrior, IdentifyError, Model, Outcome, PriorUsed, identify_with_fleet,
+    read_calibration, read_fleet,
 };
 use calibench::measure::{Dataset, SampleSet, read_dataset};
-use calibench_report::{Forecast, NoForecast, Recommended, extrapolation_sentence};
+pub use calibench_report::workbench::{locate_in_data, model_for};
+use calibench_report::{Forecast, NoForecast, extrapolation_sentence};
 
 use super::failure::{Failure, LocatedError};
 use super::output::{note, print_detail, warn};
-
-/// Attributes an identification error to the data or to the model.
-pub fn locate_in_data(
-    folders: &[PathBuf],
-    datasets: &[(String, Dataset)],
-    model: Option<&Path>,
-    error: &IdentifyError,
-) -> LocatedError {
-    let at = |k: usize, file: &str| folders.get(k).map(|f| f.join(file)).unwrap_or_default();
-    let of_robot = |name: &str| datasets.iter().position(|(_, d)| d.robot.name == name).unwrap_or(0);
-    let (path, field) = match (error, model) {
-        (
-            IdentifyError::OtherRobot { measured: other, .. }
-            | IdentifyError::Problem(ProblemError::DifferentRobots { other, .. }),
-            _,
-        ) => (at(of_robot(other), "dataset.toml"), "robot"),
-        (IdentifyError::Problem(ProblemError::Effect(_) | ProblemError::Missing { .. }), Some(model)) => {
-            (model.to_owned(), "effects")
-        }
-        (IdentifyError::Problem(ProblemError::NoSamples { .. }), _) => (at(0, "samples.csv"), "set"),
-        _ => (at(0, "samples.csv"), "rows"),
-    };
-    LocatedError { path, field, problem: with_reasons(error) }
-}
 
 /// Reads datasets and names them by their folders: the last component of the path, or as many as make the names unique.
 pub fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Failure> {
@@ -66,15 +41,6 @@ pub fn read_datasets(folders: &[PathBuf]) -> Result<Vec<(String, Dataset)>, Fail
         datasets.push((end(whole, length), dataset));
     }
     Ok(datasets)
-}
-
-/// The model of the given file, or the default model for the data.
-pub fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Model, Failure> {
-    let first = &datasets[0].1;
-    Ok(match path {
-        Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
-        None => Model::default_for(first),
-    })
 }
 
 /// Reads a fleet of the robot of the data.
@@ -169,22 +135,6 @@ pub fn tell_fit(calibration: &Calibration) {
         calibration.rank,
         calibration.samples
     ));
-}
-
-/// The arguments of recommended commands after the verb.
-pub fn recommended(folders: &[PathBuf], model: Option<&Path>) -> Recommended {
-    let quoted = |path: &Path| {
-        if is_standard_input(path) {
-            return "-".to_owned();
-        }
-        let text = path.display().to_string();
-        let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+:".contains(c));
-        if plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
-    };
-    Recommended {
-        datasets: folders.iter().map(|f| quoted(f)).collect::<Vec<_>>().join(" "),
-        model: model.map_or(String::new(), |m| format!(" --model {}", quoted(m))),
-    }
 }
 
 /// Borrows the datasets in the form that the library expects.

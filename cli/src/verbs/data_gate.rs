@@ -1,9 +1,10 @@
 //! Check that data fit their robot, made by every verb before it fits anything.
 
-use calibench::assess::{DataFit, Misfit, data_fit};
+use calibench::assess::{DataFit, data_fit};
 use calibench::identify::Use;
 use calibench::measure::Dataset;
-use calibench_report::{documents, misfit_sentence, nominal_fit_lines};
+use calibench_report::workbench::located_misfit;
+use calibench_report::{documents, nominal_fit_lines};
 
 use super::data::named;
 use super::failure::Failure;
@@ -31,7 +32,7 @@ impl Gate {
     /// All datasets that do not fit, each with its sentence: they need not all be examined together.
     pub(super) fn misfits(&self) -> Vec<(String, String)> {
         let misfits = self.fits.iter().filter_map(|fit| fit.misfit.as_ref());
-        misfits.map(|m| (m.nominal.dataset.clone(), sentence(m))).collect()
+        misfits.map(|m| (m.nominal.dataset.clone(), located_misfit(m))).collect()
     }
 }
 
@@ -53,16 +54,8 @@ pub(super) fn gate(datasets: &[(String, Dataset)], which: Use, force: bool, json
         if json {
             print_json(&documents::Misfit::of(misfit))?;
         }
-        return Err(Box::new(DoNotFit(sentence(misfit))));
+        return Err(Box::new(DoNotFit(located_misfit(misfit))));
     }
-    let misfit = misfit.map(sentence);
+    let misfit = misfit.map(located_misfit);
     Ok(Gate { fits, misfit })
-}
-
-/// The misfit in words, prefixed with the file to look into.
-fn sentence(misfit: &Misfit) -> String {
-    match misfit.nominal.dataset.as_str() {
-        "" => misfit_sentence(misfit),
-        name => format!("{name}/samples.csv: {}", misfit_sentence(misfit)),
-    }
 }

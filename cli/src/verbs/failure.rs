@@ -38,14 +38,7 @@ pub struct Interrupted {
     pub journal: PathBuf,
 }
 
-/// An error attributed to a file or folder that the error itself does not know.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {field}: {problem}", path.display())]
-pub struct LocatedError {
-    pub path: PathBuf,
-    pub field: &'static str,
-    pub problem: String,
-}
+pub use calibench_report::workbench::LocatedError;
 
 /// True if a full or failing disk is among the causes.
 pub fn is_of_disk(failure: &(dyn std::error::Error + 'static)) -> bool {

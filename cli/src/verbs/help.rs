@@ -41,7 +41,10 @@ const EXAMPLES: [(&str, &[&str]); 31] = [
     ("suite", &["suite scenarios/blind-suite.toml --seed 1001"]),
     (
         "runs",
-        &["runs runs/march runs/june runs/october", "runs A B D --dates 2026-03-14,2026-06-02,2026-10-20 --drift theta2=0.001 -o now.toml"],
+        &[
+            "runs runs/march runs/june runs/october",
+            "runs A B D --dates 2026-03-14,2026-06-02,2026-10-20 --drift theta2=0.001 -o now.toml",
+        ],
     ),
     ("fleet", &["fleet robots/*.calibration.toml -o kr6.fleet.toml"]),
     ("compare", &["compare runs/paper/trical.toml runs/paper/trical"]),
@@ -55,7 +58,7 @@ const EXAMPLES: [(&str, &[&str]); 31] = [
     ("compensate", &["compensate calibration.toml targets.csv -o fake.csv", "compensate calibration.toml weld.src -o out"]),
     ("report", &["report runs/paper", "report runs/ur10 --model model.toml -o report.html"]),
     ("serve", &["serve scenarios/paper.toml"]),
-    ("workbench", &["workbench runs/ur10", "workbench runs/A runs/B --model model.toml"]),
+    ("workbench", &["workbench runs/ur10", "workbench runs/A runs/B --model model.toml", "workbench --static page"]),
     ("import", &["import guess measurements.csv -o map.toml", "import generic measurements.csv --map map.toml -o runs/mine"]),
     ("effects", &["effects", "effects harmonic", "effects --json"]),
     ("gallery", &["gallery scenarios/gallery.toml -o docs/gallery", "gallery runs/ur10 -o gallery"]),

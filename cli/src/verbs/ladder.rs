@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    NoForecast, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called, fleet_sentence, in_question_sentence,
-    ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence, top_sentences,
+    NoForecast, Recommended, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called,
+    fleet_sentence, in_question_sentence, ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence,
+    top_sentences,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses, with_fleet};
+use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, tell_fit, warn_of_poses, with_fleet};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, is_detailed, print, print_answer, print_detail, print_json};
@@ -77,7 +78,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let beyond = warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
         let outside_range = documents::OutsideRange::of(&beyond);
-        print_json(&documents::Ladder { outside_range, misfit: gate.misfit, fleet: fleet.as_ref().map(documents::FleetUsed::of), ..documents::Ladder::of(&climbed) })?;
+        print_json(&documents::Ladder {
+            outside_range,
+            misfit: gate.misfit,
+            fleet: fleet.as_ref().map(documents::FleetUsed::of),
+            ..documents::Ladder::of(&climbed)
+        })?;
         return Ok(Outcome::Done);
     }
     gate.tell()?;
@@ -87,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for (k, ladder_step) in steps.iter().enumerate() {
         added_sentences(&ladder_step.added, &steps[..k]).iter().try_for_each(|sentence| print(sentence))?;
     }
-    for sentence in top_sentences(&climbed.top, &recommended(&arguments.datasets, arguments.model.as_deref())) {
+    for sentence in top_sentences(&climbed.top, &Recommended::of(&arguments.datasets, arguments.model.as_deref())) {
         print(&sentence)?;
     }
     for check in &chosen.checks {
@@ -106,7 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     disagreement_sentence(chosen, beyond.outside).iter().try_for_each(|sentence| print(sentence))?;
     print_answer(&advice(&climbed))?;
-    let commands = recommended(&arguments.datasets, arguments.model.as_deref());
+    let commands = Recommended::of(&arguments.datasets, arguments.model.as_deref());
     in_question_sentence(&climbed, &commands).iter().try_for_each(|sentence| print_answer(sentence))?;
     if let Some(path) = &arguments.output {
         let which = if arguments.whole { "model of the whole library" } else { "recommended model" };

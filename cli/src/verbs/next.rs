@@ -15,8 +15,8 @@ use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, print, print_answer, print_detail, print_json};
 use super::progress::Waiting;
 use super::streams::{input, output};
-use crate::proposal_files::write_proposal;
-use calibench_sim::planning::layout;
+use calibench_report::workbench::write_proposal;
+use calibench_sim::planning::{layout, retreat};
 use calibench_sim::scenario::load_scenario;
 
 #[derive(clap::Args)]
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         _ => "chosen for accuracy over the workspace",
     });
     let written = match &arguments.output {
-        Some(path) => write_proposal(path, &proposal, &reference, Some(&layout))?,
+        Some(path) => write_proposal(path, &proposal, &reference, Some((&layout, retreat())))?,
         None => Vec::new(),
     };
     if arguments.json {

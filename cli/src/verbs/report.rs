@@ -6,15 +6,15 @@ use calibench::files::write_whole;
 use calibench::identify::{IdentifyError, Model, Use, read_calibration};
 use calibench::measure::read_dataset;
 use calibench_report::documents::Run;
+use calibench_report::workbench::Case;
 use calibench_report::{AgainstError, CampaignRecord, CellPicture, Page, PageSubject, Recommended, page_html};
 
-use super::data::{locate_in_data, model_for, read_datasets, recommended};
+use super::data::{locate_in_data, model_for, read_datasets};
 use super::data_gate::gate;
 use super::failure::{Failure, LocatedError, Outcome};
 use super::output::{check_outputs, print_answer, print_json};
 use super::progress::Waiting;
 use super::streams::{input, output};
-use crate::case::Case;
 
 /// Default file name of a report.
 pub const FILE: &str = "report.html";
@@ -178,18 +178,5 @@ fn open_run(run: &Path) -> Result<Case, Failure> {
 
 fn open_datasets(folders: &[PathBuf], model: Option<&Path>) -> Result<Case, Failure> {
     let datasets = read_datasets(folders)?;
-    let names: Vec<&str> = datasets.iter().map(|(name, _)| name.as_str()).collect();
-    Ok(Case {
-        title: names.join(", "),
-        question: None,
-        misfits: Vec::new(),
-        model: model_for(model, &datasets)?,
-        judged: None,
-        commands: recommended(folders, model),
-        commands_from: String::new(),
-        campaign: None,
-        pictures: Vec::new(),
-        run: None,
-        datasets,
-    })
+    Ok(Case::of_datasets(folders, datasets, model)?)
 }

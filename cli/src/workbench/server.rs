@@ -14,16 +14,12 @@ use axum::http::{Response, StatusCode};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::routing::{get, post};
 use calibench_report::LivePage;
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use calibench_report::workbench::{ACTIONS, Bench, MARKUP, SCRIPT, STYLE, Unanswered, VIEWS};
 use serde_json::{Value, json};
 use tokio::runtime;
 
-use super::bench::Bench;
 use super::connections;
 use super::gate::{Gate, Turned, random_hex};
-use super::own_effect::Draft;
-use super::refusal::Refusal;
 use calibench_serve::interruption::interrupted;
 
 /// Longest body, bytes: enough for an expression and some dataset names.
@@ -92,73 +88,20 @@ impl Server {
 }
 
 fn routes(desk: Arc<Desk>) -> Router {
-    Router::new()
-        .route("/", get(shell))
-        .route("/api/document", get(|State(desk)| of_bench(desk, Bench::document)))
-        .route("/api/views", get(|State(desk)| of_bench(desk, Bench::views)))
-        .route("/api/candidate", post(|desk, body| act(desk, body, |bench, of: Named| bench.candidate(&of.effect))))
-        .route("/api/choose", post(|desk, body| act(desk, body, |bench, of: Chosen| bench.choose(&of.datasets))))
-        .route(
-            "/api/switch",
-            post(|desk, body| act(desk, body, |bench, of: Switched| bench.switch(&of.effect, of.on, of.force))),
-        )
-        .route("/api/own", post(|desk, body| act(desk, body, |bench, of: Own| bench.own(&of.draft(), of.force))))
-        .route("/api/undo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.turn(-1))))
-        .route("/api/redo", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.turn(1))))
-        .route("/api/recommend", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.recommend())))
-        .route("/api/next", post(|desk, body| act(desk, body, |bench, _: Nothing| bench.next_experiment())))
-        .route("/api/save-model", post(|desk, body| write(desk, body, |bench| bench.save_model())))
-        .route("/api/save-report", post(|desk, body| write(desk, body, Bench::save_report)))
-        .route("/api/save-plan", post(|desk, body| write(desk, body, Bench::save_plan)))
+    let mut routes = Router::new().route("/", get(shell));
+    for what in VIEWS {
+        routes = routes.route(&format!("/api/{what}"), get(move |State(desk)| answer(desk, what, Bytes::new())));
+    }
+    for what in ACTIONS {
+        routes = routes.route(&format!("/api/{what}"), post(move |State(desk), body| answer(desk, what, body)));
+    }
+    routes
         .fallback(|| async { problem(StatusCode::NOT_FOUND, None, "there is nothing at this address") })
         .method_not_allowed_fallback(|| async { problem(StatusCode::METHOD_NOT_ALLOWED, None, "this address is not for that") })
         .layer(DefaultBodyLimit::max(LONGEST_BODY))
         .layer(from_fn_with_state(desk.clone(), guard))
         .with_state(desk)
 }
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Named {
-    effect: String,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Switched {
-    effect: String,
-    on: bool,
-    #[serde(default)]
-    force: bool,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Chosen {
-    datasets: Vec<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Own {
-    name: String,
-    unit: String,
-    site: String,
-    expressions: String,
-    #[serde(default)]
-    force: bool,
-}
-
-impl Own {
-    fn draft(&self) -> Draft {
-        let Own { name, unit, site, expressions, .. } = self;
-        Draft { name: name.clone(), unit: unit.clone(), site: site.clone(), expressions: expressions.clone() }
-    }
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Nothing {}
 
 /// True if a request declares a body longer than any accepted: it need not be read.
 fn is_too_long(headers: &HeaderMap) -> bool {
@@ -197,9 +140,9 @@ async fn shell() -> Answer {
     let page = LivePage {
         policy: &policy,
         nonce: &nonce,
-        style: include_str!("page/bench.css"),
-        markup: include_str!("page/bench.html"),
-        script: include_str!("page/bench.js"),
+        style: STYLE,
+        markup: MARKUP,
+        script: &[include_str!("server.js"), SCRIPT].concat(),
     };
     let answer = Response::builder()
         .header(header::CONTENT_TYPE, "text/html; charset=utf-8")
@@ -208,11 +151,13 @@ async fn shell() -> Answer {
     answer.unwrap_or_else(|_| problem(StatusCode::INTERNAL_SERVER_ERROR, None, "the page cannot be sent"))
 }
 
-/// Runs an action on the bench in a thread separate from the server's.
-async fn of_bench(desk: Arc<Desk>, act: impl FnOnce(&Bench) -> Result<Value, Refusal> + Send + 'static) -> Answer {
+/// Asks the bench in a thread separate from the server's.
+async fn answer(desk: Arc<Desk>, what: &'static str, body: Bytes) -> Answer {
     let done = tokio::task::spawn_blocking(move || {
         let began = Instant::now();
-        let result = act(&desk.bench);
+        let writing = what.starts_with("save-").then(|| desk.writing.lock().unwrap_or_else(PoisonError::into_inner));
+        let result = desk.bench.ask(what, &body);
+        drop(writing);
         (result, began.elapsed())
     });
     match done.await {
@@ -220,38 +165,14 @@ async fn of_bench(desk: Arc<Desk>, act: impl FnOnce(&Bench) -> Result<Value, Ref
             value["took_ms"] = json!(took.as_millis() as u64);
             sent(StatusCode::OK, &value)
         }
-        // No mistake, and for the page that asked nothing to be told: it has asked for the new model already.
-        Ok((Err(Refusal::Changed), _)) => sent(StatusCode::OK, &json!({"changed": true})),
-        Ok((Err(Refusal::Field { field, message }), _)) => problem(StatusCode::UNPROCESSABLE_ENTITY, Some(field), &message),
-        Ok((Err(refusal), _)) => problem(StatusCode::UNPROCESSABLE_ENTITY, None, &refusal.to_string()),
+        Ok((Err(because), _)) => match because {
+            Unanswered::Changed => sent(StatusCode::OK, &json!({"changed": true})),
+            Unanswered::Refused { field, message } => problem(StatusCode::UNPROCESSABLE_ENTITY, field, &message),
+            Unanswered::Malformed(_) => problem(StatusCode::BAD_REQUEST, None, &because.to_string()),
+            Unanswered::Unknown => problem(StatusCode::NOT_FOUND, None, &because.to_string()),
+        },
         Err(_) => problem(StatusCode::INTERNAL_SERVER_ERROR, None, "this cannot be computed; the bench is as it was before"),
     }
-}
-
-/// The same with the body of a request.
-async fn act<T: DeserializeOwned + Send + 'static>(
-    State(desk): State<Arc<Desk>>,
-    body: Bytes,
-    act: impl FnOnce(&Bench, T) -> Result<Value, Refusal> + Send + 'static,
-) -> Answer {
-    match serde_json::from_slice::<T>(&body) {
-        Ok(wanted) => of_bench(desk, move |bench| act(bench, wanted)).await,
-        Err(e) => problem(StatusCode::BAD_REQUEST, None, &format!("this is not what is asked here: {e}")),
-    }
-}
-
-/// The same for an action that writes a file.
-async fn write(
-    desk: State<Arc<Desk>>,
-    body: Bytes,
-    save: impl FnOnce(&Bench) -> Result<super::saving::Saved, Refusal> + Send + 'static,
-) -> Answer {
-    let lock = desk.0.clone();
-    act(desk, body, move |bench, _: Nothing| {
-        let _writing = lock.writing.lock().unwrap_or_else(PoisonError::into_inner);
-        save(bench).map(|saved| saved.json())
-    })
-    .await
 }
 
 fn sent(status: StatusCode, value: &Value) -> Answer {

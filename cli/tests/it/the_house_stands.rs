@@ -7,7 +7,7 @@ use syn::visit::{self, Visit};
 use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, VisRestricted, Visibility};
 
 /// A package, and those of the workspace that it may depend on.
-const PACKAGES: [(&str, &[&str]); 8] = [
+const PACKAGES: [(&str, &[&str]); 9] = [
     ("src", &[]),
     ("report/src", &["calibench"]),
     ("sim/src", &["calibench"]),
@@ -15,6 +15,7 @@ const PACKAGES: [(&str, &[&str]); 8] = [
     ("sim/serve/src", &["calibench", "calibench_sim"]),
     ("sim/mujoco/src", &["calibench", "calibench_sim"]),
     ("sim/view/src", &["calibench", "calibench_report"]),
+    ("web/src", &["calibench", "calibench_report", "calibench_sim"]),
     ("cli/src", &["calibench", "calibench_report", "calibench_sim", "calibench_lab", "calibench_serve", "calibench_mujoco"]),
 ];
 

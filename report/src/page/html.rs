@@ -1,6 +1,9 @@
 //! The document in one self-contained HTML file.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 
 const PAGE: &str = include_str!("index.html");
 const CHART_PAGE: &str = include_str!("charts.html");
@@ -74,6 +77,12 @@ impl LivePage<'_> {
     pub fn html(&self) -> String {
         laid_out("null", self)
     }
+}
+
+/// The scripts of a live page as its policy names them, by hash: for a page that is not served, and so has no nonce.
+pub(crate) fn script_sources(script: &str) -> String {
+    let all = [THEME, CHARTS, &[DRAWING, SCRIPT, script].concat()];
+    all.map(|text| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(text)))).join(" ")
 }
 
 fn laid_out(data: &str, live: &LivePage<'_>) -> String {

@@ -372,7 +372,9 @@ impl Look {
         let library = Library::new(named, model).candidates.into_iter().map(|c| c.id);
         let curves: Vec<String> = bands(plain.problem().robot().joints(), postures(&plain.circumstances).count())
             .into_iter()
-            .filter(|id| !model.effects.contains(id) && effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER))
+            .filter(|id| {
+                !model.effects.contains(id) && effects::EffectId::new(id).number(2).is_some_and(|high| high <= HIGHEST_ORDER)
+            })
             .collect();
         let count = curves.len();
         let mut candidates: Vec<String> = curves;
@@ -524,11 +526,7 @@ impl Look {
 }
 
 /// The declared drifts as columns with the variance of each increment.
-fn declared(
-    examination: &Examination,
-    drifts: &[(String, f64)],
-    months: &[f64],
-) -> Result<Vec<(usize, Vec<f64>)>, RunsError> {
+fn declared(examination: &Examination, drifts: &[(String, f64)], months: &[f64]) -> Result<Vec<(usize, Vec<f64>)>, RunsError> {
     let Examination { problem, fit, .. } = examination;
     let of_arm = |p: &usize| {
         let parameter = &problem.parameters()[*p];
@@ -538,7 +536,13 @@ fn declared(
         let found = fit.kept.iter().position(|p| of_arm(p) && problem.parameters()[*p].name == *name);
         let column = found.ok_or_else(|| RunsError::NoParameter {
             name: name.clone(),
-            known: fit.kept.iter().filter(|p| of_arm(p)).map(|p| problem.parameters()[*p].name.as_str()).collect::<Vec<_>>().join(", "),
+            known: fit
+                .kept
+                .iter()
+                .filter(|p| of_arm(p))
+                .map(|p| problem.parameters()[*p].name.as_str())
+                .collect::<Vec<_>>()
+                .join(", "),
         })?;
         // A walk: its variance grows with the time.
         Ok((column, months.windows(2).map(|w| monthly * monthly * (w[1] - w[0])).collect()))

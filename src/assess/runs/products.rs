@@ -241,13 +241,8 @@ impl Products {
             .map(|run| {
                 let product = &self.of_run[run];
                 let last = product.nrows() - 1;
-                let own: Vec<(usize, usize)> = base
-                    .parts
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, p)| p.weight(run) > 0.0)
-                    .map(|(k, p)| (k, p.column))
-                    .collect();
+                let own: Vec<(usize, usize)> =
+                    base.parts.iter().enumerate().filter(|(_, p)| p.weight(run) > 0.0).map(|(k, p)| (k, p.column)).collect();
                 let (mut squares, mut taken) = (product[(last, last)], 0.0);
                 for &(c, from_c) in &own {
                     let x = solved.solution[c];

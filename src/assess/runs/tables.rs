@@ -176,7 +176,9 @@ impl Tables<'_> {
 
     fn is_of(&self, difference: &Difference, parameter: &str) -> bool {
         let prefix = format!("{parameter} ");
-        !difference.missing && difference.set_up_of.is_none() && difference.parameters.iter().any(|p| p.name.starts_with(&prefix))
+        !difference.missing
+            && difference.set_up_of.is_none()
+            && difference.parameters.iter().any(|p| p.name.starts_with(&prefix))
     }
 
     fn plausible(&self, name: &str) -> f64 {
@@ -195,11 +197,11 @@ impl Tables<'_> {
         let runs = months.len();
         let parameters = self.look.estimates_of(&unit.effect);
         let Examination { problem, fit, .. } = examination;
-        let own: Vec<usize> = (0..fit.kept.len()).filter(|&c| problem.parameters()[fit.kept[c]].effect == unit.effect).collect();
+        let own: Vec<usize> =
+            (0..fit.kept.len()).filter(|&c| problem.parameters()[fit.kept[c]].effect == unit.effect).collect();
         let variance = reduced.unit();
-        let covariance = |from: &[usize]| {
-            DMatrix::from_fn(from.len(), from.len(), |r, c| variance * reduced.covariance[(from[r], from[c])])
-        };
+        let covariance =
+            |from: &[usize]| DMatrix::from_fn(from.len(), from.len(), |r, c| variance * reduced.covariance[(from[r], from[c])]);
         let shared = nalgebra::DVector::from_iterator(parameters.len(), parameters.iter().map(|e| e.value - e.nominal));
         let sigmas = |size: &nalgebra::DVector<f64>, covariance: DMatrix<f64>| {
             covariance.try_inverse().map_or(0.0, |inverse| (&inverse * size).dot(size).max(0.0).sqrt())
@@ -327,4 +329,3 @@ pub(super) fn as_in(calibration: &Calibration, run: &str) -> Calibration {
     out.model.changes.clear();
     out
 }
-

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{fanuc, krl, rapid, scan, urscript};
-use crate::files::{FileError, cannot_be_read, open_file};
+use crate::files::{FileError, cannot_be_read, is_folder, open_file};
 
 /// Longest program, bytes.
 const LONGEST: u64 = 64 << 20;
@@ -70,7 +70,7 @@ pub struct Program {
 pub fn read_program(path: &Path) -> Result<Program, FileError> {
     const KNOWN: &str = "give .src and .dat (KRL), .script (URScript), .mod, .modx or .prg (RAPID), or .ls (FANUC)";
     let dialect = Dialect::of(path).ok_or_else(|| FileError::whole(path, "is no robot program by its name", KNOWN))?;
-    if path.is_dir() {
+    if is_folder(path) {
         return Err(FileError::whole(path, "is a directory", "name a file"));
     }
     let mut bytes = Vec::new();

@@ -9,7 +9,7 @@ use super::super::{Calibration, EffectList, Estimate, Model, Outcome, check_effe
 use super::FORMAT;
 use super::tables::{File, JointRange, ParameterTable, SetupTable};
 use crate::effects::{self, EffectId, Subject};
-use crate::files::{FileError, field_error, name_remedy, parse_toml, read_text};
+use crate::files::{FileError, field_error, is_file, name_remedy, parse_toml, read_text};
 use crate::math::Observability;
 use crate::robot::{JointKind, Robot, robot};
 use crate::units::{DEG, MM, Unit};
@@ -90,7 +90,7 @@ impl Reader<'_> {
     fn robot(&self) -> Result<Robot, FileError> {
         let folder = self.path.parent().unwrap_or(Path::new("."));
         robot(&self.file.robot, folder)
-            .map_err(|e| if e.path.is_file() { e } else { self.wrong("robot", e.problem, &e.remedy) })
+            .map_err(|e| if is_file(&e.path) { e } else { self.wrong("robot", e.problem, &e.remedy) })
     }
 
     /// Names of the balls, which are known only from the effects that refer to them.

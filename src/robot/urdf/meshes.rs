@@ -4,7 +4,7 @@ use std::path::Path;
 
 use roxmltree::Document;
 
-use crate::files::{FileError, read_text};
+use crate::files::{FileError, is_file, read_text};
 
 /// A mesh that is not there.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub fn missing_meshes(path: &Path) -> Result<Vec<MissingMesh>, FileError> {
             None => file,
         };
         let line = xml.text_pos_at(node.range().start).row as usize;
-        (!folder.join(place).is_file()).then(|| MissingMesh { line, file: file.to_owned() })
+        (!is_file(&folder.join(place))).then(|| MissingMesh { line, file: file.to_owned() })
     });
     Ok(missing.collect())
 }

@@ -1,8 +1,14 @@
 "use strict";
 // The workbench: what the user does is sent to the program, and what it answers is laid out. Nothing is computed here.
+//
+// The program is reached through `backend`, which the script before this one defines:
+//   ask(what, body)  answers, or throws an error with the field of the page in error;
+//   follow(tell)     tells what is being done until the function that it returns is called;
+//   cancel           ends the action that is waited for, whose question then throws; null where that cannot be done;
+//   saved(answer)    does what remains to be done with files that were written;
+//   begin(open)      calls `open` whenever other data are open.
 
 const bench = {
-  token: new URLSearchParams(location.search).get("token") ?? "",
   report: null,
   live: null,
   // Counts what was laid out: an answer that comes after the next one was laid out is of no use.
@@ -23,13 +29,8 @@ const LISTED = 8;
 
 const by_id = (id) => document.getElementById(id);
 
-async function ask(path, body) {
-  const headers = { "X-Calibench-Token": bench.token };
-  if (body) headers["Content-Type"] = "application/json";
-  const answer = await fetch(`/api/${path}`, { method: body ? "POST" : "GET", headers, body: body && JSON.stringify(body) });
-  const told = await answer.json();
-  // 422: what was asked for cannot be done, and why.
-  if (!answer.ok) throw Object.assign(new Error(told.error), { field: told.field });
+async function ask(what, body) {
+  const told = await backend.ask(what, body);
   // Asked too late: whoever switched asks for the new model.
   if (told.changed) throw new Error("The model was changed in another page; load this one anew.");
   return told;
@@ -58,12 +59,18 @@ function act(before, path, body, after, mistake = (error) => say(error.message, 
   bench.queue = bench.queue.then(async () => {
     say(before);
     const began = performance.now();
+    const still = backend.follow(say);
+    by_id("cancel").hidden = !backend.cancel;
+    const done = () => { still(); by_id("cancel").hidden = true; };
     try {
       const told = await ask(path, body);
+      done();
       if (told.live) await show(told);
+      if (told.saved) backend.saved(told);
       set_busy(-1);
       say(after({ ...told, took_ms: performance.now() - began }));
     } catch (error) {
+      done();
       set_busy(-1);
       say("Not done.", true);
       effects_listed();
@@ -398,7 +405,8 @@ by_id("undo").addEventListener("click", () => { without_mistakes(); act("Taking 
 by_id("redo").addEventListener("click", () => { without_mistakes(); act("Taking the step again …", "redo", {}, ({ took_ms }) => `Taken again in ${seconds(took_ms)}.`); });
 by_id("recommend").addEventListener("click", recommend);
 by_id("next").addEventListener("click", () => act("Looking for the measurements that would tell most …", "next", {}, proposed));
-for (const what of ["save-model", "save-report"]) {
+by_id("cancel").addEventListener("click", () => backend.cancel());
+for (const what of ["save-model", "save-calibration", "save-urdf", "save-report"]) {
   by_id(what).addEventListener("click", () => act("Saving …", what, {}, ({ saved }) => `Saved ${saved}.`));
 }
 by_id("other").addEventListener("submit", (event) => {
@@ -413,14 +421,29 @@ by_id("choice").addEventListener("submit", (event) => {
   act("Fitting …", "choose", { datasets }, ({ took_ms }) => `Begun anew in ${seconds(took_ms)}.`, (error) => { by_id("datasets-error").textContent = error.message; });
 });
 
-set_busy(1);
-ask("document").then(
-  (told) => {
-    for (const id of ["recommend", "next", "save-model", "save-report"]) by_id(id).disabled = false;
-    lay_out(told);
-    set_busy(-1);
-    say(`Fitted. ${told.live.switches.filter((s) => s.on).map((s) => s.words).join(" + ")}`);
-    see(bench.turn);
-  },
-  (error) => say(error.message, true),
-);
+// The actions that are always possible once something is open.
+const ACTIONS = ["recommend", "next", "save-model", "save-calibration", "save-urdf", "save-report"];
+
+// Lays out what is open now, and forgets what was open before.
+function open_bench() {
+  set_busy(1);
+  bench.turn += 1;
+  const { turn: then } = bench;
+  Object.assign(bench, { report: null, live: null, first: null, candidates: null, looked_at: null });
+  without_mistakes();
+  document.body.dataset.settled = "0";
+  document.body.dataset.ahead = "0";
+  return ask("document").then(
+    (told) => {
+      if (then !== bench.turn) return;
+      for (const id of ACTIONS) by_id(id).disabled = false;
+      lay_out(told);
+      set_busy(-1);
+      say(`Fitted. ${told.live.switches.filter((s) => s.on).map((s) => s.words).join(" + ")}`);
+      see(then);
+    },
+    (error) => { set_busy(-1); say(error.message, true); },
+  );
+}
+
+backend.begin(open_bench);

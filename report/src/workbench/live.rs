@@ -1,14 +1,14 @@
 //! What a live page needs beside the document: the switches, and the other things that can be done.
 
 use calibench::identify::Calibration;
-use calibench_report::symptom_sentence;
 use serde_json::{Value, json};
 
+use super::case::Case;
 use super::kept::Set;
 use super::saving::Place;
 use super::state::State;
 use super::switches::Switch;
-use crate::case::Case;
+use crate::symptom_sentence;
 
 /// The switches, the datasets that can be chosen, and the available actions. The candidates are null until the present model
 /// is judged.

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use calibench::assess::WorkspacePoses;
-use calibench_report::objection_sentence;
 use serde_json::{Value, json};
 
 use super::history::{History, Moment};
 use super::kept::{Kept, Set};
+use crate::objection_sentence;
 
 /// Number of candidates that are fitted before anyone asks for them: those that the page lists.
 const LISTED: usize = 8;

@@ -3,18 +3,19 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread;
 
 use calibench::assess::{FittedModel, WorkspacePoses};
 use calibench::files::with_reasons;
 use calibench::identify::IdentifyError;
-use calibench_report::{FittedCandidate, PageModel, Views};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::bench::Bench;
 use super::history::Moment;
 use super::state::{State, listed};
+use crate::{FittedCandidate, PageModel, Views};
 
 /// Number of candidates fitted at the same time; a candidate that is wanted waits for no more than these.
 const TOGETHER: usize = 2;
@@ -25,15 +26,15 @@ fn beside() -> Option<ThreadPool> {
 }
 
 /// Something to be computed, with all that it needs.
-enum Task {
+pub(super) enum Task {
     Judge(Moment, Box<FittedModel>),
     Look(Moment, Arc<PageModel>),
     Candidates(Moment, Arc<PageModel>, Views, Vec<String>),
 }
 
 impl State {
-    /// The most urgent task, of the candidates or of what comes before them; `None` if all that is computed.
-    fn next_task(&mut self, of_candidates: bool) -> Option<Task> {
+    /// The most urgent task, of at most `together` candidates or of what comes before them; `None` if all that is computed.
+    pub(super) fn next_task(&mut self, of_candidates: bool, together: usize) -> Option<Task> {
         let here = self.history.here().clone();
         let wanted = self.wanted.clone();
         let set = self.set_mut(&here)?;
@@ -52,7 +53,7 @@ impl State {
         };
         let ahead = listed(set);
         let all = wanted.iter().chain(&ahead).filter(|effect| !set.has_tried(effect));
-        let effects: Vec<String> = all.take(TOGETHER).cloned().collect();
+        let effects: Vec<String> = all.take(together).cloned().collect();
         (!effects.is_empty()).then_some(Task::Candidates(here, page_model, views, effects))
     }
 }
@@ -61,6 +62,7 @@ impl Bench {
     /// Computes what there is to compute, for ever. Candidates take seconds on large campaigns, for which the judgement of the
     /// next set does not wait.
     pub fn work(&self) {
+        self.worked.store(true, Ordering::Relaxed);
         thread::scope(|scope| {
             scope.spawn(|| match beside() {
                 Some(threads) => threads.install(|| self.work_on(true)),
@@ -74,19 +76,24 @@ impl Bench {
         loop {
             let mut state = self.state();
             let task = loop {
-                match state.next_task(of_candidates) {
+                match state.next_task(of_candidates, TOGETHER) {
                     Some(task) => break task,
                     None => state = self.wait(state),
                 }
             };
             drop(state);
-            match task {
-                Task::Judge(at, fitted) => self.judge(&at, *fitted),
-                Task::Look(at, page_model) => self.look(&at, &page_model),
-                Task::Candidates(at, page_model, views, effects) => self.fit_candidates(&at, &page_model, &views, &effects),
-            }
-            self.notify();
+            self.carry_out(task);
         }
+    }
+
+    /// Computes one thing.
+    pub(super) fn carry_out(&self, task: Task) {
+        match task {
+            Task::Judge(at, fitted) => self.judge(&at, *fitted),
+            Task::Look(at, page_model) => self.look(&at, &page_model),
+            Task::Candidates(at, page_model, views, effects) => self.fit_candidates(&at, &page_model, &views, &effects),
+        }
+        self.notify();
     }
 
     fn poses(&self, at: &Moment) -> Arc<WorkspacePoses> {

@@ -1,11 +1,10 @@
 //! Reasons for which the workbench refuses an action.
 
-use calibench::files::FileError;
+use calibench::files::{FileError, with_reasons};
 use calibench::identify::IdentifyError;
 use thiserror::Error;
 
-use crate::step::StepError;
-use calibench::files::with_reasons;
+use super::step::StepError;
 
 /// The reason for refusing an action.
 #[derive(Debug, Error)]

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use calibench::assess::{FitScores, FittedModel, Gain, Proposal};
 use calibench::identify::Model;
-use calibench_report::{PageModel, Views};
 use serde_json::Value;
+
+use crate::{PageModel, Views};
 
 /// Number of samples, over all kept sets, beyond which the set that was not used for the longest time is dropped: a set
 /// needs about 1.5 kB a sample.

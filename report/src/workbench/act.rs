@@ -1,23 +1,27 @@
 //! The user's actions: each leads to another set of effects, is answered with the figures of its fit, and refused if there is
 //! evidence against it.
 
+use std::path::Path;
 use std::sync::{Arc, MutexGuard, PoisonError};
-use std::thread;
 
-use calibench::assess::{CellLayout, Examination, Gain, Objection, ladder, needs_diagnosis, propose, step_gains};
-use calibench::effects::in_words;
-use calibench::files::with_reasons;
-use calibench::identify::IdentifyError;
-use calibench_report::{Page, advice, documents, objection_sentence};
+use calibench::assess::{
+    CellLayout, Climb, Examination, Gain, Objection, ladder, needs_diagnosis, propose, step_gains, unbelievable,
+};
+use calibench::compensate::{Compensator, Task};
+use calibench::effects::{Subject, in_words};
+use calibench::files::{FileError, with_reasons};
+use calibench::identify::{Calibration, IdentifyError, Model, read_model};
 use serde_json::{Value, json};
 
 use super::bench::{Bench, Judged};
+use super::beside::both;
 use super::history::{History, Moment};
 use super::own_effect::{self, Draft};
 use super::refusal::Refusal;
 use super::saving::Saved;
+use super::step::Wanted;
 use super::switches::Switches;
-use crate::step::Wanted;
+use crate::{Page, advice, documents, each_called, ladder_step_sentence, objection_sentence, unbelievable_sentence};
 
 /// Seed of the candidate postures for the next experiment: the default of `next`.
 const NEXT_SEED: u64 = 1;
@@ -85,19 +89,40 @@ impl Bench {
     pub fn recommend(&self) -> Result<Value, Refusal> {
         let _alone = self.act();
         let Judged { moment: here, page_model, .. } = self.judged()?;
-        let climbed = self.subject(&here, |subject| ladder(subject.datasets, &here.model, page_model.ground(), &mut |_| ()))?;
+        let climbed = self.subject(&here, |subject| {
+            ladder(subject.datasets, &here.model, page_model.ground(), &mut |climb| self.tell(&narrated(&climb)))
+        })?;
         let advice = advice(&climbed);
-        let recommended = &climbed.recommended().model;
-        let added: Vec<String> = recommended.effects.iter().filter(|e| !here.model.effects.contains(e)).cloned().collect();
-        let asked = added.first().cloned().unwrap_or_default();
-        // The ladder has already considered the objections.
-        let mut answer = if added.is_empty() {
-            self.answer(&here, &here, &[])
-        } else {
-            self.go(&here, here.switches.with(recommended, &added, &asked), true)?
-        };
+        let mut answer = self.go_on_to(&here, &climbed.recommended().model)?;
         answer["advice"] = json!(advice);
         Ok(answer)
+    }
+
+    /// Continues with the effects of a model that holds those of the present one, in one step.
+    ///
+    /// # Errors
+    /// If the data do not determine the model.
+    pub fn adopt(&self, model: &Model) -> Result<Value, Refusal> {
+        let _alone = self.act();
+        self.go_on_to(&self.here(), model)
+    }
+
+    /// The step to a model whose objections were considered before.
+    fn go_on_to(&self, here: &Moment, model: &Model) -> Result<Value, Refusal> {
+        let added: Vec<String> = model.effects.iter().filter(|e| !here.model.effects.contains(e)).cloned().collect();
+        match added.first() {
+            None => Ok(self.answer(here, here, &[])),
+            Some(first) => self.go(here, here.switches.with(model, &added, first), true),
+        }
+    }
+
+    /// Reads a model file for the present data.
+    ///
+    /// # Errors
+    /// If the file is no model of this robot.
+    pub fn read_model(&self, path: &Path) -> Result<Model, FileError> {
+        let dataset = &self.case.datasets[self.here().chosen[0]].1;
+        read_model(path, &Subject::new(&dataset.robot, &dataset.ball_ids()))
     }
 
     /// Starts over on a choice of the opened datasets, with the initial model.
@@ -144,10 +169,7 @@ impl Bench {
     fn go(&self, here: &Moment, switches: Switches, force: bool) -> Result<Value, Refusal> {
         let mut next = Moment::new(here.chosen.clone(), switches, Some(here));
         // Both fits take a core.
-        let (fitted, gains) = thread::scope(|scope| {
-            let gains = scope.spawn(|| self.gains(here, &next));
-            (self.fit(&next), gains.join())
-        });
+        let (fitted, gains) = both(|| self.fit(&next), || self.gains(here, &next));
         fitted?;
         let Ok(gains) = gains else { return Err(Refusal::field("effect", "the step cannot be judged")) };
         next.objections = self.objections(here, &next, &gains?)?;
@@ -269,6 +291,44 @@ impl Bench {
         Ok(self.place.save_model(&self.here().model)?)
     }
 
+    /// Writes the calibration to `calibration.toml`.
+    ///
+    /// # Errors
+    /// If corrections are larger than any robot needs, or the folder cannot be written.
+    pub fn save_calibration(&self) -> Result<Saved, Refusal> {
+        let calibration = self.calibration()?;
+        let saved = self.place.save_calibration(&calibration)?;
+        let unconverged = calibration.unconverged();
+        let warning = unconverged.map(|o| format!("; the fit {}: do not use this calibration", o.in_words()));
+        Ok(saved.and(warning.as_deref().unwrap_or_default()))
+    }
+
+    /// Writes the identified links to `calibrated.urdf`: into the robot's own URDF file, if it has one.
+    ///
+    /// # Errors
+    /// If the fit did not converge, its corrections are larger than any robot needs, or the folder cannot be written.
+    pub fn save_urdf(&self) -> Result<Saved, Refusal> {
+        let calibration = self.calibration()?;
+        if let Some(outcome) = calibration.unconverged() {
+            let remedy = "identify the robot from more postures, or with fewer effects";
+            return Err(Refusal::field("effect", format!("the fit {}; {remedy}", outcome.in_words())));
+        }
+        let mut compensator =
+            Compensator::new(&calibration, &Task::default()).map_err(|e| Refusal::field("effect", with_reasons(&e)))?;
+        Ok(self.place.save_urdf(&calibration.robot, &compensator.rigid())?)
+    }
+
+    /// The present calibration, if it can be believed, or the data were taken all the same.
+    fn calibration(&self) -> Result<Calibration, Refusal> {
+        let Some(calibration) = self.state().set().map(|set| set.scores.calibration.clone()) else {
+            return Err(Refusal::Changed);
+        };
+        match unbelievable_sentence(&unbelievable(&calibration)) {
+            Some(absurd) if self.case.misfits.is_empty() => Err(Refusal::field("effect", absurd)),
+            _ => Ok(calibration),
+        }
+    }
+
     /// Writes the page to `report.html`, with the steps taken and the listed candidates.
     ///
     /// # Errors
@@ -280,6 +340,18 @@ impl Bench {
         let ladder = self.state().ladder();
         let page = self.subject(&judged.moment, |subject| Page::of(subject, &judged.page_model, ladder, &views))?;
         Ok(self.place.save_report(&page.document)?)
+    }
+}
+
+/// A step of the ladder as it is climbed, in one line.
+fn narrated(climb: &Climb<'_>) -> String {
+    match climb {
+        Climb::Trying(effect) => format!("Trying {} …", each_called(effect)),
+        Climb::Refused(effect, objections) => {
+            format!("Not {}: {}", each_called(effect), objections.first().map(objection_sentence).unwrap_or_default())
+        }
+        Climb::Reached(step) => ladder_step_sentence(step),
+        Climb::Choosing => "Choosing between steps, error curves and the whole library …".to_owned(),
     }
 }
 

@@ -5,12 +5,12 @@ use std::path::Path;
 use calibench::assess::{CellLayout, Kind, Offer, Proposal};
 use calibench::files::{FileError, write_whole};
 use calibench::measure::{Dataset, PlannedPose, ProbingPlan, WayRequest, WaysError, interleave, plan_ways, write_plan};
-
-use calibench_sim::planning::retreat;
+use nalgebra::{Unit, Vector3};
 
 /// Writes the plan of the best probing action with the artifact in its present place and, if tracker points are best of all, a
 /// list of them; returns descriptions of the files written. `reference` is the plan's reference to the robot; with the `layout`
-/// of a known cell the plan holds its ways and omits unreachable poses.
+/// of a known cell, and the direction in which the gauge leaves a ball, in the tool's axes, the plan holds its ways and omits
+/// unreachable poses.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -18,7 +18,7 @@ pub fn write_proposal(
     path: &Path,
     proposal: &Proposal,
     reference: &str,
-    layout: Option<&CellLayout>,
+    layout: Option<(&CellLayout, Unit<Vector3<f64>>)>,
 ) -> Result<Vec<String>, FileError> {
     let mut written = Vec::new();
     let on_balls = |o: &Offer| o.action.kind.is_probing() && !matches!(o.action.kind, Kind::MovedArtifact { .. });
@@ -30,7 +30,7 @@ pub fn write_proposal(
             Kind::OtherSide => poses,
             _ => interleave(&poses).into_iter().map(|k| poses[k].clone()).collect(),
         };
-        let plan = with_ways(ordered, &cell, layout.filter(|layout| layout.is_known));
+        let plan = with_ways(ordered, &cell, layout.filter(|(layout, _)| layout.is_known));
         write_plan(path, &plan, &cell)?;
         written.push(format!("{} {} planned in {}", plan.poses.len(), offer.action.words(), path.display()));
         if plan.ways.is_none() {
@@ -51,10 +51,10 @@ pub fn write_proposal(
 
 /// A plan of the poses reachable without collision, with their ways; of all poses, without ways, if the cell is unknown or no
 /// pose is reachable.
-fn with_ways(mut poses: Vec<PlannedPose>, cell: &Dataset, layout: Option<&CellLayout>) -> ProbingPlan {
-    while let Some(layout) = layout {
+fn with_ways(mut poses: Vec<PlannedPose>, cell: &Dataset, layout: Option<(&CellLayout, Unit<Vector3<f64>>)>) -> ProbingPlan {
+    while let Some((layout, retreat)) = layout {
         let request = WayRequest::of(cell, &layout.surroundings, 1);
-        match plan_ways(request, &layout.bodies, &-retreat(), &mut poses) {
+        match plan_ways(request, &layout.bodies, &-retreat, &mut poses) {
             Ok(ways) => return ProbingPlan { poses, ways: Some(ways) },
             Err(WaysError::Blocked(blocked)) if blocked.len() < poses.len() => {
                 let is_blocked = |id: &String| blocked.iter().any(|b| b.pose == *id);

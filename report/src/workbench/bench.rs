@@ -1,15 +1,17 @@
 //! The bench: the opened data, where the user stands, and the answers about it.
 //!
 //! A switch is answered with the figures of its fit; the judgement, the samples and the candidates' curves are computed in
-//! the background, for the present set of effects, in this order.
+//! the background, for the present set of effects, in this order; where nobody works in the background, whoever waits for
+//! something computes it.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use calibench::assess::{FittedModel, Gain, LadderStep};
 use calibench::identify::{IdentifyError, Model};
-use calibench_report::{PageModel, PageSubject, Recommended, Views, documents};
 use serde_json::{Value, json};
 
+use super::case::Case;
 use super::history::{History, Moment};
 use super::kept::{Kept, Set};
 use super::live::live;
@@ -17,7 +19,7 @@ use super::refusal::Refusal;
 use super::saving::Place;
 use super::state::{State, listed};
 use super::switches::Switches;
-use crate::case::Case;
+use crate::{PageModel, PageSubject, Recommended, Views, documents};
 
 /// The opened data, and every set of effects tried on them.
 pub struct Bench {
@@ -28,6 +30,12 @@ pub struct Bench {
     changed: Condvar,
     /// Held by an action that leads to another set.
     pub(super) acting: Mutex<()>,
+    /// True once somebody computes in the background.
+    pub(super) worked: AtomicBool,
+    /// What is being done, for whoever waits for an action.
+    doing: Mutex<String>,
+    /// Receives the same as it changes.
+    told: Box<dyn Fn(&str) + Send + Sync>,
 }
 
 /// A judged moment, with what is known of the one before.
@@ -48,7 +56,16 @@ impl Bench {
         let chosen = (0..case.datasets.len()).collect();
         let first = Moment::new(chosen, Switches::of(case.model.clone()), None);
         let state = State { history: History::new(first.clone()), kept: Kept::default(), poses: Vec::new(), wanted: None };
-        let bench = Bench { case, place, state: Mutex::new(state), changed: Condvar::new(), acting: Mutex::new(()) };
+        let bench = Bench {
+            case,
+            place,
+            state: Mutex::new(state),
+            changed: Condvar::new(),
+            acting: Mutex::new(()),
+            worked: AtomicBool::new(false),
+            doing: Mutex::default(),
+            told: Box::new(|_| ()),
+        };
         match bench.fit(&first) {
             Ok(()) => {
                 bench.arrive(first, |history, first| *history = History::new(first));
@@ -62,8 +79,32 @@ impl Bench {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The same bench; `told` receives a line whenever a long action goes on to something else.
+    #[must_use]
+    pub fn telling(self, told: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Bench { told: Box::new(told), ..self }
+    }
+
+    /// Says what is being done.
+    pub(super) fn tell(&self, line: &str) {
+        line.clone_into(&mut self.doing.lock().unwrap_or_else(PoisonError::into_inner));
+        (self.told)(line);
+    }
+
+    /// What is being done.
+    pub(super) fn progress(&self) -> Value {
+        json!({"doing": *self.doing.lock().unwrap_or_else(PoisonError::into_inner)})
+    }
+
     /// Waits until something was computed.
-    pub(super) fn wait<'a>(&self, state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+    pub(super) fn wait<'a>(&'a self, mut state: MutexGuard<'a, State>) -> MutexGuard<'a, State> {
+        if !self.worked.load(Ordering::Relaxed)
+            && let Some(task) = state.next_task(false, 1).or_else(|| state.next_task(true, 1))
+        {
+            drop(state);
+            self.carry_out(task);
+            return self.state();
+        }
         self.changed.wait(state).unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -1,0 +1,42 @@
+//! The workbench as one file that any browser opens: the program is in it, as WebAssembly, and nothing is asked of anybody.
+
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use calibench::files::{FileError, read_bytes};
+
+use super::front::{MARKUP, SCRIPT, STYLE};
+use crate::page::{LivePage, script_sources};
+
+const BACKEND: &str = include_str!("in_browser/backend.js");
+const WORKER: &str = include_str!("in_browser/worker.js");
+const OPENING: &str = include_str!("in_browser/opening.js");
+const OPENING_MARKUP: &str = include_str!("in_browser/opening.html");
+const OPENING_STYLE: &str = include_str!("in_browser/opening.css");
+
+/// First bytes of a gzip file (RFC 1952).
+const GZIP: &[u8] = &[0x1f, 0x8b];
+
+/// The page with the program of this file: the package `calibench-web` as WebAssembly, packed by gzip.
+///
+/// The policy of the page allows its own scripts, by their hashes, and no connection.
+///
+/// # Errors
+/// If the file cannot be read, or is not packed.
+pub fn page_in_browser(module: &Path) -> Result<String, FileError> {
+    let remedy = "`web/build` makes it, with this program's own version";
+    let bytes = read_bytes(module).map_err(|e| FileError::whole(module, format!("cannot be read: {e}"), remedy))?;
+    if !bytes.starts_with(GZIP) {
+        return Err(FileError::whole(module, "is no gzip file", remedy));
+    }
+    let script = [BACKEND, SCRIPT, OPENING].concat();
+    let policy = format!(
+        "default-src 'none'; script-src {} 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'; img-src data:; connect-src 'none'; base-uri 'none'; form-action 'none'",
+        script_sources(&script)
+    );
+    let data = |id: &str, text: &str| format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n");
+    let markup = [MARKUP, OPENING_MARKUP, &data("worker", WORKER), &data("module", &STANDARD.encode(bytes))].concat();
+    let style = [STYLE, OPENING_STYLE].concat();
+    Ok(LivePage { policy: &policy, nonce: "", style: &style, markup: &markup, script: &script }.html())
+}

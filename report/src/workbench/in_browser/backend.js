@@ -1,0 +1,155 @@
+"use strict";
+// The program behind the workbench: WebAssembly in a worker of this page. Nothing is sent anywhere.
+
+const backend = (() => {
+  // What leads to another state of the workbench, to be done again by a worker that takes the place of one that was ended.
+  const ACTS = ["open", "play", "switch", "own", "choose", "undo", "redo", "recommend", "adopt"];
+  // What is asked for next is asked first: actions, the judgement, the samples, then one candidate after the other.
+  const ORDER = { document: 1, views: 2, candidate: 3 };
+  const WORKER = document.getElementById("worker").textContent;
+  const state = { module: null, worker: null, files: [], log: [], queue: [], running: null, count: 0, told: () => undefined, open: () => undefined };
+
+  async function compiled() {
+    const text = atob(document.getElementById("module").textContent.trim());
+    const packed = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; i += 1) packed[i] = text.charCodeAt(i);
+    const whole = new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip")));
+    return WebAssembly.compile(await whole.arrayBuffer());
+  }
+
+  function hire() {
+    const address = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
+    const worker = new Worker(address);
+    URL.revokeObjectURL(address);
+    worker.onmessage = ({ data }) => heard(worker, data);
+    worker.onerror = (event) => heard(worker, { id: state.running?.id, stopped: event.message });
+    state.worker = worker;
+  }
+
+  // Sends to the worker; answers come one after the other.
+  function send(message) {
+    state.count += 1;
+    const { count: id } = state;
+    return new Promise((resolve, reject) => {
+      state.running = { id, resolve, reject };
+      state.worker.postMessage({ id, ...message });
+    });
+  }
+
+  function heard(worker, { id, doing, ...told }) {
+    if (worker !== state.worker) return;
+    if (doing !== undefined) { state.told(doing); return; }
+    if (state.running?.id !== id) return;
+    const { resolve, reject } = state.running;
+    state.running = null;
+    if (told.stopped) reject(Object.assign(new Error("this cannot be computed; the workbench is as it was before"), { stopped: told.stopped }));
+    else resolve(told);
+  }
+
+  // A new worker in the state of the last one. Nobody is told what it does.
+  async function again() {
+    state.worker?.terminate();
+    state.running = null;
+    const { told } = state;
+    state.told = () => undefined;
+    hire();
+    state.module ??= compiled();
+    await send({ module: await state.module, files: state.files });
+    // What was accepted once is not asked about again.
+    const forced = (what, body) => (["switch", "own"].includes(what) ? { ...body, force: true } : body);
+    for (const { what, body } of state.log) await send({ what, body: forced(what, body) });
+    state.told = told;
+  }
+
+  // One question at a time, the most urgent first.
+  async function serve() {
+    if (state.serving) return;
+    state.serving = true;
+    while (state.queue.length) {
+      state.queue.sort((a, b) => a.order - b.order || a.number - b.number);
+      const job = state.queue.shift();
+      state.job = job;
+      try {
+        if (!state.worker) await again();
+        job.resolve(await answered(job));
+      } catch (error) {
+        if (error.stopped) console.error(error.stopped);
+        if (error.stopped) await again().catch(() => { state.worker?.terminate(); state.worker = null; });
+        job.reject(error);
+      }
+      state.job = null;
+    }
+    state.serving = false;
+  }
+
+  async function answered({ what, body, files, names }) {
+    const { answer, taken, took_ms } = await send({ what, body, files, names });
+    if (answer.error && !answer.changed) throw Object.assign(new Error(answer.error), { field: answer.field });
+    if (ACTS.includes(what)) await remember(what, body, files, answer);
+    return { ...answer, taken, took_ms: Math.round(took_ms) };
+  }
+
+  async function remember(what, body, files, answer) {
+    if (what === "open" || what === "play") {
+      state.files = files ?? [];
+      state.log = [{ what, body }];
+    } else if (what === "recommend" && answer.moved) {
+      // The ladder is not climbed again: the model that it led to is taken.
+      const { taken: [model] } = await send({ what: "save-model", names: ["model.toml"] });
+      state.log.push({ what: "adopt", body: { model: new TextDecoder().decode(model) } });
+    } else if (answer.moved) {
+      state.log.push({ what, body });
+    }
+  }
+
+  function ask(what, body, more = {}) {
+    return new Promise((resolve, reject) => {
+      state.number = (state.number ?? 0) + 1;
+      state.queue.push({ what, body: body ?? {}, resolve, reject, order: ORDER[what] ?? 0, number: state.number, ...more });
+      serve();
+    });
+  }
+
+  // Ends the action that is waited for; what the page asked beside it is asked again.
+  function cancel() {
+    const cancelled = Object.assign(new Error("Cancelled; the workbench is as it was before."), { cancelled: true });
+    const waiting = state.queue.filter((job) => job.order === 0);
+    state.queue = state.queue.filter((job) => job.order !== 0);
+    for (const job of waiting) job.reject(cancelled);
+    const { job, running } = state;
+    if (!job || job.order !== 0) return;
+    // The next thing that is done is to bring another worker to where this one was.
+    state.worker.terminate();
+    state.worker = null;
+    state.running = null;
+    running?.reject(cancelled);
+    ask(null);
+  }
+
+  function follow(tell) {
+    state.told = tell;
+    return () => { state.told = () => undefined; };
+  }
+
+  // Hands a file that was written to the browser, which keeps it where it keeps downloads.
+  async function saved({ files }) {
+    const { taken } = await ask(null, {}, { names: files });
+    for (const [k, bytes] of taken.entries()) {
+      if (!bytes) continue;
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(new Blob([bytes]));
+      link.download = files[k].split("/").pop();
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+    }
+  }
+
+  // Opens files, or measures a simulated robot, and lays it out.
+  async function open(what, body, files) {
+    const named = files?.map((file) => ({ name: file.path ?? file.name, file: file.file ?? file }));
+    const { opened } = await ask(what, body, { files: named });
+    return { opened, shown: state.open() };
+  }
+
+  return { ask, follow, cancel, saved, open, begin: (show) => { state.open = show; } };
+})();

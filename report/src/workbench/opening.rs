@@ -1,0 +1,112 @@
+//! Datasets as the input of a page, and whose fault it is if they cannot be.
+
+use std::path::{Path, PathBuf};
+
+use calibench::assess::Misfit;
+use calibench::effects::Subject;
+use calibench::files::{FileError, is_standard_input, with_reasons};
+use calibench::identify::{IdentifyError, Model, ProblemError, read_model};
+use calibench::measure::Dataset;
+
+use super::case::Case;
+use crate::{Recommended, misfit_sentence};
+
+/// An error attributed to a file or folder that the error itself does not know.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {field}: {problem}", path.display())]
+pub struct LocatedError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// The key or column.
+    pub field: &'static str,
+    /// The problem, and the remedy.
+    pub problem: String,
+}
+
+/// Attributes an identification error to the data or to the model.
+#[must_use]
+pub fn locate_in_data(
+    folders: &[PathBuf],
+    datasets: &[(String, Dataset)],
+    model: Option<&Path>,
+    error: &IdentifyError,
+) -> LocatedError {
+    let at = |k: usize, file: &str| folders.get(k).map(|f| f.join(file)).unwrap_or_default();
+    let of_robot = |name: &str| datasets.iter().position(|(_, d)| d.robot.name == name).unwrap_or(0);
+    let (path, field) = match (error, model) {
+        (
+            IdentifyError::OtherRobot { measured: other, .. }
+            | IdentifyError::Problem(ProblemError::DifferentRobots { other, .. }),
+            _,
+        ) => (at(of_robot(other), "dataset.toml"), "robot"),
+        (IdentifyError::Problem(ProblemError::Effect(_) | ProblemError::Missing { .. }), Some(model)) => {
+            (model.to_owned(), "effects")
+        }
+        (IdentifyError::Problem(ProblemError::NoSamples { .. }), _) => (at(0, "samples.csv"), "set"),
+        _ => (at(0, "samples.csv"), "rows"),
+    };
+    LocatedError { path, field, problem: with_reasons(error) }
+}
+
+/// A misfit in words, prefixed with the file to look into; of data that have no folder yet, without one.
+#[must_use]
+pub fn located_misfit(misfit: &Misfit) -> String {
+    match misfit.nominal.dataset.as_str() {
+        "" => misfit_sentence(misfit),
+        name => format!("{name}/samples.csv: {}", misfit_sentence(misfit)),
+    }
+}
+
+/// The model of the given file, or the default model for the data.
+///
+/// # Errors
+/// If the file is no model of this robot.
+pub fn model_for(path: Option<&Path>, datasets: &[(String, Dataset)]) -> Result<Model, FileError> {
+    let first = &datasets[0].1;
+    Ok(match path {
+        Some(path) => read_model(path, &Subject::new(&first.robot, &first.ball_ids()))?,
+        None => Model::default_for(first),
+    })
+}
+
+impl Recommended {
+    /// The arguments of recommended commands after the verb.
+    #[must_use]
+    pub fn of(folders: &[PathBuf], model: Option<&Path>) -> Self {
+        let quoted = |path: &Path| {
+            if is_standard_input(path) {
+                return "-".to_owned();
+            }
+            let text = path.display().to_string();
+            let plain = text.chars().all(|c| c.is_ascii_alphanumeric() || "/._-+:".contains(c));
+            if plain { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+        };
+        Recommended {
+            datasets: folders.iter().map(|f| quoted(f)).collect::<Vec<_>>().join(" "),
+            model: model.map_or(String::new(), |m| format!(" --model {}", quoted(m))),
+        }
+    }
+}
+
+impl Case {
+    /// The case of datasets read from these folders, with the initial model of a file, or the default one.
+    ///
+    /// # Errors
+    /// If the file is no model of this robot.
+    pub fn of_datasets(folders: &[PathBuf], datasets: Vec<(String, Dataset)>, model: Option<&Path>) -> Result<Self, FileError> {
+        let names: Vec<&str> = datasets.iter().map(|(name, _)| name.as_str()).collect();
+        Ok(Case {
+            title: names.join(", "),
+            question: None,
+            misfits: Vec::new(),
+            model: model_for(model, &datasets)?,
+            judged: None,
+            commands: Recommended::of(folders, model),
+            commands_from: String::new(),
+            campaign: None,
+            pictures: Vec::new(),
+            run: None,
+            datasets,
+        })
+    }
+}

@@ -1,0 +1,105 @@
+//! What the page calls, and what is called of it: numbers only, and bytes in two buffers that the page reads and writes.
+//!
+//! `room(n)` makes a buffer of n bytes, which the page fills; `put`, `ask` and `take` say what is in it. An answer is read from
+//! the other buffer. Everything else is safe Rust, so no binding generator is needed.
+#![allow(unsafe_code)]
+
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use calibench::files::memory;
+use serde_json::json;
+
+use crate::Session;
+
+/// What comes from the page, and what goes to it.
+static ROOM: Mutex<Vec<u8>> = Mutex::new(Vec::new());
+static ANSWER: Mutex<Vec<u8>> = Mutex::new(Vec::new());
+static SESSION: Mutex<Option<Session>> = Mutex::new(None);
+
+fn held<T>(it: &Mutex<T>) -> MutexGuard<'_, T> {
+    it.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+mod page {
+    #[link(wasm_import_module = "page")]
+    unsafe extern "C" {
+        /// Receives what is being done: a place and a length in memory.
+        pub safe fn told(at: *const u8, length: usize);
+        /// Receives the reason, before the module stops for good.
+        pub safe fn stopped(at: *const u8, length: usize);
+    }
+}
+
+/// There is no randomness but what is seeded.
+fn no_randomness(_: &mut [u8]) -> Result<(), getrandom::Error> {
+    Err(getrandom::Error::UNSUPPORTED)
+}
+
+getrandom::register_custom_getrandom!(no_randomness);
+
+/// Says what is being done.
+fn tell(line: &str) {
+    page::told(line.as_ptr(), line.len());
+}
+
+/// Makes room for so many bytes, and returns where.
+#[unsafe(no_mangle)]
+pub extern "C" fn room(length: usize) -> *mut u8 {
+    let mut room = held(&ROOM);
+    room.clear();
+    room.resize(length, 0);
+    room.as_mut_ptr()
+}
+
+/// Takes the room as a name of so many bytes and the content of the file of that name.
+#[unsafe(no_mangle)]
+pub extern "C" fn put(name: usize) {
+    let mut room = std::mem::take(&mut *held(&ROOM));
+    let content = room.split_off(name.min(room.len()));
+    memory::put_file(Path::new(&*String::from_utf8_lossy(&room)), content);
+}
+
+/// Forgets all files.
+#[unsafe(no_mangle)]
+pub extern "C" fn forget() {
+    memory::remove(Path::new(""));
+}
+
+/// Takes the room as a question of so many bytes and its JSON body; returns the length of the answer, a JSON document.
+#[unsafe(no_mangle)]
+pub extern "C" fn ask(what: usize) -> usize {
+    std::panic::set_hook(Box::new(|panic| {
+        let words = panic.to_string();
+        page::stopped(words.as_ptr(), words.len());
+    }));
+    let room = std::mem::take(&mut *held(&ROOM));
+    let (what, body) = room.split_at(what.min(room.len()));
+    let answer = {
+        let mut session = held(&SESSION);
+        session.get_or_insert_with(|| Session::new(tell)).ask(&String::from_utf8_lossy(what), body)
+    };
+    let answer = answer.unwrap_or_else(|e| {
+        let field = e.field();
+        json!({"error": e.to_string(), "field": field, "changed": e.is_of_earlier_model()})
+    });
+    let mut out = held(&ANSWER);
+    *out = answer.to_string().into_bytes();
+    out.len()
+}
+
+/// Takes the room as the name of a file; returns its length, or -1 if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn take() -> i32 {
+    let room = std::mem::take(&mut *held(&ROOM));
+    let Some(content) = memory::content(Path::new(&*String::from_utf8_lossy(&room))) else { return -1 };
+    let mut out = held(&ANSWER);
+    *out = content.to_vec();
+    i32::try_from(out.len()).unwrap_or(-1)
+}
+
+/// Where the answer is.
+#[unsafe(no_mangle)]
+pub extern "C" fn answer() -> *const u8 {
+    held(&ANSWER).as_ptr()
+}

@@ -1,0 +1,232 @@
+//! Files as they were dropped, opened: a table is imported as `import guess` and `import generic` do, a dataset is read as it is.
+
+use std::path::{Path, PathBuf};
+
+use calibench::assess::data_fit;
+use calibench::files::{FileError, is_file, read_text, with_reasons, write_whole};
+use calibench::identify::Use;
+use calibench::import::{ImportError, ImportOptions, guess, import};
+use calibench::measure::{DATASET_TOML, Dataset, SampleSet, read_dataset, write_dataset};
+use calibench::robot::{RobotReference, robot};
+use calibench::units::MM;
+use calibench_report::workbench::{Bench, Case, LocatedError, Place, locate_in_data, located_misfit};
+use calibench_report::{misfit_sentence, nominal_fit_lines};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// Folder of what is saved, in memory.
+pub(crate) const SAVED: &str = "";
+
+/// The rows of a dataset.
+const SAMPLES_CSV: &str = "samples.csv";
+
+/// The column map that is proposed for a table.
+const MAP: &str = "map.toml";
+
+/// Files to be opened, as they were dropped.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OpenRequest {
+    /// Their names.
+    pub files: Vec<String>,
+    /// A built-in robot, for tables without a robot file beside them.
+    #[serde(default)]
+    pub robot: Option<String>,
+    /// Continue with data that do not fit the robot.
+    #[serde(default)]
+    pub force: bool,
+}
+
+/// Why files were not opened.
+#[derive(Debug, thiserror::Error)]
+pub enum NotOpened {
+    /// A file is not as it must be.
+    #[error("{}", with_reasons(.0))]
+    File(#[from] FileError),
+    /// A table cannot be imported.
+    #[error("{}", with_reasons(.0))]
+    Import(#[from] ImportError),
+    /// The data do not determine the model.
+    #[error(transparent)]
+    Data(#[from] LocatedError),
+    /// The data do not fit the robot.
+    #[error("{0}")]
+    Misfit(String),
+    /// Something is missing.
+    #[error("{0}")]
+    Missing(&'static str),
+    /// A robot cannot be simulated.
+    #[error("{0}")]
+    Simulation(String),
+}
+
+impl NotOpened {
+    /// The field of the page in error: `misfit` if the user may continue all the same.
+    #[must_use]
+    pub fn field(&self) -> Option<&'static str> {
+        match self {
+            NotOpened::Misfit(_) => Some("misfit"),
+            NotOpened::Missing(_) => Some("robot"),
+            _ => None,
+        }
+    }
+}
+
+/// What is open.
+pub struct Opened {
+    /// The workbench on it.
+    pub bench: Bench,
+    /// What the page says of it.
+    pub told: Value,
+}
+
+/// The dropped files by what they are for.
+#[derive(Default)]
+struct Dropped {
+    tables: Vec<PathBuf>,
+    datasets: Vec<PathBuf>,
+    map: Option<PathBuf>,
+    model: Option<PathBuf>,
+    robot: Option<PathBuf>,
+}
+
+impl Dropped {
+    fn of(files: &[String]) -> Result<Self, FileError> {
+        let mut dropped = Dropped::default();
+        let is_in_dataset = |path: &Path| is_file(&path.with_file_name(DATASET_TOML));
+        for path in files.iter().map(PathBuf::from) {
+            let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+            match extension.as_str() {
+                "toml" if path.ends_with(DATASET_TOML) => {
+                    dropped.datasets.push(path.parent().unwrap_or(Path::new("")).to_owned());
+                }
+                // The robot of a dataset, or something else that its folder holds.
+                _ if is_in_dataset(&path) && !path.ends_with(SAMPLES_CSV) && extension != "toml" => {}
+                _ if is_in_dataset(&path) && path.ends_with(SAMPLES_CSV) => {}
+                "toml" => {
+                    let text = read_text(&path)?;
+                    let has = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
+                    if has("[columns") || has("columns") {
+                        dropped.map = Some(path);
+                    } else if has("effects") {
+                        dropped.model = Some(path);
+                    } else if !is_in_dataset(&path) {
+                        dropped.robot = Some(path);
+                    }
+                }
+                "urdf" => dropped.robot = Some(path),
+                _ => dropped.tables.push(path),
+            }
+        }
+        Ok(dropped)
+    }
+}
+
+/// Opens files.
+///
+/// # Errors
+/// The sentence that the command line prints.
+pub fn open(request: &OpenRequest, tell: fn(&str)) -> Result<Opened, NotOpened> {
+    let mut dropped = Dropped::of(&request.files)?;
+    let named = dropped.robot.as_ref().map(|path| path.display().to_string());
+    let robot_name = named.or_else(|| request.robot.clone());
+    let mut told = json!({});
+    if !dropped.tables.is_empty() {
+        let folder = import_tables(&dropped, robot_name.as_deref(), request.force, tell, &mut told)?;
+        dropped.datasets.push(folder);
+    }
+    if dropped.datasets.is_empty() {
+        return Err(NotOpened::Missing("there are no measurements among the files; drop a table, or the folder of a dataset"));
+    }
+    tell("Reading …");
+    let mut datasets: Vec<(String, Dataset)> = Vec::new();
+    for folder in &dropped.datasets {
+        let name = folder.file_name().map_or_else(|| "dataset".to_owned(), |name| name.to_string_lossy().into_owned());
+        datasets.push((name, read_dataset(folder)?));
+    }
+    let urdf = dropped.robot.as_ref().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf")));
+    let place = Place::new(SAVED.into(), dropped.model.clone()).with_urdf(urdf.map(|path| path.display().to_string()));
+    open_datasets(&dropped.datasets, datasets, dropped.model.as_deref(), place, (request.force, tell), told)
+}
+
+/// Opens datasets that were read from these folders.
+pub(crate) fn open_datasets(
+    folders: &[PathBuf],
+    datasets: Vec<(String, Dataset)>,
+    model: Option<&Path>,
+    place: Place,
+    (force, tell): (bool, fn(&str)),
+    mut told: Value,
+) -> Result<Opened, NotOpened> {
+    tell("Checking that the data fit the robot …");
+    let borrowed: Vec<(&str, &Dataset)> = datasets.iter().map(|(name, d)| (name.as_str(), d)).collect();
+    // Data of different arms are rejected as such by the fit.
+    let one_arm = datasets.iter().all(|(_, d)| d.robot.is_same_arm(&datasets[0].1.robot));
+    let fits = if one_arm { data_fit(&borrowed, Use::Fit) } else { Vec::new() };
+    let misfits: Vec<(String, String)> = fits
+        .iter()
+        .filter_map(|fit| fit.misfit.as_ref())
+        .map(|misfit| (misfit.nominal.dataset.clone(), located_misfit(misfit)))
+        .collect();
+    if let (Some((_, sentence)), false) = (misfits.first(), force) {
+        return Err(NotOpened::Misfit(sentence.clone()));
+    }
+    let warnings: Vec<String> = datasets
+        .iter()
+        .flat_map(|(name, d)| d.long_sessions().into_iter().map(move |s| format!("{name}/{SAMPLES_CSV}: {s}")))
+        .collect();
+    let samples: usize = datasets.iter().map(|(_, d)| d.samples.len()).sum();
+    let of_validation = |d: &Dataset| d.samples.iter().filter(|s| s.set == SampleSet::Validation).count();
+    let validation: usize = datasets.iter().map(|(_, d)| of_validation(d)).sum();
+    told["robot"] = json!(datasets[0].1.robot.name);
+    told["samples"] = json!(samples);
+    told["validation"] = json!(validation);
+    told["nominal"] = json!(nominal_fit_lines(&fits));
+    told["misfit"] = json!(misfits.first().map(|(_, sentence)| sentence));
+    told["warnings"] = json!(warnings);
+    tell("Fitting the model …");
+    let case = Case { misfits, ..Case::of_datasets(folders, datasets, model)? };
+    match Bench::new(case, place) {
+        Ok(bench) => Ok(Opened { bench, told }),
+        Err((case, e)) => Err(locate_in_data(folders, &case.datasets, model, &e).into()),
+    }
+}
+
+/// Imports the tables into a dataset beside them, and returns its folder.
+fn import_tables(
+    dropped: &Dropped,
+    named: Option<&str>,
+    force: bool,
+    tell: fn(&str),
+    told: &mut Value,
+) -> Result<PathBuf, NotOpened> {
+    let first = &dropped.tables[0];
+    let map = match &dropped.map {
+        Some(map) => map.clone(),
+        None => {
+            let Some(named) = named else {
+                return Err(NotOpened::Missing(
+                    "guess needs the robot; choose one, or drop a robot file or a URDF beside the table",
+                ));
+            };
+            let of = robot(named, Path::new(""))?;
+            tell("Guessing what the columns are …");
+            let found = guess(first, &of, RobotReference::parse(named).name)?;
+            write_whole(Path::new(MAP), found.map.as_bytes())?;
+            told["guess"] = json!({"map": found.map, "reasons": found.reasons, "rows": found.shown,
+                "nominal_rms_mm": found.residual / MM});
+            MAP.into()
+        }
+    };
+    tell("Importing …");
+    let options = ImportOptions { map: Some(map), ..ImportOptions::default() };
+    let (dataset, report) = import("generic", &dropped.tables, &options)?;
+    let misfit = data_fit(&[("", &dataset)], Use::All).into_iter().find_map(|fit| fit.misfit);
+    if let (Some(misfit), false) = (&misfit, force) {
+        return Err(NotOpened::Misfit(misfit_sentence(misfit)));
+    }
+    told["import"] = json!(report.to_string());
+    let folder = PathBuf::from(first.file_stem().unwrap_or_default());
+    write_dataset(&dataset, &folder)?;
+    Ok(folder)
+}

@@ -1,0 +1,147 @@
+//! A simulated robot with an error that the visitor chooses: measured by the simulated cell, as `measure SCENARIO` does, and opened
+//! like any other dataset.
+
+use std::path::{Path, PathBuf};
+
+use calibench::effects::{CATALOGUE, Effect, Subject, build, in_words};
+use calibench::files::{read_text, with_reasons, write_whole};
+use calibench::measure::{CampaignObserver, Dataset, PlannedPose, Probing, Sample, read_dataset, write_dataset};
+use calibench::robot::{BUILT_IN, built_in};
+use calibench_report::workbench::Place;
+use calibench_sim::planning::plan;
+use calibench_sim::plans::session_s;
+use calibench_sim::random::Streams;
+use calibench_sim::scenario::{load_scenario, written_sizes};
+use calibench_sim::session::Session;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::opening::{NotOpened, Opened, SAVED, open_datasets};
+
+/// The cell that is measured, and what it extends.
+const SCENARIOS: [(&str, &str); 2] = [
+    ("table8.toml", include_str!("../../scenarios/table8.toml")),
+    ("kr6-trical.toml", include_str!("../../scenarios/kr6-trical.toml")),
+];
+
+/// File of the scenario of the simulated robot.
+const SCENARIO: &str = "simulated.toml";
+
+/// Folder of its dataset.
+const DATASET: &str = "simulated";
+
+/// What the robot can hide, each clear of the others: gears, bearings, springs, the foot, the artifact.
+const HIDDEN: [&str; 10] = [
+    "harmonic:3:202",
+    "harmonic1:2",
+    "harmonic2:4",
+    "gravity_backlash:2",
+    "stiffening:2",
+    "bearing_tilt:3",
+    "pedestal",
+    "ball:3",
+    "joint_scale:2",
+    "payload_mass:heavy",
+];
+
+/// Sizes, in plausible ones.
+const SIZES: [f64; 3] = [2.0, 5.0, 10.0];
+
+/// A robot to be simulated.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlayRequest {
+    /// What is wrong with it; nothing beyond the errors that every robot has if `None`.
+    pub effect: Option<String>,
+    /// Its size, in plausible ones.
+    pub times: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+/// The built-in robots, and what a simulated one can hide.
+#[must_use]
+pub fn hidden_choices() -> Value {
+    let robots = BUILT_IN.iter().filter_map(|name| built_in(name)).map(|r| json!({"name": r.name, "joints": r.joints()}));
+    let hidden = HIDDEN.iter().map(|id| {
+        let physics =
+            CATALOGUE.iter().find(|f| *id == f.id || id.starts_with(&format!("{}:", f.id))).map(|f| f.meaning.physics);
+        json!({"effect": id, "words": in_words(id), "physics": physics})
+    });
+    json!({"robots": robots.collect::<Vec<_>>(), "hidden": hidden.collect::<Vec<_>>(), "sizes": SIZES})
+}
+
+/// Measures a simulated robot, and opens the measurements.
+///
+/// # Errors
+/// If there is no such effect, or the cell cannot be measured.
+pub fn play(request: &PlayRequest, tell: fn(&str)) -> Result<Opened, NotOpened> {
+    for (name, text) in SCENARIOS {
+        write_whole(Path::new(name), text.as_bytes())?;
+    }
+    let scenario = scenario_of(request)?;
+    write_whole(Path::new(SCENARIO), scenario.as_bytes())?;
+    let scenario = load_scenario(Path::new(SCENARIO))?;
+    tell("Planning 80 probings …");
+    let planned = plan(&scenario, scenario.seed).map_err(|e| failed(&scenario.locate_plan(&e)))?.probing;
+    let streams = Streams { seed: scenario.seed, trial: 0 };
+    let session = Session::begin(&scenario, streams, session_s(&scenario, &planned.poses, 0)).map_err(|e| failed(&e))?;
+    let wanted = planned.poses.iter().filter(|pose| !pose.reserve).count();
+    let record = session.probe(&planned, None, &mut Counted { tell, wanted, done: 0 });
+    if let Some(aborted) = &record.aborted {
+        return Err(failed(aborted));
+    }
+    let cell = scenario.dataset();
+    let contact_force = scenario.indicators.contact_force();
+    write_dataset(&Dataset { contact_force, samples: record.samples, ..cell }, Path::new(DATASET))?;
+    // As whoever opens the folder reads it.
+    let folder = PathBuf::from(DATASET);
+    let dataset = read_dataset(&folder)?;
+    let hidden = request.effect.as_deref().map(in_words);
+    let told = json!({"hidden": hidden, "effect": request.effect, "times": request.times, "scenario": read_text(Path::new(SCENARIO))?});
+    let place = Place::new(SAVED.into(), None);
+    open_datasets(&[folder], vec![(DATASET.into(), dataset)], None, place, (false, tell), told)
+}
+
+fn failed(error: &dyn std::error::Error) -> NotOpened {
+    NotOpened::Simulation(with_reasons(error))
+}
+
+/// The scenario of a robot with the errors of the paper and the effect that is hidden in it.
+fn scenario_of(request: &PlayRequest) -> Result<String, NotOpened> {
+    let mut text = format!(
+        "format = \"calibench-scenario/1\"\nextends = \"{}\"\nname = \"simulated\"\nquestion = \"What is wrong with this robot?\"\nseed = {}\n",
+        SCENARIOS[0].0, request.seed
+    );
+    let Some(id) = &request.effect else { return Ok(text) };
+    let cell = load_scenario(Path::new(SCENARIOS[0].0))?.dataset();
+    let balls = cell.ball_ids();
+    let effect = build(id, &Subject::new(&cell.robot, &balls)).map_err(|e| failed(&e))?;
+    text.push_str(&format!("\n[truth.effects.\"{id}\"]\n"));
+    for (key, value) in written_sizes(effect.as_ref(), &sizes(effect.as_ref(), request.times)) {
+        text.push_str(&format!("{key} = {value:?}\n"));
+    }
+    Ok(text)
+}
+
+/// Sizes of the parameters that are together `times` the plausible one, no two of them alike.
+fn sizes(effect: &dyn Effect, times: f64) -> Vec<f64> {
+    let parameters = effect.parameters();
+    let weight = |k: usize| if k % 2 == 0 { 0.8 } else { -0.6 };
+    let length: f64 = (0..parameters.len()).map(|k| weight(k) * weight(k)).sum::<f64>().sqrt();
+    parameters.iter().enumerate().map(|(k, p)| times * p.prior * weight(k) / length).collect()
+}
+
+/// Counts the probings.
+struct Counted {
+    tell: fn(&str),
+    wanted: usize,
+    done: usize,
+}
+
+impl CampaignObserver for Counted {
+    fn probing_finished(&mut self, _: &PlannedPose, _: &Probing, sample: Option<&Sample>) {
+        self.done += usize::from(sample.is_some());
+        (self.tell)(&format!("Probing: {} of {} measured …", self.done, self.wanted));
+    }
+}

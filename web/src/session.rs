@@ -1,0 +1,93 @@
+//! What is open on one page.
+
+use std::path::Path;
+
+use calibench::files::write_whole;
+use calibench_report::workbench::{Bench, Unanswered};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::opening::{NotOpened, OpenRequest, open};
+use crate::play::{PlayRequest, hidden_choices, play};
+
+/// A page's work: nothing at first, then a workbench on what was opened last.
+pub struct Session {
+    bench: Option<Bench>,
+    tell: fn(&str),
+}
+
+/// The reason why a question has no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum NoAnswer {
+    /// The files were not opened.
+    #[error(transparent)]
+    Opening(#[from] NotOpened),
+    /// The workbench does not answer it.
+    #[error(transparent)]
+    Bench(#[from] Unanswered),
+    /// The body is not what the question needs.
+    #[error("this is not what is asked here: {0}")]
+    Malformed(#[from] serde_json::Error),
+    /// Nothing is open.
+    #[error("open measurements first")]
+    NothingOpen,
+}
+
+impl NoAnswer {
+    /// The field of the page in error.
+    #[must_use]
+    pub fn field(&self) -> Option<&str> {
+        match self {
+            NoAnswer::Bench(Unanswered::Refused { field, .. }) => *field,
+            NoAnswer::Opening(e) => e.field(),
+            _ => None,
+        }
+    }
+
+    /// True if it was asked of a model that is no longer the present one.
+    #[must_use]
+    pub fn is_of_earlier_model(&self) -> bool {
+        matches!(self, NoAnswer::Bench(Unanswered::Changed))
+    }
+}
+
+impl Session {
+    /// A page on which nothing is open; `tell` receives what is being done.
+    #[must_use]
+    pub fn new(tell: fn(&str)) -> Self {
+        Session { bench: None, tell }
+    }
+
+    /// Answers a question of the page: `choices` lists the robots and what a simulated one can hide, `open` opens files, `play`
+    /// measures a simulated robot, anything else is asked of the workbench.
+    ///
+    /// # Errors
+    /// If files cannot be used, nothing is open, or the workbench refuses.
+    pub fn ask(&mut self, what: &str, body: &[u8]) -> Result<Value, NoAnswer> {
+        let opened = match what {
+            "choices" => return Ok(hidden_choices()),
+            "open" => open(&serde_json::from_slice::<OpenRequest>(body)?, self.tell)?,
+            "play" => play(&serde_json::from_slice::<PlayRequest>(body)?, self.tell)?,
+            "adopt" => return self.adopt(&serde_json::from_slice::<Adopted>(body)?),
+            _ => return Ok(self.bench.as_ref().ok_or(NoAnswer::NothingOpen)?.ask(what, body)?),
+        };
+        self.bench = Some(opened.bench.telling(self.tell));
+        Ok(json!({"opened": opened.told}))
+    }
+
+    /// Goes on to a model that this workbench was at before the page had to begin anew.
+    fn adopt(&self, Adopted { model }: &Adopted) -> Result<Value, NoAnswer> {
+        let bench = self.bench.as_ref().ok_or(NoAnswer::NothingOpen)?;
+        let path = Path::new("adopted.toml");
+        write_whole(path, model.as_bytes()).map_err(NotOpened::from)?;
+        let model = bench.read_model(path).map_err(NotOpened::from)?;
+        Ok(bench.adopt(&model).map_err(Unanswered::from)?)
+    }
+}
+
+/// The text of a model file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Adopted {
+    model: String,
+}
