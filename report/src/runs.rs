@@ -40,11 +40,7 @@ pub fn difference_sentence(difference: &Difference, runs: &[&str]) -> String {
     let amounts: Vec<String> = difference.parameters.iter().map(amount).collect();
     let amounts = amounts.join(", ");
     let when = difference.pattern.words(runs);
-    let test = format!(
-        "chance {} of each of {} differences tried",
-        chance(difference.test.chance),
-        difference.tried
-    );
+    let test = format!("chance {} of each of {} differences tried", chance(difference.test.chance), difference.tried);
     if let Some(run) = difference.set_up_of {
         let what = match difference.effect.as_str() {
             "tool_frame" => "The tool".to_owned(),
@@ -94,16 +90,8 @@ fn verdict_sentence(c: &RunsComparison) -> String {
 
 fn runs_table(c: &RunsComparison, dates: &[Option<String>]) -> String {
     let dated = dates.iter().any(Option::is_some);
-    let header = [
-        "run",
-        "date",
-        "samples",
-        "postures",
-        "residual mm",
-        "noise \u{b5}m",
-        "from the others mm",
-        "with error curves mm",
-    ];
+    let header =
+        ["run", "date", "samples", "postures", "residual mm", "noise \u{b5}m", "from the others mm", "with error curves mm"];
     let row = |(k, run): (usize, &calibench::assess::RunOfRobot)| {
         let error = |place: usize| match run.from_others.as_ref().map(|both| &both[place]) {
             Some(Ok(errors)) => format!("{:.3}", errors.rms / MM),
@@ -160,14 +148,10 @@ fn effect_sentence(e: &EffectInRuns, runs: &[&str]) -> String {
     match e.status {
         EffectStatus::Stayed => format!("{name} stayed: {} ({sizes}).", amounts.join(", ")),
         EffectStatus::Moved => format!("{name} is there and has not stayed ({sizes})."),
-        EffectStatus::OnlyIn(run) => format!(
-            "{name} is refused: it belongs to {} only ({sizes}), and the other runs would show it.",
-            runs[run]
-        ),
-        EffectStatus::RestsOn(run) => format!(
-            "{name} rests on {} alone ({sizes}): the other runs cannot show it.",
-            runs[run]
-        ),
+        EffectStatus::OnlyIn(run) => {
+            format!("{name} is refused: it belongs to {} only ({sizes}), and the other runs would show it.", runs[run])
+        }
+        EffectStatus::RestsOn(run) => format!("{name} rests on {} alone ({sizes}): the other runs cannot show it.", runs[run]),
         EffectStatus::NotThere => format!("{name} is not there ({sizes}): leave it out of the model."),
     }
 }
@@ -206,7 +190,8 @@ pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
         out.push('\n');
     }
     let drifts = c.parameters.iter().any(|p| p.drift.is_some());
-    let mut header = ["parameter", "in the last run", "1 sigma", "largest change since the first", "", "unit"].map(String::from).to_vec();
+    let mut header =
+        ["parameter", "in the last run", "1 sigma", "largest change since the first", "", "unit"].map(String::from).to_vec();
     if drifts {
         header.insert(5, "drift a month under".into());
     }

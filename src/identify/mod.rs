@@ -25,7 +25,8 @@ pub use determined::{independent_parameters, observability_of};
 pub use fit::{check_nested, fit, fit_from, fit_larger, fit_some};
 pub use fit_result::{Fit, FitError, Outcome, Unresolved};
 pub use fleet::{
-    CONFLICT, Fleet, FleetError, FleetJudged, FleetParameter, FleetPrior, PriorUsed, identify_with_fleet, read_fleet, write_fleet,
+    CONFLICT, Fleet, FleetError, FleetJudged, FleetParameter, FleetPrior, PriorUsed, identify_with_fleet, read_fleet,
+    write_fleet,
 };
 pub use identified::identify;
 pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
@@ -36,5 +37,5 @@ pub use model_file::{EffectList, check_effects, read_model, write_model, write_m
 pub use own_effects::{OwnEffectTable, OwnMistake, own_effects};
 pub use prediction::{Application, Prediction};
 pub(crate) use problem::Circumstance;
-pub use run_change::RunChange;
 pub use problem::{Parameter, PosedSample, Prior, Problem, ProblemError, Setup, Use, missing};
+pub use run_change::RunChange;

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use calibench::assess::{Advice, Diagnosis, HoldOut, WorkspacePoses, ladder_step};
 use calibench::identify::{Outcome as FitOutcome, Use};
-use calibench_report::{Forecast, NoForecast, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences};
+use calibench_report::{
+    Forecast, NoForecast, Recommended, diagnosis_tables, documents, fleet_sentence, next_step_sentences, sentences,
+};
 
 use super::data::{locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses, with_fleet};
 use super::data_gate::gate;
@@ -61,7 +63,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         let document = documents::Diagnosis::of(diagnosis, forecast.as_ref().ok(), &commands);
         let advice = Some(documents::Advised::of(&advice, diagnosis, &commands));
-        print_json(&documents::Diagnosis { misfit: gate.misfit, fleet: fleet.as_ref().map(documents::FleetUsed::of), advice, ..document })?;
+        print_json(&documents::Diagnosis {
+            misfit: gate.misfit,
+            fleet: fleet.as_ref().map(documents::FleetUsed::of),
+            advice,
+            ..document
+        })?;
     } else {
         gate.tell()?;
         fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;

@@ -41,7 +41,10 @@ const EXAMPLES: [(&str, &[&str]); 31] = [
     ("suite", &["suite scenarios/blind-suite.toml --seed 1001"]),
     (
         "runs",
-        &["runs runs/march runs/june runs/october", "runs A B D --dates 2026-03-14,2026-06-02,2026-10-20 --drift theta2=0.001 -o now.toml"],
+        &[
+            "runs runs/march runs/june runs/october",
+            "runs A B D --dates 2026-03-14,2026-06-02,2026-10-20 --drift theta2=0.001 -o now.toml",
+        ],
     ),
     ("fleet", &["fleet robots/*.calibration.toml -o kr6.fleet.toml"]),
     ("compare", &["compare runs/paper/trical.toml runs/paper/trical"]),

@@ -8,8 +8,8 @@ use calibench::identify::{
 };
 use calibench::units::MM;
 use calibench_report::{
-    RESIDUAL, documents, fleet_sentence, orientation_words, parameter_table, shifts_text, unbelievable_sentence, unresolved_sentences,
-    weighing_sentence, wider_sentence,
+    RESIDUAL, documents, fleet_sentence, orientation_words, parameter_table, shifts_text, unbelievable_sentence,
+    unresolved_sentences, weighing_sentence, wider_sentence,
 };
 
 use super::data::{locate_in_data, model_for, named, read_datasets, read_fleet_of, tell_fit};
@@ -85,7 +85,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if arguments.json {
         let shifts = shifts.as_ref().map(documents::Shifts::of);
         let document = documents::Calibration::of(&calibration);
-        print_json(&documents::Calibration { misfit: gate.misfit, shifts, fleet: fleet.as_ref().map(documents::FleetUsed::of), ..document })?;
+        print_json(&documents::Calibration {
+            misfit: gate.misfit,
+            shifts,
+            fleet: fleet.as_ref().map(documents::FleetUsed::of),
+            ..document
+        })?;
     } else {
         gate.tell()?;
         fleet.iter().try_for_each(|judged| print(&fleet_sentence(judged)))?;

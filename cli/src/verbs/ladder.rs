@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use calibench::assess::{ChoiceKind, Climb, HoldOut, LadderStep, WorkspacePoses, ladder};
 use calibench::identify::{Use, write_model, write_model_like};
 use calibench_report::{
-    NoForecast, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called, fleet_sentence, in_question_sentence,
-    ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence, top_sentences,
+    NoForecast, added_sentences, advice, choices_text, disagreement_sentence, documents, each_called, fleet_sentence,
+    in_question_sentence, ladder_step_sentence, ladder_step_table, objection_sentence, symptom_sentence, top_sentences,
 };
 
-use super::data::{check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses, with_fleet};
+use super::data::{
+    check_datasets, locate_in_data, model_for, named, read_datasets, recommended, tell_fit, warn_of_poses, with_fleet,
+};
 use super::data_gate::gate;
 use super::failure::{Failure, Outcome};
 use super::output::{check_outputs, is_detailed, print, print_answer, print_detail, print_json};
@@ -77,7 +79,12 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let beyond = warn_of_poses(&chosen.calibration, &poses);
     if arguments.json {
         let outside_range = documents::OutsideRange::of(&beyond);
-        print_json(&documents::Ladder { outside_range, misfit: gate.misfit, fleet: fleet.as_ref().map(documents::FleetUsed::of), ..documents::Ladder::of(&climbed) })?;
+        print_json(&documents::Ladder {
+            outside_range,
+            misfit: gate.misfit,
+            fleet: fleet.as_ref().map(documents::FleetUsed::of),
+            ..documents::Ladder::of(&climbed)
+        })?;
         return Ok(Outcome::Done);
     }
     gate.tell()?;

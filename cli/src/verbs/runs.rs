@@ -71,11 +71,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let gate = gate(&datasets, Use::Fit, arguments.force, arguments.json)?;
     let drifts = drifts(&arguments.drift, &datasets, &model)?;
     let day = |date: &Option<Date>| date.map(|d| f64::from(d.since(Date::ZERO).map_or(0, |span| span.get_days())));
-    let runs: Vec<Run<'_>> = datasets
-        .iter()
-        .zip(&dates)
-        .map(|((name, dataset), date)| Run { name, dataset, day: day(date) })
-        .collect();
+    let runs: Vec<Run<'_>> =
+        datasets.iter().zip(&dates).map(|((name, dataset), date)| Run { name, dataset, day: day(date) }).collect();
     let question = RunsQuestion { runs: &runs, model: &model, drifts: &drifts, left_out: !arguments.no_prediction };
     let waiting = Waiting::new("comparing runs");
     let compared = RunsComparison::of(question, &mut |now| waiting.now(now.to_owned()));
@@ -159,9 +156,11 @@ fn drifts(declared: &[String], datasets: &[(String, Dataset)], model: &Model) ->
     let problem = Problem::new(&named, model, Use::Fit)?;
     let drift = |text: &String| -> Result<(String, f64), Failure> {
         let (name, size) = text.split_once('=').ok_or_else(|| format!("--drift {text}: write it as theta2=0.01"))?;
-        let size: f64 = size.parse().ok().filter(|s: &f64| s.is_finite() && *s > 0.0).ok_or_else(|| {
-            format!("--drift {text}: '{size}' is no positive number")
-        })?;
+        let size: f64 = size
+            .parse()
+            .ok()
+            .filter(|s: &f64| s.is_finite() && *s > 0.0)
+            .ok_or_else(|| format!("--drift {text}: '{size}' is no positive number"))?;
         let parameter = problem.parameters().iter().find(|p| p.name == name);
         let unit = parameter.ok_or_else(|| format!("--drift {text}: the model has no parameter '{name}'"))?.spec.unit;
         Ok((name.to_owned(), size * unit.si))
@@ -181,7 +180,9 @@ fn located(arguments: &Arguments, datasets: &[(String, Dataset)], error: RunsErr
             field: "rows",
             problem: format!("{}; leave it out", with_reasons(&error)),
         }),
-        RunsError::NoDates => "--drift needs the date of every run; give --dates, or `date` in [provenance] of each dataset".into(),
+        RunsError::NoDates => {
+            "--drift needs the date of every run; give --dates, or `date` in [provenance] of each dataset".into()
+        }
         other => with_reasons(&other).into(),
     }
 }

@@ -78,7 +78,8 @@ fn campaigns_of_a_ur10_are_compared_and_refused() {
         });
         cells.collect::<Vec<_>>().join(",")
     };
-    let slipped: Vec<String> = text.lines().enumerate().map(|(k, l)| if k == 0 { l.to_owned() } else { in_metres(l) }).collect();
+    let slipped: Vec<String> =
+        text.lines().enumerate().map(|(k, l)| if k == 0 { l.to_owned() } else { in_metres(l) }).collect();
     fs::write(folder.join("B/samples.csv"), slipped.join("\n") + "\n").unwrap();
     let (code, _, err) = calibench(&["runs", "A", "B", "D"], &folder);
     assert!(code == Some(2) && err.contains("B/samples.csv"), "{err}");

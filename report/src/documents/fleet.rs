@@ -81,11 +81,6 @@ impl FleetUsed {
     /// Converts a judgement.
     #[must_use]
     pub fn of(judged: &FleetJudged) -> Self {
-        FleetUsed {
-            used: judged.used.name().into(),
-            ratio: judged.ratio,
-            chance: judged.chance,
-            noise: judged.noise,
-        }
+        FleetUsed { used: judged.used.name().into(), ratio: judged.ratio, chance: judged.chance, noise: judged.noise }
     }
 }

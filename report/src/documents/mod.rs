@@ -60,8 +60,8 @@ pub use self::run::{
     RunFormat, RunMethod, ScoredParameter,
 };
 pub use self::runs::{
-    ChangedParameter, DifferenceOfRuns, DriftOfParameter, EffectOfRuns, ErrorsLeftOut, LeftOutErrors, ParameterOfRuns, RunOfRuns, Runs,
-    RunsFormat, TestOfRuns,
+    ChangedParameter, DifferenceOfRuns, DriftOfParameter, EffectOfRuns, ErrorsLeftOut, LeftOutErrors, ParameterOfRuns,
+    RunOfRuns, Runs, RunsFormat, TestOfRuns,
 };
 pub use self::scatter::{
     JointScatter, JointSteps, LagCorrelation, RepeatScatter, Replicates, Scatter, SerialCorrelation, Suspect,

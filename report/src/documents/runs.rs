@@ -245,12 +245,7 @@ impl Runs {
 
 impl ErrorsLeftOut {
     fn of(errors: &assess::LeftOut) -> Self {
-        ErrorsLeftOut {
-            rms_mm: errors.rms / MM,
-            mean_mm: errors.mean / MM,
-            max_mm: errors.max / MM,
-            samples: errors.samples,
-        }
+        ErrorsLeftOut { rms_mm: errors.rms / MM, mean_mm: errors.mean / MM, max_mm: errors.max / MM, samples: errors.samples }
     }
 }
 

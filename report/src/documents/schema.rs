@@ -3,8 +3,8 @@
 use schemars::{Schema, schema_for};
 
 use super::{
-    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Ladder, Misfit, Next, Run, Runs, Step,
-    Validated,
+    Calibration, Check, Comparison, Compensation, Detectability, Diagnosis, Fleet, ImportReport, Ladder, Misfit, Next, Run,
+    Runs, Step, Validated,
 };
 
 /// The schemas by name of the document, e.g. `calibench-run`.

@@ -13,11 +13,11 @@ mod shrinkage;
 mod steps;
 
 pub use choices::{Choice, Kind, Recommendation, recommend};
+pub(super) use curves::{bands, curve_model, shrunk};
 pub use folds::Division;
 pub(super) use folds::{postures, random_folds};
 pub use rule::Gain;
 pub(super) use steps::{gains, gains_of_each};
-pub(super) use curves::{bands, curve_model, shrunk};
 
 use super::examination::Examination;
 use crate::measure::Dataset;

@@ -80,12 +80,7 @@ pub(super) fn predicted(robot: &Calibration, (name, run): (&str, &Dataset)) -> R
 ///
 /// # Errors
 /// When the others do not determine the robot, or the run not its set-up.
-pub(super) fn left_out(
-    datasets: &[(&str, &Dataset)],
-    model: &Model,
-    k: usize,
-    curves: bool,
-) -> Result<LeftOut, IdentifyError> {
+pub(super) fn left_out(datasets: &[(&str, &Dataset)], model: &Model, k: usize, curves: bool) -> Result<LeftOut, IdentifyError> {
     let others: Vec<(&str, &Dataset)> = datasets.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, d)| *d).collect();
     let names: Vec<&str> = others.iter().map(|(name, _)| *name).collect();
     let model = changes_shown_by(model, &names);

@@ -43,7 +43,8 @@ pub(super) fn between(seen: &[[f64; 2]], plausible: f64) -> Between {
     let most = all.iter().map(|a| a.0).fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = all.iter().map(|a| (a.0 - most).exp()).collect();
     let whole: f64 = weights.iter().sum();
-    let average = |of: &dyn Fn(&(f64, f64, f64, f64)) -> f64| all.iter().zip(&weights).map(|(a, w)| w * of(a)).sum::<f64>() / whole;
+    let average =
+        |of: &dyn Fn(&(f64, f64, f64, f64)) -> f64| all.iter().zip(&weights).map(|(a, w)| w * of(a)).sum::<f64>() / whole;
     let mean = average(&|a| a.2);
     let between = average(&|a| a.1 * a.1);
     let sigma = between + average(&|a| a.3 + (a.2 - mean).powi(2));

@@ -113,10 +113,10 @@ impl Fitted {
         let own: Vec<usize> = (0..self.prior.len()).filter(|&k| self.prior[k].is_some()).collect();
         let sigma = |k: usize| self.prior[own[k]].unwrap_or(1.0);
         // Without a stated noise the covariance is scaled by the residuals.
-        let unit = if self.fit.noise_stated { 1.0 } else { (self.fit.chi2 / self.fit.dof.max(1) as f64).max(f64::MIN_POSITIVE) };
-        let scaled = DMatrix::from_fn(own.len(), own.len(), |r, c| {
-            self.fit.covariance[(own[r], own[c])] / (sigma(r) * sigma(c)) / unit
-        });
+        let unit =
+            if self.fit.noise_stated { 1.0 } else { (self.fit.chi2 / self.fit.dof.max(1) as f64).max(f64::MIN_POSITIVE) };
+        let scaled =
+            DMatrix::from_fn(own.len(), own.len(), |r, c| self.fit.covariance[(own[r], own[c])] / (sigma(r) * sigma(c)) / unit);
         let values = linalg::symmetric_eigen(&scaled).map(|(values, _)| values.iter().copied().collect::<Vec<f64>>());
         values.unwrap_or_default().into_iter().map(|p| (1.0 / p.max(1e-12) - 1.0).max(0.0)).collect()
     }

@@ -133,12 +133,7 @@ impl Fleet {
         if parameters.is_empty() {
             return Err(FleetError::NothingInCommon);
         }
-        Ok(Fleet {
-            robot: first.robot.name.clone(),
-            geometry: geometry(&first.robot),
-            robots: calibrations.len(),
-            parameters,
-        })
+        Ok(Fleet { robot: first.robot.name.clone(), geometry: geometry(&first.robot), robots: calibrations.len(), parameters })
     }
 
     /// The parameter with this name.

@@ -166,7 +166,8 @@ impl Problem {
         let Linearised { row_of, transposed } = near;
         let width = transposed.nrows();
         let cells = transposed.as_mut_slice();
-        let (mut of_samples, of_distances) = cells.split_at_mut((self.row_count - self.distances.len() - self.priors.len()) * width);
+        let (mut of_samples, of_distances) =
+            cells.split_at_mut((self.row_count - self.distances.len() - self.priors.len()) * width);
         if self.rows.len() <= STRETCH {
             self.linearise_rows(0..self.rows.len(), at, work, row_of, of_samples);
         } else {
