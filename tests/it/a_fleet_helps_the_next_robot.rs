@@ -9,7 +9,7 @@ use calibench::identify::{
 };
 use calibench::measure::{Dataset, Measured, Noise, Sample, SampleSet};
 use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
-use calibench::units::{DEG, MM, UM};
+use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -80,14 +80,36 @@ fn kind(rng: &mut ChaCha8Rng) -> Robot {
 const APART: f64 = 0.3;
 
 fn fleet(of: &Robot, robots: usize, rng: &mut ChaCha8Rng) -> Fleet {
+    fleet_of(of, robots, 0.0, rng)
+}
+
+fn fleet_of(of: &Robot, robots: usize, gear: f64, rng: &mut ChaCha8Rng) -> Fleet {
     let calibrations: Vec<Calibration> = (0..robots)
         .map(|_| {
             let arm = deviating(of, APART, rng);
-            identify(&[("d", &measured(&arm, 80, rng))], &model()).expect("a calibration")
+            identify(&[("d", &measured_with_gears(&arm, 80, gear, rng))], &model()).expect("a calibration")
         })
         .collect();
     let names: Vec<String> = (0..robots).map(|k| format!("robot {k}")).collect();
     Fleet::of(&names.iter().map(String::as_str).zip(&calibrations).collect::<Vec<_>>()).expect("a fleet")
+}
+
+/// As [`measured`], the gears erring by curves that no model here holds.
+fn measured_with_gears(arm: &Robot, points: usize, gear: f64, rng: &mut ChaCha8Rng) -> Dataset {
+    let mut data = measured(arm, points, rng);
+    if gear > 0.0 {
+        let curves: Vec<[f64; 4]> = (0..6)
+            .map(|_| [gear * normal(rng), rng.random_range(0.0..6.3), gear * normal(rng), rng.random_range(0.0..6.3)])
+            .collect();
+        for sample in &mut data.samples {
+            // The arm is elsewhere than its joints say.
+            let said = sample.q.clone();
+            for (j, [once, a, twice, b]) in curves.iter().enumerate() {
+                sample.q[j] -= once * (said[j] + a).sin() + twice * (2.0 * said[j] + b).sin();
+            }
+        }
+    }
+    data
 }
 
 /// The study of the page: `cargo test --release --test it -- --ignored --nocapture fleets_in_numbers`.
@@ -95,33 +117,29 @@ fn fleet(of: &Robot, robots: usize, rng: &mut ChaCha8Rng) -> Fleet {
 #[ignore = "a study of minutes; the page docs/fleets.md has its results"]
 fn fleets_in_numbers() {
     let trials = std::env::var("TRIALS").ok().and_then(|t| t.parse().ok()).unwrap_or(40u64);
-    for other_kind in [false, true] {
-        for points in [10, 20, 40, 80] {
-            let (mut sums, mut refused, mut alone, mut worse) = ([0.0; 2], 0, 0, 0);
-            for trial in 0..trials {
-                let mut rng = ChaCha8Rng::seed_from_u64(1_000 + trial);
-                let typical = kind(&mut rng);
-                let fleet = fleet(&typical, 20, &mut rng);
-                let of = if other_kind { kind(&mut rng) } else { typical };
-                let arm = deviating(&of, APART, &mut rng);
-                let data = measured(&arm, points, &mut rng);
-                let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
-                refused += usize::from(judged.used != PriorUsed::Fleet);
-                let with = error(&with, &data);
-                if let Ok(without) = identify(&[("d", &data)], &model()) {
-                    let without = error(&without, &data);
-                    sums[0] += without / MM;
-                    alone += 1;
+    for (gear, robots) in [(0.0, 20), (0.0, 5), (50.0 * URAD, 20)] {
+        for apart in [0.0, 0.3, 1.0] {
+            for points in [10, 20, 40, 80] {
+                let (mut sums, mut refused, mut worse) = ([0.0; 2], 0, 0);
+                for trial in 0..trials {
+                    let mut rng = ChaCha8Rng::seed_from_u64(40_000 + trial);
+                    let typical = kind(&mut rng);
+                    let fleet = fleet_of(&typical, robots, gear, &mut rng);
+                    let arm = deviating(&deviating(&typical, apart, &mut rng), APART, &mut rng);
+                    let data = measured_with_gears(&arm, points, gear, &mut rng);
+                    let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
+                    refused += usize::from(judged.used != PriorUsed::Fleet);
+                    let (with, without) =
+                        (error(&with, &data), error(&identify(&[("d", &data)], &model()).expect("alone"), &data));
+                    sums = [sums[0] + without / MM, sums[1] + with / MM];
                     worse += usize::from(with > 1.05 * without);
                 }
-                sums[1] += with / MM;
+                let [without, with] = sums.map(|sum| sum / trials as f64);
+                println!(
+                    "gears {:.0} urad, fleet of {robots}, {apart} sizes from its type, {points} points: {without:.4} mm alone, {with:.4} mm with the fleet, not used in {refused}, worse by 5 % in {worse} of {trials}",
+                    gear / URAD
+                );
             }
-            println!(
-                "{} {points} points: {:.4} mm alone ({alone} of {trials} determined), {:.4} mm with the fleet, not used {refused}, worse by 5 % {worse}",
-                if other_kind { "another kind," } else { "of the fleet," },
-                sums[0] / f64::from(alone.max(1)),
-                sums[1] / trials as f64
-            );
         }
     }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use calibench::assess::{EffectStatus, Pattern, Run, RunsComparison, RunsError, RunsQuestion, RunsVerdict};
 use calibench::identify::Model;
-use calibench::measure::{Ball, Dataset, Measured, Noise, Sample};
+use calibench::measure::{Dataset, Measured, Noise, Sample};
 use calibench::robot::{FramePose, Robot, built_in, world_from_tool};
 use calibench::units::{DEG, MM, UM, URAD};
 use nalgebra::Vector3;
@@ -177,6 +177,21 @@ fn runs_in_hundreds() {
     }
 }
 
+/// Three false alarms in twenty comparisons have a probability of 1e-3 at the level of 1 %.
+#[test]
+fn robots_that_stayed_are_hardly_ever_said_to_have_changed() {
+    let alarm = |trial: u64| {
+        let mut rng = ChaCha8Rng::seed_from_u64(300 + trial);
+        let (_, gear, pair) = CLASSES[trial as usize % CLASSES.len()];
+        let arm = Arm::drawn(&mut rng, gear, pair);
+        let runs = three([&arm, &arm, &arm], 50, &mut rng, true);
+        let found = compared(&labelled(&runs), &geometry(), None).expect("runs");
+        found.verdict != RunsVerdict::OneGeometry
+    };
+    let alarms = (0..20).filter(|&trial| alarm(trial)).count();
+    assert!(alarms < 3, "{alarms} of 20");
+}
+
 #[test]
 fn one_robot_in_three_campaigns_is_one_robot() {
     let mut rng = ChaCha8Rng::seed_from_u64(71);
@@ -254,7 +269,6 @@ fn distances_and_points_are_of_one_robot() {
     }
     let found = compared(&[("A", &points), ("B", &bar)], &geometry(), None).expect("runs");
     assert_eq!(found.verdict, RunsVerdict::OneGeometry, "{:?}", found.differences);
-    let _ = Ball { id: String::new(), position: Vector3::zeros(), sigma: 0.0, free: false };
 }
 
 #[test]

@@ -21,10 +21,9 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// Estimates the drift of one column by the restricted likelihood; `None` if the runs show nothing of it.
-    pub(super) fn of(reduced: &Reduced, column: usize, months: &[f64]) -> Option<Drift> {
+    /// Estimates the drift of one column by the restricted likelihood, with residuals of the variance `unit`; `None` if the runs show nothing of it.
+    pub(super) fn of(reduced: &Reduced, unit: f64, column: usize, months: &[f64]) -> Option<Drift> {
         let (gram, along) = reduced.increments(column);
-        let unit = reduced.unit();
         let root = DVector::from_iterator(gram.nrows(), months.windows(2).map(|w| (w[1] - w[0]).max(0.0).sqrt()));
         let scaled = DMatrix::from_fn(gram.nrows(), gram.ncols(), |r, c| root[r] * gram[(r, c)] * root[c] / unit);
         let eigen = scaled.symmetric_eigen();

@@ -6,6 +6,10 @@
 //! size that the evidence gives them. Without these, campaigns of different postures would seem to be of different robots, since
 //! each bends the parameters to the errors of its own postures.
 //!
+//! What two joints do together is in no curve. How much it matters is seen within the runs: each is halved in joint space, and the
+//! parameters are set free in the halves. Since one robot was measured in both, whatever that explains is due to what the model lacks,
+//! and every test between runs is in units of it.
+//!
 //! The tests are F tests of nested linear models at the fit. The best of all differences is taken if its chance, times their
 //! number (Bonferroni), is below half of [`RUNS_FALSE_ALARM`]; then the robot is fitted again with it, in full, and the next one is
 //! looked for. The other half is for all parameters at once: whether one geometry explains what remains.
@@ -46,6 +50,9 @@ const HIGHEST_ORDER: usize = 20;
 
 /// Two differences are told apart if one explains more than the other by this sum of squares, in units of the noise.
 const TOLD_APART: f64 = 9.0;
+
+/// Fewest degrees of freedom beside differences within runs.
+const LEAST_LEFT: f64 = 10.0;
 
 /// Share of the rows of the smaller of two runs that may be the same in both.
 const COPIED: f64 = 0.2;
@@ -204,6 +211,8 @@ struct Look {
     examination: Examination,
     units: Units,
     reduced: Reduced,
+    /// Mean square that differences within runs explain, in units of the noise, at least one; and its degrees of freedom.
+    lacking: [f64; 2],
     months: Vec<f64>,
     dated: bool,
 }
@@ -393,7 +402,15 @@ impl Look {
         let drifts = declared(&examination, question.drifts, &months)?;
         let products = Products::new(&examination, &run_of_setup, 0..count);
         let reduced = products.reduced(&units.columns, &drifts)?;
-        Ok(Look { examination, units, reduced, months, dated })
+        let of_arm = |unit: &&Unit| unit.kind == UnitKind::Parameter;
+        let columns: Vec<usize> = units.all.iter().filter(of_arm).flat_map(|unit| unit.columns.clone()).collect();
+        let within = reduced.within_runs(&columns);
+        let left = (reduced.squares - within.squares).max(1e-12 * reduced.squares) / (reduced.dof - within.directions).max(1.0);
+        let lacking = match within.directions {
+            d if d >= 1.0 && reduced.dof - d >= LEAST_LEFT => [(within.squares / d / left).max(1.0), d],
+            _ => [1.0, f64::INFINITY],
+        };
+        Ok(Look { examination, units, reduced, lacking, months, dated })
     }
 
     fn runs(&self) -> usize {
@@ -406,13 +423,19 @@ impl Look {
     }
 
     fn test_of(&self, squares: f64, above: f64) -> RunsTest {
-        let below = (self.reduced.dof - above).max(1.0);
+        let [lacking, known_by] = self.lacking;
+        let below = (self.reduced.dof - above).max(1.0).min(known_by);
         if above < 1.0 || squares <= 0.0 {
             return RunsTest { f: 0.0, above, below, chance: 1.0 };
         }
         let left = (self.reduced.squares - squares).max(1e-12 * self.reduced.squares);
-        let f = squares / above / (left / below);
+        let f = squares / above / (left / (self.reduced.dof - above).max(1.0)) / lacking;
         RunsTest { f, above, below, chance: fisher_chance(f, above, below).unwrap_or(1.0) }
+    }
+
+    /// Variance of the residuals, with what the model lacks.
+    fn variance(&self) -> f64 {
+        self.reduced.unit() * self.lacking[0]
     }
 
     /// All parameters and effects of the arm free in every run.
@@ -471,7 +494,7 @@ impl Look {
         }
         let (place, pattern, explained, test) = best;
         let unit = &self.units.all[*place];
-        let unit_variance = self.reduced.unit();
+        let unit_variance = self.variance();
         let near = |(other, other_pattern, e, _): &&(usize, Pattern, Explained, RunsTest)| {
             (other != place || other_pattern != pattern) && e.squares > explained.squares - TOLD_APART * unit_variance
         };
@@ -504,7 +527,7 @@ impl Look {
     /// Estimates of the fitted parameters of an effect, with the error curves allowed for.
     fn estimates_of(&self, effect: &str) -> Vec<Estimate> {
         let Examination { problem, fit, .. } = &self.examination;
-        let unit = self.reduced.unit();
+        let unit = self.variance();
         let of = |(column, &p): (usize, &usize)| {
             let parameter = &problem.parameters()[p];
             (parameter.effect == effect).then(|| {

@@ -6,6 +6,7 @@ use super::super::examination::{Examination, Span};
 use super::super::recommend::shrunk;
 use crate::identify::{FitError, IdentifyError};
 use crate::math::linalg::{self, Cholesky};
+use crate::measure::Postures;
 
 /// Rounds in which the noise of each run and the sizes of the error curves are estimated in turn.
 const ROUNDS: usize = 3;
@@ -13,12 +14,23 @@ const ROUNDS: usize = 3;
 /// A run with fewer degrees of freedom of its own than this takes the noise of all runs together.
 const OWN_NOISE_FROM: f64 = 15.0;
 
+/// Parts of a run: the halves of its postures in joint space, in which one robot was measured for certain.
+const PARTS: usize = 2;
+
+/// A run is halved only if it has so many scalar residuals for each parameter of the arm.
+const HALVED_FROM: f64 = 4.0;
+
+/// Seed of the division in halves: the same data give the same halves.
+const SEED: u64 = 0x0ca1_1bf0;
+
 /// The share of a column's energy below which what the fit leaves of it is rounding.
 const SEEN: f64 = 1e-7;
 
 /// The examined fit, reduced to the inner products of each run: of the fitted columns, the candidates and the residuals.
 pub(super) struct Products {
     of_run: Vec<DMatrix<f64>>,
+    /// The same of each half of every run.
+    of_part: Vec<DMatrix<f64>>,
     /// Of rows that belong to no sample: known distances between balls.
     others: DMatrix<f64>,
     /// Number of scalar residuals of each run that count as independent.
@@ -37,7 +49,9 @@ pub(super) struct Products {
 /// What is left of the columns of every run when everything that the runs share, and their set-ups, are free to follow.
 pub(super) struct Reduced {
     runs: usize,
-    /// Inner products of these columns, run by run (column x run), before and after reduction.
+    /// Number of scalar residuals of each run.
+    counts: Vec<f64>,
+    /// Inner products of these columns, half by half (column x half), before and after reduction.
     raw: Vec<DMatrix<f64>>,
     left: DMatrix<f64>,
     /// Inner products with the residual.
@@ -69,25 +83,37 @@ impl Products {
     pub fn new(examination: &Examination, run_of_setup: &[usize], curves: std::ops::Range<usize>) -> Products {
         let Examination { rows, fitted, circumstances, problem, fit, .. } = examination;
         let runs = run_of_setup.iter().max().map_or(0, |r| r + 1);
-        let mut of: Vec<Vec<usize>> = vec![Vec::new(); runs + 1];
-        let mut run_of = vec![runs; rows.ncols()];
-        for at in circumstances {
-            (at.first_row..at.first_row + at.height).for_each(|k| run_of[k] = run_of_setup[at.setup]);
+        let mut of: Vec<Vec<usize>> = vec![Vec::new(); PARTS * runs + 1];
+        let mut part_of = vec![PARTS * runs; rows.ncols()];
+        for run in 0..runs {
+            let own: Vec<_> = circumstances.iter().filter(|at| run_of_setup[at.setup] == run).collect();
+            let joints: Vec<&[f64]> = own.iter().map(|at| at.q.as_slice()).collect();
+            let postures = Postures::of_joints(&joints, &vec![0; own.len()]);
+            let halves = postures.blocks(&joints, PARTS, SEED);
+            for (at, &posture) in own.iter().zip(postures.of_samples()) {
+                let part = PARTS * run + halves[posture].min(PARTS - 1);
+                (at.first_row..at.first_row + at.height).for_each(|k| part_of[k] = part);
+            }
         }
-        run_of.iter().enumerate().for_each(|(k, &run)| of[run].push(k));
+        part_of.iter().enumerate().for_each(|(k, &part)| of[part].push(k));
         let product = |own: &Vec<usize>| {
             let mut out = DMatrix::zeros(rows.nrows(), rows.nrows());
             linalg::normal_matrix(&rows.select_columns(own), &mut out);
             out
         };
-        let mut of_run: Vec<DMatrix<f64>> = of.iter().map(product).collect();
-        let others = of_run.pop().unwrap_or_else(|| unreachable!("one more than there are runs"));
+        let mut of_part: Vec<DMatrix<f64>> = of.iter().map(product).collect();
+        let others = of_part.pop().unwrap_or_else(|| unreachable!("one more than there are halves"));
+        let of_run = of_part.chunks(PARTS).map(|parts| parts.iter().sum()).collect();
         let weight2 = examination.yardstick.weight().powi(2);
         let prior = |p: &usize| weight2 * problem.parameters()[*p].knowledge.information();
         let information: Vec<f64> = fit.kept.iter().map(prior).collect();
         Products {
-            counts: of[..runs].iter().map(|own| own.len() as f64 / examination.yardstick.repetition).collect(),
+            counts: of[..PARTS * runs]
+                .chunks(PARTS)
+                .map(|parts| parts.iter().map(Vec::len).sum::<usize>() as f64 / examination.yardstick.repetition)
+                .collect(),
             of_run,
+            of_part,
             others,
             fitted: fitted.len(),
             pull: fit.kept.iter().zip(&information).map(|(&p, i)| -i * fit.values[p]).collect(),
@@ -125,15 +151,16 @@ impl Products {
         let information = self.base_information(&curve_information, drifts);
         drop(all);
         let solved = Solved::new(&base, information, &self.base_pull(drifts))?;
-        let mut cross = DMatrix::zeros(base.normal.nrows(), columns.len() * runs);
-        let mut along = DVector::zeros(columns.len() * runs);
-        let mut raw = Vec::with_capacity(runs);
-        for run in 0..runs {
-            let product = &self.of_run[run];
+        let parts = PARTS * runs;
+        let mut cross = DMatrix::zeros(base.normal.nrows(), columns.len() * parts);
+        let mut along = DVector::zeros(columns.len() * parts);
+        let mut raw = Vec::with_capacity(parts);
+        for (place, product) in self.of_part.iter().enumerate() {
+            let run = place / PARTS;
             let weight = noise[run].powi(-2);
             let last = product.nrows() - 1;
             for (c, &column) in columns.iter().enumerate() {
-                let at = c * runs + run;
+                let at = c * parts + place;
                 for (b, part) in base.parts.iter().enumerate() {
                     cross[(b, at)] = part.weight(run) * weight * product[(part.column, column)];
                 }
@@ -148,17 +175,17 @@ impl Products {
         }
         solved.factor.whiten(&mut half);
         let mut left = -linalg::product_of_transposed(&half, &half);
-        for (run, own) in raw.iter().enumerate() {
+        for (place, own) in raw.iter().enumerate() {
             for r in 0..columns.len() {
                 for c in 0..columns.len() {
-                    left[(r * runs + run, c * runs + run)] += own[(r, c)];
+                    left[(r * parts + place, c * parts + place)] += own[(r, c)];
                 }
             }
         }
         let (squares, dof) = (solved.squares, (self.counts.iter().sum::<f64>() - self.flat).max(1.0));
         let covariance = solved.inverse.view((0, 0), (self.fitted, self.fitted)).into_owned();
         let correction = solved.solution.rows(0, self.fitted).into_owned();
-        Ok(Reduced { runs, raw, left, along, squares, dof, correction, covariance, noise })
+        Ok(Reduced { runs, counts: self.counts.clone(), raw, left, along, squares, dof, correction, covariance, noise })
     }
 
     /// The columns that all hypotheses share: fitted ones, error curves, declared drifts.
@@ -324,8 +351,22 @@ impl Solved {
 impl Reduced {
     /// What is explained by differences along `directions`: each a list of (column under test, run, weight).
     pub fn explained(&self, directions: &[Vec<(usize, usize, f64)>]) -> Explained {
+        let of_run = |&(column, run, weight): &(usize, usize, f64)| (0..PARTS).map(move |k| (column, PARTS * run + k, weight));
+        self.explained_by_parts(&directions.iter().map(|all| all.iter().flat_map(of_run).collect()).collect::<Vec<_>>())
+    }
+
+    /// What is explained by differences within runs: `columns` of the arm free in each half of every run that is long enough. In
+    /// one run the robot is one, so that this is due to what the model lacks alone.
+    pub fn within_runs(&self, columns: &[usize]) -> Explained {
+        let long = |run: &usize| self.counts[*run] >= HALVED_FROM * columns.len() as f64;
+        let of_run = |run: usize| columns.iter().map(move |&column| vec![(column, PARTS * run, 1.0)]);
+        self.explained_by_parts(&(0..self.runs).filter(long).flat_map(of_run).collect::<Vec<_>>())
+    }
+
+    /// The same for halves of runs: each a list of (column under test, half, weight).
+    fn explained_by_parts(&self, directions: &[Vec<(usize, usize, f64)>]) -> Explained {
         let n = directions.len();
-        let place = |&(column, run, _): &(usize, usize, f64)| column * self.runs + run;
+        let place = |&(column, part, _): &(usize, usize, f64)| column * PARTS * self.runs + part;
         let mut gram = DMatrix::zeros(n, n);
         let mut whole = DVector::zeros(n);
         let mut along = DVector::zeros(n);
@@ -365,19 +406,24 @@ impl Reduced {
     /// Inner products and gradient of one column in increments from run to run, for the size of a drift.
     pub fn increments(&self, column: usize) -> (DMatrix<f64>, DVector<f64>) {
         let n = self.runs.saturating_sub(1);
-        let at = |run: usize| column * self.runs + run;
+        let parts = PARTS * self.runs;
+        let at = |part: usize| column * parts + part;
         let inner = |a: usize, b: usize| {
-            let runs = self.runs;
-            (a + 1..runs).map(|r| (b + 1..runs).map(|c| self.left[(at(r), at(c))]).sum::<f64>()).sum::<f64>()
+            let from = |a: usize| PARTS * (a + 1)..parts;
+            from(a).map(|r| from(b).map(|c| self.left[(at(r), at(c))]).sum::<f64>()).sum::<f64>()
         };
-        let gradient = |a: usize| (a + 1..self.runs).map(|r| self.along[at(r)]).sum::<f64>();
+        let gradient = |a: usize| (PARTS * (a + 1)..parts).map(|r| self.along[at(r)]).sum::<f64>();
         (DMatrix::from_fn(n, n, inner), DVector::from_fn(n, |a, _| gradient(a)))
     }
 
     /// Energy of a column in one run, before and after reduction.
     pub fn energy(&self, column: usize, run: usize) -> [f64; 2] {
-        let at = column * self.runs + run;
-        [self.raw[run][(column, column)], self.left[(at, at)].max(0.0)]
+        let parts = PARTS * run..PARTS * (run + 1);
+        let at = |part: usize| column * PARTS * self.runs + part;
+        let raw = parts.clone().map(|part| self.raw[part][(column, column)]).sum();
+        let left: f64 =
+            parts.clone().flat_map(|r| parts.clone().map(move |c| (r, c))).map(|(r, c)| self.left[(at(r), at(c))]).sum();
+        [raw, left.max(0.0)]
     }
 
     /// Variance of the noise in the units of these products.

@@ -138,7 +138,7 @@ impl Tables<'_> {
         let Look { reduced, months, dated, .. } = self.look;
         let runs = months.len();
         let column = unit.columns[0];
-        let variance = reduced.unit();
+        let variance = self.look.variance();
         let changes = (0..runs).map(|run| {
             if run == 0 {
                 return Some([0.0, 0.0]);
@@ -170,7 +170,7 @@ impl Tables<'_> {
             () if changes[1..].iter().all(Option::is_none) => ParameterStatus::Unseen,
             () => ParameterStatus::Stayed,
         };
-        let drift = if *dated && runs > 2 { Drift::of(reduced, column, months) } else { None };
+        let drift = if *dated && runs > 2 { Drift::of(reduced, self.look.variance(), column, months) } else { None };
         ParameterInRuns { last: base + by(runs - 1), first: Estimate { value: base + by(0), ..first }, changes, status, drift }
     }
 
@@ -199,7 +199,7 @@ impl Tables<'_> {
         let Examination { problem, fit, .. } = examination;
         let own: Vec<usize> =
             (0..fit.kept.len()).filter(|&c| problem.parameters()[fit.kept[c]].effect == unit.effect).collect();
-        let variance = reduced.unit();
+        let variance = self.look.variance();
         let covariance =
             |from: &[usize]| DMatrix::from_fn(from.len(), from.len(), |r, c| variance * reduced.covariance[(from[r], from[c])]);
         let shared = nalgebra::DVector::from_iterator(parameters.len(), parameters.iter().map(|e| e.value - e.nominal));
