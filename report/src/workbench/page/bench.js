@@ -356,7 +356,8 @@ async function see(then) {
     if (then !== bench.turn) return;
     Object.assign(report, views);
     mark(report.candidates[report.telling.candidate]?.effect);
-    render(report, ["telling", "residuals"]);
+    // The maps of the workspace share their colours with those of the samples.
+    render(report, ["workspace", "telling", "residuals"]);
   } catch (error) {
     if (then === bench.turn) say(error.message, true);
   }
