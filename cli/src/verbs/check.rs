@@ -8,6 +8,7 @@ use calibench::assess::{CheckError, RobotCheck, choose_sentinels, power_of_check
 use calibench::files::{check_output_folder, with_reasons, write_whole};
 use calibench::identify::Calibration;
 use calibench::measure::{DATASET_TOML, Dataset, PlannedPose, Sample, read_cell, read_plan, write_plan};
+use calibench::units::DEG;
 use calibench_report::{charts_page, charts_text, check_plan_text, check_text, documents};
 use calibench_sim::scenario::load_scenario;
 
@@ -25,6 +26,9 @@ use super::streams::{input, output};
 
 /// Sizes for which the power of a check is printed, in units of the noise of one comparison.
 const SIZES: [f64; 4] = [1.0, 2.0, 3.0, 5.0];
+
+/// Joints at which a true arm has a ball differ from the planned ones by less, rad.
+const ARM_ERRORS: f64 = 5.0 * DEG;
 
 /// Three forms of call.
 const USAGE: &str = "calibench check <CALIBRATION> --then <CAMPAIGN> [--sentinels <N>] [--plan <PLAN> -o <SENTINELS>]
@@ -148,7 +152,7 @@ fn probe(
     let sentinels = read_plan(plan, &nominal)?;
     let now = |samples: Vec<Sample>| Dataset { samples, ..nominal.clone() };
     // What cannot be compared is refused before anything moves.
-    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(PlannedPose::nominal_sample);
+    let planned = sentinels.poses.iter().filter(|p| !p.reserve).map(|pose| expected(pose, then.1));
     RobotCheck::of(calibration, then, (then.0, &now(planned.collect()))).map_err(|e| LocatedError {
         path: plan.clone(),
         field: "pose",
@@ -165,6 +169,15 @@ fn probe(
     }
     let Arguments { seed, visit, resume, .. } = *arguments;
     simulate(&Simulated { scenario: cell, plan: Some(plan), output: folder, seed, plant: None, visit, resume }, choice)
+}
+
+/// The sample that a pose will give: at the joints of its sample in the campaign, where the true arm had the ball, if these are
+/// the pose's own but for the errors of an arm.
+fn expected(pose: &PlannedPose, campaign: &Dataset) -> Sample {
+    let near = |s: &&Sample| s.q.iter().zip(&pose.contact).all(|(q, planned)| (q - planned).abs() <= ARM_ERRORS);
+    let before = campaign.samples.iter().filter(|s| s.id == pose.id).find(near);
+    let nominal = pose.nominal_sample();
+    before.map_or(nominal.clone(), |before| Sample { q: before.q.clone(), ..nominal })
 }
 
 /// Judges measured poses, and adds them to the history.

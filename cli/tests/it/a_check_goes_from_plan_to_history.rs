@@ -110,7 +110,7 @@ fn poses_that_cannot_be_compared_are_refused_before_anything_moves() {
     let elsewhere = fs::read_to_string(at.join("sentinels.toml")).unwrap();
     let (before, rest) = elsewhere.split_once("contact_deg = [").unwrap();
     let (joints, after) = rest.split_once(']').unwrap();
-    let moved: Vec<String> = joints.split(',').map(|q| (q.trim().parse::<f64>().unwrap_or(0.0) + 3.0).to_string()).collect();
+    let moved: Vec<String> = joints.split(',').map(|q| (q.trim().parse::<f64>().unwrap_or(0.0) + 6.0).to_string()).collect();
     fs::write(at.join("elsewhere.toml"), format!("{before}contact_deg = [{}]{after}", moved.join(", "))).unwrap();
     refused(
         at,

@@ -7,7 +7,7 @@ use calibench::assess::{CheckError, Condition, RobotCheck, choose_sentinels};
 use calibench::identify::{Calibration, IdentifyError, identify};
 use calibench::measure::{CampaignObserver, Dataset, Measured, PlannedPose, ProbingPlan, Sample};
 use calibench::robot::world_from_tool;
-use calibench::units::{DEG, MM, UM};
+use calibench::units::{DEG, MM};
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -147,7 +147,10 @@ impl Checks {
         let sentinels = plans.plan.probing.of_poses(&ids).map_err(|id| ChecksError::NoPose(id.to_owned()))?;
 
         let mut random = streams.stream("faults");
-        let noise = cell.noise.ball.map_or(1.0 * UM, |sigma| sigma * 2f64.sqrt());
+        // The noise of a comparison, as the check itself takes it: here of the campaign with itself.
+        let same = dataset(chosen.iter().map(|&k| campaign.samples[k].clone()).collect());
+        let looks = RobotCheck::of(&calibration, ("cell", &campaign), ("cell", &same))?.looks;
+        let noise = looks.iter().map(|look| look.noise).sum::<f64>() / looks.len().max(1) as f64;
         let wanted = self.size * noise * 3f64.sqrt();
         let drawn = Drawn::of(fault, &cell, &sentinels, &mut random);
         let bad = (fault == Fault::Sample).then(|| {
