@@ -17,9 +17,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [probings, error, below] = figures(&campaigns, wanted);
     let mut counts: Vec<usize> = campaigns.iter().map(|c| c.probings).collect();
     counts.sort_unstable();
-    let enough = campaigns.iter().filter(|c| c.enough).count();
+    let stopped: Vec<_> = campaigns.iter().filter(|c| c.enough).copied().collect();
+    let [.., truly] = figures(&stopped, wanted);
     println!(
-        "| adaptive ({enough} of {robots} stopped) | {probings:.1} ({} to {}) | {error:.4} | {:.0} % |",
+        "| adaptive ({} of {robots} stopped, {:.0} % of them truly below) | {probings:.1} ({} to {}) | {error:.4} | {:.0} % |",
+        stopped.len(),
+        100.0 * truly,
         counts[0],
         counts[counts.len() - 1],
         100.0 * below
