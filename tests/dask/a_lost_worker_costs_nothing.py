@@ -43,7 +43,7 @@ def main():
         subprocess.run([program, "study", scenario, "--trials", str(trials), "--output", str(one), *options], check=True, capture_output=True)
         passed = ["--", *options] if options else []
         began = time.monotonic()
-        command = [sys.executable, str(SCRIPT), scenario, "--trials", str(trials), "--shard", str(shard), "--workers", str(workers), "--program", program, "-o", str(spread), *passed]
+        command = [sys.executable, str(SCRIPT), "--trials", str(trials), "--shard", str(shard), "--workers", str(workers), "--program", program, "-o", str(spread), scenario, *passed]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as study:
             # One shard is done, the next are in work.
             while "shards" not in (line := study.stderr.readline()):
