@@ -152,13 +152,13 @@ fn a_fleet_helps_where_points_are_few() {
     let (mut fleets, mut alone) = (0.0, 0.0);
     for _ in 0..4 {
         let arm = deviating(&typical, APART, &mut rng);
-        let data = measured(&arm, 13, &mut rng);
+        let data = measured(&arm, 10, &mut rng);
         let (with, judged) = identify_with_fleet(&[("d", &data)], &model(), &fleet).expect("with the fleet");
         assert_eq!(judged.used, PriorUsed::Fleet, "{judged:?}");
         fleets += error(&with, &data);
         alone += error(&identify(&[("d", &data)], &model()).expect("alone"), &data);
     }
-    assert!(fleets < 0.6 * alone, "{fleets} {alone}");
+    assert!(fleets < 0.8 * alone, "{fleets} {alone}");
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn a_fleet_survives_the_disk_and_says_nothing_of_a_single_robot() {
         assert!((read.mean - written.mean).abs() < 1e-15 && (read.sigma / written.sigma - 1.0).abs() < 1e-12, "{read:?}");
     }
     assert_eq!((again.robots, again.parameters.len(), &again.geometry), (4, fleet.parameters.len(), &fleet.geometry));
-    assert!(!text.contains("robot 0") && !text.contains("sha256 ="), "{text}");
+    assert!(!text.contains("robot 0") && !text.contains("dataset"), "{text}");
     for (from, to, says) in [
         ("calibench-fleet/1", "calibench-fleet/2", "format"),
         ("unit = \"deg\"", "unit = \"furlong\"", "furlong"),
