@@ -41,14 +41,14 @@ pub struct OpenRequest {
 #[derive(Debug, thiserror::Error)]
 pub enum NotOpened {
     /// A file is not as it must be.
-    #[error("{}", with_reasons(.0))]
-    File(#[from] FileError),
+    #[error("{}", with_reasons(.0.as_ref()))]
+    File(Box<FileError>),
     /// A table cannot be imported.
-    #[error("{}", with_reasons(.0))]
-    Import(#[from] ImportError),
+    #[error("{}", with_reasons(.0.as_ref()))]
+    Import(Box<ImportError>),
     /// The data do not determine the model.
     #[error(transparent)]
-    Data(#[from] LocatedError),
+    Data(Box<LocatedError>),
     /// The data do not fit the robot.
     #[error("{0}")]
     Misfit(String),
@@ -58,6 +58,24 @@ pub enum NotOpened {
     /// A robot cannot be simulated.
     #[error("{0}")]
     Simulation(String),
+}
+
+impl From<FileError> for NotOpened {
+    fn from(error: FileError) -> Self {
+        NotOpened::File(Box::new(error))
+    }
+}
+
+impl From<ImportError> for NotOpened {
+    fn from(error: ImportError) -> Self {
+        NotOpened::Import(Box::new(error))
+    }
+}
+
+impl From<LocatedError> for NotOpened {
+    fn from(error: LocatedError) -> Self {
+        NotOpened::Data(Box::new(error))
+    }
 }
 
 impl NotOpened {

@@ -127,7 +127,7 @@ fn scenario_of(request: &PlayRequest) -> Result<String, NotOpened> {
 /// Sizes of the parameters that are together `times` the plausible one, no two of them alike.
 fn sizes(effect: &dyn Effect, times: f64) -> Vec<f64> {
     let parameters = effect.parameters();
-    let weight = |k: usize| if k % 2 == 0 { 0.8 } else { -0.6 };
+    let weight = |k: usize| if k.is_multiple_of(2) { 0.8 } else { -0.6 };
     let length: f64 = (0..parameters.len()).map(|k| weight(k) * weight(k)).sum::<f64>().sqrt();
     parameters.iter().enumerate().map(|(k, p)| times * p.prior * weight(k) / length).collect()
 }

@@ -4,7 +4,7 @@
 // Longest file that is read, bytes: a table of half a million rows.
 const LONGEST_FILE = 64 << 20;
 
-const opening = { files: [], play: null };
+const opening = { files: [], play: null, lacks_robot: false };
 
 const choices = (select, options) => select.append(...options.map(([value, words]) => element("option", { value }, words)));
 
@@ -13,6 +13,7 @@ async function opens(what, body, files, error_at) {
   for (const text of document.querySelectorAll("#open .error")) text.textContent = "";
   by_id("all-the-same").hidden = true;
   by_id("files").removeAttribute("aria-invalid");
+  opening.lacks_robot = false;
   set_busy(1);
   const buttons = document.querySelectorAll("#open button");
   for (const button of buttons) button.disabled = true;
@@ -34,7 +35,8 @@ async function opens(what, body, files, error_at) {
     by_id(error_at).replaceChildren(...sentence(error.message));
     if (error_at === "open-error" && !error.cancelled) by_id("files").setAttribute("aria-invalid", "true");
     by_id("all-the-same").hidden = error.field !== "misfit";
-    if (error.field === "robot") by_id("robot").focus();
+    opening.lacks_robot = error.field === "robot";
+    if (opening.lacks_robot) by_id("robot").focus();
     return false;
   } finally {
     still();
@@ -129,7 +131,7 @@ by_id("files").addEventListener("change", () => {
   opening.files = [...by_id("files").files].map((file) => ({ path: file.name, file }));
 });
 by_id("drop").addEventListener("submit", (event) => { event.preventDefault(); open_files(); });
-by_id("robot").addEventListener("change", () => { if (opening.files.length && by_id("open-error").textContent) open_files(); });
+by_id("robot").addEventListener("change", () => { if (opening.lacks_robot && by_id("robot").value) open_files(); });
 by_id("all-the-same").addEventListener("click", () => open_files(true));
 by_id("play").addEventListener("submit", (event) => {
   event.preventDefault();
