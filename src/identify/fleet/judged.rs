@@ -10,9 +10,8 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::{Fleet, FleetPrior};
 use crate::identify::{
-    Calibration, Fit, IdentifyError, Model, Prior, Problem, Use, covariance_with_model_error, fit, identify,
+    Calibration, Fit, Fleet, FleetPrior, IdentifyError, Model, Prior, Problem, Use, covariance_with_model_error, fit, identify,
 };
 use crate::math::linalg;
 use crate::measure::Dataset;
