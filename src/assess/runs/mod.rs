@@ -342,4 +342,3 @@ fn check(question: &RunsQuestion<'_>) -> Result<(), RunsError> {
     }
     Ok(())
 }
-

@@ -16,8 +16,8 @@ use thiserror::Error;
 use self::estimate::{Between, between};
 pub use self::file::{read_fleet, write_fleet};
 pub use self::judged::{CONFLICT, FleetJudged, PriorUsed, identify_with_fleet};
-use super::fleet_prior::{Fleet, FleetParameter, geometry};
 use super::Calibration;
+use super::fleet_prior::{Fleet, FleetParameter, geometry};
 use crate::effects::{self, Owner, Subject};
 
 /// The reason why calibrations make no fleet.
