@@ -84,7 +84,7 @@ pub fn identify_with_fleet(
         return Ok((calibration, judged));
     }
     if let Ok(calibration) = identify(datasets, model)
-        && calibration.dof as f64 >= calibration.rank as f64
+        && calibration.unconverged().is_none()
     {
         judged.used = PriorUsed::None;
         return Ok((calibration, judged));
