@@ -53,8 +53,7 @@ pub(super) fn between(seen: &[[f64; 2]], plausible: f64) -> Between {
     let most = all.iter().map(|a| a.ln).fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = all.iter().map(|a| (a.ln - most).exp()).collect();
     let whole: f64 = weights.iter().sum();
-    let average =
-        |of: &dyn Fn(&(f64, f64, f64, f64)) -> f64| all.iter().zip(&weights).map(|(a, w)| w * of(a)).sum::<f64>() / whole;
+    let average = |of: &dyn Fn(&Tried) -> f64| all.iter().zip(&weights).map(|(a, w)| w * of(a)).sum::<f64>() / whole;
     let mean = average(&|a| a.mean);
     let between = average(&|a| a.variation * a.variation);
     let sigma = between + average(&|a| a.variance + (a.mean - mean).powi(2));
