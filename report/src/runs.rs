@@ -16,7 +16,7 @@ const MOST_ALIASES: usize = 4;
 fn chance(p: f64) -> String {
     match p {
         p if p < 1e-15 => "under 1e-15".into(),
-        p if p < 1e-3 => format!("{p:.0e}"),
+        p if p < 1e-2 => format!("{p:.0e}"),
         p => format!("{p:.2}"),
     }
 }
