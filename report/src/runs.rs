@@ -9,11 +9,14 @@ use calibench::units::{MM, UM};
 use super::effect_names::called;
 use super::tables::plain_rows;
 
+/// Number of indistinguishable differences that are named.
+const MOST_ALIASES: usize = 4;
+
 /// A chance in words.
 fn chance(p: f64) -> String {
     match p {
         p if p < 1e-15 => "under 1e-15".into(),
-        p if p < 1e-3 => format!("{p:.0e}"),
+        p if p < 1e-2 => format!("{p:.0e}"),
         p => format!("{p:.2}"),
     }
 }
@@ -179,8 +182,10 @@ pub fn runs_text(c: &RunsComparison, dates: &[Option<String>]) -> String {
     for difference in &c.differences {
         out.push_str(&difference_sentence(difference, &names));
         out.push('\n');
-        if !difference.aliased.is_empty() {
-            out.push_str(&format!("  These runs cannot tell it from: {}.\n", difference.aliased.join("; ")));
+        let (named, others) = difference.aliased.split_at(difference.aliased.len().min(MOST_ALIASES));
+        if !named.is_empty() {
+            let more = if others.is_empty() { String::new() } else { format!("; and {} others", others.len()) };
+            out.push_str(&format!("  These runs cannot tell it from: {}{more}.\n", named.join("; ")));
         }
     }
     out.push_str(&verdict_sentence(c));

@@ -7,6 +7,7 @@ mod determined;
 mod fit;
 mod fit_result;
 mod fleet;
+mod fleet_prior;
 mod identified;
 mod model;
 mod model_error;
@@ -24,10 +25,8 @@ pub use calibration_file::{read_calibration, write_calibration};
 pub use determined::{independent_parameters, observability_of};
 pub use fit::{check_nested, fit, fit_from, fit_larger, fit_some};
 pub use fit_result::{Fit, FitError, Outcome, Unresolved};
-pub use fleet::{
-    CONFLICT, Fleet, FleetError, FleetJudged, FleetParameter, FleetPrior, PriorUsed, identify_with_fleet, read_fleet,
-    write_fleet,
-};
+pub use fleet::{CONFLICT, FleetError, FleetJudged, PriorUsed, identify_with_fleet, read_fleet, write_fleet};
+pub use fleet_prior::{Fleet, FleetParameter, FleetPrior};
 pub use identified::{identify, identify_without_indices};
 pub use model::{BACKGROUND_WIDTH, Model, TorquePosture, UNREGULARISED};
 pub use model_error::covariance_with_model_error;

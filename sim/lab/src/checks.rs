@@ -95,7 +95,7 @@ pub enum ChecksError {
 }
 
 /// The outcome of one check.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// What happened.
     pub fault: Fault,
@@ -103,6 +103,8 @@ pub struct Outcome {
     pub found: bool,
     /// True if it named what happened, or something that its poses cannot distinguish from it.
     pub named: bool,
+    /// The condition that the check named, if it named another.
+    pub mistaken_for: Option<String>,
     /// Number of poses probed.
     pub used: usize,
 }
@@ -166,7 +168,8 @@ impl Checks {
         let used = samples.len();
         let check = RobotCheck::of(&calibration, ("cell", &campaign), ("cell", &dataset(samples)))?;
         let named = check.named().is_some_and(|first| fault.is(&first.condition) || check.aliased.iter().any(|c| fault.is(c)));
-        Ok(Outcome { fault, found: check.changed, named, used })
+        let mistaken_for = check.named().filter(|_| !named).map(|first| first.condition.name());
+        Ok(Outcome { fault, found: check.changed, named, mistaken_for, used })
     }
 }
 

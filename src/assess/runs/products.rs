@@ -2,10 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::examination::{Examination, Span};
-use super::super::recommend::shrunk;
-use crate::identify::{FitError, IdentifyError};
-use crate::math::linalg::{self, Cholesky};
+use super::base::{Base, Part, Solved};
+use crate::assess::examination::{Examination, Span};
+use crate::assess::recommend::shrunk;
+use crate::identify::IdentifyError;
+use crate::math::linalg;
 use crate::measure::Postures;
 
 /// Rounds in which the noise of each run and the sizes of the error curves are estimated in turn.
@@ -287,64 +288,6 @@ impl Products {
         let together = (squares / dof.max(1.0)).max(f64::MIN_POSITIVE).sqrt();
         let own = |[squares, dof]: &[f64; 2]| if *dof >= OWN_NOISE_FROM { (squares / dof).sqrt() } else { together };
         left.iter().map(|l| own(l).max(1e-3 * together)).collect()
-    }
-}
-
-/// A column in the runs from one on.
-#[derive(Debug, Clone, Copy)]
-struct Part {
-    column: usize,
-    from: usize,
-}
-
-impl Part {
-    fn everywhere(column: usize) -> Part {
-        Part { column, from: 0 }
-    }
-
-    fn weight(self, run: usize) -> f64 {
-        if run >= self.from { 1.0 } else { 0.0 }
-    }
-}
-
-struct Base {
-    parts: Vec<Part>,
-    normal: DMatrix<f64>,
-    gradient: DVector<f64>,
-    squares: f64,
-}
-
-/// The base solved for.
-struct Solved {
-    factor: Cholesky,
-    scale: Vec<f64>,
-    solution: DVector<f64>,
-    inverse: DMatrix<f64>,
-    /// Sum of squares left, priors included.
-    squares: f64,
-}
-
-impl Solved {
-    fn new(base: &Base, information: Vec<f64>, pull: &DVector<f64>) -> Result<Solved, IdentifyError> {
-        let n = base.normal.nrows();
-        let scale: Vec<f64> = (0..n).map(|k| (base.normal[(k, k)] + information[k]).max(1e-300).powf(-0.5)).collect();
-        let mut normal = DMatrix::from_fn(n, n, |r, c| base.normal[(r, c)] * scale[r] * scale[c]);
-        (0..n).for_each(|k| normal[(k, k)] += information[k] * scale[k] * scale[k] + 1e-13);
-        let mut factor = Cholesky::new(n);
-        factor.factor(&normal).map_err(FitError::from)?;
-        let mut inverse = DMatrix::zeros(n, n);
-        factor.inverse(&mut inverse);
-        for c in 0..n {
-            for r in 0..n {
-                inverse[(r, c)] *= scale[r] * scale[c];
-            }
-        }
-        let gradient = &base.gradient + pull;
-        let solution = &inverse * &gradient;
-        // The priors, as measurements, have their own residuals at the fit: pull² / information.
-        let of_priors = pull.iter().zip(&information).filter(|(_, i)| **i > 0.0).map(|(p, i)| p * p / i).sum::<f64>();
-        let squares = (base.squares + of_priors - solution.dot(&gradient)).max(f64::MIN_POSITIVE);
-        Ok(Solved { factor, scale, solution, inverse, squares })
     }
 }
 

@@ -3,8 +3,11 @@
 use nalgebra::DMatrix;
 
 use super::super::examination::Examination;
-use super::units::{CHANGE, Unit, UnitKind};
-use super::{Difference, Drift, LeftOut, Look, Pattern};
+use super::Difference;
+use super::drift::Drift;
+use super::left_out::LeftOut;
+use super::look::Look;
+use super::units::{CHANGE, Pattern, Unit, UnitKind};
 use crate::identify::{Calibration, Estimate, RunChange};
 use crate::math::rms;
 use crate::measure::{Dataset, Postures};

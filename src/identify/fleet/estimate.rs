@@ -21,6 +21,16 @@ const LOWEST: f64 = 1e-3;
 const A_DECADE: f64 = 24.0;
 const STEPS: usize = 108;
 
+/// A variation from robot to robot, and what would follow from it.
+struct Tried {
+    /// Log likelihood, with the belief in the catalogue.
+    ln: f64,
+    variation: f64,
+    mean: f64,
+    /// Variance of the mean.
+    variance: f64,
+}
+
 /// From deviations with their standard uncertainties, and the plausible size of the catalogue.
 pub(super) fn between(seen: &[[f64; 2]], plausible: f64) -> Between {
     let of = |step: usize| {
@@ -37,17 +47,16 @@ pub(super) fn between(seen: &[[f64; 2]], plausible: f64) -> Between {
         let mean = pull / information;
         let belief = ((tau / plausible).ln() / LOG_SIGMA).powi(2);
         let ln = -0.5 * (volume + information.ln() + squares - mean * pull + belief);
-        (ln, tau, mean, 1.0 / information)
+        Tried { ln, variation: tau, mean, variance: 1.0 / information }
     };
-    let all: Vec<(f64, f64, f64, f64)> = (0..STEPS).map(of).collect();
-    let most = all.iter().map(|a| a.0).fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = all.iter().map(|a| (a.0 - most).exp()).collect();
+    let all: Vec<Tried> = (0..STEPS).map(of).collect();
+    let most = all.iter().map(|a| a.ln).fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = all.iter().map(|a| (a.ln - most).exp()).collect();
     let whole: f64 = weights.iter().sum();
-    let average =
-        |of: &dyn Fn(&(f64, f64, f64, f64)) -> f64| all.iter().zip(&weights).map(|(a, w)| w * of(a)).sum::<f64>() / whole;
-    let mean = average(&|a| a.2);
-    let between = average(&|a| a.1 * a.1);
-    let sigma = between + average(&|a| a.3 + (a.2 - mean).powi(2));
+    let average = |of: &dyn Fn(&Tried) -> f64| all.iter().zip(&weights).map(|(a, w)| w * of(a)).sum::<f64>() / whole;
+    let mean = average(&|a| a.mean);
+    let between = average(&|a| a.variation * a.variation);
+    let sigma = between + average(&|a| a.variance + (a.mean - mean).powi(2));
     Between { mean, sigma: sigma.sqrt(), between: between.sqrt() }
 }
 

@@ -10,9 +10,8 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::{Fleet, FleetPrior};
 use crate::identify::{
-    Calibration, Fit, IdentifyError, Model, Prior, Problem, Use, covariance_with_model_error, fit, identify,
+    Calibration, Fit, Fleet, FleetPrior, IdentifyError, Model, Prior, Problem, Use, covariance_with_model_error, fit, identify,
 };
 use crate::math::linalg;
 use crate::measure::Dataset;
@@ -85,7 +84,7 @@ pub fn identify_with_fleet(
         return Ok((calibration, judged));
     }
     if let Ok(calibration) = identify(datasets, model)
-        && calibration.dof as f64 >= calibration.rank as f64
+        && calibration.unconverged().is_none()
     {
         judged.used = PriorUsed::None;
         return Ok((calibration, judged));

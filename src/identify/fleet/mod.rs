@@ -10,52 +10,15 @@
 mod estimate;
 mod file;
 mod judged;
-mod prior;
 
 use thiserror::Error;
 
 use self::estimate::{Between, between};
 pub use self::file::{read_fleet, write_fleet};
 pub use self::judged::{CONFLICT, FleetJudged, PriorUsed, identify_with_fleet};
-pub use self::prior::FleetPrior;
 use super::Calibration;
+use super::fleet_prior::{Fleet, FleetParameter, geometry};
 use crate::effects::{self, Owner, Subject};
-use crate::robot::Robot;
-use crate::units::Unit;
-
-/// A parameter of the arm in robots of one type.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FleetParameter {
-    /// Its name.
-    pub name: String,
-    /// The effect to which it belongs.
-    pub effect: String,
-    /// Unit for people and files.
-    pub unit: Unit,
-    /// Mean deviation from nominal, SI.
-    pub mean: f64,
-    /// One sigma of the next robot's deviation about it, SI.
-    pub sigma: f64,
-    /// Standard deviation from robot to robot, SI.
-    pub between: f64,
-    /// Plausible size of the catalogue, SI.
-    pub plausible: f64,
-    /// Number of robots of which it was estimated.
-    pub robots: usize,
-}
-
-/// What robots of one type have in common.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fleet {
-    /// Name of the type.
-    pub robot: String,
-    /// SHA-256 of its nominal geometry, hexadecimal.
-    pub geometry: String,
-    /// Number of robots.
-    pub robots: usize,
-    /// The parameters of their arms.
-    pub parameters: Vec<FleetParameter>,
-}
 
 /// The reason why calibrations make no fleet.
 #[derive(Debug, Error, Clone, PartialEq)]
@@ -135,16 +98,6 @@ impl Fleet {
         }
         Ok(Fleet { robot: first.robot.name.clone(), geometry: geometry(&first.robot), robots: calibrations.len(), parameters })
     }
-
-    /// The parameter with this name.
-    pub fn parameter(&self, name: &str) -> Option<&FleetParameter> {
-        self.parameters.iter().find(|p| p.name == name)
-    }
-
-    /// True if it is of this type of robot.
-    pub fn is_of(&self, robot: &Robot) -> bool {
-        self.geometry == geometry(robot)
-    }
 }
 
 /// A parameter of the arm, from all calibrations that estimate it; `None` if fewer than two do, or it is not of the arm.
@@ -182,18 +135,4 @@ fn is_of_a_day(calibration: &Calibration, effect: &str) -> bool {
         let of_time = family.follows.iter().any(|f| matches!(f, Follows::Time | Follows::Temperature));
         family.origin != Origin::Arm || of_time || matches!(family.scan, Scan::Time | Scan::Sample)
     })
-}
-
-/// SHA-256 of the numbers of a nominal geometry, rounded to what files keep.
-fn geometry(robot: &Robot) -> String {
-    use sha2::{Digest, Sha256};
-    let mut hash = Sha256::new();
-    for link in &robot.links {
-        let mdh = &link.mdh;
-        for number in [mdh.alpha, mdh.a, mdh.beta, mdh.theta, mdh.d] {
-            // Whole nanometres and nanoradians; no -0.
-            hash.update(((number * 1e9).round() as i64).to_le_bytes());
-        }
-    }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
