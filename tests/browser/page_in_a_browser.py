@@ -351,7 +351,8 @@ def guesses(program, page, data, scratch, found, took):
     for document in (said, diagnosis):
         # What takes nothing takes it in any order.
         document["contributions"] = {c["effect"]: c for c in document["contributions"]}
-    for key in set(diagnosis) - {"sentences"}:
+    # Few rows leave much open: which draws of what they leave are accepted hangs on last bits, and the expected error on the draws.
+    for key in set(diagnosis) - {"sentences", "workspace"}:
         differences(f"table: {key}", said.get(key), diagnosis[key], differing)
     found += differing[:5]
 
