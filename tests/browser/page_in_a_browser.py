@@ -243,6 +243,7 @@ def main():
         page.page.evaluate(AXE.read_text(encoding="utf-8"))
         looked_at(page.page, "static-start", arguments.pictures, found)
         parts = {
+            "cancel": lambda: cancelled_at_once(page, found),
             "numbers": lambda: [held_against(program, page, d, Path(folder), found, took) for d in sorted(arguments.data.iterdir()) if (d / "dataset.toml").is_file()],
             "wrong": lambda: wrong_files(program, page, arguments.data, Path(folder), found),
             "play": lambda: plays(program, page, arguments.pictures, found, took),
@@ -290,6 +291,15 @@ def plays(program, page, pictures, found, took):
         looked_at(page.page, f"static-{name}", pictures, found)
     page.page.set_viewport_size({"width": 1280, "height": 900})
     page.page.emulate_media(color_scheme="light")
+
+
+def cancelled_at_once(page, found):
+    """The very first thing that is done can be cancelled, and the page is as it was."""
+    page.page.click("#measure")
+    page.page.click("#cancel")
+    page.page.wait_for_selector("body:not([data-opening])[aria-busy='false']", timeout=PATIENCE)
+    found.unless(page.error("play-error").startswith("Cancelled"), f"cancelled at once, the page says '{page.error('play-error')}'")
+    found.unless(page.page.is_hidden("#bench") and page.page.is_hidden("#cancel"), "cancelled at once, something is open")
 
 
 def long_file(page, scratch, found):
@@ -351,7 +361,8 @@ def guesses(program, page, data, scratch, found, took):
     for document in (said, diagnosis):
         # What takes nothing takes it in any order.
         document["contributions"] = {c["effect"]: c for c in document["contributions"]}
-    for key in set(diagnosis) - {"sentences"}:
+    # Few rows leave much open: which draws of what they leave are accepted hangs on last bits, and the expected error on the draws.
+    for key in set(diagnosis) - {"sentences", "workspace"}:
         differences(f"table: {key}", said.get(key), diagnosis[key], differing)
     found += differing[:5]
 

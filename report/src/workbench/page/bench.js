@@ -120,6 +120,8 @@ function turn(effect, on, force = false, mistake = undefined) {
   without_mistakes();
   const row = row_of(effect)?.querySelector(".switch");
   row?.setAttribute("aria-busy", "true");
+  // The notice with the evidence against it is gone, and the focus with it.
+  if (force) row?.focus();
   const words = bench.report ? named(bench.report, effect) : effect;
   return act(on ? `Fitting the model with ${words} …` : `Fitting the model without ${words} …`, "switch", { effect, on, force },
     (told) => turned(told, () => turn(effect, on, true)), mistake);
