@@ -138,6 +138,24 @@ fn what_changed_is_named_within_five_poses() {
 }
 
 #[test]
+fn a_collision_is_named_as_well() {
+    let known = known();
+    type Change = fn(&mut Cell);
+    let cases: [(Condition, Change); 3] = [
+        (Condition::ToolMoved, |c| c.tool.xyz[1] += 5.0 * MM),
+        (Condition::BaseMoved, |c| c.base.xyz[0] -= 5.0 * MM),
+        (Condition::JointSlipped(4), |c| c.arm.links[3].mdh.theta += 0.5 * DEG),
+    ];
+    for (condition, change) in cases {
+        let mut cell = Cell::new();
+        change(&mut cell);
+        let check = known.checked(&cell, 70);
+        assert!(names(&check, &condition), "{condition:?}: {:?}", check.conditions);
+        assert!(check.conditions[0].probability > 0.9, "{condition:?}: {:?}", check.conditions);
+    }
+}
+
+#[test]
 fn a_single_bad_sample_is_no_fault_of_the_robot() {
     let known = known();
     for (k, (id, _)) in known.sentinels.iter().enumerate() {

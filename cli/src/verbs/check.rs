@@ -163,7 +163,7 @@ fn probe(
         if check.is_ok_and(|check| check.settled) { None } else { Some(0) }
     };
     let under = vec![("check.calibration", arguments.calibration.display().to_string()), ("check.then", then.1.hash.clone())];
-    let choice = Choice { choose: Some(&mut choose), under };
+    let choice = Choice { choose: Some(&mut choose), silent: arguments.json, under };
     if is_real {
         return measure_cell::run(cell, &arguments.real, plan, Some(folder), arguments.resume, choice);
     }

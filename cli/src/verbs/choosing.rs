@@ -38,6 +38,8 @@ impl CampaignObserver for Chosen<'_> {
 pub struct Choice<'a> {
     /// The choice; in the order of the plan, to its end, without one.
     pub choose: Option<Choose<'a>>,
+    /// True if the caller says what was measured.
+    pub silent: bool,
     /// Names and values of what it depends on.
     pub under: Vec<(&'static str, String)>,
 }

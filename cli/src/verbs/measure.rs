@@ -126,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         })
     };
     let under = vec![("until_mm", until_mm.to_string()), ("until_model", format!("{model:?}"))];
-    let outcome = run_with(arguments, Choice { choose: Some(&mut choose), under })?;
+    let outcome = run_with(arguments, Choice { choose: Some(&mut choose), silent: false, under })?;
     if let Some(why) = failure {
         warn(&format!("warning: the poses were measured in the order of the plan, to its end: {why}"));
     }
@@ -202,6 +202,7 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
         .and_settings("centring", &centring(&scenario))
         .and_settings("campaign", &CampaignSettings::default());
     let under = choice.on(under);
+    let silent = choice.silent;
     let mut journal = match Journal::open(output, &under, arguments.resume)? {
         OpenedJournal::Ready(journal) => *journal,
         OpenedJournal::Finished { probings } => {
@@ -238,7 +239,9 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
     );
     let dataset = Dataset { samples: record.samples.iter().cloned().chain(points).collect(), ..cell };
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
-    print_answer(&summary)?;
+    if !silent {
+        print_answer(&summary)?;
+    }
     Ok(Outcome::Done)
 }
 

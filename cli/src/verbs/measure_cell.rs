@@ -68,6 +68,7 @@ pub fn run(
         .and_settings("guards", &guard_conditions(&cell))
         .and("robot.speed_percent", cell.speed_percent);
     let under = choice.on(under);
+    let silent = choice.silent;
     let Some(mut journal) = open_journal(output, &under, arguments, &operator, resume)? else { return Ok(Outcome::Done) };
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut gauges = open_gauges(&cell)?;
@@ -99,12 +100,16 @@ pub fn run(
         |why: String, journal: &Journal| Interrupted { why, kept: journal.probings(), journal: journal.path().into() };
     let record = record.map_err(|e| interrupted(e.to_string(), &journal))?;
     let dataset = Dataset { samples: record.samples.clone(), ..cell.dataset };
-    print_answer(&summary(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
+    if !silent {
+        print_answer(&summary(&record, wanted(poses), &traffic_of(robot.as_ref(), &gauges)))?;
+    }
     if let Some(abort) = &record.aborted {
         return Err(interrupted(abort.to_string(), &journal).into());
     }
     journal.finish(&dataset, &record, poses).map_err(|e| interrupted(e.to_string(), &journal))?;
-    print_answer(&format!("dataset in {}", output.display()))?;
+    if !silent {
+        print_answer(&format!("dataset in {}", output.display()))?;
+    }
     Ok(Outcome::Done)
 }
 

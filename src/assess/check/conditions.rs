@@ -47,6 +47,11 @@ impl Condition {
         }
     }
 
+    /// True if it displaces all samples, along columns that are linear in its size.
+    pub(super) fn is_of_all(&self) -> bool {
+        !matches!(self, Condition::BallMoved(_) | Condition::SingleSample(_) | Condition::Recalibrate)
+    }
+
     /// Conditions of one kind share the probability that the kind has before any data.
     pub(super) fn kind(&self) -> usize {
         match self {

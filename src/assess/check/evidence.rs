@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use super::conditions::Condition;
 use super::{CHANGED_BEFOREHAND, FALSE_ALARM, Judged};
+use crate::assess::evidence::{ln_mean_exp, ln_sum_exp};
 
 /// Sizes of a change for which evidence is averaged: root mean square of the displacement over all samples, in units of the
 /// noise of one comparison. From what can hardly be seen to a collision.
@@ -20,6 +21,11 @@ const NAMED: f64 = 0.95;
 
 /// Two nested conditions are told apart if the narrower one fits worse by more than this sum of squares.
 const WORSE: f64 = 9.0;
+
+/// A true change displaces the samples as its columns say but for this share of their root mean square: columns are linear, and
+/// those of a mass know its place and the springs of the arm only so well. Without it a large change would be taken for one of
+/// more freedom that fits a little better.
+const IN_SHAPE: f64 = 0.03;
 
 /// One condition, with its columns orthonormal over all samples.
 struct Hypothesis {
@@ -64,9 +70,10 @@ impl Evidence {
         Evidence { hypotheses: columns.iter().map(hypothesis).collect(), ends }
     }
 
-    /// Average likelihood ratio of all changes to none after the first `samples`.
-    pub fn ratio(&self, differences: &DVector<f64>, samples: usize) -> f64 {
-        self.hypotheses.iter().map(|h| h.weight * h.ratio(self.so_far(differences, samples), samples)).sum()
+    /// Logarithm of the average likelihood ratio of all changes to none after the first `samples`.
+    pub fn ln_ratio(&self, differences: &DVector<f64>, samples: usize) -> f64 {
+        let seen = self.so_far(differences, samples);
+        ln_sum_exp(&self.hypotheses.iter().map(|h| h.weight.ln() + h.ln_ratio(seen, samples)).collect::<Vec<_>>())
     }
 
     /// Looks at one sample after the other until a change is found and named, or all are used. Returns the number of samples
@@ -74,7 +81,7 @@ impl Evidence {
     pub fn decide(&self, differences: &DVector<f64>) -> (usize, bool) {
         let mut changed = false;
         for samples in 1..=self.samples() {
-            changed |= self.ratio(differences, samples) >= 1.0 / FALSE_ALARM;
+            changed |= self.ln_ratio(differences, samples) >= -FALSE_ALARM.ln();
             if changed && self.is_named(differences, samples) {
                 return (samples, true);
             }
@@ -101,12 +108,12 @@ impl Evidence {
     /// checks before which something has changed.
     pub fn probabilities(&self, differences: &DVector<f64>, samples: usize, changed: f64) -> Vec<Judged> {
         let seen = self.so_far(differences, samples);
-        let weighed = |h: &Hypothesis| (h.condition.clone(), changed * h.weight * h.ratio(seen, samples));
+        let weighed = |h: &Hypothesis| (h.condition.clone(), (changed * h.weight).ln() + h.ln_ratio(seen, samples));
         let mut all: Vec<(Condition, f64)> = self.hypotheses.iter().map(weighed).collect();
-        all.push((Condition::Valid, 1.0 - changed));
-        let total: f64 = all.iter().map(|(_, p)| p).sum();
+        all.push((Condition::Valid, (1.0 - changed).ln()));
+        let total = ln_sum_exp(&all.iter().map(|(_, ln)| *ln).collect::<Vec<_>>());
         let mut judged: Vec<Judged> =
-            all.into_iter().map(|(condition, p)| Judged { condition, probability: p / total }).collect();
+            all.into_iter().map(|(condition, ln)| Judged { condition, probability: (ln - total).exp() }).collect();
         judged.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         judged
     }
@@ -154,20 +161,25 @@ impl Evidence {
 }
 
 impl Hypothesis {
-    /// Likelihood ratio to "nothing has changed", averaged over the sizes.
-    fn ratio(&self, seen: DVectorView<'_, f64>, samples: usize) -> f64 {
+    /// Logarithm of the likelihood ratio to "nothing has changed", averaged over the sizes.
+    fn ln_ratio(&self, seen: DVectorView<'_, f64>, samples: usize) -> f64 {
         let eigen = &self.so_far[samples - 1];
         let scale = (self.basis.nrows() as f64 / self.basis.ncols() as f64).sqrt();
+        let squares = seen.norm_squared();
+        let rows = seen.nrows() as f64;
         let along = eigen.eigenvectors.tr_mul(&(self.basis.rows(0, seen.nrows()).tr_mul(&seen) * scale));
         let of_size = |size: &f64| {
+            // Of covariance a I + s² G Gᵀ, with the noise and what the shape is off by in a.
+            let variance = size * size;
+            let off = 1.0 + if self.condition.is_of_all() { IN_SHAPE * IN_SHAPE * variance } else { 0.0 };
             let terms = eigen.eigenvalues.iter().zip(&along).map(|(g, y)| {
-                let spread = 1.0 + size * size * g.max(0.0);
-                size * size * y * y / spread - spread.ln()
+                let spread = 1.0 + variance * g.max(0.0) / off;
+                variance * y * y / (off * off * spread) - spread.ln()
             });
-            // A collision moves what is measured by thousands of sigmas; the ratio of that is as good as infinite.
-            (0.5 * terms.sum::<f64>()).min(600.0).exp()
+            let terms = terms.chain([squares * (1.0 - 1.0 / off) - rows * off.ln()]);
+            0.5 * terms.sum::<f64>()
         };
-        SIZES.iter().map(of_size).sum::<f64>() / SIZES.len() as f64
+        ln_mean_exp(&SIZES.map(|size| of_size(&size)))
     }
 }
 

@@ -36,6 +36,9 @@ pub const FALSE_ALARM: f64 = 0.01;
 /// Share of the checks before which something has changed, for the probabilities.
 const CHANGED_BEFOREHAND: f64 = 0.1;
 
+/// Logarithm of the largest ratio that is stated.
+const LARGEST: f64 = 600.0;
+
 /// Two samples are of one pose if no joint differs by more, rad or 0.01 m.
 const SAME_POSE: f64 = 1.0 * DEG;
 
@@ -127,7 +130,7 @@ impl RobotCheck {
             counterpart: pair.then.clone(),
             change: pair.change.norm(),
             noise: pair.noise,
-            ratio: evidence.ratio(&scene.differences, k + 1),
+            ratio: evidence.ln_ratio(&scene.differences, k + 1).min(LARGEST).exp(),
         };
         let looks: Vec<Looked> = scene.pairs.iter().enumerate().take(used).map(look).collect();
         let conditions = evidence.probabilities(&scene.differences, used, CHANGED_BEFOREHAND);
