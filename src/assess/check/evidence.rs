@@ -73,7 +73,7 @@ impl Evidence {
     /// Logarithm of the average likelihood ratio of all changes to none after the first `samples`.
     pub fn ln_ratio(&self, differences: &DVector<f64>, samples: usize) -> f64 {
         let seen = self.so_far(differences, samples);
-        ln_sum_exp(&self.hypotheses.iter().map(|h| h.weight.ln() + h.ln_ratio(seen, samples)).collect::<Vec<_>>())
+        ln_sum_exp(self.hypotheses.iter().map(|h| h.weight.ln() + h.ln_ratio(seen, samples)))
     }
 
     /// Looks at one sample after the other until a change is found and named, or all are used. Returns the number of samples
@@ -111,7 +111,7 @@ impl Evidence {
         let weighed = |h: &Hypothesis| (h.condition.clone(), (changed * h.weight).ln() + h.ln_ratio(seen, samples));
         let mut all: Vec<(Condition, f64)> = self.hypotheses.iter().map(weighed).collect();
         all.push((Condition::Valid, (1.0 - changed).ln()));
-        let total = ln_sum_exp(&all.iter().map(|(_, ln)| *ln).collect::<Vec<_>>());
+        let total = ln_sum_exp(all.iter().map(|(_, ln)| *ln));
         let mut judged: Vec<Judged> =
             all.into_iter().map(|(condition, ln)| Judged { condition, probability: (ln - total).exp() }).collect();
         judged.sort_by(|a, b| b.probability.total_cmp(&a.probability));
