@@ -60,7 +60,7 @@ impl History {
         let text = read_text(path)?;
         let history: History = parse_toml(path, &text)?;
         if history.format != FORMAT {
-            return Err(field_error(path, &text, "format", format!("is '{}'", history.format), &format!("write '{FORMAT}'")));
+            return Err(field_error(path, &text, "format", format!("is '{}'", history.format), format!("write '{FORMAT}'")));
         }
         let other = [("calibration", &history.calibration, &new.calibration), ("then", &history.then, &new.then)]
             .into_iter()
@@ -69,7 +69,7 @@ impl History {
             let problem = format!("is {}, and this check is of {}", was.display(), is.display());
             return Err(field_error(path, &text, field, problem, "begin another history for another calibration or campaign"));
         }
-        for pair in history.check.windows(2).filter(|pair| pair[0].on > pair[1].on) {
+        if let Some(pair) = history.check.windows(2).find(|pair| pair[0].on > pair[1].on) {
             let problem = format!("has {} after {}", pair[1].on, pair[0].on);
             return Err(field_error(path, &text, "check", problem, "put the checks in their order"));
         }
