@@ -31,8 +31,8 @@ const SIZES: [f64; 4] = [1.0, 2.0, 3.0, 5.0];
 const ARM_ERRORS: f64 = 5.0 * DEG;
 
 /// Three forms of call.
-const USAGE: &str = "calibench check <CALIBRATION> --then <CAMPAIGN> [--sentinels <N>] [--plan <PLAN> -o <SENTINELS>]
-       calibench check <CALIBRATION> --then <CAMPAIGN> <DATASET> [--history <FILE> --on <DAY>]
+const USAGE: &str = "calibench check <CALIBRATION> <DATASET> --then <CAMPAIGN> [--history <FILE> --on <DAY>]
+       calibench check <CALIBRATION> --then <CAMPAIGN> [--sentinels <N>] [--plan <PLAN> -o <SENTINELS>]
        calibench check <CALIBRATION> --then <CAMPAIGN> --cell <CELL|SCENARIO> --plan <SENTINELS> -o <DATASET>";
 
 #[derive(clap::Args)]
