@@ -93,7 +93,7 @@ fn study(group: &mut BenchmarkGroup<'_, WallTime>) {
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let name = format!("study, {TRIALS} TriCal trials, threads: {threads}");
-        group.bench_function(name, |b| b.iter(|| black_box(pool.install(&trials))));
+        group.bench_function(name, |b| b.iter(|| black_box(pool.install(trials))));
     }
     group.bench_function(format!("study --method trical --trials {TRIALS}"), |b| {
         b.iter(|| {
