@@ -207,7 +207,9 @@ pub fn simulate(arguments: &Simulated<'_>, choice: Choice<'_>) -> Result<Outcome
         OpenedJournal::Ready(journal) => *journal,
         OpenedJournal::Finished { probings } => {
             let dataset = output.display();
-            print_answer(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+            if !silent {
+                print_answer(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+            }
             return Ok(Outcome::Done);
         }
         // A simulated cell has no guards of its own.

@@ -69,7 +69,9 @@ pub fn run(
         .and("robot.speed_percent", cell.speed_percent);
     let under = choice.on(under);
     let silent = choice.silent;
-    let Some(mut journal) = open_journal(output, &under, arguments, &operator, resume)? else { return Ok(Outcome::Done) };
+    let Some(mut journal) = open_journal(output, &under, arguments, &operator, (resume, silent))? else {
+        return Ok(Outcome::Done);
+    };
     let mut robot = cell.open_robot(operator.stop()).map_err(|e| hardware(&e))?;
     let mut gauges = open_gauges(&cell)?;
     let wall_clock_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
@@ -120,7 +122,7 @@ fn open_journal(
     under: &Conditions,
     arguments: &CellArguments,
     operator: &Operator,
-    resume: bool,
+    (resume, silent): (bool, bool),
 ) -> Result<Option<Journal>, Failure> {
     let case = match Journal::open(output, under, resume)? {
         OpenedJournal::Changed { what } => {
@@ -140,10 +142,10 @@ fn open_journal(
     match case {
         OpenedJournal::Ready(journal) => Ok(Some(*journal)),
         OpenedJournal::Finished { probings } => {
-            print_answer(&format!(
-                "nothing to do: the campaign is finished, its {probings} probings are in {}",
-                output.display()
-            ))?;
+            if !silent {
+                let dataset = output.display();
+                print_answer(&format!("nothing to do: the campaign is finished, its {probings} probings are in {dataset}"))?;
+            }
             Ok(None)
         }
         OpenedJournal::Changed { what } => Err(format!("changed again meanwhile: {}", what.join("; ")).into()),

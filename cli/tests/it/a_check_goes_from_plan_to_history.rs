@@ -84,7 +84,10 @@ fn what_is_planned_is_probed_and_kept() {
     fs::copy(at.join("calibration.toml"), at.join("other.toml")).unwrap();
     refused(at, "check other.toml --then then now/1 --history history.toml --on 2027-01-01", "begin another history");
     assert_eq!(fs::read_to_string(at.join("history.toml")).unwrap(), history, "a refused check leaves the history as it was");
-    refused(at, &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1"), "now/1");
+    // What is measured is not measured again.
+    let again = ran(at, &format!("{CHECK} --cell cell.toml --plan sentinels.toml -o now/1"));
+    let said = String::from_utf8_lossy(&again.stdout).into_owned();
+    assert!(said.contains("nothing to do") && said.contains("The calibration holds"), "{said}");
 }
 
 #[test]
