@@ -10,7 +10,7 @@ use super::next::{Criterion, Designer, Pool, first_choice};
 use super::relevance::Relevance;
 use super::workspace::{Banded, WORKSPACE_POSES, WorkspaceError, workspace_poses};
 use crate::identify::{IdentifyError, Model, Outcome};
-use crate::measure::{Dataset, Sample};
+use crate::measure::{Dataset, PlannedPose, Sample};
 
 /// Samples between two predictions.
 const BATCH: usize = 4;
@@ -68,7 +68,9 @@ impl Adaptive {
     ///
     /// # Errors
     /// When the waiting poses do not fit the model.
-    pub fn next(&mut self, waiting: &[Sample], measured: &[Sample]) -> Result<Option<usize>, IdentifyError> {
+    pub fn next(&mut self, waiting: &[&PlannedPose], measured: &[Sample]) -> Result<Option<usize>, IdentifyError> {
+        let waiting: Vec<Sample> = waiting.iter().map(|pose| pose.nominal_sample()).collect();
+        let waiting = waiting.as_slice();
         let place = |ahead: &[String]| ahead.first().and_then(|id| waiting.iter().position(|s| s.id == *id));
         if measured.is_empty() {
             self.begin(waiting)?;
@@ -94,7 +96,7 @@ impl Adaptive {
         let plan = Examination::of_plan(&planned, &self.model)?;
         self.first = (plan.fitted.len() / 3 + SPARE).min(waiting.len());
         let chosen = first_choice(&plan, self.first);
-        self.ahead = chosen.into_iter().filter_map(|k| waiting.get(k)).map(|s| s.id.clone()).collect();
+        self.ahead = names(&chosen, waiting);
         self.reached.clear();
         Ok(())
     }
@@ -118,7 +120,12 @@ impl Adaptive {
         let designer = Designer::new(&datasets, &examination, &[])?.with_workspace(&datasets, &relevance, &self.poses)?;
         let pool = Pool { dataset: of(waiting), artifact_moved: false };
         let chosen = designer.before(&pool).choose(Criterion::Accuracy, BATCH)?;
-        self.ahead = chosen.into_iter().filter_map(|k| waiting.get(k)).map(|s| s.id.clone()).collect();
+        self.ahead = names(&chosen, waiting);
         Ok(())
     }
+}
+
+/// Ids of the chosen samples, in the order of the choice.
+fn names(chosen: &[usize], waiting: &[Sample]) -> Vec<String> {
+    chosen.iter().filter_map(|&k| waiting.get(k)).map(|s| s.id.clone()).collect()
 }

@@ -210,7 +210,7 @@ fn judge(
     if arguments.json {
         let mut document = documents::Check::of(&check);
         if let Some((days, charts)) = &charts {
-            document.charts = documents::Check::charts(days, charts);
+            document = document.with_charts(days, charts);
         }
         print_json(&document)?;
     } else {

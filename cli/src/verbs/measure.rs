@@ -94,19 +94,20 @@ pub struct Simulated<'a> {
 
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Some(until_mm) = arguments.until_mm else { return run_with(arguments, Choice::default()) };
-    let cell = match (&arguments.real.cell, &arguments.scenario) {
-        (Some(cell), _) => read_cell(cell)?.dataset,
+    // Whether the plan changes the payload is known of a plan, and of the scenario that is planned anew.
+    let (cell, light_poses) = match (&arguments.real.cell, &arguments.scenario) {
+        (Some(cell), _) => (read_cell(cell)?.dataset, 0),
         (None, Some(scenario)) => {
             let scenario = load_scenario(scenario)?;
             scenario.expect_trical("measure")?;
-            Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() }
+            let cell = Dataset { contact_force: scenario.indicators.contact_force(), ..scenario.dataset() };
+            (cell, scenario.plan.light_poses)
         }
         (None, None) => return Err("name a scenario and an output, or a cell and a plan".into()),
     };
-    let several = match (&arguments.plan, &arguments.scenario) {
-        (Some(plan), _) => parts_by_payload(&read_plan(plan, &cell)?.poses).len() > 1,
-        (None, Some(scenario)) => load_scenario(scenario)?.plan.light_poses > 0,
-        (None, None) => false,
+    let several = match &arguments.plan {
+        Some(plan) => parts_by_payload(&read_plan(plan, &cell)?.poses).len() > 1,
+        None => light_poses > 0,
     };
     if several {
         return Err(
@@ -119,8 +120,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut adaptive = Adaptive::new(&cell, &model, until_mm * MM);
     let mut failure = None;
     let mut choose = |waiting: &[&PlannedPose], samples: &[Sample]| -> Option<usize> {
-        let ahead: Vec<Sample> = waiting.iter().map(|pose| pose.nominal_sample()).collect();
-        adaptive.next(&ahead, samples).unwrap_or_else(|e| {
+        adaptive.next(waiting, samples).unwrap_or_else(|e| {
             failure.get_or_insert_with(|| with_reasons(&e));
             Some(0)
         })

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Diagnose every trial as well
     #[arg(long)]
     diagnose: bool,
-    /// Look for the worst robots: draw them more often, weigh every trial accordingly, and tell the errors that this share of all
+    /// Look for the worst robots: draw them more often, weight every trial accordingly, and tell the errors that this share of all
     /// robots stay within, e.g. 0.999
     #[arg(long, value_name = "SHARE", value_parser = rare_share)]
     rare: Option<f64>,

@@ -100,7 +100,7 @@ fn rare_text(summary: &Summary) -> String {
             }
         }
     }
-    let note = "\n\nThe worst robots were drawn more often, and weighed accordingly. The band contains the error of endless trials \
+    let note = "\n\nThe worst robots were drawn more often, and weighted accordingly. The band contains the error of endless trials \
                 in 95 of 100 studies. Plain trials: how many a study without --rare takes to be as certain.\n";
     plain_rows(&header, &rows) + note
 }

@@ -170,9 +170,9 @@ impl Check {
         }
     }
 
-    /// Converts the charts of checks on these days.
+    /// The same with the charts of checks on these days.
     #[must_use]
-    pub fn charts(days: &[String], charts: &Charts) -> Option<ControlCharts> {
+    pub fn with_charts(self, days: &[String], charts: &Charts) -> Self {
         let chart = |chart: &assess::Chart| {
             let (unit, name, _) = elementary_unit(chart.of);
             let seen = |p: &assess::ChartPoint, x: f64| p.sigma.is_finite().then_some(x / unit);
@@ -186,11 +186,12 @@ impl Check {
                 signal: chart.signal(charts.limit).and_then(|k| days.get(k).cloned()),
             }
         };
-        Some(ControlCharts {
+        let charts = ControlCharts {
             run_length: RUN_LENGTH,
             limit: charts.limit,
             days: days.to_vec(),
             charts: charts.charts.iter().map(chart).collect(),
-        })
+        };
+        Check { charts: Some(charts), ..self }
     }
 }

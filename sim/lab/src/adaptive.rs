@@ -40,8 +40,7 @@ struct Choosing(Adaptive);
 
 impl CampaignObserver for Choosing {
     fn choose(&mut self, waiting: &[&PlannedPose], samples: &[Sample]) -> Option<usize> {
-        let ahead: Vec<Sample> = waiting.iter().map(|pose| pose.nominal_sample()).collect();
-        self.0.next(&ahead, samples).unwrap_or(Some(0))
+        self.0.next(waiting, samples).unwrap_or(Some(0))
     }
 }
 
