@@ -1,6 +1,6 @@
 //! A check of a calibrated robot in words and tables.
 
-use calibench::assess::{Condition, FALSE_ALARM, Power, RobotCheck};
+use calibench::assess::{Condition, FALSE_ALARM, NoiseOf, Power, RobotCheck};
 use calibench::units::{MM, UM};
 
 use super::tables::plain_rows;
@@ -16,6 +16,8 @@ pub fn condition_words(condition: &Condition) -> String {
         Condition::ToolMoved => "the tool has moved on the flange".into(),
         Condition::BaseMoved => "the base or the artifact has moved".into(),
         Condition::BallMoved(ball) => format!("ball {ball} has moved"),
+        Condition::TargetMoved(Some(target)) => format!("target {target} has moved on the tool"),
+        Condition::TargetMoved(None) => "the target at the TCP has moved on the tool".into(),
         Condition::JointSlipped(joint) => format!("joint {joint} has lost its zero"),
         Condition::Warm => "the arm is warmer or colder than it was".into(),
         Condition::OtherPayload => "the flange carries another mass than entered".into(),
@@ -32,6 +34,7 @@ pub fn what_to_do(condition: &Condition) -> &'static str {
         Condition::ToolMoved => "look at the bolts and pins between flange and tool, then measure the tool again",
         Condition::BaseMoved => "look at the bolts of base and artifact; whichever moved is measured again, the robot is not",
         Condition::BallMoved(_) => "look at its seat and bolt; leave it out until it is certified again",
+        Condition::TargetMoved(_) => "look at its nest and magnet, then measure the tool again",
         Condition::JointSlipped(_) => "master this joint again, and ask for a crash, a belt or an exchanged motor",
         Condition::Warm => "let the arm run as long as before the calibration, then check again",
         Condition::OtherPayload => "weigh what the flange carries, and enter it",
@@ -75,6 +78,7 @@ pub fn check_text(check: &RobotCheck) -> String {
             }
         }
     }
+    out.push_str(&noise_words(&check.noise));
     let header = ["sample", "then", "change mm", "noise \u{b5}m", "evidence"].map(String::from);
     let rows: Vec<Vec<String>> = check
         .looks
@@ -87,6 +91,28 @@ pub fn check_text(check: &RobotCheck) -> String {
     out.push('\n');
     out.push_str(&plain_rows(&header, &rows));
     out
+}
+
+/// Where the noise of the comparison is from, as a line of its own.
+fn noise_words(noise: &NoiseOf) -> String {
+    match noise {
+        NoiseOf::Repeats(scatter) => {
+            let joints: Vec<String> =
+                scatter.alarms().iter().map(|j| format!("joint {} by {:.0} \u{b5}rad", j.joint + 1, 1e6 * j.sigma)).collect();
+            let misses = if joints.is_empty() {
+                String::new()
+            } else {
+                format!("; from visit to visit {} (1 sigma)", joints.join(", "))
+            };
+            format!(
+                "Noise from {} visits to {} poses of the campaign: {:.1} \u{b5}m white per axis{misses}.\n",
+                scatter.events,
+                scatter.postures,
+                scatter.white / UM
+            )
+        }
+        _ => "Noise as stated; the campaign came back to too few of its poses to tell what the robot repeats.\n".into(),
+    }
 }
 
 /// The plan of a check as text: the samples to measure again, and what that would show.

@@ -32,6 +32,11 @@ pub fn holds(effects: &[String], id: &str) -> bool {
     effects.iter().any(|e| e == id || e == family_of(id))
 }
 
+/// True if an effect is the part of one joint, say, of an effect that concerns several: `joint_scale:1` of `joint_scale`.
+pub fn belongs(id: &str, whole: &str) -> bool {
+    id != whole && family_of(id) == whole
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,5 +58,10 @@ mod tests {
     fn a_family_holds_its_members() {
         let model = ["joint_compliance".to_owned(), "harmonic1:2".to_owned()];
         assert!(holds(&model, "joint_compliance:3") && holds(&model, "harmonic1:2") && !holds(&model, "harmonic1:3"));
+        assert!(
+            belongs("harmonic1:2", "harmonic1")
+                && !belongs("harmonic1:2", "harmonic1:2")
+                && !belongs("harmonic1:2", "harmonic2")
+        );
     }
 }

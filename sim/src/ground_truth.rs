@@ -5,7 +5,7 @@ use calibench::identify::{Calibration, IdentifyError, Model, Use, missing};
 use calibench::measure::Dataset;
 use calibench::units::Unit;
 
-use crate::effect_names::{family_of, holds, same};
+use crate::effect_names::{belongs, family_of, holds, same};
 use crate::flaw::TrueEffect;
 use crate::random::Streams;
 use crate::scenario::{MujocoToml, Scenario, TruthToml};
@@ -144,6 +144,7 @@ fn visible(
 fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration, diagnosis: &Diagnosis) -> Hidden {
     let id = truth.effect.id();
     let finding = diagnosis.findings.iter().find(|f| same(id, &f.hypothesis.in_model) || f.hypothesis.effect == id);
+    let of_members = || diagnosis.findings.iter().filter(|f| belongs(&f.hypothesis.in_model, id)).flat_map(|f| &f.parameters);
     let parameters = || truth.effect.parameters().iter().zip(&truth.sizes).enumerate();
     let numbers = parameters().filter(|(_, (_, size))| **size != 0.0).map(|(k, (spec, &size))| HiddenNumber {
         name: spec.name.clone(),
@@ -151,7 +152,8 @@ fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration
         found: calibration
             .estimate(&spec.name)
             .map(|e| [e.value - e.nominal, e.sigma])
-            .or_else(|| finding.and_then(|f| f.parameters.get(k)).map(|p| [p.value, p.sigma])),
+            .or_else(|| finding.and_then(|f| f.parameters.get(k)).map(|p| [p.value, p.sigma]))
+            .or_else(|| of_members().find(|p| p.name == spec.name).map(|p| [p.value, p.sigma])),
         unit: spec.unit,
     });
     let squares: Vec<f64> =
@@ -159,7 +161,7 @@ fn of_effect(truth: &TrueEffect, visible: Option<f64>, calibration: &Calibration
     let met = match () {
         () if holds(&calibration.model.effects, id) => Met::InModel,
         () if visible.is_none() => Met::Untestable,
-        () => met(diagnosis, |name| same(id, name)),
+        () => met(diagnosis, |name| same(id, name) || belongs(name, id)),
     };
     Hidden {
         effect: id.to_owned(),

@@ -1,6 +1,6 @@
 //! `calibench-check/1`, printed by `check`.
 
-use calibench::assess::{self, Charts, Condition, FALSE_ALARM, RUN_LENGTH, RobotCheck};
+use calibench::assess::{self, Charts, Condition, FALSE_ALARM, NoiseOf, RUN_LENGTH, RobotCheck};
 use calibench::units::{MM, UM};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,6 +24,8 @@ pub struct Check {
     pub conditions: Vec<CheckedCondition>,
     /// Conditions that these poses cannot distinguish from the most probable change.
     pub aliased: Vec<String>,
+    /// Where the noise is from: `stated`, or `repeats` of the campaign; null for a plan.
+    pub noise_from: Option<String>,
     /// Number of samples given.
     pub samples: usize,
     /// The samples used, in order.
@@ -71,8 +73,8 @@ pub struct ControlChart {
 /// A condition that a robot may be in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CheckedCondition {
-    /// `valid`, `tool_moved`, `base_or_artifact_moved`, `ball_moved:B`, `joint_slipped:J`, `warm`, `payload_not_as_entered`,
-    /// `sample:ID` or `recalibrate`.
+    /// `valid`, `tool_moved`, `base_or_artifact_moved`, `ball_moved:B`, `target_moved:T`, `joint_slipped:J`, `warm`,
+    /// `payload_not_as_entered`, `sample:ID` or `recalibrate`.
     pub condition: String,
     /// The same in words.
     pub words: String,
@@ -143,6 +145,7 @@ impl Check {
             false_alarm: FALSE_ALARM,
             conditions: check.conditions.iter().map(condition).collect(),
             aliased: check.aliased.iter().map(Condition::name).collect(),
+            noise_from: Some(if check.noise == NoiseOf::Stated { "stated" } else { "repeats" }.into()),
             samples: check.given,
             looks: check.looks.iter().map(look).collect(),
             sentinels: Vec::new(),
@@ -162,6 +165,7 @@ impl Check {
             false_alarm: FALSE_ALARM,
             conditions: Vec::new(),
             aliased: Vec::new(),
+            noise_from: None,
             samples: sentinels.len(),
             looks: Vec::new(),
             sentinels,

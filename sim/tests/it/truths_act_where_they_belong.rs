@@ -115,6 +115,22 @@ fn an_effect_of_ones_own_acts_and_is_held_against_what_was_found() {
     }
 }
 
+/// In a population whose robots each have scale errors at six joints, the part of one joint is not a false alarm.
+#[test]
+fn the_part_of_one_joint_is_part_of_what_is_hidden() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    let scenario = load_scenario(&folder.join("study-robots.toml")).unwrap();
+    let streams = Streams { seed: 1, trial: 0 };
+    let measured = measure_all(&scenario, streams, &Plans::new(&scenario, 1).unwrap(), &mut ()).unwrap();
+    let calibration = identify(&[("fit", &measured.fit)], &scenario.model).unwrap();
+    let truth = ground_truth(&scenario, &streams, &measured.fit, &calibration).unwrap();
+    let first = truth.hidden.iter().find(|h| h.met == Met::First).unwrap();
+    assert_eq!((first.effect.as_str(), &truth.named), ("joint_scale", &Some(("joint_scale:1".into(), false))));
+    assert_eq!(first.numbers.iter().filter(|n| n.found.is_some()).count(), 6, "each joint's part is among the findings");
+    let other = truth.hidden.iter().find(|h| h.effect == "payload_com").unwrap();
+    assert!(other.met != Met::First, "{other:?}");
+}
+
 #[test]
 fn what_is_wrong_with_an_effect_of_ones_own_is_said_at_its_key() {
     for (from, to, field) in [

@@ -10,7 +10,7 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::conditions::{Elementary, Scene};
+use super::conditions::{Elementary, Scene, noise_of};
 use super::{CheckError, RobotCheck};
 use crate::identify::Calibration;
 use crate::measure::{Dataset, Sample};
@@ -67,10 +67,12 @@ impl Charts {
     /// As [`RobotCheck::of`].
     pub fn of(calibration: &Calibration, then: (&str, &Dataset), checks: &[(&str, &Dataset)]) -> Result<Self, CheckError> {
         let mut before = then.1.clone();
+        // Of the campaign alone: the checks' own scatter is what the charts look for.
+        let noise = noise_of(calibration, then)?;
         let mut courses: Vec<Chart> = Vec::new();
         let mut averages: Vec<f64> = Vec::new();
         for (k, now) in checks.iter().enumerate() {
-            let scene = Scene::new(calibration, (then.0, &before), *now)?;
+            let scene = Scene::new(calibration, &noise, (then.0, &before), *now)?;
             for (c, (of, column)) in scene.elementary().into_iter().enumerate() {
                 if k == 0 {
                     courses.push(Chart { of, points: Vec::new() });

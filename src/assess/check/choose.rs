@@ -2,9 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::CheckError;
 use super::conditions::{Condition, Scene, Seen, of_samples};
 use super::evidence::orthonormal;
+use super::noise::Whitening;
+use super::{CheckError, counterparts};
 use crate::identify::Calibration;
 use crate::measure::Dataset;
 
@@ -23,20 +24,24 @@ pub fn choose_sentinels(calibration: &Calibration, campaign: (&str, &Dataset), c
         return Err(CheckError::Nothing);
     }
     let general = |c: &Condition| matches!(c, Condition::SingleSample(_) | Condition::Recalibrate);
-    let columns: Vec<DMatrix<f64>> = of_samples(&seen)
+    let columns: Vec<DMatrix<f64>> = of_samples(&seen, &Whitening::of(&seen))
         .into_iter()
         .filter(|(condition, _)| !general(condition))
         .map(|(_, matrix)| orthonormal(&matrix))
         .map(|basis| &basis * (basis.nrows() as f64 / basis.ncols().max(1) as f64).sqrt())
         .collect();
     let mut chosen: Vec<usize> = Vec::new();
+    // Of a pose that was repeated, one measurement is enough.
+    let repeats = |k: usize| counterparts(&campaign.1.samples[k], campaign.1, campaign.1);
+    let mut taken = vec![false; seen.len()];
     while chosen.len() < count.min(seen.len()) {
         let with = |k: usize| chosen.iter().copied().chain([k]).collect::<Vec<_>>();
         let best = (0..seen.len())
-            .filter(|k| !chosen.contains(k))
+            .filter(|&k| !taken[k])
             .map(|k| (k, separation(&columns, &seen, &with(k))))
             .reduce(|best, next| if next.1 > best.1 { next } else { best });
         let Some((k, _)) = best else { break };
+        repeats(k).into_iter().for_each(|other| taken[other] = true);
         chosen.push(k);
     }
     Ok(chosen)

@@ -14,6 +14,7 @@ mod charts;
 mod choose;
 mod conditions;
 mod evidence;
+mod noise;
 mod power;
 
 use thiserror::Error;
@@ -21,9 +22,10 @@ use thiserror::Error;
 pub use charts::{Chart, ChartPoint, Charts, RUN_LENGTH};
 pub use choose::choose_sentinels;
 pub use conditions::{Condition, Elementary};
+pub use noise::NoiseOf;
 pub use power::{Power, PowerAt, power_of_check};
 
-use self::conditions::{Scene, of_samples};
+use self::conditions::{Scene, near, noise_of, of_samples};
 use self::evidence::Evidence;
 use self::power::ends;
 use crate::identify::{Calibration, IdentifyError, Use};
@@ -61,7 +63,7 @@ pub enum CheckError {
     #[error("the base and tool of these samples are not those of the calibration")]
     OtherSetUp,
     /// The noise is needed to tell a change from chance.
-    #[error("the noise of the measurements is not stated")]
+    #[error("the noise of the measurements is not stated, and the campaign came back to too few of its poses to tell it")]
     NoNoise,
     /// Nothing was measured.
     #[error("there are no samples to check")]
@@ -107,6 +109,8 @@ pub struct RobotCheck {
     pub settled: bool,
     /// Conditions that these poses cannot distinguish from the most probable change.
     pub aliased: Vec<Condition>,
+    /// Where the noise of a comparison is from.
+    pub noise: NoiseOf,
 }
 
 impl RobotCheck {
@@ -121,9 +125,10 @@ impl RobotCheck {
     /// # Errors
     /// When a row has no counterpart, the noise is not stated, or the data do not belong to the calibration.
     pub fn of(calibration: &Calibration, then: (&str, &Dataset), now: (&str, &Dataset)) -> Result<RobotCheck, CheckError> {
-        let scene = Scene::new(calibration, then, now)?;
+        let noise = noise_of(calibration, then)?;
+        let scene = Scene::new(calibration, &noise, then, now)?;
         let seen: Vec<_> = scene.seen.iter().collect();
-        let evidence = Evidence::new(&of_samples(&seen), ends(&seen));
+        let evidence = Evidence::new(&of_samples(&seen, &scene.whitening), ends(&seen));
         let (used, changed) = evidence.decide(&scene.differences);
         let look = |(k, pair): (usize, &Pair)| Looked {
             sample: pair.now.clone(),
@@ -137,7 +142,7 @@ impl RobotCheck {
         let named = conditions.iter().find(|j| j.condition != Condition::Valid).map(|j| &j.condition);
         let aliased = named.filter(|_| changed).map(|c| evidence.aliased_with(c, &scene.differences, used)).unwrap_or_default();
         let settled = changed && evidence.is_named(&scene.differences, used);
-        Ok(RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased })
+        Ok(RobotCheck { looks, given: scene.pairs.len(), changed, conditions, settled, aliased, noise: noise.of })
     }
 }
 
@@ -158,12 +163,12 @@ fn counterparts(sample: &Sample, now: &Dataset, then: &Dataset) -> Vec<usize> {
         Measured::Point(_) => None,
     };
     let payload = |d: &Dataset, s: &Sample| d.payloads.get(s.payload).map(|p| p.name.clone());
+    let point = |d: &Dataset, s: &Sample| s.tool_target.and_then(|t| d.tool_targets.get(t)).map(|t| t.id.clone());
     let alike = |other: &Sample| {
-        other.q.len() == sample.q.len()
-            && other.q.iter().zip(&sample.q).all(|(a, b)| (a - b).abs() <= SAME_POSE)
+        near(other, sample)
             && ball(then, other) == ball(now, sample)
             && payload(then, other) == payload(now, sample)
-            && other.tool_target == sample.tool_target
+            && point(then, other) == point(now, sample)
             && std::mem::discriminant(&other.measured) == std::mem::discriminant(&sample.measured)
     };
     (0..then.samples.len()).filter(|&k| Use::All.takes(&then.samples[k]) && alike(&then.samples[k])).collect()

@@ -7,6 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::conditions::{Condition, Scene, Seen, of_samples};
 use super::evidence::Evidence;
+use super::noise::Whitening;
 use super::{CHANGED_BEFOREHAND, CheckError};
 use crate::identify::Calibration;
 use crate::measure::Dataset;
@@ -53,7 +54,7 @@ pub fn power_of_check(
         return Err(CheckError::Nothing);
     }
     let ends = ends(&seen);
-    let evidence = Evidence::new(&of_samples(&seen), ends);
+    let evidence = Evidence::new(&of_samples(&seen, &Whitening::of(&seen)), ends);
     let mut powers = vec![Power { condition: Condition::Valid, at: vec![simulated(&evidence, None, 0.0)] }];
     for index in 0..evidence.count() {
         let (condition, _) = evidence.basis(index);

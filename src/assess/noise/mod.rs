@@ -7,6 +7,7 @@ mod suspects;
 mod yardstick;
 
 pub use joint_steps::JointSteps;
+pub(super) use repeats::moments;
 pub use repeats::{JointScatter, REPEATS_ALARM, RepeatScatter};
 pub use serial::{LagCorrelation, SERIAL_LEVEL, SerialCorrelation};
 pub(super) use suspects::suspects_of;

@@ -142,7 +142,7 @@ fn groups(seen: &[SeenSample<'_>]) -> Vec<Group> {
 
 /// The moment of each sample: its time, or a number of its own. Samples in a row that show different targets with the same
 /// joint angles, and have no times, share one.
-fn moments(seen: &[SeenSample<'_>]) -> Vec<(bool, u64)> {
+pub(in crate::assess) fn moments(seen: &[SeenSample<'_>]) -> Vec<(bool, u64)> {
     let (mut begun, mut tool_targets) = (0, Vec::new());
     let moment = |(i, s): (usize, &SeenSample<'_>)| {
         if let Some(time) = s.sample.time_s {
